@@ -1,0 +1,66 @@
+"""ROS 2's communication model as an asyncio-native actor framework.
+
+Nodes are async actors in a supervisor tree; topics, services, actions and parameters are typed contracts between them; one clock,
+real or virtual, drives everything. `docs/` explains, every name below has its own docstring.
+"""
+
+from __future__ import annotations
+
+from actors import qos
+from actors.actions import Outcome
+from actors.blueprint import background, every, publishes, subscribes
+from actors.channel import Publisher, Stream
+from actors.clock import Clock
+from actors.contracts import Aborted, Action, Done, Service, Steps, Topic, parallel, queue
+from actors.errors import (
+    ActionUnavailable,
+    ActorError,
+    CallCycle,
+    CallTimeout,
+    DeclarationError,
+    GoalAborted,
+    GoalCanceled,
+    GoalFailed,
+    GoalRejected,
+    NodeRestarting,
+    NotRunning,
+    NotStarted,
+    Reject,
+    ServiceFailed,
+    ServiceUnavailable,
+    WrongThread,
+    WrongType,
+)
+from actors.goal_client import Goal
+from actors.goals import GoalStatus
+from actors.node import Node
+from actors.parameters import parameter
+from actors.qos import QoS
+from actors.running import execute, open_node, run
+from actors.supervision.errors import StartFailed, SupervisorGaveUp
+from actors.supervision.reasons import Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
+from actors.supervisor import (
+    Backoff,
+    Child,
+    DynamicSupervisor,
+    Intensity,
+    Supervisor,
+    one_for_all,
+    one_for_one,
+    permanent,
+    rest_for_one,
+    temporary,
+    transient,
+)
+from actors.system import System
+from actors.timers import Tick, TickMissed
+
+__all__ = [
+    "Aborted", "Action", "ActionUnavailable", "ActorError", "Backoff", "CallCycle", "CallTimeout", "Child", "Clock", "DeclarationError",
+    "Done", "DynamicSupervisor", "Failed", "Goal", "GoalAborted", "GoalCanceled", "GoalFailed", "GoalRejected", "GoalStatus", "Intensity",
+    "Killed", "Leaked", "Node", "NodeRestarting", "NotRunning", "NotStarted", "Outcome", "Publisher", "QoS", "Reject", "Returned",
+    "Service", "ServiceFailed", "ServiceUnavailable", "Skip", "StartFailed", "Steps", "Stop", "Stopped", "Stream", "Supervisor",
+    "SupervisorGaveUp", "System", "Tick", "TickMissed", "Topic", "WrongThread", "WrongType", "background", "every", "execute",
+    "one_for_all", "one_for_one", "open_node", "parallel", "parameter", "permanent", "publishes", "qos", "queue", "rest_for_one", "run",
+    "subscribes", "temporary", "transient",
+]  # fmt: skip

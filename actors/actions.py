@@ -1,0 +1,296 @@
+"""The serving side of actions: one task per goal drives the body, an async generator that yields feedback and ends with `Done`.
+
+Whatever interrupts the driver between two steps is thrown into the body, so timeouts and task groups around a ``yield`` are safe.
+A body is resumed to its end, never closed inside its scopes; the code after its ``yield Done(...)`` runs.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+from actors.contracts import Aborted, Done, Limit
+from actors.errors import Reject, WrongType
+from actors.goals import GoalStatus
+from actors.inbox import Inbox
+
+if TYPE_CHECKING:
+    from actors.contracts import Action
+    from actors.graph import ActionEntry
+    from actors.interfaces.message import Message
+
+__all__ = ["ActionServer", "GoalRun", "Host", "Outcome"]
+
+IGNORED_CANCELS = 3
+"""A body that goes on yielding after so many cancellations is closed and reported."""
+
+
+class Outcome:
+    """How a goal ended: its terminal status, what the body handed over (or None), and why."""
+
+    __slots__ = ("reason", "result", "status")
+
+    def __init__(self, status: GoalStatus, result: Any = None, reason: str = "") -> None:
+        self.status: Final = status
+        self.result: Final = result
+        self.reason: Final = reason
+
+    def __repr__(self) -> str:
+        return f"<{self.status.name}{f': {self.reason}' if self.reason else ''}>"
+
+
+class Host(Protocol):
+    """What an action server asks of its node."""
+
+    @property
+    def fqn(self) -> str: ...
+
+    @property
+    def inbox(self) -> Inbox: ...
+
+    def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]: ...
+
+    def goal_failed(self, action: str, error: Exception) -> None: ...
+
+    def warn(self, event: str, **fields: object) -> None: ...
+
+
+class GoalRun:
+    """One goal at its server, from its arrival to its outcome. As an inbox item it asks whether it is accepted."""
+
+    __slots__ = (
+        "accepted", "canceling", "feedback_count", "goal_id", "goal_message", "ignored", "on_feedback", "on_outcome", "outcome", "server",
+        "status", "task",
+    )  # fmt: skip
+
+    def __init__(self, server: ActionServer, goal_id: bytes, message: Message) -> None:
+        self.server = server
+        self.goal_id = goal_id
+        self.goal_message = message
+        self.status = GoalStatus.UNKNOWN
+        self.accepted: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        self.task: asyncio.Task[None] | None = None
+        self.canceling: str | None = None
+        self.ignored = 0
+        self.feedback_count = 0
+        self.outcome: Outcome | None = None
+        self.on_feedback: Callable[[Any], None] | None = None
+        self.on_outcome: Callable[[Outcome], None] | None = None
+
+    def __repr__(self) -> str:
+        return f"<goal {self.goal_id.hex()[:8]} of {self.server.entry.name}: {self.status.name}>"
+
+    @property
+    def label(self) -> str:
+        return f"{self.server.label} (acceptance)"
+
+    def run(self) -> Coroutine[Any, Any, None]:
+        return self.server.consider(self)
+
+    def end(self, outcome: Outcome) -> None:
+        """Fix the outcome; the first one counts."""
+        if self.outcome is not None:
+            return
+        self.outcome = outcome
+        self.status = outcome.status
+        if self.on_outcome is not None:
+            self.on_outcome(outcome)
+
+    def cancel(self, reason: str) -> bool:
+        """Begin to cancel: False when it is too late. The body is interrupted where it waits and may clean up."""
+        if self.outcome is not None:
+            return False
+        if self.canceling is None:
+            self.canceling = reason
+            self.status = GoalStatus.CANCELING
+            if self.task is not None:
+                self.task.cancel()
+            else:
+                self.server.forget(self)
+        return True
+
+
+class ActionServer:
+    """One node's action: who may run, who waits, and the tasks that run them."""
+
+    __slots__ = (
+        "accepts", "action", "arrivals", "cancels", "entry", "goals", "handler", "label", "node", "result_timeout", "running", "waiting",
+    )  # fmt: skip
+
+    def __init__(
+        self, node: Host, entry: ActionEntry, action: Action[Any, Any, Any], arrivals: Limit, result_timeout: float, label: str
+    ) -> None:
+        self.node = node
+        self.entry = entry
+        self.action = action
+        self.arrivals = arrivals
+        self.result_timeout = result_timeout
+        self.label = label
+        self.handler: Callable[[Any], AsyncGenerator[Any, None]]
+        self.accepts: Callable[[Any], Awaitable[None] | None] | None = None
+        self.cancels: Callable[[Any], Awaitable[bool] | bool] | None = None
+        self.running: dict[GoalRun, None] = {}
+        self.waiting: deque[GoalRun] = deque()
+        self.goals = 0
+
+    def __repr__(self) -> str:
+        return f"<server of {self.entry.name} in {self.node.fqn}: {len(self.running)} running, {len(self.waiting)} waiting>"
+
+    def submit(self, run: GoalRun) -> None:
+        """Ask for acceptance; `run.accepted` completes with None or `Reject`."""
+        self.goals += 1
+        self.node.inbox.put_control(run)
+
+    async def consider(self, run: GoalRun) -> None:
+        """Accept or reject, in the node's turn: the acceptance hook may read the node's state."""
+        if run.accepted.done():  # the client has gone
+            return
+        try:
+            if self.accepts is not None:
+                verdict = self.accepts(run.goal_message)
+                if verdict is not None:
+                    await verdict
+            self._make_place()
+        except Reject as refusal:
+            self._answer(run, refusal)
+        except Exception as error:
+            self.node.goal_failed(self.label, error)
+            self._answer(run, Reject(f"the acceptance check failed: {type(error).__name__}: {error}"))
+        else:
+            if run.accepted.done():
+                return
+            run.status = GoalStatus.ACCEPTED
+            run.accepted.set_result(None)
+            self.waiting.append(run)
+            self._start_next()
+
+    async def allow_cancel(self, run: GoalRun) -> bool:
+        """Ask the body's owner whether this goal may be canceled."""
+        if self.cancels is None:
+            return True
+        verdict = self.cancels(run.goal_message)
+        return verdict if isinstance(verdict, bool) else await verdict
+
+    def forget(self, run: GoalRun) -> None:
+        """A goal that waited for its turn has been canceled."""
+        if run in self.waiting:
+            self.waiting.remove(run)
+        run.end(Outcome(GoalStatus.CANCELED, reason=run.canceling or ""))
+
+    def stop(self, reason: str) -> list[asyncio.Task[None]]:
+        """Cancel every goal; the returned tasks are still cleaning up."""
+        for run in list(self.waiting):
+            run.cancel(reason)
+        tasks = [run.task for run in self.running if run.task is not None]
+        for run in list(self.running):
+            run.cancel(reason)
+        return tasks
+
+    def fail_all(self, reason: str) -> None:
+        """The node has ended without cleaning up: its goals are aborted."""
+        for run in (*self.waiting, *self.running):
+            run.end(Outcome(GoalStatus.ABORTED, reason=reason))
+        self.waiting.clear()
+        self.running.clear()
+
+    def _make_place(self) -> None:
+        policy, size = self.arrivals.policy, self.arrivals.size
+        busy = len(self.running) + len(self.waiting)
+        if policy == "preempt":
+            for other in (*self.waiting, *self.running):
+                other.cancel("preempted by a newer goal")
+        elif policy == "queue" and len(self.waiting) >= size:
+            raise Reject(f"the queue is full: {size} goals wait")
+        elif policy == "parallel" and busy >= size:
+            raise Reject(f"{size} goals run already")
+        elif policy == "reject" and busy:
+            raise Reject("another goal is running")
+
+    def _start_next(self) -> None:
+        limit = self.arrivals.size if self.arrivals.policy == "parallel" else 1
+        while self.waiting and len(self.running) < limit:
+            run = self.waiting.popleft()
+            self.running[run] = None
+            run.status = GoalStatus.EXECUTING
+            run.task = self.node.spawn(self._drive(run), name=self.label)
+
+    @staticmethod
+    def _answer(run: GoalRun, refusal: Reject) -> None:
+        if not run.accepted.done():
+            run.accepted.set_exception(refusal)
+
+    async def _drive(self, run: GoalRun) -> None:
+        """The goal's own task: whatever happens in it ends in exactly one outcome."""
+        try:
+            run.end(await self._work(run))
+        except asyncio.CancelledError:
+            if run.canceling is None:  # not the goal, its node was ended
+                run.end(Outcome(GoalStatus.ABORTED, reason=f"{self.node.fqn} ended while the goal ran"))
+                raise
+            run.end(Outcome(GoalStatus.CANCELED, reason=run.canceling))
+        except Reject as refusal:
+            run.end(Outcome(GoalStatus.ABORTED, reason=refusal.reason))
+        except Exception as error:
+            self.node.goal_failed(self.label, error)
+            run.end(Outcome(GoalStatus.ABORTED, reason=f"{type(error).__name__}: {error}"))
+        finally:
+            self.running.pop(run, None)
+            self._start_next()
+
+    async def _work(self, run: GoalRun) -> Outcome:
+        """Step the body to its end."""
+        body = self.handler(run.goal_message)
+        last: Done[Any] | Aborted[Any] | None = None
+        canceled_at_last = False
+        step: Awaitable[Any] = body.__anext__()
+        while True:
+            try:
+                item = await step
+            except StopAsyncIteration:
+                return self._outcome(run, last, canceled=canceled_at_last)
+            if last is not None:
+                step = body.athrow(RuntimeError(f"{self.label} yielded again after its last item {last!r}"))
+            elif isinstance(item, Done | Aborted):
+                last = self._checked(item)  # pyright: ignore[reportUnknownArgumentType]
+                canceled_at_last = run.canceling is not None
+                step = body.__anext__()
+            else:
+                step = await self._feed(run, body, item)
+
+    async def _feed(self, run: GoalRun, body: AsyncGenerator[Any, None], item: Any) -> Awaitable[Any]:
+        """Hand a feedback on and give the loop a turn; the next step of the body, or the interruption to throw into it."""
+        if item.__class__ is not self.action.feedback:
+            return body.athrow(
+                WrongType(f"{self.label} yields {self.action.feedback.__name__}, Done or Aborted, not {type(item).__name__} {item!r:.60}")
+            )
+        if run.canceling is not None:
+            run.ignored += 1
+            if run.ignored > IGNORED_CANCELS:
+                await body.aclose()
+                raise RuntimeError(f"{self.label} ignored {IGNORED_CANCELS} cancellations; it was closed")
+            return body.athrow(asyncio.CancelledError(run.canceling))
+        run.feedback_count += 1
+        if run.on_feedback is not None:
+            run.on_feedback(item)
+        try:
+            await asyncio.sleep(0)
+        except BaseException as interruption:
+            return body.athrow(interruption)
+        return body.__anext__()
+
+    def _checked(self, last: Done[Any] | Aborted[Any]) -> Done[Any] | Aborted[Any]:
+        if last.result.__class__ is not self.action.result:
+            raise WrongType(f"{self.label} ends with {self.action.result.__name__}, not {type(last.result).__name__} {last.result!r:.60}")
+        return last
+
+    def _outcome(self, run: GoalRun, last: Done[Any] | Aborted[Any] | None, *, canceled: bool) -> Outcome:
+        if isinstance(last, Aborted):
+            return Outcome(GoalStatus.ABORTED, last.result, last.reason)
+        if last is not None:
+            return Outcome(GoalStatus.CANCELED if canceled else GoalStatus.SUCCEEDED, last.result, run.canceling or "")
+        if run.canceling is not None:
+            return Outcome(GoalStatus.CANCELED, reason=run.canceling)
+        self.node.warn("an action body ended without Done or Aborted", handler=self.label)
+        return Outcome(GoalStatus.ABORTED, reason="its body ended without a result: end it with `yield Done(result)`")

@@ -1,0 +1,265 @@
+"""What a node class declares, collected and checked once, when the class is made.
+
+A wrong declaration fails at import with the name of the method and the remedy, not at message 1000.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Coroutine
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, cast, overload
+
+from actors.contracts import ActionHandler, Declaration, GoalHook, ServiceHandler, Topic, TopicHandler, declarations_of
+from actors.errors import DeclarationError, NotStarted
+from actors.parameters.declare import NO_PARAMETERS, ParameterDeclaration, ParameterTable
+from actors.qos import QoS, of
+
+if TYPE_CHECKING:
+    from actors.channel import Publisher, Stream
+    from actors.interfaces.message import Message
+
+__all__ = [
+    "BackgroundDeclaration",
+    "Blueprint",
+    "Late",
+    "PublisherDeclaration",
+    "StreamDeclaration",
+    "TimerDeclaration",
+    "background",
+    "every",
+    "publishes",
+    "subscribes",
+]
+
+M = TypeVar("M", bound="Message")
+Node = TypeVar("Node")
+Ticked = TypeVar("Ticked", bound="Callable[..., Coroutine[Any, Any, None] | None]")
+
+Late = Literal["skip", "catch_up", "fault"]
+
+
+class PublisherDeclaration(Generic[M]):
+    """``cmd = publishes(CMD_VEL)``: the contract on the class, a `Publisher` on the instance."""
+
+    __slots__ = ("attribute", "qos", "topic")
+
+    def __init__(self, topic: Topic[M], qos: QoS) -> None:
+        self.topic = topic
+        self.qos = qos
+        self.attribute = ""
+
+    def __repr__(self) -> str:
+        return f"publishes({self.topic!r})"
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.attribute = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Topic[M]: ...
+    @overload
+    def __get__(self, instance: object, owner: type) -> Publisher[M]: ...
+    def __get__(self, instance: Any, owner: type) -> Topic[M] | Publisher[M]:
+        if instance is None:
+            return self.topic
+        raise NotStarted(f"{owner.__name__}.{self.attribute}: the node has not been started yet; publish in on_start or later")
+
+
+class StreamDeclaration(Generic[M]):
+    """``odometry = subscribes(ODOMETRY)``: the contract on the class, a `Stream` on the instance, listening from the start on."""
+
+    __slots__ = ("attribute", "qos", "topic")
+
+    def __init__(self, topic: Topic[M], qos: QoS) -> None:
+        self.topic = topic
+        self.qos = qos
+        self.attribute = ""
+
+    def __repr__(self) -> str:
+        return f"subscribes({self.topic!r})"
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.attribute = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Topic[M]: ...
+    @overload
+    def __get__(self, instance: object, owner: type) -> Stream[M]: ...
+    def __get__(self, instance: Any, owner: type) -> Topic[M] | Stream[M]:
+        if instance is None:
+            return self.topic
+        raise NotStarted(f"{owner.__name__}.{self.attribute}: the node has not been started yet; read it in on_start or later")
+
+
+def publishes(topic: Topic[M], *, qos: QoS | int | None = None) -> PublisherDeclaration[M]:
+    """Declare that the node publishes on `topic`; the attribute is its `Publisher`. `qos` overrides the contract's."""
+    return PublisherDeclaration(topic, topic.qos if qos is None else of(qos))
+
+
+def subscribes(topic: Topic[M], *, qos: QoS | int | None = None) -> StreamDeclaration[M]:
+    """Declare that the node listens to `topic` without a handler: the attribute is a `Stream`, its newest message `.latest`."""
+    return StreamDeclaration(topic, topic.qos if qos is None else of(qos))
+
+
+class TimerDeclaration(Declaration):
+    """``@every(hz=50)``."""
+
+    __slots__ = ("hz", "late")
+
+    def __init__(self, hz: float | str, late: Late) -> None:
+        super().__init__()
+        self.hz = hz
+        self.late: Late = late
+
+    def __repr__(self) -> str:
+        return f"@every(hz={self.hz!r})"
+
+
+class BackgroundDeclaration(Declaration):
+    """``@background``."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return "@background"
+
+
+def every(hz: float | str | None = None, *, period: float | None = None, late: Late = "skip") -> Callable[[Ticked], Ticked]:
+    """Decorate a method that runs periodically: its k-th tick is due at start + k/hz, so it never drifts.
+
+    Give `hz` or `period` (seconds); `hz` may be the name of a parameter of the node. A tick that is due while the last one has not
+    begun is skipped and counted (`late="skip"`), done later (``catch_up``) or ends the incarnation (``fault``). The method takes
+    nothing, or a `Tick`.
+    """
+    if (hz is None) == (period is None):
+        raise DeclarationError("every(): give either hz=, ticks per second, or period=, seconds")
+    rate = hz if hz is not None else (1.0 / period if period else 0.0)
+    if not isinstance(rate, str) and not 0.0 < rate < 1e6:
+        raise DeclarationError(f"every(hz={hz}, period={period}): the rate must be above 0 and below a million per second")
+    if late not in ("skip", "catch_up", "fault"):
+        raise DeclarationError(f"every(late={late!r}): use skip, catch_up or fault")
+    declaration = TimerDeclaration(rate, late)
+
+    def decorate(function: Ticked) -> Ticked:
+        declaration.attach(function)
+        return function
+
+    return decorate
+
+
+def background(function: Callable[[Node], Coroutine[Any, Any, None]]) -> Callable[[Node], Coroutine[Any, Any, None]]:
+    """Decorate a coroutine method that runs in its own task from the node's start to its stop: a driver's read loop, for instance."""
+    BackgroundDeclaration().attach(function)
+    return function
+
+
+class Blueprint:
+    """The declarations of one node class, in the order in which they were written, base classes first."""
+
+    __slots__ = ("actions", "backgrounds", "hooks", "owner", "parameters", "publishers", "services", "streams", "table", "timers", "topics")
+
+    def __init__(self, owner: type) -> None:
+        self.owner = owner
+        self.publishers: list[PublisherDeclaration[Any]] = []
+        self.streams: list[StreamDeclaration[Any]] = []
+        self.parameters: list[ParameterDeclaration[Any]] = []
+        self.topics: list[TopicHandler] = []
+        self.services: list[ServiceHandler] = []
+        self.actions: list[ActionHandler] = []
+        self.hooks: list[GoalHook] = []
+        self.timers: list[TimerDeclaration] = []
+        self.backgrounds: list[BackgroundDeclaration] = []
+        for name, value in _members(owner).items():
+            self._take(name, value)
+        self._check_names()
+        self.table = ParameterTable.of(owner) if self.parameters else NO_PARAMETERS
+
+    def _take(self, name: str, value: object) -> None:
+        if isinstance(value, PublisherDeclaration):
+            self.publishers.append(value)  # pyright: ignore[reportUnknownArgumentType]
+        elif isinstance(value, StreamDeclaration):
+            self.streams.append(value)  # pyright: ignore[reportUnknownArgumentType]
+        elif isinstance(value, ParameterDeclaration):
+            self.parameters.append(value)  # pyright: ignore[reportUnknownArgumentType]
+        else:
+            for declaration in declarations_of(value):
+                self._take_method(name, declaration)
+
+    def _take_method(self, name: str, declaration: Declaration) -> None:
+        where = f"{self.owner.__name__}.{name}"
+        declaration.attribute = name
+        function = declaration.function
+        match declaration:
+            case TopicHandler():
+                _check_message_argument(where, function, "listens to", declaration.topic, declaration.topic.type)
+                self.topics.append(declaration)
+            case ServiceHandler():
+                _check_message_argument(where, function, "serves", declaration.service, declaration.service.request)
+                if not inspect.iscoroutinefunction(function):
+                    raise DeclarationError(f"{where} serves {declaration.service!r}: make it `async def`")
+                self.services.append(declaration)
+            case ActionHandler():
+                _check_message_argument(where, function, "serves", declaration.action, declaration.action.goal)
+                if not inspect.isasyncgenfunction(function):
+                    raise DeclarationError(
+                        f"{where} serves {declaration.action!r}: make it an async generator, one that yields feedback and ends with `yield Done(result)`"
+                    )
+                self.actions.append(declaration)
+            case GoalHook():
+                self.hooks.append(declaration)
+            case TimerDeclaration():
+                self.timers.append(declaration)
+            case BackgroundDeclaration():
+                if not inspect.iscoroutinefunction(function):
+                    raise DeclarationError(f"{where} is @background: make it `async def`")
+                self.backgrounds.append(declaration)
+            case _:
+                raise DeclarationError(f"{where}: unknown declaration {declaration!r}")
+
+    def _check_names(self) -> None:
+        names = {parameter.name for parameter in self.parameters}
+        for timer in self.timers:
+            if isinstance(timer.hz, str) and timer.hz not in names:
+                raise DeclarationError(
+                    f"{self.owner.__name__}.{timer.attribute}: @every(hz={timer.hz!r}) names a parameter that the class does not declare"
+                )
+        served = [declaration.action for declaration in self.actions]
+        for hook in self.hooks:
+            if hook.action not in served:
+                raise DeclarationError(
+                    f"{self.owner.__name__}.{hook.attribute}: {hook!r} without a method that is @{hook.action!r}.serve()"
+                )
+        _refuse_twice(self.owner, [(declaration.service, declaration.attribute) for declaration in self.services])
+        _refuse_twice(self.owner, [(declaration.action, declaration.attribute) for declaration in self.actions])
+
+
+def _members(owner: type) -> dict[str, object]:
+    """Name -> value over all bases; a redefinition takes the place of what it overrides."""
+    members: dict[str, object] = {}
+    for base in reversed(owner.__mro__):
+        for name, value in vars(base).items():
+            members[name] = value
+    return members
+
+
+def _refuse_twice(owner: type, served: list[tuple[object, str]]) -> None:
+    for index, (contract, attribute) in enumerate(served):
+        for other, earlier in served[:index]:
+            if other is contract:
+                raise DeclarationError(f"{owner.__name__}.{attribute} and .{earlier} both serve {contract!r}: keep one")
+
+
+def _check_message_argument(where: str, function: Callable[..., Any], verb: str, contract: object, expected: type) -> None:
+    """Compare the annotation of the first argument with the contract, as far as it can be read without importing anything."""
+    code = function.__code__
+    if code.co_argcount != 2:
+        raise DeclarationError(f"{where} {verb} {contract!r}: it must take self and one {expected.__name__}")
+    annotation = function.__annotations__.get(code.co_varnames[1])
+    if isinstance(annotation, str):
+        try:
+            annotation = eval(annotation, function.__globals__)
+        except Exception:  # a name that only type checkers see: they will check it
+            return
+    if isinstance(annotation, type) and annotation is not expected and cast("object", annotation) is not object:
+        raise DeclarationError(
+            f"{where} {verb} {contract!r} ({expected.__name__}) but takes {annotation.__name__}: change the annotation or the contract"
+        )

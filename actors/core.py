@@ -1,0 +1,372 @@
+"""The machinery behind one life of a node: its names, endpoints, timers, tasks, and their orderly end.
+
+`Node` is what people write, `Core` is what runs it. A core belongs to one incarnation; the `Mailbox` it works from outlives it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from threading import get_ident
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from actors import names
+from actors.actions import ActionServer
+from actors.channel import ConcurrentFeed, Feed, Publisher, Stream, Subscription
+from actors.errors import DeclarationError, NodeRestarting, WrongThread
+from actors.goal_client import Goal
+from actors.inbox import Inbox, Item, awaited_in
+from actors.qos import QoS
+from actors.services import Client, Server
+from actors.supervision.reasons import Stop
+from actors.timers import TimerItem, TimerRecord
+
+if TYPE_CHECKING:
+    from random import Random
+
+    from actors.blueprint import Blueprint
+    from actors.clock import Clock
+    from actors.contracts import Action, Service, Topic
+    from actors.deadlines import Deadlines
+    from actors.interfaces.message import Message
+    from actors.logs import NodeLog
+    from actors.node import ErrorVerdict, Node
+    from actors.parameters import ParameterStore
+    from actors.remap import Remapping
+    from actors.system import System
+
+__all__ = ["Core", "Identity", "Mailbox", "StopServing"]
+
+M = TypeVar("M", bound="Message")
+G = TypeVar("G", bound="Message")
+R = TypeVar("R", bound="Message")
+F = TypeVar("F", bound="Message")
+Req = TypeVar("Req", bound="Message")
+Resp = TypeVar("Resp", bound="Message")
+
+
+class Identity:
+    """Who a node is: set by its place in the tree, the same over all its incarnations."""
+
+    __slots__ = ("fqn", "name", "namespace", "overrides", "path", "remapping")
+
+    def __init__(
+        self, name: str, namespace: str, path: tuple[str, ...], overrides: Mapping[str, Any], remapping: Remapping | None
+    ) -> None:
+        names.validate_node_name(name)
+        namespace = names.normalize_namespace(namespace)
+        if remapping is not None:
+            name, namespace = remapping.identity(name, namespace)
+        self.name = name
+        self.namespace = namespace
+        self.fqn = names.fully_qualified(namespace, name)
+        self.path = path
+        self.overrides = overrides
+        self.remapping = remapping
+
+    def topic(self, name: str) -> str:
+        """The full name of a topic as this node knows it."""
+        if self.remapping is not None:
+            return self.remapping.resolve_topic(name, self.name, self.namespace)
+        return names.expand(name, self.name, self.namespace)
+
+    def service(self, name: str) -> str:
+        """The full name of a service, or of an action by its bare name, as this node knows it."""
+        if self.remapping is not None:
+            return self.remapping.resolve_service(name, self.name, self.namespace)
+        return names.expand(name, self.name, self.namespace)
+
+
+class Mailbox:
+    """What outlives an incarnation: the inbox, and the subscriptions and servers whose messages wait for the next life."""
+
+    __slots__ = ("actions", "feeds", "inbox", "incarnation", "services", "timers")
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self.timers: dict[str, TimerRecord] = {}
+        self.inbox = Inbox(loop)
+        self.incarnation = 0
+        self.feeds: dict[str, Feed[Any]] = {}
+        self.services: dict[str, Server] = {}
+        self.actions: dict[str, ActionServer] = {}
+
+    def park(self, fqn: str) -> None:
+        """The incarnation has ended: fail who waits for an answer, keep the messages, and let callers know."""
+        incarnation = self.incarnation
+        inbox = self.inbox
+        for feed in self.feeds.values():
+            if isinstance(feed, ConcurrentFeed):
+                feed.spawn = None
+        for server in self.services.values():
+            server.fail_all(lambda: NodeRestarting(fqn, incarnation))
+            server.entry.pause(fqn, incarnation)
+        for action in self.actions.values():
+            action.fail_all(NodeRestarting(fqn, incarnation))
+            action.entry.pause(fqn, incarnation)
+        inbox.control.clear()
+        inbox.items = deque(item for item in inbox.items if isinstance(item, Feed))
+        inbox.on_error = inbox.on_holding = None
+
+    def close(self, fqn: str) -> None:
+        """There will be no next life: leave the graph."""
+        for feed in self.feeds.values():
+            feed.close()
+        self.feeds.clear()
+        for entry in (*self.services.values(), *self.actions.values()):
+            entry.entry.close(fqn)
+        self.services.clear()
+        self.actions.clear()
+        self.inbox.items.clear()
+
+
+class Core:
+    """One incarnation of one node in one system."""
+
+    __slots__ = (
+        "_clients", "_log", "_parameters", "_rng", "actions", "blueprint", "identity", "inbox", "incarnation", "mailbox", "node",
+        "publishers", "streams", "system", "tasks", "timers", "waits_for",
+    )  # fmt: skip
+
+    def __init__(self, system: System, node: Node, blueprint: Blueprint, identity: Identity, mailbox: Mailbox) -> None:
+        self.system = system
+        self.node = node
+        self.blueprint = blueprint
+        self.identity = identity
+        self.mailbox = mailbox
+        self.inbox: Inbox = mailbox.inbox
+        mailbox.incarnation += 1
+        self.incarnation = mailbox.incarnation
+        self.publishers: list[Publisher[Any]] = []
+        self.streams: list[Subscription[Any]] = []
+        self.timers: list[TimerItem] = []
+        self.tasks: dict[asyncio.Task[Any], None] = {}
+        self.waits_for: Any = None
+        self._clients: dict[Any, Client[Any, Any]] = {}
+        self._log: NodeLog | None = None
+        self._rng: Random | None = None
+        self._parameters: ParameterStore | None = None
+
+    def __repr__(self) -> str:
+        return f"<core of {self.fqn}, incarnation {self.incarnation}>"
+
+    # -- what others ask of a node ------------------------------------------------------------------------------------------
+
+    @property
+    def fqn(self) -> str:
+        return self.identity.fqn
+
+    @property
+    def clock(self) -> Clock:
+        return self.system.clock
+
+    @property
+    def deadlines(self) -> Deadlines:
+        return self.system.deadlines
+
+    @property
+    def log(self) -> NodeLog:
+        if self._log is None:
+            self._log = self.system.node_log(self.fqn, self.incarnation)
+        return self._log
+
+    @property
+    def rng(self) -> Random:
+        if self._rng is None:
+            self._rng = self.system.random(f"{self.fqn}#{self.incarnation}")
+        return self._rng
+
+    @property
+    def parameters(self) -> ParameterStore:
+        if self._parameters is None:
+            from actors.parameters import ParameterStore
+
+            self._parameters = ParameterStore(self.fqn, self.identity.overrides, table=self.blueprint.table)
+        return self._parameters
+
+    def new_id(self) -> bytes:
+        return self.system.new_id()
+
+    def warn(self, event: str, **fields: object) -> None:
+        self.log.warning(event, **fields)
+
+    def service_failed(self, service: str, error: Exception) -> None:
+        self.log.error("service handler failed", handler=service, error=f"{type(error).__name__}: {error}")
+        if self.node.on_error(error, service) == "fail":
+            self.inbox.put_control(Failure(error, service))
+
+    def goal_failed(self, action: str, error: Exception) -> None:
+        self.log.error("goal failed", handler=action, error=f"{type(error).__name__}: {error}")
+        if self.node.on_error(error, action) == "fail":
+            self.inbox.put_control(Failure(error, action))
+
+    # -- making endpoints ---------------------------------------------------------------------------------------------------
+
+    def publisher(self, topic: Topic[M], qos: QoS) -> Publisher[M]:
+        self.check_thread()
+        publisher = Publisher(self, self.system.graph.topic(self.identity.topic(topic.name)), topic.type, qos)
+        self.publishers.append(publisher)
+        publisher.entry.add_publisher(publisher)
+        return publisher
+
+    def subscribe(self, topic: Topic[M], qos: QoS) -> Stream[M]:
+        self.check_thread()
+        queue = Subscription(self, self.system.graph.topic(self.identity.topic(topic.name)), topic.type, qos)
+        self.streams.append(queue)
+        queue.on_close = self.streams.remove
+        queue.entry.add_subscription(queue)
+        return Stream(queue)
+
+    def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]:
+        client = self._clients.get(service)
+        if client is None:
+            entry = self.system.graph.service(self.identity.service(service.name))
+            client = self._clients[service] = Client(self, entry, service)
+            entry.clients[self.fqn] = entry.clients.get(self.fqn, 0)
+        return client
+
+    def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]:
+        entry = self.system.graph.action(self.identity.service(action.name))
+        entry.clients[self.fqn] = entry.clients.get(self.fqn, 0) + 1
+        return Goal(self, entry, action, message, timeout)
+
+    def feed(
+        self, topic: Topic[M], qos: QoS, handler: Callable[[M], Awaitable[None] | None], label: str, concurrent: int = 0
+    ) -> None:
+        """Let `handler` take the messages of `topic`; a queue that is left over from the last incarnation is taken over."""
+        feed = self.mailbox.feeds.get(label)
+        entry = self.system.graph.topic(self.identity.topic(topic.name))
+        if feed is not None and (feed.entry is not entry or feed.type is not topic.type):
+            feed.close()
+            feed = None
+        fresh = feed is None
+        if feed is None:
+            if concurrent:
+                feed = ConcurrentFeed(self, entry, topic.type, qos, self.inbox, label, concurrent)
+            else:
+                feed = Feed(self, entry, topic.type, qos, self.inbox, label)
+            self.mailbox.feeds[label] = feed
+        feed.node = self
+        feed.handler = handler
+        if isinstance(feed, ConcurrentFeed):
+            feed.active = 0
+            feed.spawn = self.spawn
+        if fresh:
+            entry.add_subscription(feed)
+        elif isinstance(feed, ConcurrentFeed):
+            feed.work()
+
+    def serve(self, service: Service[Req, Resp], handler: Callable[[Req], Coroutine[Any, Any, Resp]], label: str, concurrent: int = 0) -> None:
+        entry = self.system.graph.service(self.identity.service(service.name))
+        self._refuse_second(entry.server, entry.name, "service")
+        server = Server(self, entry, service.response, label, concurrent)
+        server.handler = handler
+        self.mailbox.services[entry.name] = server
+        entry.open(server)
+
+    def serve_action(self, server: ActionServer) -> None:
+        self._refuse_second(server.entry.server, server.entry.name, "action")
+        self.mailbox.actions[server.entry.name] = server
+        server.entry.open(server)
+
+    def _refuse_second(self, server: Server | ActionServer | None, name: str, kind: str) -> None:
+        if server is not None:
+            raise DeclarationError(
+                f"{self.fqn} would be the second server of {kind} {name}, which {server.node.fqn} serves already: "
+                "give one of them another name or namespace"
+            )
+
+    # -- tasks --------------------------------------------------------------------------------------------------------------
+
+    def spawn(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
+        """Run `work` in a task that this node owns: its failure is the node's failure, the node's stop cancels it."""
+        task = self.system.loop.create_task(work, name=f"{self.fqn} {name or work.__qualname__}")
+        self.tasks[task] = None
+        task.add_done_callback(self._task_ended)
+        return task
+
+    def _task_ended(self, task: asyncio.Task[Any]) -> None:
+        self.tasks.pop(task, None)
+        if not task.cancelled() and (error := task.exception()) is not None:
+            self.inbox.put_control(Failure(error, task.get_name()))
+
+    async def cancel_tasks(self) -> None:
+        """Cancel what this node runs, newest first, and wait until it has ended."""
+        current = asyncio.current_task()
+        while tasks := [task for task in reversed(self.tasks) if task is not current]:
+            for task in tasks:
+                task.cancel()
+                await asyncio.wait([task])
+
+    def on_error(self, error: Exception, handler: str) -> ErrorVerdict:
+        """An exception left a timer or topic handler: what the node says; `Stop` is no error but the node's own word."""
+        if isinstance(error, Stop):
+            return "fail"
+        return self.node.on_error(error, handler)
+
+    def on_holding(self, item: Item, seconds: float) -> None:
+        """A handler keeps the node's other handlers waiting: tell once, with what it waits for and the remedy."""
+        task = self.inbox.task
+        lost = sum(timer.record.missed for timer in self.timers)
+        self.log.warning(
+            f"handler holds the inbox for more than {seconds:g} s", handler=item.label, awaits=awaited_in(task) if task else "",
+            ticks_lost=lost, remedy="declare it concurrent=n, make it an action, or self.offload() its work",
+        )  # fmt: skip
+
+    def check_thread(self) -> None:
+        if get_ident() != self.system.thread:
+            raise WrongThread(f"{self.fqn} was used from a foreign thread: use node.threadsafe(function, *arguments)")
+
+    def request_stop(self, reason: str) -> None:
+        """Have the inbox raise `StopServing` when the present handler has ended."""
+        self.inbox.put_control(StopRequest(reason))
+
+    # -- the end ------------------------------------------------------------------------------------------------------------
+
+    def release(self) -> None:
+        """Give up, at once and without waiting, all that belongs to this incarnation only."""
+        for timer in self.timers:
+            timer.stop()
+        for task in reversed(self.tasks):
+            task.cancel()
+        for publisher in self.publishers:
+            publisher.close()
+        self.publishers.clear()
+        for queue in list(self.streams):
+            queue.close()
+        self.mailbox.park(self.fqn)
+
+
+class Failure:
+    """An inbox item that ends the incarnation with the error of a task."""
+
+    __slots__ = ("error", "label")
+
+    def __init__(self, error: BaseException, label: str) -> None:
+        self.error = error
+        self.label = label
+
+    def run(self) -> None:
+        raise self.error
+
+
+class StopServing(BaseException):
+    """Ends `Inbox.serve` in an orderly way; not an `Exception`, so no handler's `except` can mistake it for its own."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+class StopRequest:
+    """An inbox item that ends the node's service."""
+
+    __slots__ = ("reason",)
+    label = "stop"
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+
+    def run(self) -> None:
+        raise StopServing(self.reason)
+

@@ -1,0 +1,130 @@
+"""Every error a user of `actors` can meet. Each one says what happened, where, and what to do next."""
+
+from __future__ import annotations
+
+__all__ = [
+    "ActionUnavailable",
+    "ActorError",
+    "CallCycle",
+    "CallTimeout",
+    "DeclarationError",
+    "GoalAborted",
+    "GoalCanceled",
+    "GoalFailed",
+    "GoalRejected",
+    "NodeRestarting",
+    "NotRunning",
+    "NotStarted",
+    "Reject",
+    "ServiceFailed",
+    "ServiceUnavailable",
+    "WrongThread",
+    "WrongType",
+]
+
+
+class ActorError(Exception):
+    """Base of all errors that `actors` raises about the running system."""
+
+
+class DeclarationError(TypeError):
+    """A node class, a contract or a tree is declared wrongly. Raised when the class or object is made, never at message 1000."""
+
+
+class NotStarted(ActorError):
+    """A part of a node was used before its system started it (or after it ended)."""
+
+
+class WrongType(ActorError, TypeError):
+    """A message, request, goal or reply is not of its contract's type."""
+
+
+class WrongThread(ActorError):
+    """A node was used from a thread other than its event loop's. Use `node.threadsafe`."""
+
+
+class ServiceUnavailable(ActorError, TimeoutError):
+    """Nobody serves this service, and nobody began to within the call's timeout."""
+
+
+class CallTimeout(ActorError, TimeoutError):
+    """A server has the request but did not answer within the call's timeout. A late answer is dropped."""
+
+
+class NotRunning(ActorError):
+    """The node that served this has stopped for good."""
+
+
+class NodeRestarting(ActorError):
+    """The node that served this has failed and is being restarted; ask again. Its `incarnation` is the one that ended."""
+
+    def __init__(self, node: str, incarnation: int) -> None:
+        super().__init__(f"{node} (incarnation {incarnation}) has ended and is being restarted: try again in a moment")
+        self.node = node
+        self.incarnation = incarnation
+
+
+class CallCycle(ActorError):
+    """A call would wait for itself: each named node's handler waits for the next one's."""
+
+    def __init__(self, nodes: tuple[str, ...]) -> None:
+        super().__init__(
+            f"this call can never be answered: {' waits for '.join((*nodes, nodes[0]))}; "
+            "declare one of the handlers concurrent=n, or do not call back into a caller"
+        )
+        self.nodes = nodes
+
+
+class ServiceFailed(ActorError):
+    """The service handler raised: `node` served it, `type` and `text` are those of its exception."""
+
+    def __init__(self, node: str, type: str, text: str) -> None:
+        super().__init__(f"{node} failed to serve the request: {type}: {text}")
+        self.node = node
+        self.type = type
+        self.text = text
+
+
+class ActionUnavailable(ActorError, TimeoutError):
+    """Nobody serves this action, and nobody began to within the timeout."""
+
+
+class Reject(Exception):
+    """Raise it in an ``@ACTION.accepts`` method (or first thing in the action itself) to reject a goal with a reason."""
+
+    def __init__(self, reason: str = "") -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+class GoalRejected(ActorError):
+    """The server did not accept the goal; `reason` is its own word."""
+
+    def __init__(self, action: str, reason: str) -> None:
+        super().__init__(f"{action} rejected the goal: {reason or 'no reason given'}")
+        self.action = action
+        self.reason = reason
+
+
+class GoalFailed(ActorError):
+    """A goal ended otherwise than by success: `reason` says why, `result` is what the body handed over, or None."""
+
+    verb = "failed"
+
+    def __init__(self, action: str, reason: str, result: object = None) -> None:
+        super().__init__(f"{action}: goal {self.verb}: {reason or 'no reason given'}")
+        self.action = action
+        self.reason = reason
+        self.result = result
+
+
+class GoalCanceled(GoalFailed):
+    """The goal was canceled, by its client or by a goal that preempted it."""
+
+    verb = "canceled"
+
+
+class GoalAborted(GoalFailed):
+    """The goal's body raised, yielded `Aborted`, or ended without a result."""
+
+    verb = "aborted"

@@ -1,0 +1,312 @@
+"""Goals of an action server as ROS 2 knows them: states, cancel requests, the list for the status topic, kept results.
+
+Pure bookkeeping: times are integers (nanoseconds on the server's clock) that the caller gives, nothing waits, nothing
+is sent. The rules are those of rcl_action; where its releases differ, a result is kept `result_timeout` after the goal
+*ended*, as the design says, not after it was accepted.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from enum import IntEnum
+from typing import Any, Final
+
+from actors.errors import ActorError
+
+__all__ = [
+    "DEFAULT_RESULT_TIMEOUT_NS",
+    "CancelCode",
+    "CancelOutcome",
+    "CancelSelection",
+    "DuplicateGoal",
+    "GoalEvent",
+    "GoalRecord",
+    "GoalStatus",
+    "GoalTable",
+    "InvalidGoalTransition",
+    "next_status",
+]
+
+DEFAULT_RESULT_TIMEOUT_NS: Final = 10_000_000_000
+"""How long a result is kept after its goal has ended, unless told otherwise: 10 s, as in ROS 2."""
+
+NO_GOAL_ID: Final = bytes(16)
+"""The id of a cancel request that names no goal."""
+
+
+class GoalStatus(IntEnum):
+    """The state of a goal, numbered as in `action_msgs/msg/GoalStatus`."""
+
+    UNKNOWN = 0
+    ACCEPTED = 1
+    EXECUTING = 2
+    CANCELING = 3
+    SUCCEEDED = 4
+    CANCELED = 5
+    ABORTED = 6
+
+    @property
+    def is_active(self) -> bool:
+        """True while the goal has an end before it: ACCEPTED, EXECUTING, CANCELING."""
+        return GoalStatus.ACCEPTED <= self <= GoalStatus.CANCELING
+
+    @property
+    def is_cancelable(self) -> bool:
+        """True while a cancel request can still be accepted: ACCEPTED, EXECUTING."""
+        return self is GoalStatus.ACCEPTED or self is GoalStatus.EXECUTING
+
+    @property
+    def is_terminal(self) -> bool:
+        """True when the goal has ended: SUCCEEDED, CANCELED, ABORTED."""
+        return self >= GoalStatus.SUCCEEDED
+
+
+class GoalEvent(IntEnum):
+    """What can happen to a goal."""
+
+    EXECUTE = 0
+    CANCEL_GOAL = 1
+    SUCCEED = 2
+    ABORT = 3
+    CANCELED = 4
+
+
+_NEXT: Final[dict[tuple[GoalStatus, GoalEvent], GoalStatus]] = {
+    (GoalStatus.ACCEPTED, GoalEvent.EXECUTE): GoalStatus.EXECUTING,
+    (GoalStatus.ACCEPTED, GoalEvent.CANCEL_GOAL): GoalStatus.CANCELING,
+    (GoalStatus.EXECUTING, GoalEvent.CANCEL_GOAL): GoalStatus.CANCELING,
+    (GoalStatus.EXECUTING, GoalEvent.SUCCEED): GoalStatus.SUCCEEDED,
+    (GoalStatus.EXECUTING, GoalEvent.ABORT): GoalStatus.ABORTED,
+    (GoalStatus.CANCELING, GoalEvent.SUCCEED): GoalStatus.SUCCEEDED,
+    (GoalStatus.CANCELING, GoalEvent.ABORT): GoalStatus.ABORTED,
+    (GoalStatus.CANCELING, GoalEvent.CANCELED): GoalStatus.CANCELED,
+}
+
+
+def next_status(status: GoalStatus, event: GoalEvent) -> GoalStatus | None:
+    """The state after `event`, or None where the event is illegal.
+
+    A goal cannot become CANCELED without CANCELING, nor end without executing (or canceling); a goal that is CANCELING
+    may still succeed or abort; nothing follows a terminal state.
+    """
+    return _NEXT.get((status, event))
+
+
+class InvalidGoalTransition(ActorError):
+    """An event that the goal's state does not allow. The goal is unchanged."""
+
+
+class DuplicateGoal(ActorError):
+    """A goal id that this server still knows; the request is to be rejected without asking anyone."""
+
+
+class GoalRecord:
+    """One tracked goal. Only its `GoalTable` changes it.
+
+    `goal_id` is 16 bytes, `stamp_ns` the time of acceptance. `result` (whatever the server keeps) and `reason` mean
+    something once the status is terminal; `ended_ns` is then the time of the end.
+    """
+
+    __slots__ = ("ended_ns", "goal_id", "reason", "result", "stamp_ns", "status")
+
+    def __init__(self, goal_id: bytes, stamp_ns: int) -> None:
+        self.goal_id: Final = goal_id
+        self.stamp_ns: Final = stamp_ns
+        self.status = GoalStatus.ACCEPTED
+        self.ended_ns = 0
+        self.result: Any = None
+        self.reason = ""
+
+    def __repr__(self) -> str:
+        return f"<goal {self.goal_id.hex()[:8]} {self.status.name}{f': {self.reason}' if self.reason else ''}>"
+
+
+class CancelCode(IntEnum):
+    """The return code of a cancel request, numbered as in `action_msgs/srv/CancelGoal`."""
+
+    NONE = 0
+    REJECTED = 1
+    UNKNOWN_GOAL_ID = 2
+    GOAL_TERMINATED = 3
+
+
+class CancelSelection:
+    """The goals that a cancel request asks to cancel, in order of acceptance, before the server's own word on each.
+
+    `code` is final unless it is NONE and there are candidates, all of which are then refused.
+    """
+
+    __slots__ = ("candidates", "code")
+
+    def __init__(self, code: CancelCode, candidates: tuple[GoalRecord, ...] = ()) -> None:
+        self.code: Final = code
+        self.candidates: Final = candidates
+
+
+class CancelOutcome:
+    """The answer to a cancel request: its code and the goals that moved to CANCELING, in order of acceptance."""
+
+    __slots__ = ("code", "goals")
+
+    def __init__(self, code: CancelCode, goals: tuple[GoalRecord, ...] = ()) -> None:
+        self.code: Final = code
+        self.goals: Final = goals
+
+    def __repr__(self) -> str:
+        return f"<cancel {self.code.name}, {len(self.goals)} goals canceling>"
+
+
+class GoalTable:
+    """The goals that one action server knows, in order of acceptance, until their results expire.
+
+    `result_timeout_ns` counts from a goal's end: negative keeps results forever, 0 drops them at the next `expire`.
+    Every operation is O(1) except those that list or select goals. Active goals never expire.
+    """
+
+    __slots__ = ("_ended", "_goals", "result_timeout_ns")
+
+    def __init__(self, result_timeout_ns: int = DEFAULT_RESULT_TIMEOUT_NS) -> None:
+        self.result_timeout_ns: Final = result_timeout_ns
+        self._goals: dict[bytes, GoalRecord] = {}
+        self._ended: deque[GoalRecord] = deque()
+
+    def __len__(self) -> int:
+        return len(self._goals)
+
+    def __contains__(self, goal_id: object) -> bool:
+        return goal_id in self._goals
+
+    def __repr__(self) -> str:
+        return f"<goal table: {len(self._goals) - len(self._ended)} active, {len(self._ended)} ended>"
+
+    def get(self, goal_id: bytes) -> GoalRecord | None:
+        """The goal, or None if it is unknown or expired."""
+        return self._goals.get(goal_id)
+
+    def status_of(self, goal_id: bytes) -> GoalStatus:
+        """The state of the goal; UNKNOWN if it is unknown or expired, which is an answer and not an error."""
+        record = self._goals.get(goal_id)
+        return GoalStatus.UNKNOWN if record is None else record.status
+
+    def records(self) -> tuple[GoalRecord, ...]:
+        """All goals, ended ones included, in order of acceptance: the content of the status topic."""
+        return tuple(self._goals.values())
+
+    def active(self) -> tuple[GoalRecord, ...]:
+        """The goals that have not ended, in order of acceptance."""
+        return tuple(record for record in self._goals.values() if record.status.is_active)
+
+    def accept(self, goal_id: bytes, stamp_ns: int) -> GoalRecord:
+        """Track a new goal as ACCEPTED. Raises DuplicateGoal for an id that is still known, ended or not."""
+        known = self._goals.get(goal_id)
+        if known is not None:
+            raise DuplicateGoal(
+                f"goal id {goal_id.hex()} is already in use ({known.status.name}); make a new id for each goal"
+            )
+        record = self._goals[goal_id] = GoalRecord(goal_id, stamp_ns)
+        return record
+
+    def execute(self, record: GoalRecord) -> bool:
+        """The body is about to run: ACCEPTED becomes EXECUTING (True); a goal canceled before stays CANCELING (False).
+
+        Raises InvalidGoalTransition in any other state.
+        """
+        if record.status is GoalStatus.CANCELING:
+            return False
+        self._advance(record, GoalEvent.EXECUTE)
+        return True
+
+    def end(self, record: GoalRecord, event: GoalEvent, now_ns: int, result: Any = None, reason: str = "") -> None:
+        """The goal has ended by SUCCEED, ABORT or CANCELED; its result is kept from now on.
+
+        Raises InvalidGoalTransition, with the goal unchanged, where the event is illegal: CANCELED without CANCELING,
+        an end before execution, a second end.
+        """
+        if event not in (GoalEvent.SUCCEED, GoalEvent.ABORT, GoalEvent.CANCELED):
+            raise InvalidGoalTransition(f"{event.name} does not end a goal; use SUCCEED, ABORT or CANCELED")
+        self._advance(record, event)
+        record.result = result
+        record.reason = reason
+        record.ended_ns = now_ns
+        self._rebase(now_ns)
+        self._ended.append(record)
+
+    def select(self, goal_id: bytes = NO_GOAL_ID, stamp_ns: int = 0) -> CancelSelection:
+        """The goals that a cancel request means: an id of zeros names none, a stamp of 0 is none.
+
+        Neither: all. Stamp: those accepted at or before it. Id: that goal. Both: that goal *and* those of the stamp.
+        Only goals that are ACCEPTED or EXECUTING are selected. Only an id without a stamp can be wrong:
+        UNKNOWN_GOAL_ID, or GOAL_TERMINATED when the goal has ended or is already CANCELING.
+        """
+        named = goal_id != NO_GOAL_ID
+        if named and not stamp_ns:
+            record = self._goals.get(goal_id)
+            if record is None:
+                return CancelSelection(CancelCode.UNKNOWN_GOAL_ID)
+            if not record.status.is_cancelable:
+                return CancelSelection(CancelCode.GOAL_TERMINATED)
+            return CancelSelection(CancelCode.NONE, (record,))
+        everything = not named and not stamp_ns
+        return CancelSelection(
+            CancelCode.NONE,
+            tuple(
+                record
+                for record in self._goals.values()
+                if record.status.is_cancelable
+                and (everything or record.stamp_ns <= stamp_ns or record.goal_id == goal_id)
+            ),
+        )
+
+    def begin_cancel(self, selection: CancelSelection, agreed: Iterable[GoalRecord]) -> CancelOutcome:
+        """Move the goals that the server agreed to cancel to CANCELING; REJECTED if it refused every candidate.
+
+        A goal that has ended while the server was being asked is left alone.
+        """
+        wanted = {record.goal_id for record in agreed}
+        if selection.candidates and not wanted:
+            return CancelOutcome(CancelCode.REJECTED)
+        moved: list[GoalRecord] = []
+        for record in selection.candidates:
+            if record.goal_id in wanted and record.status.is_cancelable:
+                self._advance(record, GoalEvent.CANCEL_GOAL)
+                moved.append(record)
+        return CancelOutcome(selection.code, tuple(moved))
+
+    def cancel(
+        self, goal_id: bytes = NO_GOAL_ID, stamp_ns: int = 0, agrees: Callable[[GoalRecord], bool] = lambda _: True
+    ) -> CancelOutcome:
+        """`select` and `begin_cancel` in one, for a server that answers at once."""
+        selection = self.select(goal_id, stamp_ns)
+        return self.begin_cancel(selection, [record for record in selection.candidates if agrees(record)])
+
+    def next_expiry(self) -> int | None:
+        """When the next result is to be dropped (nanoseconds), or None if nothing waits for that."""
+        if self.result_timeout_ns < 0 or not self._ended:
+            return None
+        return self._ended[0].ended_ns + self.result_timeout_ns
+
+    def expire(self, now_ns: int) -> tuple[GoalRecord, ...]:
+        """Forget the goals whose time is over, and return them. Answer pending requests for a result first."""
+        self._rebase(now_ns)
+        gone: list[GoalRecord] = []
+        while (due := self.next_expiry()) is not None and due <= now_ns:
+            record = self._ended.popleft()
+            del self._goals[record.goal_id]
+            gone.append(record)
+        return tuple(gone)
+
+    def _advance(self, record: GoalRecord, event: GoalEvent) -> None:
+        following = next_status(record.status, event)
+        if following is None:
+            raise InvalidGoalTransition(
+                f"goal {record.goal_id.hex()[:8]} is {record.status.name} and cannot take {event.name}"
+                + ("; a goal is canceled only after a cancel request" if event is GoalEvent.CANCELED else "")
+            )
+        record.status = following
+
+    def _rebase(self, now_ns: int) -> None:
+        """After the clock went back, a goal that ended "in the future" counts from now: none outlives its timeout."""
+        if self._ended and self._ended[-1].ended_ns > now_ns:
+            for record in self._ended:
+                record.ended_ns = min(record.ended_ns, now_ns)

@@ -1,0 +1,134 @@
+"""The inbox: everything a node's own code must do, one thing after another.
+
+It is what makes a node an actor. Messages, requests and ticks wait here as items; the node's task takes them out and runs them to
+their end before it takes the next, so handlers of one node never overlap. Control items go before data items. However many
+items arrive while the node is busy or asleep, they cost one wake-up.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable
+from typing import Any, Protocol
+
+__all__ = ["HOLDING_SECONDS", "Inbox", "Item", "awaited_in"]
+
+HOLDING_SECONDS = 0.5
+"""A plain handler that keeps the others waiting for longer than this is reported once (architecture section 5)."""
+
+TURN = 256
+"""After so many items without a pause the loop gets a turn, so that a flood in one node cannot starve the others."""
+
+
+class Item(Protocol):
+    """One piece of work. `run` does it at once (None) or returns what has to be awaited."""
+
+    def run(self) -> Awaitable[Any] | None: ...
+
+    @property
+    def label(self) -> str:
+        """The handler's name, for reports."""
+        ...
+
+
+class Inbox:
+    """The queue of one node. It outlives an incarnation: what is waiting when a node crashes waits for its next life."""
+
+    __slots__ = ("control", "current", "handled", "items", "loop", "on_error", "on_holding", "reported", "task", "waiter", "watch")
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self.loop = loop
+        self.items: deque[Item] = deque()
+        self.control: deque[Item] = deque()
+        self.waiter: asyncio.Future[None] | None = None
+        self.task: asyncio.Task[Any] | None = None
+        self.current: Item | None = None
+        self.handled = 0
+        self.watch: asyncio.TimerHandle | None = None
+        self.reported: set[str] = set()
+        self.on_holding: Callable[[Item, float], None] | None = None
+        self.on_error: Callable[[Exception, str], object] | None = None
+
+    def put(self, item: Item) -> None:
+        """Append an item. Never blocks, never runs it."""
+        self.items.append(item)
+        self.wake()
+
+    def put_control(self, item: Item) -> None:
+        """Append an item that goes before all data."""
+        self.control.append(item)
+        self.wake()
+
+    def wake(self) -> None:
+        """Let the node's task look into the inbox, or, when it is busy, begin to watch how long it stays so."""
+        waiter = self.waiter
+        if waiter is not None:
+            self.waiter = None
+            if not waiter.done():
+                waiter.set_result(None)
+        elif self.watch is None and self.current is not None:
+            self.watch = self.loop.call_later(HOLDING_SECONDS, self._look, self.handled)
+
+    async def serve(self) -> None:
+        """Run items until one of them raises and `on_error` does not say "continue": that ends the incarnation. Cancel to stop."""
+        items, control = self.items, self.control
+        self.task = asyncio.current_task()
+        try:
+            while True:
+                budget = TURN
+                while control or items:
+                    item = control.popleft() if control else items.popleft()
+                    self.current = item
+                    try:
+                        pending = item.run()
+                        if pending is not None:
+                            await pending
+                    except Exception as error:
+                        if self.on_error is None or self.on_error(error, item.label) != "continue":
+                            raise
+                    self.handled += 1
+                    budget -= 1
+                    if not budget:
+                        self.current = None
+                        await asyncio.sleep(0)
+                        budget = TURN
+                self.current = None
+                self.waiter = waiter = self.loop.create_future()
+                await waiter
+        finally:
+            self.waiter = self.current = self.task = None
+            if self.watch is not None:
+                self.watch.cancel()
+                self.watch = None
+
+    def _look(self, handled: int) -> None:
+        """Half a second after somebody found the node busy: is it still busy with the same item?"""
+        self.watch = None
+        current = self.current
+        if current is None:
+            return
+        if self.handled == handled:
+            self.report_holding(current, HOLDING_SECONDS)
+        if self.items or self.control:
+            self.watch = self.loop.call_later(HOLDING_SECONDS, self._look, self.handled)
+
+    def report_holding(self, item: Item, seconds: float) -> None:
+        """Tell, once per handler, that it keeps the node's other handlers waiting."""
+        if item.label not in self.reported and self.on_holding is not None:
+            self.reported.add(item.label)
+            self.on_holding(item, seconds)
+
+
+def awaited_in(task: asyncio.Task[Any]) -> str:
+    """Where a suspended task waits: the innermost await, as ``file:line in function``; empty when it is running."""
+    place = ""
+    waiting: Any = task.get_coro()
+    while waiting is not None:
+        frame = getattr(waiting, "cr_frame", None) or getattr(waiting, "gi_frame", None) or getattr(waiting, "ag_frame", None)
+        if frame is not None:
+            place = f"{frame.f_code.co_filename}:{frame.f_lineno} in {frame.f_code.co_qualname}"
+        waiting = (
+            getattr(waiting, "cr_await", None) or getattr(waiting, "gi_yieldfrom", None) or getattr(waiting, "ag_await", None)
+        )
+    return place

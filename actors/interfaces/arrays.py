@@ -1,0 +1,156 @@
+"""Numeric sequences as numpy arrays that never change. Imported only when a message with such a field is first built."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterable
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from actors.interfaces.errors import MessageTypeError, MessageValueError
+from actors.interfaces.fields import FLOATS, INTEGER_RANGES, FieldType
+
+ndarray = np.ndarray
+
+DTYPES: Final[dict[str, np.dtype[Any]]] = {
+    "bool": np.dtype(np.bool_),
+    "byte": np.dtype(np.uint8),
+    "char": np.dtype(np.uint8),
+    **{name: np.dtype(name) for name in ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64")},
+    "float32": np.dtype(np.float32),
+    "float64": np.dtype(np.float64),
+}
+OCTETS: Final = frozenset({"byte", "char", "uint8"})
+
+
+def is_settled(value: Any, dtype: np.dtype[Any]) -> bool:
+    """Whether `value` can be kept as it is: flat, of this dtype, and nobody can write to its memory through it."""
+    return (
+        type(value) is ndarray
+        and value.dtype is dtype
+        and value.ndim == 1
+        and not value.flags.writeable
+        and value.flags.c_contiguous
+        and (value.base is None or _cannot_change(value.base))
+    )
+
+
+def _cannot_change(base: Any) -> bool:
+    if type(base) is ndarray:
+        return not base.flags.writeable and (base.base is None or _cannot_change(base.base))
+    return type(base) is bytes
+
+
+def frozen(values: NDArray[Any]) -> NDArray[Any]:
+    """`values` itself, made read-only. For arrays that nobody else holds."""
+    values.setflags(write=False)
+    return values
+
+
+def to_array(where: str, kind: FieldType, value: Any) -> NDArray[Any]:
+    """`value` as a read-only, one-dimensional array of the field's dtype, owned or backed by bytes.
+
+    Accepts arrays (copied unless they and their base are read-only), bytes-like objects for octets, and any iterable of
+    numbers. Whole numbers widen to floats and floats round to float32; nothing is ever truncated or wrapped.
+
+    Raises:
+        MessageTypeError: something that is not numbers of the right sort; the text names the field and the element.
+        MessageValueError: a number out of range, or a wrong length.
+    """
+    dtype = DTYPES[kind.base]
+    if isinstance(value, ndarray):
+        result = _from_array(where, kind, value, dtype)
+    elif isinstance(value, (bytes, bytearray, memoryview)) and kind.base in OCTETS:
+        result = np.frombuffer(bytes(value), dtype)
+    elif isinstance(value, (array, memoryview)):
+        result = _from_array(where, kind, np.asarray(value), dtype)
+    elif isinstance(value, (str, bytes, bytearray)) or not isinstance(value, Iterable):
+        raise MessageTypeError(f"{where}: expected {kind} (a numpy array or a sequence), got {_shown(value)}")
+    else:
+        result = _from_items(where, kind, list(value), dtype)
+    _check_length(where, kind, len(result))
+    return result
+
+
+def _check_length(where: str, kind: FieldType, length: int) -> None:
+    if kind.array == "fixed" and length != kind.size:
+        raise MessageValueError(f"{where}: {kind} holds exactly {kind.size} elements, got {length}")
+    if kind.array == "bounded" and length > kind.size:
+        raise MessageValueError(f"{where}: {kind} holds at most {kind.size} elements, got {length}")
+
+
+def _from_array(where: str, kind: FieldType, value: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+    if value.ndim != 1:
+        if kind.base not in OCTETS or value.dtype != dtype:
+            raise MessageTypeError(f"{where}: {kind} is one-dimensional, got an array of shape {value.shape}; use .ravel()")
+        value = value.reshape(-1)  # an image: rows one after the other, as on the wire
+    if is_settled(value, dtype):
+        return value
+    if value.dtype == dtype:
+        return frozen(np.array(value, dtype=dtype))
+    if value.dtype.kind == "O":
+        return _from_items(where, kind, value.tolist(), dtype)
+    allowed = {"bool": "b"}.get(kind.base, "iuf" if kind.base in FLOATS else "iu")
+    if value.dtype.kind not in allowed:
+        raise MessageTypeError(f"{where}: an array of {value.dtype} does not fit {kind} without loss")
+    if kind.base in INTEGER_RANGES:
+        if value.size:
+            _check_range(where, kind, int(value.min()), int(value.max()), value)
+        return frozen(value.astype(dtype))
+    return _as_floats(where, kind, value, dtype)
+
+
+def _from_items(where: str, kind: FieldType, items: list[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+    accepted = _accepted(kind.base)
+    for wrong in {type(item) for item in items}:
+        if not issubclass(wrong, accepted) or (wrong is bool and kind.base != "bool"):
+            index = next(i for i, item in enumerate(items) if type(item) is wrong)
+            raise MessageTypeError(f"{where}[{index}]: expected {kind.base}, got {_shown(items[index])}")
+    if kind.base in INTEGER_RANGES:
+        if items:
+            _check_range(where, kind, min(items), max(items), items)
+        return frozen(np.array(items, dtype))
+    if kind.base == "bool":
+        return frozen(np.array(items, dtype))
+    try:
+        return _as_floats(where, kind, np.array(items, np.float64), dtype)
+    except OverflowError as error:
+        raise MessageValueError(f"{where}: a whole number in it is too large for {kind.base}") from error
+
+
+def _accepted(base: str) -> tuple[type, ...]:
+    if base == "bool":
+        return (bool, np.bool_)
+    return (int, np.integer) if base in INTEGER_RANGES else (float, int, np.floating, np.integer)
+
+
+def _check_range(where: str, kind: FieldType, low: int, high: int, values: Iterable[Any]) -> None:
+    smallest, largest = INTEGER_RANGES[kind.base]
+    if low < smallest or high > largest:
+        index, value = next((i, int(v)) for i, v in enumerate(values) if not smallest <= int(v) <= largest)
+        raise MessageValueError(f"{where}[{index}]: {value} is out of range for {kind.base} ({smallest}..{largest})")
+
+
+def _as_floats(where: str, kind: FieldType, value: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+    with np.errstate(over="ignore"):
+        result = value.astype(dtype)
+    lost = np.isinf(result) & np.isfinite(value)
+    if lost.any():
+        index = int(np.argmax(lost))
+        raise MessageValueError(f"{where}[{index}]: {value[index]} is out of range for {kind.base}")
+    return frozen(result)
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return f"{type(value).__name__} {text if len(text) <= 40 else text[:37] + '...'}"
+
+
+def shown(values: NDArray[Any]) -> str:
+    """An array in the `repr` of a message: all of a short one, both ends of a long one."""
+    if len(values) <= 16:
+        return f"array({values.tolist()}, dtype={values.dtype})"
+    ends = ", ".join(map(str, values[:3].tolist())), ", ".join(map(str, values[-3:].tolist()))
+    return f"array([{ends[0]}, ..., {ends[1]}], dtype={values.dtype}, size={len(values)})"

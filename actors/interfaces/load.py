@@ -1,0 +1,156 @@
+"""Types at run time from .msg, .srv and .action text: adding a file is enough, nothing is built or generated.
+
+    load_folder("interfaces")                      # <folder>/<package>/<kind>/<Name>.<kind>
+    load("interfaces/my_pkg/msg/Sample.msg")
+    load("float64 x\\nfloat64 y", "my_pkg/msg/Point2")
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, ClassVar
+
+from actors.interfaces import registry, types
+from actors.interfaces.errors import BadDeclaration
+from actors.interfaces.fields import FieldType
+from actors.interfaces.message import ActionType, Message, MessageMeta, ServiceType
+from actors.interfaces.naming import KINDS, Kind, closest, full_name
+from actors.interfaces.parse import Definition, DefinitionError, MessageDefinition, parse
+
+
+def load(source: str | os.PathLike[str], name: str | None = None) -> type[Any]:
+    """The type that a definition file, or the text of a definition, describes.
+
+    With `name` (`pkg/msg/Name`; `pkg/Name` means a message) `source` is the text; without, it is a path
+    `.../<package>/<kind>/<Name>.<kind>` or `.../<package>/<Name>.<kind>`. Nested types must be known.
+
+    Returns a message class, a `ServiceType` or an `ActionType`.
+
+    Raises:
+        DefinitionError: the text cannot be read, or names a type that is not known; with file and line.
+        BadDeclaration: another type already has this name.
+    """
+    if name is not None:
+        package, kind, leaf = full_name(name).split("/")
+        return _define(parse(os.fspath(source), package, leaf, _as_kind(kind, name)), None)
+    path = Path(source)
+    parent = path.parent.name if path.parent.name not in KINDS else path.parent.parent.name
+    return load_file(path, parent)
+
+
+def load_file(path: str | os.PathLike[str], package: str) -> type[Any]:
+    """The type that one file describes, as a type of `package`."""
+    file = Path(path)
+    kind = _as_kind(file.suffix.removeprefix("."), os.fspath(path))
+    text = file.read_text(encoding="utf-8-sig")
+    return _define(parse(text, package, file.stem, kind, os.fspath(path)), os.fspath(path))
+
+
+def load_folder(path: str | os.PathLike[str]) -> list[type[Any]]:
+    """All types of a folder `<path>/<package>/<kind>/<Name>.<kind>`, in whatever order they need each other.
+
+    The folder stays known: a file added later is found when its name is asked for.
+
+    Raises:
+        DefinitionError: of the first file that cannot be read, or that names an unknown type; with file and line.
+        FileNotFoundError: there is no definition in it.
+    """
+    files = sorted(_definitions(Path(path)))
+    if not files:
+        raise FileNotFoundError(f"no definition in {os.fspath(path)}; expected <package>/<msg|srv|action>/<Name>.<msg|srv|action>")
+    for file in files:  # all are read before any is defined, so that a bad file leaves nothing half done
+        parse(file.read_text(encoding="utf-8-sig"), file.parts[-3], file.stem, _as_kind(file.parts[-2], str(file)), str(file))
+    registry.add_folder(path)
+    loaded: list[type[Any]] = []
+    for file in files:
+        package, kind = file.parts[-3:-1]
+        name = f"{package}/{kind}/{file.stem}"
+        known = registry.find(name)
+        loaded.append(known if known is not None and _defined_by(known, file) else load_file(file, package))
+    return loaded
+
+
+def _defined_by(known: type[Any], file: Path) -> bool:
+    return getattr(known, "__ros_source__", None) == os.fspath(file)
+
+
+def _definitions(path: Path) -> Iterator[Path]:
+    for kind in KINDS:
+        yield from path.glob(f"*/{kind}/*.{kind}")
+
+
+def _as_kind(kind: str, where: str) -> Kind:
+    for known in KINDS:
+        if kind == known:
+            return known
+    raise DefinitionError("invalid_type_name", f"{where}: expected a .msg, .srv or .action definition")
+
+
+def _define(definition: Definition, file: str | None) -> type[Any]:
+    package, kind, name = definition.name.split("/")
+    parts = [_message_class(part, package, kind, definition, file) for part in definition.parts]
+    if kind == "msg":
+        return parts[0]
+    base: Any = ServiceType if kind == "srv" else ActionType
+    known = registry.known(definition.name)
+    if known is not None and [getattr(known, p.__name__.rpartition("_")[2]) for p in parts] == parts:
+        return known
+    body = {"__module__": f"{package}.{kind}", "__ros_type__": definition.name, "__doc__": _doc(definition.parts[0], definition.name)}
+    body |= {"__orig_bases__": (base[tuple(parts)],), "__ros_source__": file or "text", "__ros_text__": definition.text}
+    return type(name, (base,), body)
+
+
+def _message_class(
+    definition: MessageDefinition, package: str, kind: str, whole: Definition, file: str | None
+) -> type[Message]:
+    """The class of a definition; the known one if it says the same."""
+    annotations: dict[str, Any] = {}
+    body: dict[str, Any] = {"__module__": f"{package}.{kind}", "__annotations__": annotations}
+    for constant in definition.constants:
+        annotations[constant.name] = ClassVar[Annotated[object, constant.type]]
+        body[constant.name] = constant.value
+    for field in definition.fields:
+        annotations[field.name] = _annotation(field.type, field.line, file)
+        body[field.name] = types.default(field.default)
+    known = registry.known(definition.name)
+    if known is not None:
+        _check_same(known, definition, file)
+        return known
+    name = definition.name.rpartition("/")[2]
+    body |= {"__qualname__": name, "__ros_type__": definition.name, "__doc__": _doc(definition, definition.name)}
+    body |= {"__ros_source__": file or "text", "__ros_text__": whole.text}
+    made: type[Message] = MessageMeta(name, (Message,), body, frozen=True, kw_only=True)
+    return made
+
+
+def _doc(definition: MessageDefinition, name: str) -> str:
+    return "\n".join([f"{name}", "", *definition.comment]).rstrip() if definition.comment else name
+
+
+def _annotation(kind: FieldType, line: int, file: str | None) -> Any:
+    if kind.base in {"time", "duration"}:
+        better = f"builtin_interfaces/{kind.base.capitalize()}"
+        raise DefinitionError("invalid_type_name", f"{kind.base!r} is a type of ROS 1; write {better}", line, file)
+    if not kind.is_message:
+        return Annotated[object, kind]
+    message = registry.find(kind.base)
+    if message is None:
+        hint = closest(kind.base, registry.known_names("msg"))
+        raise DefinitionError("invalid_type_name", f"type {kind.element} is not known.{hint}", line, file)
+    if not kind.is_array:
+        return message
+    many: Any = types.Many[message]  # type: ignore[valid-type]
+    mark = {"fixed": types.Exactly, "bounded": types.AtMost}.get(kind.array)
+    return Annotated[many, mark(kind.size)] if mark is not None else many
+
+
+def _check_same(known: type[Message], definition: MessageDefinition, file: str | None) -> None:
+    mine = [(field.name, field.type, field.default) for field in definition.fields]
+    if [(field.name, field.type, field.default) for field in known.__ros_fields__] != mine:
+        source = getattr(known, "__ros_source__", f"module {known.__module__}")
+        raise BadDeclaration(
+            f"{file or definition.name}: {definition.name} is known already with other fields, from {source}. "
+            "A type cannot change while the program runs; restart it, or choose another name"
+        )

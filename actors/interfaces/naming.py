@@ -1,0 +1,89 @@
+"""The names of types: their grammar, the two spellings of a type, and what a Python class is called in ROS."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Final, Literal
+
+from actors.interfaces.errors import BadDeclaration, UnknownInterface
+
+Kind = Literal["msg", "srv", "action"]
+KINDS: Final[tuple[Kind, ...]] = ("msg", "srv", "action")
+
+_LOWER = re.compile(r"[a-z](_?[a-z0-9]+)*")
+_CAMEL = re.compile(r"[A-Z][A-Za-z0-9]*")
+_UPPER = re.compile(r"[A-Z](_?[A-Z0-9]+)*")
+
+PART_KINDS: Final[dict[str, Kind]] = {
+    "Request": "srv",
+    "Response": "srv",
+    "Event": "srv",
+    "Goal": "action",
+    "Result": "action",
+    "Feedback": "action",
+}
+"""Suffix of the generated parts of a service or action, and the kind of interface it belongs to."""
+
+
+def is_package_name(text: str) -> bool:
+    """Lower case, digits and single inner underscores, a letter first."""
+    return _LOWER.fullmatch(text) is not None
+
+
+def is_field_name(text: str) -> bool:
+    """The same rule as for packages."""
+    return _LOWER.fullmatch(text) is not None
+
+
+def is_interface_name(text: str) -> bool:
+    """A message, service or action: letters and digits, an upper-case letter first, no underscore."""
+    return _CAMEL.fullmatch(text) is not None
+
+
+def is_constant_name(text: str) -> bool:
+    """Upper case, digits and single inner underscores, a letter first."""
+    return _UPPER.fullmatch(text) is not None
+
+
+def full_name(name: str, kind: Kind = "msg") -> str:
+    """`std_msgs/Header` and `std_msgs/msg/Header` as `std_msgs/msg/Header`; `kind` is what the short spelling means.
+
+    Raises:
+        UnknownInterface: the text is neither `package/Name` nor `package/kind/Name`.
+    """
+    parts = name.split("/")
+    if len(parts) == 2:
+        parts.insert(1, kind)
+    if len(parts) != 3 or not all(parts) or parts[1] not in KINDS:
+        raise UnknownInterface(f"{name!r} is not the name of a type; write package/{kind}/Name, as in std_msgs/msg/String")
+    return "/".join(parts)
+
+
+def own_type_name(module: str, name: str) -> str:
+    """The ROS name of a class declared in Python.
+
+    Module `...pkg.msg` (or `.srv`, `.action`), as in a ROS package, gives `pkg/msg/Name`. Any other module gives its
+    first part as the package: class Pose2D in `robot.navigation.types` is `robot/msg/Pose2D`, in a script `main/msg/Pose2D`.
+    A class `Plan_Request` is a part of a service (`.../srv/Plan_Request`), `Move_Goal` of an action.
+    """
+    stem, _, part = name.partition("_")
+    if not is_interface_name(stem) or (part and part not in PART_KINDS):
+        raise BadDeclaration(
+            f"class {name}: not a name for a ROS type (letters and digits, an upper-case letter first). "
+            f"Rename it, or state the ROS name: __ros_type__ = 'package/msg/{name.replace('_', '').capitalize()}'"
+        )
+    kind: str = PART_KINDS.get(part, "msg")
+    parents = module.split(".")
+    if len(parents) > 1 and parents[-1] in KINDS and is_package_name(parents[-2]):
+        return f"{parents[-2]}/{parents[-1]}/{name}"
+    package = re.sub(r"[^a-z0-9]+", "_", parents[0].lower()).strip("_")
+    return f"{package if is_package_name(package) else 'main'}/{kind}/{name}"
+
+
+def closest(name: str, known: Iterable[str]) -> str:
+    """` Did you mean 'x' or 'y'?`, or nothing where nothing is close. To be put at the end of an error."""
+    from difflib import get_close_matches
+
+    found = get_close_matches(name, list(known), n=3, cutoff=0.6)
+    return f" Did you mean {' or '.join(repr(match) for match in found)}?" if found else ""

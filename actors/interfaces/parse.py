@@ -1,0 +1,349 @@
+"""Reads .msg, .srv and .action text, by the grammar of ROS 2's own adapter.
+
+    parse_message("int32 x 3  # metres [m]\\nint32 MAX=9", "my_pkg", "Sample")
+
+The result says what the text says; which classes the nested types are is decided later (`load`). Python and C++ keywords are
+accepted as field names, as ROS 2 does; such a field is read with `getattr`.
+"""
+
+from __future__ import annotations
+
+import re
+from textwrap import dedent
+from typing import Any, Literal, NamedTuple
+
+import msgspec
+
+from actors.interfaces.errors import InterfaceError
+from actors.interfaces.fields import FLOATS, INTEGER_RANGES, PRIMITIVES, STRINGS, FieldType
+from actors.interfaces.naming import Kind, is_constant_name, is_field_name, is_interface_name, is_package_name
+
+ErrorCode = Literal[
+    "invalid_field_definition",
+    "invalid_type_name",
+    "invalid_type",
+    "invalid_member_name",
+    "invalid_value",
+    "duplicate_name",
+    "default_not_supported",
+    "invalid_service_spec",
+    "invalid_action_spec",
+]
+
+PARTS: dict[Kind, tuple[str, ...]] = {
+    "msg": ("",),
+    "srv": ("_Request", "_Response"),
+    "action": ("_Goal", "_Result", "_Feedback"),
+}
+SEPARATOR = "---"
+
+
+class DefinitionError(InterfaceError, ValueError):
+    """A definition that cannot be read. `code` tells the sort of error; the text begins with file and line."""
+
+    def __init__(self, code: ErrorCode, text: str, line: int | None = None, file: str | None = None) -> None:
+        self.code: ErrorCode = code
+        self.reason = text
+        self.line = line
+        self.file = file
+        place = (f"{file}, " if file else "") + (f"line {line}: " if line else "")
+        super().__init__((place if line else place.replace(", ", ": ")) + text)
+
+
+class FieldDefinition(NamedTuple):
+    """One field line: its default as plain data (None: the default of ROS), its comment lines and unit."""
+
+    name: str
+    type: FieldType
+    default: Any
+    comment: tuple[str, ...]
+    unit: str | None
+    line: int
+
+
+class ConstantDefinition(NamedTuple):
+    """One constant line."""
+
+    name: str
+    type: FieldType
+    value: Any
+    comment: tuple[str, ...]
+    unit: str | None
+    line: int
+
+
+class MessageDefinition(NamedTuple):
+    """A message, or one part of a service or action. `name` is full: `std_srvs/srv/SetBool_Request`."""
+
+    name: str
+    fields: tuple[FieldDefinition, ...]
+    constants: tuple[ConstantDefinition, ...]
+    comment: tuple[str, ...]
+
+
+class Definition(NamedTuple):
+    """A whole file: one message, the two parts of a service, or the three of an action; and its text as written."""
+
+    name: str
+    parts: tuple[MessageDefinition, ...]
+    text: str
+
+
+def parse(text: str, package: str, name: str, kind: Kind, file: str | None = None) -> Definition:
+    """Reads a definition of any kind. `file` is only for errors.
+
+    Raises:
+        DefinitionError: with file, line and reason.
+    """
+    if not is_package_name(package):
+        raise DefinitionError("invalid_type_name", f"{package!r} is not a package name ({_LOWER_RULE})", None, file)
+    if not is_interface_name(name):
+        raise DefinitionError("invalid_type_name", f"{name!r} is not a name for a type ({_CAMEL_RULE})", None, file)
+    parts: list[MessageDefinition] = []
+    for suffix, (offset, lines) in zip(PARTS[kind], _split(text, kind, file), strict=True):
+        parts.append(_parse_part(lines, package, f"{package}/{kind}/{name}{suffix}", offset, file))
+    return Definition(f"{package}/{kind}/{name}", tuple(parts), text)
+
+
+def parse_message(text: str, package: str, name: str, file: str | None = None) -> MessageDefinition:
+    """Reads the text of a .msg file."""
+    return parse(text, package, name, "msg", file).parts[0]
+
+
+_LOWER_RULE = "lower-case letters, digits and single inner underscores, a letter first"
+_CAMEL_RULE = "letters and digits, an upper-case letter first"
+
+
+def _split(text: str, kind: Kind, file: str | None) -> list[tuple[int, list[str]]]:
+    """The lines of each part with the number of lines before it."""
+    lines = text.splitlines()
+    if kind == "msg":
+        return [(0, lines)]
+    marks = [index for index, line in enumerate(lines) if line == SEPARATOR]
+    wanted = len(PARTS[kind]) - 1
+    if len(marks) != wanted:
+        code: ErrorCode = "invalid_service_spec" if kind == "srv" else "invalid_action_spec"
+        what = "a .srv file has one line '---' between request and response"
+        if kind == "action":
+            what = "an .action file has two lines '---': goal, result, feedback"
+        line = marks[wanted] + 1 if len(marks) > wanted else max(len(lines), 1)
+        raise DefinitionError(code, f"{what}; found {len(marks)} (exactly three dashes, no blanks after them)", line, file)
+    edges = [-1, *marks, len(lines)]
+    return [(start + 1, lines[start + 1 : end]) for start, end in zip(edges, edges[1:], strict=False)]
+
+
+def _parse_part(lines: list[str], package: str, name: str, offset: int, file: str | None) -> MessageDefinition:
+    fields: list[FieldDefinition] = []
+    constants: list[ConstantDefinition] = []
+    comments: list[list[str]] = []  # of each element, in step with `elements`
+    elements: list[FieldDefinition | ConstantDefinition] = []
+    start = next((index for index, line in enumerate(lines) if not line.startswith("#")), len(lines))
+    waiting: list[str] = []
+    for number, raw in enumerate(lines[start:], offset + start + 1):
+        code, mark, remark = raw.replace("\t", " ").rstrip().partition("#")
+        if mark and code and not code.strip():  # an indented comment continues what stands above it
+            if elements:
+                comments[-1].append(_bare(remark))
+            continue
+        if mark:
+            waiting.append(_bare(remark))
+        code = code.rstrip()
+        if not code:
+            continue
+        try:
+            element = _parse_line(code, package, number)
+        except DefinitionError as error:
+            raise DefinitionError(error.code, f"{error.reason} in {code!r}", number, file) from None
+        if any(type(other) is type(element) and other.name == element.name for other in elements):
+            raise DefinitionError("duplicate_name", f"{element.name!r} is there twice", number, file)
+        elements.append(element)
+        comments.append(waiting)
+        waiting = []
+    for element, remarks in zip(elements, comments, strict=True):
+        comment, unit = _unit(_condense(remarks))
+        if isinstance(element, FieldDefinition):
+            fields.append(element._replace(comment=comment, unit=unit))
+        else:
+            constants.append(element._replace(comment=comment, unit=unit))
+    file_comment = _condense([_bare(line.lstrip("#")) for line in lines[:start]])
+    return MessageDefinition(name, tuple(fields), tuple(constants), tuple(file_comment))
+
+
+def _bare(remark: str) -> str:
+    return remark.lstrip("#").rstrip()
+
+
+def _parse_line(code: str, package: str, number: int) -> FieldDefinition | ConstantDefinition:
+    type_text, _, rest = code.partition(" ")
+    rest = rest.lstrip()
+    if not rest:
+        raise DefinitionError("invalid_field_definition", "a line is 'TYPE NAME [DEFAULT]' or 'TYPE NAME=VALUE'; one is missing")
+    name, equals, value = rest.partition("=")
+    if equals:
+        name, value = name.rstrip(), value.lstrip()
+        if type_text not in PRIMITIVES:
+            raise DefinitionError("invalid_type", f"a constant cannot be of type {type_text!r}, only a plain primitive")
+        if not is_constant_name(name):
+            raise DefinitionError("invalid_member_name", f"{name!r} is not a name for a constant (upper case; '=' makes a constant)")
+        kind = FieldType(type_text)
+        return ConstantDefinition(name, kind, parse_value(kind, value), (), None, number)
+    kind = parse_type(type_text, package)
+    name, _, default = rest.partition(" ")
+    if not is_field_name(name):
+        raise DefinitionError("invalid_member_name", f"{name!r} is not a name for a field ({_LOWER_RULE})")
+    default = default.lstrip()
+    return FieldDefinition(name, kind, parse_value(kind, default) if default else None, (), None, number)
+
+
+def parse_type(text: str, package: str | None) -> FieldType:
+    """`string<=10[<=5]`, `float64[9]`, `geometry_msgs/Point[]`, or `Point` where a package is given.
+
+    Raises:
+        DefinitionError: with code `invalid_type` or `invalid_type_name`.
+    """
+    array: Literal["single", "fixed", "bounded", "unbounded"] = "single"
+    size = 0
+    if text.endswith("]"):
+        element, bracket, inner = text[:-1].rpartition("[")
+        if not bracket:
+            raise DefinitionError("invalid_type", f"type {text!r} ends with ']' but has no '['")
+        array = "unbounded"
+        if inner:
+            array = "bounded" if inner.startswith("<=") else "fixed"
+            size = _positive(inner.removeprefix("<="), f"array type {text!r}")
+        text = element
+    base, bound = text, 0
+    for name in sorted(STRINGS):
+        if text.startswith(f"{name}<="):
+            base, bound = name, _positive(text[len(name) + 2 :], f"string type {text!r}")
+    if base not in PRIMITIVES and base not in {"time", "duration"}:
+        base = _message_name(base, package)
+    return FieldType(base, bound, array, size)
+
+
+def _positive(text: str, what: str) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number <= 0:
+        raise DefinitionError("invalid_type", f"{what}: {text!r} is not a positive number")
+    return number
+
+
+def _message_name(text: str, package: str | None) -> str:
+    parts = text.split("/")
+    if len(parts) == 1 and package is not None:
+        parts.insert(0, package)
+    if len(parts) != 2 or not is_package_name(parts[0]) or not is_interface_name(parts[1]):
+        raise DefinitionError("invalid_type_name", f"{text!r} is neither a primitive type nor 'package/Name'")
+    return f"{parts[0]}/msg/{parts[1]}"
+
+
+def parse_value(kind: FieldType, text: str) -> Any:
+    """The default or constant `text` as plain data; a tuple for arrays.
+
+    Raises:
+        DefinitionError: with code `invalid_value` or `default_not_supported`.
+    """
+    if kind.base not in PRIMITIVES:
+        raise DefinitionError("default_not_supported", f"a field of type {kind} cannot have a default")
+    if not kind.is_array:
+        return _parse_primitive(kind, text)
+    if not (text.startswith("[") and text.endswith("]") and len(text) > 1):
+        raise DefinitionError("invalid_value", f"the default of {kind} is written in brackets, as [1, 2], not {text!r}")
+    inner = text[1:-1]
+    if kind.base in STRINGS:
+        items = _string_items(inner)
+    else:
+        items = [item.strip() for item in inner.split(",")] if inner else []
+    if (kind.array == "fixed" and len(items) != kind.size) or (kind.array == "bounded" and len(items) > kind.size):
+        raise DefinitionError("invalid_value", f"{len(items)} values do not fit {kind}")
+    element = msgspec.structs.replace(kind, array="single", size=0)
+    return tuple(_parse_primitive(element, item.strip()) for item in items)
+
+
+def _parse_primitive(kind: FieldType, text: str) -> Any:
+    if kind.base == "bool":
+        value = {"true": True, "1": True, "false": False, "0": False}.get(text.lower())
+        if value is None:
+            raise DefinitionError("invalid_value", f"{text!r} is not a bool (true, false, 1 or 0)")
+        return value
+    if kind.base in STRINGS:
+        return _parse_string(kind, text)
+    try:
+        if kind.base in FLOATS:
+            return float(text)
+        number = _integer(text)
+    except ValueError:
+        raise DefinitionError("invalid_value", f"{text!r} is not a value of {kind.base}") from None
+    low, high = INTEGER_RANGES[kind.base]
+    if not low <= number <= high:
+        raise DefinitionError("invalid_value", f"{number} is out of range for {kind.base} ({low}..{high})")
+    return number
+
+
+def _integer(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        return int(text, 0)
+
+
+def _parse_string(kind: FieldType, text: str) -> str:
+    for quote in "\"'":
+        if text.startswith(quote) and text.endswith(quote):
+            text = text[1:-1]
+            if re.search(rf"(?<!\\){quote}", text):
+                raise DefinitionError("invalid_value", f"a {quote} inside the string needs a backslash before it")
+            text = text.replace("\\" + quote, quote)
+            break
+    if kind.string_bound and len(text) > kind.string_bound:
+        raise DefinitionError("invalid_value", f"{text!r} is longer than {kind.string_bound} characters")
+    return text
+
+
+def _string_items(text: str) -> list[str]:
+    """The elements of a list of strings: quoted ones may contain commas, bare ones end at the next comma."""
+    items: list[str] = []
+    text = text.lstrip(" ")
+    while text:
+        if text[0] == ",":
+            raise DefinitionError("invalid_value", f"an element is missing before {text!r}")
+        if text[0] in "\"'":
+            found = re.match(rf"{text[0]}((?:\\.|[^\\{text[0]}])*){text[0]}", text)
+            if found is None:
+                raise DefinitionError("invalid_value", f"the quote that opens {text!r} is not closed")
+            items.append(found.group(0))
+            text = text[found.end() :].lstrip(" ")
+        else:
+            item, comma, text = text.partition(",")
+            items.append(item)
+            text = comma + text
+        if text and text[0] != ",":
+            raise DefinitionError("invalid_value", f"expected a comma before {text!r}")
+        text = text[1:].lstrip(" ")
+    return items
+
+
+def _condense(lines: list[str]) -> list[str]:
+    """Comment lines without common indentation, without empty lines at both ends and without two in a row."""
+    kept: list[str] = []
+    for line in lines:
+        if line or (kept and kept[-1]):
+            kept.append(line)
+    while kept and not kept[-1]:
+        kept.pop()
+    return dedent("\n".join(kept)).split("\n") if kept else []
+
+
+_UNIT = re.compile(r"\[([^,\[\]]+)\]")
+
+
+def _unit(lines: list[str]) -> tuple[tuple[str, ...], str | None]:
+    """A single `[text]` without a comma in a comment is the unit, and no longer part of the comment."""
+    found = _UNIT.findall("\n".join(lines))
+    if len(found) != 1:
+        return tuple(lines), None
+    lines = [line.replace(f"[{found[0]}]", "").rstrip() for line in lines]
+    return tuple(_condense(lines)), str(found[0]).strip()

@@ -1,0 +1,142 @@
+"""From birth to end: how one incarnation of a node runs under its supervisor."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from actors.actions import ActionServer
+from actors.core import Core, Identity, Mailbox, StopServing
+from actors.errors import DeclarationError
+from actors.node import Node
+from actors.supervision.reasons import Failed, Skip, Stop, Stopped
+from actors.timers import TimerItem, TimerRecord
+
+if TYPE_CHECKING:
+    from actors.supervision.reasons import ExitReason
+    from actors.supervisor import Child
+    from actors.system import System
+
+__all__ = ["NodeLife"]
+
+
+class NodeLife:
+    """One incarnation of one node: what a supervisor starts, stops and watches."""
+
+    __slots__ = ("asked", "child", "core", "identity", "mailbox", "system")
+
+    def __init__(self, system: System, child: Child, identity: Identity, mailbox: Mailbox) -> None:
+        self.system = system
+        self.child = child
+        self.identity = identity
+        self.mailbox = mailbox
+        self.core: Core | None = None
+        self.asked: str | None = None
+
+    def __repr__(self) -> str:
+        return f"<life of {self.identity.fqn}>"
+
+    async def run(self, started: Callable[[], None]) -> None:
+        """The whole life. Returns after an orderly end that was asked for; raises `Stop` if the node asked itself, or its error."""
+        core = self.core = self._born()
+        try:
+            try:
+                open_endpoints(core)
+                await core.node.on_start()
+                open_timers(core)
+                started()
+                self.system.running_now(core)
+                if self.asked is not None:
+                    core.request_stop(self.asked)
+                await core.inbox.serve()
+            except StopServing as request:
+                await self._clean_up(core, Stopped(request.reason))
+                if self.asked is None:
+                    raise Stop(request.reason) from None
+            except Stop as request:
+                await self._clean_up(core, Stopped(request.reason))
+                raise
+            except Skip:
+                await core.cancel_tasks()
+                raise
+            except Exception as error:
+                await self._clean_up_after(core, Failed(error))
+                raise
+        finally:
+            core.release()
+            self.system.ended(core)
+
+    def stop(self, reason: str) -> None:
+        """Ask for an orderly end: after the present handler, before anything else that waits."""
+        self.asked = reason
+        if self.core is not None:
+            self.core.request_stop(reason)
+
+    def _born(self) -> Core:
+        node = self.child.factory(*self.child.args)
+        if not isinstance(node, Node):
+            raise DeclarationError(f"{self.identity.fqn}: its factory made {type(node).__name__} {node!r:.60}, which is not a Node")
+        node._core = core = Core(self.system, node, type(node).blueprint, self.identity, self.mailbox)  # pyright: ignore[reportPrivateUsage]
+        return core
+
+    async def _clean_up(self, core: Core, reason: ExitReason) -> None:
+        """Goals first, they may still talk; then the node's tasks; then its own last word."""
+        cleaning: list[asyncio.Task[None]] = []
+        for action in core.mailbox.actions.values():
+            cleaning += action.stop(f"{core.fqn} stops: {reason}")
+        if cleaning:
+            await asyncio.wait(cleaning)
+        await core.cancel_tasks()
+        await core.node.on_stop(reason)
+
+    async def _clean_up_after(self, core: Core, reason: Failed) -> None:
+        """The same after a failure; nothing that goes wrong now may hide what went wrong first."""
+        try:
+            await self._clean_up(core, reason)
+        except Exception as error:
+            core.log.error("clean-up failed", error=f"{type(error).__name__}: {error}", after=str(reason))
+
+
+def open_endpoints(core: Core) -> None:
+    """Make what the class declares. From here on messages queue up; they are handled once the node has started."""
+    node, blueprint = core.node, core.blueprint
+    core.inbox.on_error = core.on_error
+    core.inbox.on_holding = core.on_holding
+    for name in core.mailbox.feeds.keys() - {f"{blueprint.owner.__name__}.{handler.attribute}" for handler in blueprint.topics}:
+        core.mailbox.feeds.pop(name).close()  # a handler that the replaced class had
+    for published in blueprint.publishers:
+        node.__dict__[published.attribute] = core.publisher(published.topic, published.qos)
+    for stream in blueprint.streams:
+        node.__dict__[stream.attribute] = core.subscribe(stream.topic, stream.qos)
+    if blueprint.parameters:
+        core.parameters  # noqa: B018  # overrides are checked now, not at the first read
+    owner = blueprint.owner.__name__
+    for topic in blueprint.topics:
+        core.feed(topic.topic, topic.qos, getattr(node, topic.attribute), f"{owner}.{topic.attribute}", topic.concurrent)
+    for service in blueprint.services:
+        core.serve(service.service, getattr(node, service.attribute), f"{owner}.{service.attribute}", service.concurrent)
+    for action in blueprint.actions:
+        entry = core.system.graph.action(core.identity.service(action.action.name))
+        server = ActionServer(core, entry, action.action, action.arrivals, action.result_timeout, f"{owner}.{action.attribute}")
+        server.handler = getattr(node, action.attribute)
+        for hook in blueprint.hooks:
+            if hook.action is action.action:
+                setattr(server, hook.verb, getattr(node, hook.attribute))
+        core.serve_action(server)
+
+
+def open_timers(core: Core) -> None:
+    """Start the node's own time: its timers and background tasks."""
+    node, blueprint = core.node, core.blueprint
+    for timer in blueprint.timers:
+        hz = core.parameters.value(timer.hz) if isinstance(timer.hz, str) else timer.hz
+        label = f"{blueprint.owner.__name__}.{timer.attribute}"
+        record = core.mailbox.timers.get(timer.attribute)
+        if record is None:
+            record = core.mailbox.timers[timer.attribute] = TimerRecord(hz)
+        item = TimerItem(core.inbox, getattr(node, timer.attribute), hz, timer.late, label, record)
+        core.timers.append(item)
+        item.begin(core.system.ticker)
+    for background in blueprint.backgrounds:
+        core.spawn(getattr(node, background.attribute)(), name=background.attribute)

@@ -1,0 +1,332 @@
+"""Names: what is legal, how a name is made absolute, and the names that are derived from others.
+
+Four kinds of names, as in ROS 2: node names, namespaces, names as typed (relative, ``~/private``, ``{substitution}``)
+and full names of topics and services. Every check answers an ``InvalidName`` with a code, the index of the offending
+character and the text. ``expand`` is cached; a hit costs about 0.1 us.
+"""
+
+import re
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Final, Literal, NamedTuple
+
+__all__ = [
+    "MAX_FULL_NAME",
+    "MAX_NAMESPACE",
+    "MAX_NODE_NAME",
+    "ActionNames",
+    "InvalidName",
+    "action_names",
+    "child_logger_name",
+    "expand",
+    "expand_only",
+    "fully_qualified",
+    "is_hidden",
+    "is_hidden_node",
+    "lint_name",
+    "lint_node_name",
+    "logger_name",
+    "normalize_namespace",
+    "service_event_topic",
+    "split_fully_qualified",
+    "validate_full_name",
+    "validate_name",
+    "validate_namespace",
+    "validate_node_name",
+]
+
+MAX_NODE_NAME: Final = 255
+MAX_NAMESPACE: Final = 245
+MAX_FULL_NAME: Final = 247
+
+Kind = Literal["node name", "namespace", "name", "full name"]
+
+_NODE_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+_FULL_NAME: Final = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+\Z")
+_PLAIN_NAME: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(?:/[A-Za-z_][A-Za-z0-9_]*)*\Z")
+_NOT_IN_NODE_NAME: Final = re.compile(r"[^A-Za-z0-9_]")
+_NOT_IN_FULL_NAME: Final = re.compile(r"[^A-Za-z0-9_/]")
+_SLASH_THEN: Final = re.compile(r"/(?=[0-9/])")
+_SLASH_DIGIT: Final = re.compile(r"/(?=[0-9])")
+_SUBSTITUTION: Final = re.compile(r"\{([^{}]*)\}")
+_DIGITS: Final = frozenset("0123456789")
+_WORD: Final = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_")
+
+_REMEDIES: Final = {
+    "empty": "it is empty",
+    "not_absolute": "it must start with a slash",
+    "ends_with_slash": "it must not end with a slash",
+    "repeated_slash": "there is a second slash in a row",
+    "unallowed_characters": "only letters, digits and underscores are allowed",
+    "starts_with_number": "it must not start with a digit",
+    "token_starts_with_number": "no part between slashes may start with a digit",
+    "too_long": "it is too long",
+    "unmatched_curly_brace": "a curly brace has no partner",
+    "misplaced_tilde": "a tilde may only be the first character",
+    "tilde_not_followed_by_slash": "a tilde must stand alone or be followed by a slash",
+    "substitution_unallowed_characters": "only letters, digits and underscores are allowed within {}",
+    "substitution_starts_with_number": "a substitution within {} must not start with a digit",
+    "unknown_substitution": "no value is known for this substitution; {node}, {ns} and {namespace} are",
+}
+
+
+class InvalidName(ValueError):
+    """A name that ROS 2 would refuse.
+
+    ``code`` says why (``unallowed_characters``, ``too_long``, ...), ``index`` is the offset of the offending character
+    in ``text`` (0 for an empty text, the maximum - 1 for one that is too long), ``kind`` is what the text was to be.
+    """
+
+    code: str
+    index: int
+    text: str
+    kind: Kind
+
+    def __init__(self, kind: Kind, code: str, index: int, text: str) -> None:
+        self.kind = kind
+        self.code = code
+        self.index = index
+        self.text = text
+        where = "" if code == "empty" else f" (at {index}: {text[index : index + 1]!r})"
+        super().__init__(f"{text!r} is not a valid {kind}: {_REMEDIES[code]}{where}")
+
+    def __reduce__(self) -> tuple[type["InvalidName"], tuple[Kind, str, int, str]]:
+        return InvalidName, (self.kind, self.code, self.index, self.text)
+
+
+# Checks -------------------------------------------------------------------------------------------------------------
+
+
+def validate_node_name(name: str) -> None:
+    """Refuse what is not a node name: ``[A-Za-z_][A-Za-z0-9_]*``, at most 255 characters."""
+    if _NODE_NAME.match(name) and len(name) <= MAX_NODE_NAME:
+        return
+    if not name:
+        raise InvalidName("node name", "empty", 0, name)
+    if bad := _NOT_IN_NODE_NAME.search(name):
+        raise InvalidName("node name", "unallowed_characters", bad.start(), name)
+    if name[0] in _DIGITS:
+        raise InvalidName("node name", "starts_with_number", 0, name)
+    raise InvalidName("node name", "too_long", MAX_NODE_NAME - 1, name)
+
+
+def validate_namespace(namespace: str) -> None:
+    """Refuse what is not a normalised namespace: absolute, at most 245 characters, ``/`` alone is the root."""
+    if namespace != "/":
+        _validate_absolute("namespace", namespace, MAX_NAMESPACE)
+
+
+def validate_full_name(name: str) -> None:
+    """Refuse what is not a full topic or service name: absolute, at most 247 characters, not ``/``."""
+    _validate_absolute("full name", name, MAX_FULL_NAME)
+
+
+def _validate_absolute(kind: Kind, name: str, longest: int) -> None:
+    if _FULL_NAME.match(name) and len(name) <= longest:
+        return
+    if not name:
+        raise InvalidName(kind, "empty", 0, name)
+    if name[0] != "/":
+        raise InvalidName(kind, "not_absolute", 0, name)
+    if name[-1] == "/":
+        raise InvalidName(kind, "ends_with_slash", len(name) - 1, name)
+    if bad := _NOT_IN_FULL_NAME.search(name):
+        raise InvalidName(kind, "unallowed_characters", bad.start(), name)
+    if bad := _SLASH_THEN.search(name):
+        code = "repeated_slash" if name[bad.end()] == "/" else "token_starts_with_number"
+        raise InvalidName(kind, code, bad.end(), name)
+    raise InvalidName(kind, "too_long", longest - 1, name)
+
+
+def validate_name(name: str) -> None:
+    """Refuse what is not a topic or service name as a user types it: relative, absolute, ``~/private``, ``{node}``.
+
+    Follows ROS 2 to the letter, so ``a//b``, ``{}`` and ``~x`` pass here; ``expand`` refuses them.
+    """
+    if _PLAIN_NAME.match(name):
+        return
+    if not name:
+        raise InvalidName("name", "empty", 0, name)
+    if name[0] in _DIGITS:
+        raise InvalidName("name", "token_starts_with_number", 0, name)
+    if name[-1] == "/":
+        raise InvalidName("name", "ends_with_slash", len(name) - 1, name)
+    _validate_characters(name)
+    if name[0] == "~" and len(name) > 2 and name[1] != "/":
+        raise InvalidName("name", "tilde_not_followed_by_slash", 1, name)
+    if bad := _SLASH_DIGIT.search(name):
+        raise InvalidName("name", "token_starts_with_number", bad.end(), name)
+
+
+def _validate_characters(name: str) -> None:
+    opened = -1  # index of the open brace, -1 outside of one
+    for index, character in enumerate(name):
+        if character in _WORD:
+            if opened == index - 1 >= 0 and character in _DIGITS:
+                raise InvalidName("name", "substitution_starts_with_number", index, name)
+        elif character == "}":
+            if opened < 0:
+                raise InvalidName("name", "unmatched_curly_brace", index, name)
+            opened = -1
+        elif character == "~":
+            if index > 0:
+                raise InvalidName("name", "misplaced_tilde", index, name)
+        elif opened >= 0:
+            raise InvalidName("name", "substitution_unallowed_characters", index, name)
+        elif character == "{":
+            opened = index
+        elif character != "/":
+            raise InvalidName("name", "unallowed_characters", index, name)
+    if opened >= 0:
+        raise InvalidName("name", "unmatched_curly_brace", opened, name)
+
+
+# Namespaces and nodes -----------------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=1024)
+def normalize_namespace(namespace: str) -> str:
+    """The checked namespace of a node whose constructor is given this one: ``''`` -> ``/``, ``'ns'`` -> ``/ns``."""
+    absolute = namespace if namespace.startswith("/") else f"/{namespace}"
+    validate_namespace(absolute)
+    return absolute
+
+
+def fully_qualified(namespace: str, name: str) -> str:
+    """The fully qualified name of a node: ``('/ns', 'node')`` -> ``/ns/node``. Neither part is checked."""
+    return f"/{name}" if namespace in ("/", "") else f"{namespace}/{name}"
+
+
+def split_fully_qualified(full: str) -> tuple[str, str]:
+    """Namespace and name of a fully qualified node name: ``/ns/node`` -> ``('/ns', 'node')``."""
+    namespace, _, name = full.rpartition("/")
+    return namespace or "/", name
+
+
+def logger_name(full: str) -> str:
+    """The logger of a node with this fully qualified name: ``/ns/node`` -> ``ns.node``."""
+    return full.removeprefix("/").replace("/", ".")
+
+
+def child_logger_name(parent: str, child: str) -> str:
+    """The name of a child logger: ``('ns.node', 'driver')`` -> ``ns.node.driver``. An empty child: ValueError."""
+    if not child:
+        raise ValueError(f"a child of logger {parent!r} needs a name; it was empty")
+    return f"{parent}.{child}" if parent else child
+
+
+# Expansion ----------------------------------------------------------------------------------------------------------
+
+
+def expand(name: str, node: str, namespace: str, substitutions: Mapping[str, str] | None = None) -> str:
+    """The full name that a node means by a name it uses: checked, absolute, not yet remapped.
+
+    ``expand("~/scan", "lidar", "/front")`` is ``/front/lidar/scan``. ``namespace`` is normalised (``/`` or ``/ns``).
+    Raises ``InvalidName`` for the name, the node, the namespace or the result.
+    """
+    if substitutions is None:
+        return _expand_checked(name, node, namespace)
+    full = expand_only(name, node, namespace, substitutions)
+    validate_full_name(full)
+    return full
+
+
+@lru_cache(maxsize=4096)
+def _expand_checked(name: str, node: str, namespace: str) -> str:
+    full = expand_only(name, node, namespace)
+    validate_full_name(full)
+    return full
+
+
+def expand_only(name: str, node: str, namespace: str, substitutions: Mapping[str, str] | None = None) -> str:
+    """As ``expand``, without checking the result: ``a//b`` and ``/x/{ns}`` expand to names that are not valid.
+
+    ROS 2 lets the two-character form ``~x`` slip through and glues it to the node's name; it is refused here.
+    """
+    validate_name(name)
+    validate_node_name(node)
+    validate_namespace(namespace)
+    full = name
+    if name[0] == "~":
+        if len(name) == 2:
+            raise InvalidName("name", "tilde_not_followed_by_slash", 1, name)
+        full = fully_qualified(namespace, node) + name[1:]
+    if "{" in name:
+        values = {**(substitutions or {}), "node": node, "ns": namespace, "namespace": namespace}
+
+        def value(match: re.Match[str]) -> str:
+            if match[1] not in values:
+                raise InvalidName("name", "unknown_substitution", name.index(match[0]), name)
+            return values[match[1]]
+
+        full = _SUBSTITUTION.sub(value, full)
+    return full if full.startswith("/") else fully_qualified(namespace, full)
+
+
+# Derived names ------------------------------------------------------------------------------------------------------
+
+
+class ActionNames(NamedTuple):
+    """The three services and two topics that make an action."""
+
+    send_goal: str
+    cancel_goal: str
+    get_result: str
+    feedback: str
+    status: str
+
+
+@lru_cache(maxsize=512)
+def action_names(full: str) -> ActionNames:
+    """The five names behind the action with this full name."""
+    return ActionNames(*(f"{full}/_action/{part}" for part in ActionNames._fields))
+
+
+def service_event_topic(service: str) -> str:
+    """The topic on which the service with this full name tells of its calls."""
+    return f"{service}/_service_event"
+
+
+def is_hidden(name: str) -> bool:
+    """Whether tools hide this topic, service or action: some part of it starts with an underscore."""
+    return name.startswith("_") or "/_" in name
+
+
+def is_hidden_node(name: str) -> bool:
+    """Whether tools hide this node; ``name`` may be plain or fully qualified, its namespace plays no part."""
+    return name.rpartition("/")[2].startswith("_")
+
+
+# Style --------------------------------------------------------------------------------------------------------------
+
+_VAGUE_TOPICS: Final = frozenset(
+    {"commands", "command", "data", "topic", "msg", "message", "messages", "output", "input"}
+)
+_VAGUE_NODES: Final = frozenset({"node", "my_node", "test", "temp", "foo", "bar"})
+_NUMBERED_NODE: Final = re.compile(r"(?:my_?)?node_?[0-9]+\Z")
+
+
+def lint_name(name: str) -> tuple[str, ...]:
+    """Hints on the style of a valid topic, service or action name; empty when there is nothing to say. Never raises."""
+    hints: list[str] = []
+    if name != name.lower():
+        hints.append(f"{name!r} has capital letters; ROS names are lower case with underscores: {_snake(name)!r}")
+    last = name.rpartition("/")[2].lower()
+    if last in _VAGUE_TOPICS:
+        hints.append(f"{name!r} does not say what it carries; prefer a name like 'left_arm_joint_commands'")
+    return tuple(hints)
+
+
+def lint_node_name(name: str) -> tuple[str, ...]:
+    """Hints on the style of a valid node name; empty when there is nothing to say. Never raises."""
+    hints: list[str] = []
+    if name != name.lower():
+        hints.append(f"{name!r} has capital letters; ROS names are lower case with underscores: {_snake(name)!r}")
+    if name.lower() in _VAGUE_NODES or _NUMBERED_NODE.match(name.lower()):
+        hints.append(f"{name!r} does not say what the node does; prefer a name like 'camera_driver'")
+    return tuple(hints)
+
+
+def _snake(name: str) -> str:
+    """``CameraRGB`` -> ``camera_rgb``."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()

@@ -1,0 +1,217 @@
+"""`Node`: the actor people write. A class declares what it publishes, takes, serves and does periodically; the rest is methods.
+
+::
+
+    class Mover(Node):
+        cmd = publishes(CMD_VEL)
+        speed = parameter(0.5, unit="m/s", ge=0.0, le=2.0)
+
+        @every(hz=50)
+        async def steer(self) -> None: ...
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar
+
+from actors.blueprint import Blueprint
+from actors.errors import NotStarted
+from actors.qos import QoS, of
+
+if TYPE_CHECKING:
+    from random import Random
+
+    from actors.channel import Publisher, Stream
+    from actors.clock import Clock
+    from actors.contracts import Action, Service, Topic
+    from actors.core import Core
+    from actors.goal_client import Goal
+    from actors.interfaces.message import Message
+    from actors.logs import NodeLog
+    from actors.parameters import SetResult
+    from actors.supervision.reasons import ExitReason
+
+__all__ = ["CALL_TIMEOUT", "GOAL_TIMEOUT", "ErrorVerdict", "Node"]
+
+M = TypeVar("M", bound="Message")
+G = TypeVar("G", bound="Message")
+R = TypeVar("R", bound="Message")
+F = TypeVar("F", bound="Message")
+Req = TypeVar("Req", bound="Message")
+Resp = TypeVar("Resp", bound="Message")
+P = ParamSpec("P")
+T = TypeVar("T")
+
+CALL_TIMEOUT = 1.0
+"""Seconds a call waits for its answer unless told otherwise."""
+
+GOAL_TIMEOUT = 5.0
+"""Seconds a goal waits for its acceptance unless told otherwise. Its execution has no limit of its own."""
+
+ErrorVerdict = Literal["continue", "fail"] | None
+
+
+class Node:
+    """One async actor: its handlers, ticks included, never overlap, so its attributes need no locks.
+
+    Lifecycle: the supervisor makes the object, `on_start` runs (the node is ready when it returns), then messages, requests and ticks
+    are handled one after another, until the node is asked to stop or fails; goals and tasks of the node are then canceled, and
+    `on_stop` runs. After a failure the supervisor makes a new object, the next incarnation; messages that wait are kept for it.
+
+    Everything below works from `on_start` on, not in ``__init__``.
+    """
+
+    node_name: ClassVar[str] = ""
+    """The node's default name; empty: the class name in snake_case."""
+
+    blueprint: ClassVar[Blueprint]
+    _core: Core | None = None
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        cls.blueprint = Blueprint(cls)
+
+    def __repr__(self) -> str:
+        core = self._core
+        return f"<{type(self).__name__} {core.fqn}, incarnation {core.incarnation}>" if core else f"<{type(self).__name__}, not started>"
+
+    # -- hooks --------------------------------------------------------------------------------------------------------------
+
+    async def on_start(self) -> None:
+        """Get ready. The node counts as started, and its siblings go on starting, when this returns."""
+
+    async def on_stop(self, reason: ExitReason) -> None:
+        """Leave things in order: the endpoints still work, goals and tasks have ended. Bounded by the child's stop timeout."""
+
+    def on_error(self, error: Exception, handler: str) -> ErrorVerdict:
+        """An exception left `handler`: return "continue" to live on, "fail" to end the incarnation, None for the default.
+
+        The default is "fail" for timers and topic handlers, and "continue" for services and actions, whose caller gets the error.
+        """
+        return None
+
+    # -- who and when -------------------------------------------------------------------------------------------------------
+
+    @property
+    def core(self) -> Core:
+        """The machinery of this incarnation."""
+        if self._core is None:
+            raise NotStarted(f"{type(self).__name__} has not been started yet: use this in on_start or later, not in __init__")
+        return self._core
+
+    @property
+    def name(self) -> str:
+        """The node's name, without its namespace."""
+        return self.core.identity.name
+
+    @property
+    def namespace(self) -> str:
+        return self.core.identity.namespace
+
+    @property
+    def fqn(self) -> str:
+        """The fully qualified name: namespace and name."""
+        return self.core.fqn
+
+    @property
+    def incarnation(self) -> int:
+        """1 for the node's first life, 2 after its first restart, and so on."""
+        return self.core.incarnation
+
+    @property
+    def clock(self) -> Clock:
+        """The system's clock, real or virtual."""
+        return self.core.clock
+
+    @property
+    def rng(self) -> Random:
+        """The node's own random numbers: they depend on the system's seed, the node's name and its incarnation only."""
+        return self.core.rng
+
+    @property
+    def log(self) -> NodeLog:
+        return self.core.log
+
+    # -- communication ------------------------------------------------------------------------------------------------------
+
+    def publisher(self, topic: Topic[M], *, qos: QoS | int | None = None) -> Publisher[M]:
+        """Publish on `topic` from now until the node's end. In a class body, `publishes(TOPIC)` does the same."""
+        return self.core.publisher(topic, topic.qos if qos is None else of(qos))
+
+    def subscribe(self, topic: Topic[M], *, qos: QoS | int | None = None) -> Stream[M]:
+        """Listen to `topic` from this moment on: ``async for message in node.subscribe(TOPIC)``."""
+        return self.core.subscribe(topic, topic.qos if qos is None else of(qos))
+
+    async def call(self, service: Service[Req, Resp], request: Req, *, timeout: float = CALL_TIMEOUT) -> Resp:
+        """Ask a service and wait for its answer, `timeout` seconds at most, the wait for its server included.
+
+        Raises `ServiceUnavailable`, `CallTimeout`, `NodeRestarting`, `NotRunning`, `ServiceFailed`, `CallCycle` or `WrongType`.
+        """
+        return await self.core.client(service).call(request, timeout)
+
+    async def wait_for(self, *contracts: Service[Any, Any] | Action[Any, Any, Any], timeout: float | None = None) -> None:
+        """Wait until somebody serves every one of these. Raises `TimeoutError` after `timeout` seconds."""
+        from actors.contracts import Service
+
+        core = self.core
+        async with asyncio.timeout(timeout):
+            for contract in contracts:
+                if isinstance(contract, Service):
+                    await core.system.graph.service(core.identity.service(contract.name)).available()
+                else:
+                    await core.system.graph.action(core.identity.action(contract.name)).available()
+
+    def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
+        """A goal, to be entered with ``async with``; `timeout` bounds the wait for its acceptance."""
+        return self.core.goal(action, goal, timeout)
+
+    def on(self, topic: Topic[M], handler: Callable[[M], Coroutine[Any, Any, None] | None], *, qos: QoS | int | None = None) -> None:
+        """Let `handler` take the topic's messages from now on, as `Topic.on` does for a method."""
+        label = f"{self.fqn} {getattr(handler, '__qualname__', repr(handler))} on {topic.name}"
+        self.core.feed(topic, topic.qos if qos is None else of(qos), handler, label)
+
+    def serve(self, service: Service[Req, Resp], handler: Callable[[Req], Coroutine[Any, Any, Resp]]) -> None:
+        """Let `handler` answer the service from now on, as `Service.serve` does for a method."""
+        self.core.serve(service, handler, getattr(handler, "__qualname__", repr(handler)))
+
+    # -- work ---------------------------------------------------------------------------------------------------------------
+
+    def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
+        """Run `work` in a task of this node: canceled when the node stops; if it fails, the node fails."""
+        return self.core.spawn(work, name=name)
+
+    async def offload(
+        self, function: Callable[..., T], *arguments: Any, takes: float = 0.0, thread: bool = False
+    ) -> T:
+        """Run CPU work outside the event loop and wait for its result.
+
+        It goes to a worker process (function and arguments must be picklable), or with ``thread=True`` to a thread, which pays only for
+        code that releases the GIL. Workers are bounded by the number of cores. On the virtual clock the function runs here, at once, and
+        its result comes `takes` seconds later.
+        """
+        return await self.core.system.offload(function, arguments, takes, thread=thread)
+
+    def threadsafe(self, function: Callable[P, object], *arguments: P.args, **keywords: P.kwargs) -> None:
+        """From any thread: have the event loop call `function` soon, in the order of submission."""
+        if self._core is None:
+            raise NotStarted(f"{type(self).__name__} has not been started yet")
+        self._core.system.threadsafe(lambda: function(*arguments, **keywords))
+
+    def stop(self, reason: str = "stopped itself") -> None:
+        """Ask for this node's own orderly end. Its supervisor sees `Stopped(reason)`."""
+        self.core.request_stop(reason)
+
+    def set_parameter(self, name: str, value: Any) -> SetResult:
+        """Set one parameter of this node; a refusal is a result that says why, not an exception."""
+        return self.set_parameters({name: value})
+
+    def set_parameters(self, values: Mapping[str, Any]) -> SetResult:
+        """Set parameters of this node, all or none of them."""
+        store = self.core.parameters
+        return store.set_atomically([store.coerced(name, value) for name, value in values.items()])
+
+
+
+Node.blueprint = Blueprint(Node)

@@ -1,0 +1,53 @@
+"""Parameters of a node, by the rules of ROS 2: declaration, types, ranges, callbacks, events.
+
+Pure values and one state machine (`ParameterStore`): no messages, no transport, no waiting. Conversion to and from
+`rcl_interfaces` and the six services are in `actors.parameters.messages`, text from a command line in
+`actors.parameters.text`; both are imported only where they are used.
+"""
+
+from actors.parameters.callbacks import CallbackHandle, OnSetCallback, PostSetCallback, PreSetCallback
+from actors.parameters.declare import NO_PARAMETERS, ParameterDeclaration, ParameterTable, parameter
+from actors.parameters.descriptor import FloatingPointRange, IntegerRange, ParameterDescriptor
+from actors.parameters.errors import (
+    InvalidParameterName,
+    InvalidParameterType,
+    InvalidParameterValue,
+    ParameterAlreadyDeclared,
+    ParameterBusy,
+    ParameterError,
+    ParameterImmutable,
+    ParameterNotDeclared,
+    ParameterUninitialized,
+)
+from actors.parameters.store import ParameterStore
+from actors.parameters.values import Parameter, ParameterChange, ParameterNames, ParameterType, SetResult, Value
+
+__all__ = [
+    "NO_PARAMETERS",
+    "CallbackHandle",
+    "FloatingPointRange",
+    "IntegerRange",
+    "InvalidParameterName",
+    "InvalidParameterType",
+    "InvalidParameterValue",
+    "OnSetCallback",
+    "Parameter",
+    "ParameterAlreadyDeclared",
+    "ParameterBusy",
+    "ParameterChange",
+    "ParameterDeclaration",
+    "ParameterDescriptor",
+    "ParameterError",
+    "ParameterImmutable",
+    "ParameterNames",
+    "ParameterNotDeclared",
+    "ParameterStore",
+    "ParameterTable",
+    "ParameterType",
+    "ParameterUninitialized",
+    "PostSetCallback",
+    "PreSetCallback",
+    "SetResult",
+    "Value",
+    "parameter",
+]

@@ -1,0 +1,403 @@
+"""The parameters of one node: declared, read, set, described, listed, by the rules of ROS 2 (as rclpy applies them).
+
+Guarantees: a refused set changes nothing; an atomic set is applied whole or not at all; on-set callbacks see values
+that are not stored yet, post-set callbacks and the owner's `on_event` see values that are. Refusals are `SetResult`s,
+wrong names and declarations are exceptions (`actors.parameters.errors`). No input or output, no waiting, no threads.
+
+Cost: what a class declares is shared by its nodes; a store holds one dictionary of values of its own until a parameter
+is declared, deleted or described at run time. `store.values[name]` is the plain value, one look-up.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, Final, cast
+
+import msgspec
+
+from actors.parameters.callbacks import (
+    CallbackChains,
+    CallbackHandle,
+    OnSetCallback,
+    PostSetCallback,
+    PreSetCallback,
+)
+from actors.parameters.declare import NO_PARAMETERS, ParameterTable
+from actors.parameters.descriptor import ParameterDescriptor
+from actors.parameters.errors import (
+    InvalidParameterName,
+    InvalidParameterType,
+    InvalidParameterValue,
+    ParameterAlreadyDeclared,
+    ParameterBusy,
+    ParameterImmutable,
+    ParameterNotDeclared,
+)
+from actors.parameters.reading import SEPARATOR, UNDESCRIBED, ParameterView
+from actors.parameters.values import Parameter, ParameterChange, ParameterType, SetResult, widened
+
+NO_OVERRIDES: Final[Mapping[str, Any]] = {}
+_DYNAMIC: Final = ParameterDescriptor(dynamic_typing=True)
+_ACCEPTED: Final = SetResult()
+
+
+class ParameterStore(ParameterView):
+    """The parameters of the node `node` (its fully qualified name, used in messages).
+
+    `overrides` replace declared values (name -> plain value; an int widens to a float where one is declared); unused
+    ones are silent. `table` is what the node's class declares. With `allow_undeclared` any name can be set, which
+    declares it with dynamic typing. With `automatically_declare` every override is declared. `on_event` is told of
+    every change after it is stored, beginning with the values at construction.
+
+    Raises InvalidParameterType and InvalidParameterValue for an override that does not fit its declaration.
+    """
+
+    __slots__ = ("_busy", "_chains", "_shared", "on_event", "overrides")
+
+    def __init__(
+        self,
+        node: str,
+        overrides: Mapping[str, Any] | None = None,
+        *,
+        table: ParameterTable = NO_PARAMETERS,
+        allow_undeclared: bool = False,
+        automatically_declare: bool = False,
+        on_event: Callable[[ParameterChange], None] | None = None,
+    ) -> None:
+        self.node = node
+        self.overrides = overrides or NO_OVERRIDES
+        self.allow_undeclared = allow_undeclared
+        self.on_event = on_event
+        self.values = dict(table.values)
+        self._descriptors = table.descriptors
+        self._shared = True
+        self._chains: CallbackChains | None = None
+        self._busy = False
+        for name, value in self.overrides.items():
+            described = self._descriptors.get(name)
+            if described is not None:
+                self.values[name] = self._checked(widened(name, value, described.type), described).value
+        if on_event is not None:
+            on_event(ParameterChange(new=tuple(self._present(name) for name in self.values)))
+        if automatically_declare:
+            for name, value in self.overrides.items():
+                if name not in self._descriptors:
+                    self.declare(name, value, UNDESCRIBED)
+
+    # -- declaring ---------------------------------------------------------------------------------------------------
+
+    def declare(
+        self,
+        name: str,
+        value: object = None,
+        descriptor: ParameterDescriptor | None = None,
+        *,
+        ignore_override: bool = False,
+    ) -> Parameter:
+        """Declare a parameter and return it as stored.
+
+        `value` is the default and fixes the type, unless the descriptor asks for dynamic typing; a `ParameterType`
+        instead of a value declares without a value. An override replaces the value. On-set callbacks are asked,
+        post-set callbacks told. A name alone is deprecated and means dynamic typing without a value.
+
+        Raises InvalidParameterName, ParameterAlreadyDeclared, ValueError (no type, or two), TypeError (a value that
+        no parameter can hold), InvalidParameterType (the override), InvalidParameterValue (range, choices, refusal).
+        """
+        self._refuse_reentry()
+        parameter, described = self._planned(name, value, descriptor, ignore_override)
+        if name in self._descriptors:
+            raise ParameterAlreadyDeclared(self.node, [name])
+        return self._declare(parameter, described)
+
+    def declare_many(
+        self, namespace: str, parameters: Iterable[tuple[Any, ...]], *, ignore_override: bool = False
+    ) -> tuple[Parameter, ...]:
+        """Declare several: tuples of (name), (name, value) or (name, value, descriptor), named `namespace.name`.
+
+        All names and types are checked before the first is declared; then they are declared one by one, so that a
+        refusal by range or callback keeps the earlier ones. Raises as `declare` does.
+        """
+        self._refuse_reentry()
+        plans: list[tuple[Parameter, ParameterDescriptor]] = []
+        for item in parameters:
+            name, value, descriptor = _unpacked(item)
+            full = f"{namespace}{SEPARATOR}{name}" if namespace else name
+            plans.append(self._planned(full, value, descriptor, ignore_override))
+        names = [parameter.name for parameter, _ in plans]
+        twice = [name for position, name in enumerate(names) if name in self._descriptors or name in names[:position]]
+        if twice:
+            raise ParameterAlreadyDeclared(self.node, twice)
+        return tuple(self._declare(parameter, described) for parameter, described in plans)
+
+    def undeclare(self, name: str) -> None:
+        """Forget a parameter. No callback runs and no event is sent (as in rclpy).
+
+        Raises ParameterNotDeclared, and ParameterImmutable for a read-only one.
+        """
+        self._refuse_reentry()
+        if self._declared(name).read_only:
+            raise ParameterImmutable(
+                f"parameter {name!r} of node {self.node} is read-only and cannot be undeclared.",
+                node=self.node,
+                names=[name],
+            )
+        self._forget(name)
+
+    # -- changing ----------------------------------------------------------------------------------------------------
+
+    def set(self, parameters: Iterable[Parameter]) -> tuple[SetResult, ...]:
+        """Set each parameter by itself, in order; one result each. Types are exact (see `coerced`).
+
+        Raises ParameterNotDeclared at an undeclared name; those before it stay set, those after it are not tried.
+        """
+        return tuple(self.set_atomically([parameter]) for parameter in parameters)
+
+    def set_atomically(self, parameters: Iterable[Parameter]) -> SetResult:
+        """Set all parameters or none; one result, one event.
+
+        Order: pre-set callbacks, declared?, read-only, type, range and choices, on-set callbacks, store, event,
+        post-set callbacks. A value of None deletes a parameter with dynamic typing.
+        Raises ParameterNotDeclared with nothing applied.
+        """
+        self._refuse_reentry()
+        wanted: Sequence[Parameter] = tuple(parameters)
+        chains = self._chains
+        if chains is not None and chains.pre:
+            with self._callbacks_running():
+                wanted = chains.rewrite(wanted)
+            if not wanted:
+                return SetResult(False, "the pre-set callbacks left no parameter to set.")
+        self._require_declared(wanted)
+        for parameter in wanted:
+            objection = self._objection(parameter)
+            if objection is not None:
+                return SetResult(False, objection)
+        result = self._validated(wanted)
+        if result.successful:
+            self._apply(wanted)
+        return result
+
+    def set_values(self, values: Mapping[str, object]) -> SetResult:
+        """Set values given from Python, all or none, each widened to the type of its parameter (see `coerced`).
+
+        Raises ParameterNotDeclared with nothing applied, TypeError and ValueError for what no parameter can hold.
+        """
+        return self.set_atomically([self.coerced(name, value) for name, value in values.items()])
+
+    def set_descriptor(self, name: str, descriptor: ParameterDescriptor, alternative: object = None) -> Parameter:
+        """Describe a parameter anew; its name and, unless the new descriptor is dynamic, its type stay.
+
+        If the value does not obey the new descriptor, `alternative` takes its place (and is reported as changed).
+        Raises ParameterNotDeclared, ParameterImmutable if it was read-only, and InvalidParameterValue if neither value
+        fits; ValueError when a parameter that has neither type nor value is to become static. Undeclared names are
+        left alone where undeclared parameters are allowed.
+        """
+        self._refuse_reentry()
+        if self.allow_undeclared and name not in self._descriptors:
+            return Parameter(name)
+        old = self._declared(name)
+        if old.read_only:
+            raise ParameterImmutable(
+                f"parameter {name!r} of node {self.node} is read-only, so its descriptor cannot be replaced.",
+                node=self.node,
+                names=[name],
+            )
+        current = self._present(name)
+        described = msgspec.structs.replace(descriptor, name=name, type=_redescribed_type(descriptor, old, current))
+        if current.type is ParameterType.NOT_SET or described.value_objection(current) is None:
+            self._own()[name] = described
+            return current
+        replacement = current if alternative is None else widened(name, alternative, described.type)
+        self._checked(replacement, described)
+        self._own()[name] = described
+        self._apply([replacement], post=False)
+        return replacement
+
+    # -- callbacks ---------------------------------------------------------------------------------------------------
+
+    def add_pre_set_callback(self, callback: PreSetCallback) -> CallbackHandle:
+        """Let `callback` rewrite the list of every set (not of declarations). The one added last runs first."""
+        return self._own_chains().add("pre", callback)
+
+    def add_on_set_callback(self, callback: OnSetCallback) -> CallbackHandle:
+        """Let `callback` refuse values, of sets and declarations. The one added last runs first, a refusal ends."""
+        return self._own_chains().add("on", callback)
+
+    def add_post_set_callback(self, callback: PostSetCallback) -> CallbackHandle:
+        """Tell `callback` of stored values, of sets and declarations. The one added last runs first."""
+        return self._own_chains().add("post", callback)
+
+    # -- inside ------------------------------------------------------------------------------------------------------
+
+    def _require_declared(self, parameters: Iterable[Parameter]) -> None:
+        if not self.allow_undeclared:
+            missing = [parameter.name for parameter in parameters if parameter.name not in self._descriptors]
+            if missing:
+                raise ParameterNotDeclared.among(self.node, missing, self._descriptors)
+
+    def _planned(
+        self, name: str, value: object, descriptor: ParameterDescriptor | None, ignore_override: bool
+    ) -> tuple[Parameter, ParameterDescriptor]:
+        """What a declaration would store, with everything checked that needs no callback."""
+        if not isinstance(cast("object", name), str) or not name:
+            raise InvalidParameterName(f"a parameter name is a non-empty string, not {name!r} (node {self.node}).")
+        if descriptor is None:
+            descriptor = UNDESCRIBED
+            if value is None:
+                warnings.warn(
+                    f"declaring parameter {name!r} of node {self.node} by its name only is deprecated: give a default "
+                    "value, a ParameterType, or a descriptor with dynamic_typing=True.",
+                    DeprecationWarning,
+                    stacklevel=3,
+                )
+                descriptor = _DYNAMIC
+        kind = _declared_type(name, value, descriptor)
+        if not ignore_override and name in self.overrides:
+            parameter = widened(name, self.overrides[name], kind)
+        else:
+            parameter = Parameter(name, None if isinstance(value, ParameterType) else value)
+        return parameter, msgspec.structs.replace(descriptor, name=name, type=kind)
+
+    def _declare(self, parameter: Parameter, described: ParameterDescriptor) -> Parameter:
+        if parameter.type is not ParameterType.NOT_SET:
+            self._checked(parameter, described)
+        result = self._validated([parameter])
+        if not result.successful:
+            raise self._invalid(parameter, result.reason)
+        self._own()[parameter.name] = described
+        if parameter.type is not ParameterType.NOT_SET or described.dynamic_typing:
+            self.values[parameter.name] = parameter.value
+        self._report(ParameterChange(new=(parameter,)), [parameter])
+        return parameter
+
+    def _checked(self, parameter: Parameter, described: ParameterDescriptor) -> Parameter:
+        """`parameter`, or the exception that says why it does not obey `described`."""
+        objection = described.type_objection(parameter)
+        if objection is not None:
+            raise InvalidParameterType(f"node {self.node}: {objection}", node=self.node, names=[parameter.name])
+        objection = described.value_objection(parameter)
+        if objection is not None:
+            raise self._invalid(parameter, objection)
+        return parameter
+
+    def _invalid(self, parameter: Parameter, reason: str) -> InvalidParameterValue:
+        return InvalidParameterValue(
+            f"node {self.node} cannot have {parameter.name!r} = {parameter.value!r}: {reason}",
+            node=self.node,
+            names=[parameter.name],
+            reason=reason,
+        )
+
+    def _objection(self, parameter: Parameter) -> str | None:
+        """Why the descriptors refuse to set `parameter`, or None."""
+        described = self._descriptors.get(parameter.name)
+        if described is None:
+            return None if parameter.name else "a parameter name must not be empty."
+        if described.read_only:
+            return (
+                f"Trying to set a read-only parameter: {parameter.name}. Give it as an override when starting the node."
+            )
+        return described.type_objection(parameter) or described.value_objection(parameter)
+
+    def _apply(self, parameters: Sequence[Parameter], *, post: bool = True) -> None:
+        new: list[Parameter] = []
+        changed: list[Parameter] = []
+        deleted: list[Parameter] = []
+        for parameter in parameters:
+            name = parameter.name
+            if parameter.type is ParameterType.NOT_SET:
+                if name in self._descriptors:
+                    self._forget(name)
+                    deleted.append(parameter)
+                continue
+            if name not in self._descriptors:
+                self._own()[name] = msgspec.structs.replace(_DYNAMIC, name=name)
+            (new if self.values.get(name) is None else changed).append(parameter)
+            self.values[name] = parameter.value
+        change = ParameterChange(tuple(new), tuple(changed), tuple(deleted))
+        self._report(change, parameters if post else ())
+
+    def _report(self, change: ParameterChange, told: Sequence[Parameter]) -> None:
+        if self.on_event is not None and (change.new or change.changed or change.deleted):
+            self.on_event(change)
+        if self._chains is not None and self._chains.post and told:
+            with self._callbacks_running():
+                self._chains.tell(told)
+
+    def _validated(self, parameters: Sequence[Parameter]) -> SetResult:
+        if self._chains is None or not self._chains.on:
+            return _ACCEPTED
+        with self._callbacks_running():
+            return self._chains.validate(parameters)
+
+    def _forget(self, name: str) -> None:
+        del self._own()[name]
+        self.values.pop(name, None)
+
+    def _own(self) -> dict[str, ParameterDescriptor]:
+        """The descriptors, made this store's own before the first change."""
+        if self._shared:
+            self._descriptors = dict(self._descriptors)
+            self._shared = False
+        return cast("dict[str, ParameterDescriptor]", self._descriptors)
+
+    def _own_chains(self) -> CallbackChains:
+        if self._chains is None:
+            self._chains = CallbackChains()
+        return self._chains
+
+    @contextmanager
+    def _callbacks_running(self) -> Generator[None]:
+        self._busy = True
+        try:
+            yield
+        finally:
+            self._busy = False
+
+    def _refuse_reentry(self) -> None:
+        if self._busy:
+            raise ParameterBusy(
+                f"a parameter callback of node {self.node} tried to change parameters of the same node; "
+                "rewrite the list in a pre-set callback, or set them after the callbacks have run.",
+                node=self.node,
+            )
+
+
+def _unpacked(item: tuple[Any, ...]) -> tuple[str, object, ParameterDescriptor | None]:
+    if not 1 <= len(item) <= 3:
+        raise TypeError(f"a parameter to declare is (name), (name, value) or (name, value, descriptor), not {item!r}.")
+    if len(item) == 1:
+        return item[0], None, None
+    return item[0], item[1], item[2] if len(item) == 3 else UNDESCRIBED
+
+
+def _declared_type(name: str, value: object, descriptor: ParameterDescriptor) -> ParameterType:
+    """The static type of a declaration, NOT_SET for dynamic typing. Raises ValueError if there is none, or two."""
+    if isinstance(value, ParameterType):
+        if value is ParameterType.NOT_SET:
+            raise ValueError(f"parameter {name!r} cannot have NOT_SET as its type; use dynamic_typing=True instead.")
+        if descriptor.dynamic_typing:
+            raise ValueError(f"parameter {name!r} is given the type {value.name} and dynamic typing; drop one of them.")
+        return value
+    if descriptor.dynamic_typing:
+        return ParameterType.NOT_SET
+    if value is None:
+        raise ValueError(
+            f"parameter {name!r} has static typing but neither a default value nor a type; give a value, "
+            "a ParameterType, or a descriptor with dynamic_typing=True."
+        )
+    return ParameterType.of(value)
+
+
+def _redescribed_type(new: ParameterDescriptor, old: ParameterDescriptor, current: Parameter) -> ParameterType:
+    """The static type of a parameter under a new descriptor: it keeps the one it has unless typing becomes dynamic."""
+    if new.dynamic_typing:
+        return ParameterType.NOT_SET
+    for kind in (current.type, old.type, new.type):
+        if kind is not ParameterType.NOT_SET:
+            return kind
+    raise ValueError(
+        f"parameter {old.name!r} has no type to keep; name one in the new descriptor, or let it be dynamic."
+    )

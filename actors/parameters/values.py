@@ -1,0 +1,219 @@
+"""Parameter values: the nine types, inference from Python, and the values that travel between store and owner.
+
+Guarantee: a value inside a `Parameter` is plain and immutable: `bool`, `int` (64 bits), `float`, `str`, or a tuple of
+those or of one-byte `bytes`. Types and their numbers are those of `rcl_interfaces/msg/ParameterType`.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterable, Mapping
+from enum import IntEnum
+from typing import Any, Final, TypeAlias, cast
+
+import msgspec
+
+Value: TypeAlias = (
+    bool
+    | int
+    | float
+    | str
+    | tuple[bytes, ...]
+    | tuple[bool, ...]
+    | tuple[int, ...]
+    | tuple[float, ...]
+    | tuple[str, ...]
+    | None
+)
+"""A parameter value as the store keeps it; None means not set."""
+
+INT64_MIN: Final = -(2**63)
+INT64_MAX: Final = 2**63 - 1
+
+
+class ParameterType(IntEnum):
+    """The type of a parameter, numbered as in `rcl_interfaces/msg/ParameterType`."""
+
+    NOT_SET = 0
+    BOOL = 1
+    INTEGER = 2
+    DOUBLE = 3
+    STRING = 4
+    BYTE_ARRAY = 5
+    BOOL_ARRAY = 6
+    INTEGER_ARRAY = 7
+    DOUBLE_ARRAY = 8
+    STRING_ARRAY = 9
+
+    @property
+    def is_array(self) -> bool:
+        """True for the five array types."""
+        return self >= ParameterType.BYTE_ARRAY
+
+    @classmethod
+    def of(cls, value: object) -> ParameterType:
+        """The type that ROS 2 infers from a Python value.
+
+        None is NOT_SET; an array is a list, tuple or `array.array` whose elements are all bytes, all bool, all int,
+        all float or all str (an empty one counts as BYTE_ARRAY, as in rclpy).
+        Raises TypeError for anything else, a mixture of int and float included.
+        """
+        known = _TYPE_OF_CLASS.get(type(value))
+        if known is not None:
+            return known
+        if isinstance(value, list | tuple | array):
+            return _type_of_elements(cast("Iterable[object]", value))
+        for python, kind in _SCALARS:
+            if isinstance(value, python):
+                return kind
+        hint = "call its .tolist() first" if hasattr(value, "tolist") else "use bool, int, float, str or a list of one"
+        raise TypeError(f"a parameter cannot hold {value!r} of type {type(value).__name__}; {hint}.")
+
+
+# bool comes before int because bool is an int in Python.
+_SCALARS: Final[tuple[tuple[type, ParameterType], ...]] = (
+    (bool, ParameterType.BOOL),
+    (int, ParameterType.INTEGER),
+    (float, ParameterType.DOUBLE),
+    (str, ParameterType.STRING),
+)
+_TYPE_OF_CLASS: Final[Mapping[type, ParameterType]] = {type(None): ParameterType.NOT_SET, **dict(_SCALARS)}
+_CLASS_OF_SCALAR: Final[Mapping[ParameterType, type[Any]]] = {kind: python for python, kind in _SCALARS}
+_ARRAYS: Final[tuple[tuple[type, ParameterType], ...]] = (
+    (bytes, ParameterType.BYTE_ARRAY),
+    (bool, ParameterType.BOOL_ARRAY),
+    (int, ParameterType.INTEGER_ARRAY),
+    (float, ParameterType.DOUBLE_ARRAY),
+    (str, ParameterType.STRING_ARRAY),
+)
+_CLASS_OF_ELEMENT: Final[Mapping[ParameterType, type]] = {kind: python for python, kind in _ARRAYS}
+
+
+def _type_of_elements(elements: Iterable[object]) -> ParameterType:
+    for python, kind in _ARRAYS:
+        if all(isinstance(element, python) for element in elements):
+            return kind
+    raise TypeError(
+        f"a parameter cannot hold the mixed list {elements!r}: all elements must be bytes, bool, int, float or str."
+    )
+
+
+def canonical(value: object, kind: ParameterType) -> Value:
+    """`value` in the one form that is kept: plain scalars, tuples for arrays.
+
+    Raises ValueError when the value is not of type `kind`, when an integer needs more than 64 bits, or when an
+    element of a byte array is not one byte. Subclasses (an IntEnum, a numpy.float64) become plain.
+    """
+    if kind is ParameterType.NOT_SET:
+        if value is None:
+            return None
+    elif kind.is_array:
+        if isinstance(value, list | tuple | array):
+            return cast("Value", _canonical_elements(tuple(cast("Iterable[object]", value)), kind))
+    else:
+        python = _CLASS_OF_SCALAR[kind]
+        if isinstance(value, python):
+            if kind is ParameterType.INTEGER:
+                _check_int64(cast("int", value))
+            return cast("Value", value if type(value) is python else python(value))
+    raise ValueError(f"type {kind.name} and value {value!r} do not agree; convert the value or give another type.")
+
+
+def _canonical_elements(elements: tuple[object, ...], kind: ParameterType) -> tuple[object, ...]:
+    python = _CLASS_OF_ELEMENT[kind]
+    for element in elements:
+        if not isinstance(element, python):
+            raise ValueError(f"type {kind.name} and element {element!r} do not agree; convert the elements first.")
+    if kind is ParameterType.INTEGER_ARRAY:
+        for element in elements:
+            _check_int64(cast("int", element))
+    elif kind is ParameterType.BYTE_ARRAY:
+        for element in elements:
+            if len(cast("bytes", element)) != 1:
+                raise ValueError(f"an element of a BYTE_ARRAY is one byte; {element!r} is not.")
+    if all(type(element) is python for element in elements):
+        return elements
+    return tuple(cast("Any", python)(element) for element in elements)
+
+
+def _check_int64(value: int) -> None:
+    if not INT64_MIN <= value <= INT64_MAX:
+        raise ValueError(f"the integer {value} does not fit in 64 bits, which is all a parameter can hold.")
+
+
+_INFER: Final = cast("ParameterType", None)
+
+
+class Parameter(msgspec.Struct, frozen=True):
+    """A named value, as it is set, stored and reported.
+
+    `Parameter("speed", 0.5)` infers the type (TypeError if it cannot); `Parameter("gains", [], DOUBLE_ARRAY)` states
+    it (ValueError if value and type do not agree). Lists and arrays are kept as tuples.
+    """
+
+    name: str
+    value: Any = None
+    type: ParameterType = _INFER
+
+    def __post_init__(self) -> None:
+        kind = self.type
+        if cast("object", kind) is None:
+            kind = ParameterType.of(self.value)
+            msgspec.structs.force_setattr(self, "type", kind)
+        elif not isinstance(cast("object", kind), ParameterType):
+            raise TypeError(f"the type of parameter {self.name!r} must be a ParameterType, not {kind!r}.")
+        msgspec.structs.force_setattr(self, "value", canonical(self.value, kind))
+
+
+def widened(name: str, value: object, kind: ParameterType) -> Parameter:
+    """`value` as a parameter of type `kind` where nothing is lost, else as a parameter of its own type.
+
+    An int becomes a float for DOUBLE, a list of numbers becomes floats for DOUBLE_ARRAY, and an empty list takes any
+    array type. This is for values that come from Python, from files and from the command line; a value that arrives
+    over a ROS service already has an exact type. Raises TypeError and ValueError as `Parameter` does.
+    """
+    if kind is ParameterType.DOUBLE and _is_number(value):
+        return Parameter(name, _as_float(value), kind)
+    if kind.is_array and isinstance(value, list | tuple | array):
+        elements = tuple(cast("Iterable[object]", value))
+        if not elements:
+            return Parameter(name, (), kind)
+        if kind is ParameterType.DOUBLE_ARRAY and all(_is_number(element) for element in elements):
+            return Parameter(name, tuple(_as_float(element) for element in elements), kind)
+    return Parameter(name, value)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _as_float(value: object) -> float:
+    try:
+        return float(cast("float", value))
+    except OverflowError:
+        raise ValueError(f"the integer {value} is too large for a floating-point parameter.") from None
+
+
+class SetResult(msgspec.Struct, frozen=True):
+    """The answer to a request to set parameters; `reason` says why it was refused and is empty otherwise."""
+
+    successful: bool = True
+    reason: str = ""
+
+
+class ParameterChange(msgspec.Struct, frozen=True):
+    """What one declaration or one set did: the content of a `rcl_interfaces/msg/ParameterEvent` without stamp and node.
+
+    `new` had no value before, `changed` had one (perhaps the same), `deleted` are gone (their value is None).
+    """
+
+    new: tuple[Parameter, ...] = ()
+    changed: tuple[Parameter, ...] = ()
+    deleted: tuple[Parameter, ...] = ()
+
+
+class ParameterNames(msgspec.Struct, frozen=True):
+    """The answer to a listing: the names found and the groups directly above them, each once."""
+
+    names: tuple[str, ...] = ()
+    prefixes: tuple[str, ...] = ()

@@ -1,0 +1,148 @@
+"""Starting and ending: `run(tree)` for a tree, `open_node(name)` for a script, `execute(main)` for a whole program."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import threading
+from collections.abc import Callable, Coroutine, Mapping
+from types import TracebackType
+from typing import Any, Literal, TypeVar
+
+from actors.life import NodeLife
+from actors.logs import INFO, LogSink, structlog_sink
+from actors.node import Node
+from actors.supervisor import Child, Spec, Supervisor, temporary
+from actors.system import System, system_here
+
+__all__ = ["OpenNode", "Run", "execute", "open_node", "run"]
+
+T = TypeVar("T")
+
+def run(
+    tree: Spec, *, seed: int = 0, signals: bool = True, sinks: tuple[LogSink, ...] = (structlog_sink,), level: int = INFO
+) -> Run:
+    """Run a tree in this event loop: ``async with run(tree) as system: await system.wait()``.
+
+    Entering returns when every child is ready and raises `StartFailed` otherwise; leaving stops the tree, last child first. When the tree
+    ends by itself meanwhile (its restarts are used up), `system.wait()` raises `SupervisorGaveUp`; a block that is doing something else is
+    canceled and the block as a whole raises it. SIGINT and SIGTERM (main thread, real clock, unless ``signals=False``) are one path: the
+    tree stops in order and `wait()` returns; a second one within 2 s kills it.
+    """
+    return Run(tree, seed=seed, signals=signals, sinks=sinks, level=level)
+
+
+class Run:
+    """What `run` returns: an async context manager."""
+
+    def __init__(self, tree: Spec, *, seed: int, signals: bool, sinks: tuple[LogSink, ...], level: int) -> None:
+        if isinstance(tree, Child):
+            tree = Supervisor("system", children=[tree])
+        self._tree = tree
+        self._settings: dict[str, Any] = {"seed": seed, "sinks": sinks, "level": level}
+        self._signals = signals
+        self._interrupted = False
+        self._handlers: list[signal.Signals] = []
+
+    async def __aenter__(self) -> System:
+        self._system = system = System(**self._settings)
+        self._owner = asyncio.current_task()
+        if self._signals and not system.clock.virtual and threading.current_thread() is threading.main_thread():
+            self._install(system)
+        try:
+            await system.start(self._tree)
+        except BaseException:
+            self._uninstall(system)
+            raise
+        system.on_end(self._tree_ended)
+        return system
+
+    async def __aexit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        system = self._system
+        try:
+            await system.stop("the block was left")
+        finally:
+            self._uninstall(system)
+        if self._interrupted and isinstance(error, asyncio.CancelledError):
+            assert self._owner is not None
+            self._owner.uncancel()
+            if system.failure is not None:
+                raise system.failure
+            if system.signal == signal.SIGINT:
+                raise KeyboardInterrupt
+            raise SystemExit(system.exit_code)
+
+    def _tree_ended(self, system: System) -> None:
+        """The tree is over. Whoever is in `wait()` sees it there; a block that does something else is interrupted."""
+        told = system.failure is not None or system.signal is not None
+        if told and not system.waiting and self._owner is not None and not self._owner.done():
+            self._interrupted = True
+            self._owner.cancel()
+
+    def _install(self, system: System) -> None:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            try:
+                system.loop.add_signal_handler(number, system.interrupt, number)
+            except (NotImplementedError, RuntimeError):  # a platform or a loop without signal handlers: KeyboardInterrupt remains
+                return
+            self._handlers.append(number)
+
+    def _uninstall(self, system: System) -> None:
+        for number in self._handlers:
+            system.loop.remove_signal_handler(number)
+        self._handlers.clear()
+
+
+def open_node(
+    name: str,
+    *,
+    namespace: str = "",
+    parameters: Mapping[str, Any] | None = None,
+    remap: Mapping[str, str] | None = None,
+    system: System | None = None,
+    seed: int = 0,
+    sinks: tuple[LogSink, ...] = (structlog_sink,),
+) -> OpenNode:
+    """A node for a script: no class, no tree. ``async with open_node("listener") as node: ...``
+
+    It joins `system`, else the newest system running in this event loop, else it makes one of its own, which further `open_node`s join.
+    """
+    child = Child(Node, name=name, namespace=namespace, parameters=parameters, remap=remap, restart=temporary)
+    return OpenNode(child, system, seed, sinks)
+
+
+class OpenNode:
+    """What `open_node` returns: an async context manager."""
+
+    def __init__(self, child: Child, system: System | None, seed: int, sinks: tuple[LogSink, ...]) -> None:
+        self._child = child
+        self._system = system
+        self._seed = seed
+        self._sinks = sinks
+        self._life: NodeLife | None = None
+
+    async def __aenter__(self) -> Node:
+        system = self._system or system_here()
+        if system is None:
+            system = System(seed=self._seed, sinks=self._sinks)
+            system.open()
+        self._system = system
+        self._life = await system.join(self._child)
+        assert self._life.core is not None
+        return self._life.core.node
+
+    async def __aexit__(self, *exc: object) -> None:
+        assert self._system is not None and self._life is not None
+        await self._system.leave(self._life)
+
+
+def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real", "virtual"] = "real") -> T:
+    """Run an async program to its end on the real clock, or on the virtual one, where waiting takes no time."""
+    if clock == "virtual":
+        from actors.testing.loop import VirtualLoop as new_event_loop
+    elif clock == "real":
+        from actors.loops import new_event_loop
+    else:
+        raise ValueError(f"clock={clock!r}: use 'real' or 'virtual'")
+    with asyncio.Runner(loop_factory=new_event_loop) as runner:
+        return runner.run(main())

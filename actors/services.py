@@ -1,0 +1,197 @@
+"""Services at work: a request waits in the server's inbox, the answer completes the caller's future.
+
+The caller gets the response or one error, never silence: `ServiceUnavailable`, `CallTimeout`, `NodeRestarting`, `NotRunning`,
+`ServiceFailed`, `CallCycle`. Whoever gives up waiting is forgotten; a late answer is dropped, never given to a later call.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable, Coroutine
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+from actors.errors import CallCycle, CallTimeout, NodeRestarting, NotRunning, ServiceFailed, ServiceUnavailable, WrongType
+from actors.inbox import Inbox
+
+if TYPE_CHECKING:
+    from actors.contracts import Service
+    from actors.deadlines import Deadlines
+    from actors.graph import ServiceEntry
+    from actors.interfaces.message import Message
+
+__all__ = ["Caller", "Client", "Request", "Server"]
+
+Req = TypeVar("Req", bound="Message")
+Resp = TypeVar("Resp", bound="Message")
+
+
+class Caller(Protocol):
+    """What a call asks of the node that makes it, and of the node that serves it."""
+
+    incarnation: int
+    waits_for: Caller | None
+
+    @property
+    def fqn(self) -> str: ...
+
+    @property
+    def inbox(self) -> Inbox: ...
+
+    @property
+    def deadlines(self) -> Deadlines: ...
+
+    def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]: ...
+
+    def service_failed(self, service: str, error: Exception) -> None: ...
+
+
+class Server:
+    """One node's service: requests go through the node's inbox, or, `concurrent`, into tasks of their own."""
+
+    __slots__ = ("active", "calls", "concurrent", "entry", "failures", "handler", "label", "node", "response", "waiting")
+
+    def __init__(self, node: Caller, entry: ServiceEntry, response: type[Message], label: str, concurrent: int) -> None:
+        self.node = node
+        self.entry = entry
+        self.response = response
+        self.label = label
+        self.concurrent = concurrent
+        self.handler: Callable[[Any], Awaitable[Message]]
+        self.active: dict[Request, None] = {}
+        self.waiting: deque[Request] = deque()
+        self.calls = 0
+        self.failures = 0
+
+    def __repr__(self) -> str:
+        return f"<server of {self.entry.name} in {self.node.fqn}: {self.calls} calls, {len(self.active)} open>"
+
+    def submit(self, request: Request) -> None:
+        """Queue a request; its future is completed whatever happens."""
+        self.calls += 1
+        self.active[request] = None
+        if not self.concurrent:
+            self.node.inbox.put(request)
+        elif len(self.active) - len(self.waiting) <= self.concurrent:
+            self.node.spawn(self._work(request), name=self.label)
+        else:
+            self.waiting.append(request)
+
+    def fail_all(self, error: Callable[[], Exception]) -> None:
+        """The node has ended: nobody waits on a corpse."""
+        self.waiting.clear()
+        for request in self.active:
+            if not request.future.done():
+                request.future.set_exception(error())
+        self.active.clear()
+
+    async def _work(self, request: Request) -> None:
+        while True:
+            await request.answer()
+            if not self.waiting:
+                return
+            request = self.waiting.popleft()
+
+
+class Request:
+    """One call under way; as an inbox item it is answered in its turn."""
+
+    __slots__ = ("caller", "future", "message", "server")
+
+    def __init__(self, server: Server, message: Message, future: asyncio.Future[Any], caller: Caller) -> None:
+        self.server = server
+        self.message = message
+        self.future = future
+        self.caller = caller
+
+    @property
+    def label(self) -> str:
+        return self.server.label
+
+    def run(self) -> Coroutine[Any, Any, None]:
+        return self.answer()
+
+    async def answer(self) -> None:
+        """Run the handler and complete the caller's future. A cancellation leaves it to `Server.fail_all`, at the node's end."""
+        server, future = self.server, self.future
+        if not future.done():  # else the caller has given up: do not work for nobody
+            try:
+                reply = await server.handler(self.message)
+                if reply.__class__ is not server.response:
+                    raise WrongType(f"{server.label} answered {type(reply).__name__}, not {server.response.__name__}")
+            except Exception as error:
+                server.failures += 1
+                server.node.service_failed(server.label, error)
+                if not future.done():
+                    future.set_exception(ServiceFailed(server.node.fqn, type(error).__name__, str(error)))
+            else:
+                if not future.done():
+                    future.set_result(reply)
+        server.active.pop(self, None)
+
+
+class Client(Generic[Req, Resp]):
+    """One node's way to one service, made at its first call."""
+
+    __slots__ = ("entry", "node", "service")
+
+    def __init__(self, node: Caller, entry: ServiceEntry, service: Service[Req, Resp]) -> None:
+        self.node = node
+        self.entry = entry
+        self.service = service
+
+    async def call(self, message: Req, timeout: float) -> Resp:
+        """Ask, and wait for the answer for at most `timeout` seconds in all."""
+        if message.__class__ is not self.service.request:
+            raise WrongType(f"{self.entry.name} takes {self.service.request.__name__}, not {type(message).__name__} {message!r:.60}")
+        server = self.entry.server
+        if server is None:
+            started = asyncio.get_running_loop().time()
+            server = await self._found(timeout)
+            timeout = max(1e-9, timeout - (asyncio.get_running_loop().time() - started))
+        future: asyncio.Future[Resp] = asyncio.get_running_loop().create_future()
+        self.node.deadlines.watch(future, timeout, self._late)
+        node = self.node
+        if not server.concurrent and node.inbox.task is asyncio.current_task():
+            return await self._exclusively(server, message, future)
+        server.submit(Request(server, message, future, node))
+        return await future
+
+    async def _exclusively(self, server: Server, message: Req, future: asyncio.Future[Resp]) -> Resp:
+        """Call out of a handler that holds its inbox: refuse what would wait for itself."""
+        node = self.node
+        chain: list[str] = [node.fqn]
+        other: Caller | None = server.node
+        while other is not None:
+            if other is node:
+                raise CallCycle(tuple(chain))
+            chain.append(other.fqn)
+            other = other.waits_for
+        node.waits_for = server.node
+        try:
+            server.submit(Request(server, message, future, node))
+            return await future
+        finally:
+            node.waits_for = None
+
+    async def _found(self, timeout: float) -> Server:
+        entry = self.entry
+        if entry.restarting is not None:
+            raise NodeRestarting(*entry.restarting)
+        if entry.stopped is not None:
+            raise NotRunning(f"{entry.stopped}, which served {entry.name}, has stopped: start it again, or ask another service")
+        try:
+            async with asyncio.timeout(timeout):
+                await entry.available()
+        except TimeoutError:
+            raise ServiceUnavailable(
+                f"nobody serves {entry.name} [{self.service.type.__name__}] after {timeout:g} s: start its node, or check the name "
+                "and namespace"
+            ) from None
+        assert entry.server is not None
+        return entry.server
+
+    def _late(self) -> BaseException:
+        server = self.entry.server
+        where = server.node.fqn if server is not None else "its server"
+        return CallTimeout(f"{where} did not answer {self.entry.name} in time: give the call more time, or make it an action")

@@ -1,0 +1,89 @@
+"""What a supervisor knows about one child, from one incarnation to the next."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping
+from typing import Literal, TypeAlias
+
+from actors.supervision.incarnation import Incarnation
+from actors.supervision.policy import Backoff
+from actors.supervision.refs import ChildInfo, ChildRef, ChildState
+from actors.supervisor import Spec
+
+__all__ = ["Entry", "Intent"]
+
+Intent: TypeAlias = Literal["", "start", "restart"]
+"""What is due for a child that is not running: nothing, its first (or manual) start, an automatic restart. It stays set
+until the child is ready, so that a start phase that is interrupted or fails is not forgotten."""
+
+
+class Entry:
+    """One child: its spec, its present incarnation if any, and what is due for it.
+
+    `parked`: stopped by a request, and so left alone by restarts of its group. `marked`: the lane is about to stop it
+    for a restart of its group. `fresh`: added by `start_child`, and forgotten if that start fails. `answer`: where the
+    caller of an unfinished start waits. `given`: the arguments and parameters of an instance of a template.
+    """
+
+    __slots__ = (
+        "answer",
+        "attempts",
+        "fresh",
+        "given",
+        "intent",
+        "marked",
+        "now",
+        "number",
+        "parked",
+        "position",
+        "ready_at",
+        "spec",
+        "timer",
+    )
+
+    def __init__(self, spec: Spec, position: int) -> None:
+        self.spec = spec
+        self.position = position
+        self.number = 0
+        self.now: Incarnation | None = None
+        self.intent: Intent = ""
+        self.marked = False
+        self.parked = False
+        self.fresh = False
+        self.given: tuple[tuple[object, ...], Mapping[str, object] | None] | None = None
+        self.answer: asyncio.Future[ChildRef | None] | None = None
+        self.attempts = 0
+        self.ready_at: float | None = None
+        self.timer: asyncio.TimerHandle | None = None
+
+    def __repr__(self) -> str:
+        return f"<entry {self.spec.name} {self.state}#{self.number}>"
+
+    @property
+    def state(self) -> ChildState:
+        now = self.now
+        if self.intent:
+            return "restarting" if self.intent == "restart" else "starting"
+        if now is None:
+            return "stopped"
+        return "running" if now.ready and now.asked is None and now.imposed is None else "stopping"
+
+    @property
+    def info(self) -> ChildInfo:
+        state = self.state
+        ref = self.now.ref if self.now is not None and state == "running" else None
+        return ChildInfo(self.spec.name, self.spec.kind, state, ref, self.number)
+
+    def take_answer(self) -> asyncio.Future[ChildRef | None] | None:
+        """Where to answer the caller, if it still waits."""
+        answer, self.answer = self.answer, None
+        return None if answer is None or answer.done() else answer
+
+    def earlier_attempts(self, backoff: Backoff, now: float) -> int:
+        """How many attempts in a row did not hold, this one not counted; a long enough life starts over at none."""
+        if self.ready_at is not None and now - self.ready_at >= backoff.reset_after:
+            self.attempts = 0
+        self.ready_at = None
+        self.attempts += 1
+        return self.attempts - 1

@@ -1,0 +1,169 @@
+"""One incarnation of a child: its task, from the start of the life to the verdict on its end."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+from actors.supervision.policy import StopTimeout
+from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
+from actors.supervision.errors import SupervisorGaveUp
+from actors.supervision.refs import ChildRef, Down
+
+if TYPE_CHECKING:
+    from actors.supervision.entry import Entry
+    from actors.supervision.seam import Life
+
+__all__ = ["GRACE", "Incarnation", "Owner"]
+
+GRACE = 1.0
+"""Seconds between the kill and the verdict `Leaked`."""
+
+
+class Owner(Protocol):
+    """The supervisor, as its incarnations see it."""
+
+    loop: asyncio.AbstractEventLoop
+
+    def make_life(self, incarnation: Incarnation, /) -> Life: ...
+    def grace_of(self, life: Life | None, /) -> float: ...
+    def ready(self, incarnation: Incarnation, /) -> None: ...
+    def ended(self, incarnation: Incarnation, reason: ExitReason, /) -> None: ...
+    def abandoned(self, incarnation: Incarnation, /) -> None: ...
+
+
+class Incarnation:
+    """Owns one raw task.
+
+    Raw, because a task group cancels its tasks in no order, cannot give up on one that refuses to end, and fails as a
+    whole. There is no cancel scope around the task either: cancelling one repeats the cancellation in every turn of the
+    loop for as long as the body refuses, which stops a virtual clock for ever; and it costs as much as all the rest.
+
+    `ready` turns true with the life's `started()`. `asked` is the reason given with `stop`, None while nobody asked.
+    """
+
+    __slots__ = (
+        "asked",
+        "declined",
+        "entry",
+        "imposed",
+        "killed",
+        "life",
+        "over",
+        "owner",
+        "ready",
+        "ref",
+        "task",
+        "timer",
+        "watchers",
+    )
+
+    def __init__(self, owner: Owner, entry: Entry, ref: ChildRef) -> None:
+        self.owner = owner
+        self.entry = entry
+        self.ref = ref
+        self.life: Life | None = None
+        self.ready = False
+        self.over = False
+        self.declined = False
+        self.asked: str | None = None
+        self.killed: float | None = None
+        self.imposed: BaseException | None = None
+        self.timer: asyncio.TimerHandle | None = None
+        self.watchers: dict[Callable[[Down], None], None] | None = None
+        self.task: asyncio.Task[None] = owner.loop.create_task(self._live(), name=str(ref))
+        self.task.add_done_callback(self._done)
+
+    def __repr__(self) -> str:
+        return f"<incarnation {self.ref}>"
+
+    async def _live(self) -> None:
+        self.life = life = self.owner.make_life(self)
+        await life.run(self._started)
+
+    def _started(self) -> None:
+        self.owner.ready(self)
+
+    def stop(self, why: str, timeout: StopTimeout) -> None:
+        """Ask for an orderly end, once, and see to it that it comes: kill after `timeout` seconds."""
+        ending = self.asked is not None or self.imposed is not None or self.killed is not None
+        self.asked = why if self.asked is None else self.asked
+        if not ending:
+            self._end(why, timeout)
+
+    def fail(self, error: BaseException, timeout: StopTimeout) -> None:
+        """End it in order, as `stop` does, but let it count as its own failure with `error`."""
+        if self.asked is None and self.imposed is None and self.killed is None:
+            self.imposed = error
+            self._end(str(error), timeout)
+
+    def kill(self, after: float = 0.0) -> None:
+        """Cancel the task, through shields, and abandon it if it still lives a second later."""
+        if self.killed is None and not self.over:
+            self.killed = after
+            self._watch_task()
+            grace = self.owner.grace_of(self.life)
+            self._after(grace, self._abandon, grace)
+            self.task.cancel()
+
+    def _end(self, why: str, timeout: StopTimeout) -> None:
+        if timeout == "kill":
+            self.kill()
+            return
+        self._watch_task()
+        self._after(timeout, self.kill, timeout)
+        if self.life is None:  # its task has not come to its first step
+            self.task.cancel()
+            return
+        try:
+            self.life.stop(why)
+        except Exception as error:
+            self.imposed = error
+            self.kill()
+
+    def _watch_task(self) -> None:
+        """A child may have removed our callback from its task (OTP: unlinked itself). It must not hang its supervisor."""
+        self.task.remove_done_callback(self._done)
+        self.task.add_done_callback(self._done)
+
+    def _after(self, delay: float, callback: Callable[..., None], *args: float) -> None:
+        if self.timer is not None:
+            self.timer.cancel()
+        self.timer = None if delay == math.inf else self.owner.loop.call_later(delay, callback, *args)
+
+    def _abandon(self, after: float) -> None:
+        self.owner.abandoned(self)
+        self._close(Leaked(after))
+
+    def _done(self, task: asyncio.Task[None]) -> None:
+        if not self.over:
+            self._close(self._verdict(task))
+        elif not task.cancelled():
+            task.exception()  # abandoned, and ended late: its exception was nobody's any more
+
+    def _close(self, reason: ExitReason) -> None:
+        self.over = True
+        if self.timer is not None:
+            self.timer.cancel()
+        self.owner.ended(self, reason)
+
+    def _verdict(self, task: asyncio.Task[None]) -> ExitReason:
+        error = None if task.cancelled() else task.exception()
+        if self.imposed is not None:
+            return Failed(self.imposed)
+        if self.killed is not None:
+            return Killed(self.killed)
+        if isinstance(error, SupervisorGaveUp):
+            return Stopped("shutdown", error)
+        if isinstance(error, Stop):
+            return Stopped(error.reason)
+        if isinstance(error, Skip) and not self.ready:
+            self.declined = True
+            return Stopped(f"declined to start: {error.reason}")
+        if error is not None:
+            return Failed(error)
+        if self.asked is not None:
+            return Stopped(self.asked)
+        return Killed(None) if task.cancelled() else Returned()

@@ -1,0 +1,251 @@
+"""A running supervisor, for those who use it: look at its children, and change them while it runs."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from typing import Concatenate, ParamSpec, TypeAlias, TypeVar
+
+from actors.errors import DeclarationError
+from actors.supervision.core import Core, LeakedChild
+from actors.supervision.entry import Entry
+from actors.supervision.errors import (
+    AlreadyPresent,
+    AlreadyStarted,
+    LinkBroken,
+    NotFound,
+    Restarting,
+    Running,
+    StartFailed,
+    SupervisorDown,
+    TooManyChildren,
+)
+from actors.supervision.incarnation import Incarnation
+from actors.supervision.reasons import Failed, Gone, Killed, Leaked
+from actors.supervision.refs import ChildInfo, ChildRef, Counts, Down
+from actors.supervision.seam import Life
+from actors.supervisor import Child, DynamicSupervisor, Spec, Supervisor
+
+__all__ = ["LeakedChild", "RunningSupervisor"]
+
+T = TypeVar("T")
+P = ParamSpec("P")
+Path: TypeAlias = str | Sequence[str]
+"""The way down from a supervisor: "gaits/walk", or ("gaits", "walk")."""
+
+
+class RunningSupervisor(Core):
+    """One run of a `Supervisor` or `DynamicSupervisor`: `await RunningSupervisor(spec, runtime).run(started)`.
+
+    All requests answer at once, also while children are starting or restarting; those that start or stop a child wait for
+    just that child. They must come from the event loop's own thread. A caller that is cancelled takes nothing back: the
+    child goes on starting or stopping. Before `run`, and once it is stopping, the requests raise `SupervisorDown`.
+    """
+
+    # ------------------------------------------------------------------ looking
+
+    def children(self) -> list[ChildInfo]:
+        """All children in start order (OTP lists the newest first)."""
+        return [entry.info for entry in self._entries.values()]
+
+    def counts(self) -> Counts:
+        """How many there are. One that is restarting counts in `specs`, not in `active`."""
+        entries = self._entries.values()
+        supervisors = sum(entry.spec.kind == "supervisor" for entry in entries)
+        active = sum(entry.state == "running" for entry in entries)
+        return Counts(len(entries), active, supervisors, len(entries) - supervisors)
+
+    def child_spec(self, id: str) -> Spec:
+        """The child's complete declaration, with all defaults. Raises `NotFound`."""
+        return self._entry(id).spec
+
+    def which(self, path: Path) -> ChildRef | None:
+        """The live reference of a descendant; None while it is not running. Raises `NotFound` for an unknown one."""
+        incarnation = self._walk(path)
+        running = incarnation is not None and incarnation.entry.state == "running"
+        return incarnation.ref if incarnation is not None and running else None
+
+    def life(self, path: Path) -> Life | None:
+        """The life of a descendant's present incarnation, also while it starts or stops. Raises `NotFound`.
+
+        Of a supervisor it is a `RunningSupervisor`.
+        """
+        incarnation = self._walk(path)
+        return incarnation.life if incarnation else None
+
+    # ------------------------------------------------------------------ changing
+
+    async def start_child(self, spec: Spec) -> ChildRef | None:
+        """Add a child after the others and start it; returns when it is ready, None if it declined to start.
+
+        Raises `AlreadyStarted`, `AlreadyPresent`, `DeclarationError`; `StartFailed`, and then the spec is not kept.
+        """
+        return await self._request(self._on_start_child, spec)
+
+    async def spawn(
+        self, *args: object, name: str | None = None, parameters: Mapping[str, object] | None = None
+    ) -> ChildRef | None:
+        """Start an instance of a dynamic supervisor's template; returns when it is ready, None if it declined.
+
+        `args` follow the template's own arguments, `parameters` override its parameters; both are kept for restarts.
+        `name` defaults to the template's with a running number. Raises `TooManyChildren`, and what `start_child` does.
+        """
+        return await self._request(self._on_spawn, args, name, parameters)
+
+    async def terminate_child(self, target: str | ChildRef) -> None:
+        """Stop a child, or drop its pending restart; returns when it has ended. Its spec stays, and nothing but
+        `restart_child` starts it again. Temporary children and instances of a template are forgotten.
+
+        A child that is stopped already, or a reference to an ended incarnation, is fine. Raises `NotFound`.
+        """
+        await self._request(self._on_terminate, target)
+
+    async def restart_child(self, id: str) -> ChildRef | None:
+        """Start a stopped child from its spec; returns when it is ready, None if it declined.
+
+        Raises `Running`, `Restarting`, `NotFound`; `StartFailed`, and then the spec stays, without an automatic retry.
+        """
+        return await self._request(self._on_restart_child, id)
+
+    async def delete_child(self, id: str) -> None:
+        """Forget a stopped child. Raises `Running`, `Restarting`, `NotFound`."""
+        await self._request(self._on_delete, id)
+
+    async def replace(self, id: str, factory: Callable[..., object]) -> ChildRef | None:
+        """Change what makes a child, and put the new in the place of the old: stop in order, start, one child only.
+
+        Returns when the new one is ready, None if the child was not running; then `factory` serves its next start. Not
+        counted as a restart. Raises `NotFound`, `DeclarationError`; `StartFailed`, and then the child is stopped.
+        """
+        return await self._request(self._on_replace, id, factory)
+
+    async def reconfigure(self, spec: Supervisor | DynamicSupervisor) -> None:
+        """Put another declaration of the same kind and name in the place of this supervisor's.
+
+        Running children keep running. Options, and what is said about the end of a child, hold from the next end on;
+        what is said about its start from the next start on. Children that are not in the new declaration stay until
+        terminated; new ones are known, but not started. Raises `DeclarationError`, and then nothing has changed.
+        """
+        await self._request(self._on_reconfigure, spec)
+
+    # ------------------------------------------------------------------ watching
+
+    def watch(self, ref: ChildRef) -> Awaitable[Down]:
+        """A future of the end of this very incarnation, anywhere below; of `Gone` at once if it has ended already.
+
+        Cancel the future to stop watching. Raises `NotFound` for a reference into another tree.
+        """
+        future: asyncio.Future[Down] = asyncio.get_running_loop().create_future()
+        incarnation = self._incarnation(ref)
+        if incarnation is None:
+            future.set_result(Down(ref, Gone()))
+        else:
+            self._on_down(incarnation, future)
+        return future
+
+    def link(self, one: ChildRef, other: ChildRef) -> None:
+        """Let the two share their fate: when one fails, the other is ended in order and counts as failed (`LinkBroken`).
+
+        A return or an orderly stop breaks nothing. Raises `NotFound` if one has ended already, or is of another tree.
+        """
+        ends = []
+        for ref in (one, other):
+            if (incarnation := self._incarnation(ref)) is None:
+                raise NotFound(f"{self.name} cannot link {one} to {other}: {ref} has ended")
+            ends.append(incarnation)
+        _link(ends[0], ends[1])
+        _link(ends[1], ends[0])
+
+    # ------------------------------------------------------------------ the requests' handlers
+
+    async def _request(self, handler: Callable[Concatenate[asyncio.Future[T], P], None], *args: P.args, **kw: P.kwargs) -> T:
+        """Handle a request as an event, in its turn; the handler, or a later event, completes the future."""
+        if self._phase not in ("starting", "running"):
+            raise SupervisorDown(f"supervisor {self.name} is not running (it is {self._phase}); it can do nothing now")
+        answer: asyncio.Future[T] = self.loop.create_future()
+
+        def handle() -> None:
+            try:
+                handler(answer, *args, **kw)
+            except Exception as error:
+                answer.set_exception(error)
+
+        self.post(handle)
+        return await answer
+
+    def _on_start_child(self, answer: asyncio.Future[ChildRef | None], spec: Spec) -> None:
+        if isinstance(self.spec, DynamicSupervisor):
+            raise DeclarationError(f"{self.name} makes its children from a template: use spawn(), not start_child()")
+        self.spec.check_child(spec)
+        self._start_new(answer, spec)
+
+    def _on_spawn(
+        self,
+        answer: asyncio.Future[ChildRef | None],
+        args: tuple[object, ...],
+        name: str | None,
+        parameters: Mapping[str, object] | None,
+    ) -> None:
+        dynamic = self.spec
+        if isinstance(dynamic, Supervisor):
+            raise DeclarationError(f"{self.name} has no template to spawn from: use start_child(), not spawn()")
+        if dynamic.max_children is not None and len(self._entries) >= dynamic.max_children:
+            raise TooManyChildren(f"{self.name} has {len(self._entries)} children, and max_children is that many")
+        entry = self._start_new(answer, dynamic.instance(name or self._next_name(dynamic), args, parameters))
+        entry.given = (args, parameters)
+
+    def _next_name(self, dynamic: DynamicSupervisor) -> str:
+        while (name := f"{dynamic.template.name}_{next(self._names)}") in self._entries:
+            continue
+        return name
+
+    def _start_new(self, answer: asyncio.Future[ChildRef | None], spec: Spec) -> Entry:
+        if (known := self._entries.get(spec.name)) is not None:
+            if known.now is not None and known.state == "running":
+                raise AlreadyStarted(self.name, known.now.ref)
+            raise AlreadyPresent(f"{self.name} has a child {spec.name} already; it is {known.state}")
+        entry = self._add(spec)
+        entry.fresh, entry.intent, entry.answer = True, "start", answer
+        self._start_in_turn(entry)
+        return entry
+
+    def _on_terminate(self, answer: asyncio.Future[None], target: str | ChildRef) -> None:
+        entry = self._entry_of(target)
+        if entry is None:
+            answer.set_result(None)
+            return
+        failure = StartFailed((*self.path, entry.spec.name), "it was terminated before it had started")
+        self._drop_plans(entry, failure)
+        entry.parked = True
+        if entry.now is None:
+            self._forget(entry)
+            answer.set_result(None)
+        else:
+            self._on_down(entry.now, answer, None)
+            self._ask(entry.now, "shutdown")
+        if self._lane.holder is entry:
+            self._lane.release()
+            self._advance()
+
+    def _on_restart_child(self, answer: asyncio.Future[ChildRef | None], id: str) -> None:
+        entry = self._stopped(id)
+        entry.parked, entry.intent, entry.answer = False, "start", answer
+        self._start_in_turn(entry)
+
+    def _on_delete(self, answer: asyncio.Future[None], id: str) -> None:
+        del self._entries[self._stopped(id).spec.name]
+        answer.set_result(None)
+
+    def _on_replace(self, answer: asyncio.Future[ChildRef | None], id: str, factory: Callable[..., object]) -> None:
+        entry = self._entry(id)
+        if not isinstance(entry.spec, Child):
+            raise DeclarationError(f"{self.name}: {id} is a supervisor and has no factory; reconfigure() changes it")
+        entry.spec = entry.spec.replace(factory=factory)
+        now = entry.now
+        if now is None or entry.state != "running":
+            answer.set_result(None)
+        else:
+            entry.intent, entry.answer = "start", answer
+        if now is not None and entry.intent:
+            entry.marked = False
+            self._ask(now, "replaced")

@@ -1,0 +1,48 @@
+"""The seam between a supervisor and the system around it: what a child's life is, and where lives come from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from random import Random
+from typing import Protocol
+
+from actors.supervision.report import Report
+from actors.supervisor import Child
+
+__all__ = ["Life", "Runtime"]
+
+
+class Life(Protocol):
+    """One incarnation of a child, from its start phase to the end of its clean-up."""
+
+    async def run(self, started: Callable[[], None], /) -> None:
+        """The whole life, in a task of its own: start phase, `started()` when ready, serve, clean up.
+
+        Returning is a normal end, `raise Stop(reason)` an orderly one, any other exception a failure. `raise Skip` before
+        `started()` declines to start. The supervisor cancels the task only to kill it: then there is no time left for a
+        clean-up, and one second later the task is abandoned.
+        """
+        ...
+
+    def stop(self, reason: str, /) -> None:
+        """Ask for an orderly end; `run` then cleans up and returns. May come at any time while `run` runs, also before
+        `started()`; comes at most once. Must not block."""
+        ...
+
+
+class Runtime(Protocol):
+    """What a supervisor needs of the system it is in. Time is the running event loop's."""
+
+    @property
+    def rng(self) -> Random:
+        """The system's seeded source of randomness, for the jitter of a backoff. Asked for only when needed."""
+        ...
+
+    def life(self, child: Child, path: tuple[str, ...], incarnation: int, /) -> Life:
+        """A new life for `child`. `path` leads from the root to it. Called in the child's own task, so what it raises is
+        a failed start of that child."""
+        ...
+
+    def report(self, report: Report, /) -> None:
+        """Take notice of an event. Must not block; what it raises goes to the event loop's exception handler."""
+        ...

@@ -1,0 +1,351 @@
+"""A system: one running tree, with its clock, graph, logs and randomness. `run(tree)` starts one and ends it in order.
+
+::
+
+    async with run(tree) as system:
+        await system.wait()
+"""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections import deque
+from collections.abc import Callable
+from random import Random
+from threading import get_ident
+from typing import TYPE_CHECKING, Any
+
+from actors.clock import Clock
+from actors.core import Core, Identity, Mailbox
+from actors.deadlines import Deadlines
+from actors.errors import DeclarationError, NotStarted
+from actors.graph import Graph
+from actors.life import NodeLife
+from actors.logs import ERROR, INFO, WARN, LogRecord, LogSink, NodeLog, structlog_sink
+from actors.supervision.running import RunningSupervisor
+from actors.ticker import Ticker
+
+if TYPE_CHECKING:
+    from actors.supervision.reasons import ExitReason
+    from actors.supervision.report import Report
+    from actors.supervisor import Child, Spec
+
+__all__ = ["NodeState", "System", "system_here"]
+
+
+SECOND_SIGNAL_SECONDS = 2.0
+"""A second SIGINT or SIGTERM within this time kills what is still stopping."""
+
+
+class NodeState:
+    """What the system knows of one node over all its incarnations: for reports and tools."""
+
+    __slots__ = ("core", "identity", "mailbox", "node_class", "path", "restarts", "state")
+
+    def __init__(self, identity: Identity, mailbox: Mailbox) -> None:
+        self.identity = identity
+        self.mailbox = mailbox
+        self.path = identity.path
+        self.core: Core | None = None
+        self.node_class: type | None = None
+        self.state = "starting"
+        """starting, running, restarting or stopped."""
+        self.restarts: list[tuple[float, str]] = []
+        """(seconds on the system's clock, why) of each end that a restart follows or followed."""
+
+    @property
+    def incarnation(self) -> int:
+        return self.mailbox.incarnation
+
+
+class System:
+    """One running tree. Make it with `run(tree)`; everything in it lives in the event loop that made it."""
+
+    def __init__(self, *, seed: int = 0, sinks: tuple[LogSink, ...] = (structlog_sink,), level: int = INFO) -> None:
+        self.loop = asyncio.get_running_loop()
+        self.thread = get_ident()
+        self.seed = seed
+        self.level = level
+        self.clock = Clock(self.loop, virtual=bool(getattr(self.loop, "virtual", False)))
+        self.graph = Graph()
+        self.ticker = Ticker(self.loop)
+        self.deadlines = Deadlines(self.loop)
+        self.rng = self.random("supervision")
+        self.nodes: dict[tuple[str, ...], NodeState] = {}
+        self.reports: deque[Report] = deque(maxlen=10_000)
+        self.supervisor: RunningSupervisor | None = None
+        self.stop_reason: str | None = None
+        self.failure: BaseException | None = None
+        """What ended the tree by itself: `SupervisorGaveUp`, or None."""
+        self.signal: signal.Signals | None = None
+        """The signal that stopped the system, if one did."""
+        self.waiting = 0
+        """How many tasks are in `wait()`."""
+        self._sinks = sinks
+        self._ids = self.random("ids")
+        self._host: asyncio.Task[None] | None = None
+        self._on_end: list[Callable[[System], None]] = []
+        self._interrupted_at = 0.0
+        self._guests: dict[asyncio.Task[None], NodeLife] = {}
+        self._names: dict[str, tuple[str, ...]] = {}
+        self._from_threads: deque[Callable[[], object]] = deque()
+        self.log = self.node_log("system", 1)
+
+    def __repr__(self) -> str:
+        return f"<system of {len(self.nodes)} nodes, {self.clock!r}>"
+
+    # -- life ---------------------------------------------------------------------------------------------------------------
+
+    def open(self) -> None:
+        """Let `open_node` find this system."""
+        here = _systems.setdefault(self.loop, [])
+        if self not in here:
+            here.append(self)
+
+    async def start(self, tree: Spec) -> None:
+        """Start the tree and return when all of it is ready. Raises `StartFailed` when a child cannot start; nothing runs then."""
+        if self._host is not None:
+            raise RuntimeError("this system runs a tree already: make another system")
+        self.open()
+        ready = self.loop.create_future()
+        self.supervisor = RunningSupervisor(tree, self, (tree.name,))
+        self._host = self.loop.create_task(self.supervisor.run(lambda: ready.done() or ready.set_result(None)), name=f"supervisor {tree.name}")
+        try:
+            await asyncio.wait([ready, self._host], return_when=asyncio.FIRST_COMPLETED)
+        except asyncio.CancelledError:
+            await self.stop("the start was canceled")
+            raise
+        if not ready.done():
+            try:
+                await self._host
+            finally:
+                self._close()
+        self._host.add_done_callback(self._tree_ended)
+
+    async def wait(self) -> None:
+        """Wait until the tree has ended. Raises `SupervisorGaveUp` when it ended because its restarts were used up."""
+        if self._host is None:
+            raise NotStarted("this system has not been started: use `async with run(tree) as system`")
+        self.waiting += 1
+        try:
+            await asyncio.wait([self._host])
+        finally:
+            self.waiting -= 1
+        if self.failure is not None:
+            raise self.failure
+
+    def on_end(self, callback: Callable[[System], None]) -> None:
+        """Call `callback` once the tree has ended, however."""
+        self._on_end.append(callback)
+
+    def interrupt(self, number: signal.Signals) -> None:
+        """A signal's way in: the first one asks for the orderly end, a second one within 2 s kills."""
+        now = self.loop.time()
+        if self.signal is not None and now - self._interrupted_at < SECOND_SIGNAL_SECONDS and self._host is not None:
+            self._host.cancel()
+            return
+        self.signal = number
+        self._interrupted_at = now
+        self.stop_reason = number.name
+        self.log.info("stopping", signal=number.name)
+        if self.supervisor is not None:
+            self.supervisor.stop(number.name)
+
+    @property
+    def exit_code(self) -> int:
+        """What a program should exit with: 0, 3 after its supervisor gave up, or 128 and the number of the signal."""
+        if self.failure is not None:
+            return 3
+        return 0 if self.signal is None else 128 + self.signal
+
+    async def stop(self, reason: str = "stop") -> None:
+        """Stop the tree, last child first, each within its timeout, and leave nothing behind. Stopping twice is fine.
+
+        Never raises for what ended the tree; `wait` does.
+        """
+        if self.stop_reason is None:
+            self.stop_reason = reason
+        for task, life in list(reversed(self._guests.items())):
+            life.stop(reason)
+            await asyncio.wait([task])
+        if self._host is not None and self.supervisor is not None:
+            if not self._host.done():
+                self.supervisor.stop(reason)
+                await asyncio.wait([self._host])
+            self._close()
+
+    @property
+    def running(self) -> bool:
+        """Whether the tree runs."""
+        return self._host is not None and not self._host.done()
+
+    async def join(self, child: Child) -> NodeLife:
+        """Run one more node beside the tree, not supervised by it, and return when it is ready."""
+        name = child.name if not child.namespace else f"{child.namespace.strip('/')}/{child.name}"
+        life = self.life(child, ("guests", name), 1)
+        ready = self.loop.create_future()
+        task = self.loop.create_task(life.run(lambda: ready.done() or ready.set_result(None)), name=f"guest {name}")
+        self._guests[task] = life
+        task.add_done_callback(self._guest_ended)
+        await asyncio.wait([ready, task], return_when=asyncio.FIRST_COMPLETED)
+        if not ready.done():
+            await task
+        return life
+
+    async def leave(self, life: NodeLife, reason: str = "left") -> None:
+        """End a node that joined."""
+        for task, guest in list(self._guests.items()):
+            if guest is life:
+                life.stop(reason)
+                await asyncio.wait([task])
+                self.gone(life.identity.path)
+                if self._host is None and not self._guests:
+                    self._close()
+                if not task.cancelled() and (error := task.exception()) is not None:
+                    raise error
+
+    def _tree_ended(self, host: asyncio.Task[None]) -> None:
+        if not host.cancelled():
+            self.failure = host.exception()
+        for callback in self._on_end:
+            callback(self)
+
+    def _guest_ended(self, task: asyncio.Task[None]) -> None:
+        life = self._guests.pop(task)
+        if not task.cancelled() and (error := task.exception()) is not None:
+            self.log.error("a node beside the tree failed", node_name=life.identity.fqn, error=f"{type(error).__name__}: {error}")
+
+    def _close(self) -> None:
+        for path in list(self.nodes):
+            self.gone(path)
+        self.deadlines.close()
+        here = _systems.get(self.loop, [])
+        if self in here:
+            here.remove(self)
+        if not here:
+            _systems.pop(self.loop, None)
+
+    # -- what the supervisor asks -------------------------------------------------------------------------------------------
+
+    def life(self, child: Child, path: tuple[str, ...], incarnation: int) -> NodeLife:
+        """A new incarnation of `child`; the inbox and the waiting messages of the last one are handed over."""
+        if child.process:
+            raise DeclarationError(f"{'/'.join(path)}: process=True needs a transport, and this system has none: place it in this process")
+        state = self.nodes.get(path)
+        if state is None:
+            identity = self._identity(child, path)
+            state = self.nodes[path] = NodeState(identity, Mailbox(self.loop))
+        return NodeLife(self, child, state.identity, state.mailbox)
+
+    def running_now(self, core: Core) -> None:
+        """A node is ready."""
+        state = self.nodes[core.identity.path]
+        state.core = core
+        state.node_class = type(core.node)
+        state.state = "running"
+
+    def ended(self, core: Core) -> None:
+        """An incarnation is over."""
+        state = self.nodes[core.identity.path]
+        state.core = None
+        state.state = "restarting"
+
+    def gone(self, path: tuple[str, ...]) -> None:
+        """A node has ended for good: it leaves the graph, and calls to it fail at once."""
+        state = self.nodes.get(path)
+        if state is not None and state.core is None:
+            state.state = "stopped"
+            state.mailbox.close(state.identity.fqn)
+            self._names.pop(state.identity.fqn, None)
+
+    def report(self, report: Report) -> None:
+        """Take notice of a supervisor's event: kept, and logged in words."""
+        self.reports.append(report)
+        state = self.nodes.get(report.child.path)
+        if report.context == "child_terminated" and state is not None:
+            state.restarts.append((self.clock.now(), str(report.reason)))
+        level = {"progress": 10, "child_terminated": WARN, "shutdown": INFO}.get(report.context, ERROR)
+        if level >= self.level:
+            fields: dict[str, Any] = {"child": "/".join(report.child.path), "incarnation_ended": report.child.incarnation}
+            if report.reason is not None:
+                fields["reason"] = str(report.reason)
+            if report.note:
+                fields["note"] = report.note
+            self._write(LogRecord(self.clock.now(), level, "/".join(report.supervisor), 1, report.context.replace("_", " "), fields))
+
+    # -- what nodes ask -----------------------------------------------------------------------------------------------------
+
+    def node_log(self, node: str, incarnation: int) -> NodeLog:
+        return NodeLog(node, incarnation, self.clock, self._write, self.level)
+
+    def random(self, key: str) -> Random:
+        """Random numbers for `key`: the same for the same seed, whatever else the run does."""
+        return Random(f"{self.seed}/{key}")
+
+    def new_id(self) -> bytes:
+        """A fresh 16-byte id in the form of a random UUID, from the system's seed."""
+        raw = bytearray(self._ids.randbytes(16))
+        raw[6] = raw[6] & 0x0F | 0x40
+        raw[8] = raw[8] & 0x3F | 0x80
+        return bytes(raw)
+
+    def threadsafe(self, function: Callable[[], object]) -> None:
+        """From any thread: call `function` in the loop. One wake-up serves all that is waiting."""
+        self._from_threads.append(function)
+        if len(self._from_threads) == 1:
+            self.loop.call_soon_threadsafe(self._drain_threads)
+
+    def _drain_threads(self) -> None:
+        waiting = self._from_threads
+        for _ in range(len(waiting)):
+            waiting.popleft()()
+        if waiting:
+            self.loop.call_soon_threadsafe(self._drain_threads)
+
+    async def offload(self, function: Callable[..., Any], arguments: tuple[Any, ...], takes: float, *, thread: bool) -> Any:
+        """See `Node.offload`."""
+        if self.clock.virtual:
+            result = function(*arguments)
+            await self.clock.sleep(takes)
+            return result
+        if thread:
+            from anyio import to_thread
+
+            return await to_thread.run_sync(function, *arguments, abandon_on_cancel=False)
+        from anyio import to_process
+
+        return await to_process.run_sync(function, *arguments, cancellable=True)
+
+    def add_sink(self, sink: LogSink) -> None:
+        """Send log records to `sink`, too."""
+        self._sinks = (*self._sinks, sink)
+
+    def _write(self, record: LogRecord) -> None:
+        for sink in self._sinks:
+            sink(record)
+
+    def _identity(self, child: Child, path: tuple[str, ...]) -> Identity:
+        remapping = None
+        if child.remap:
+            from actors.remap import Remapping, Rule
+
+            remapping = Remapping([Rule.parse(f"{old}:={new}") for old, new in child.remap.items()])
+        identity = Identity(child.name, child.namespace or "", path, child.parameters, remapping)
+        other = self._names.get(identity.fqn)
+        if other is not None and other != path:
+            raise DeclarationError(
+                f"{'/'.join(path)} would be the second node named {identity.fqn}, the first being {'/'.join(other)}: "
+                "give it another name= or namespace="
+            )
+        self._names[identity.fqn] = path
+        return identity
+
+
+_systems: dict[asyncio.AbstractEventLoop, list[System]] = {}
+
+
+def system_here() -> System | None:
+    """The newest system that runs in this event loop, or None."""
+    systems = _systems.get(asyncio.get_running_loop())
+    return systems[-1] if systems else None

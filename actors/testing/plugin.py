@@ -1,0 +1,57 @@
+"""The pytest plugin: the fixture `rig`, and virtual time for the tests that ask for it.
+
+A test gets the virtual clock when it uses `rig` (directly or through another fixture) or carries ``@pytest.mark.virtual``. All others
+keep the event loop that pytest-asyncio, or another plugin, gives them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Generator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import pytest_asyncio
+
+if TYPE_CHECKING:
+    from actors.testing.rig import Rig
+
+LoopFactories = Mapping[str, Callable[[], asyncio.AbstractEventLoop]]
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "virtual: run this test on the virtual clock of actors.testing")
+
+
+@pytest.hookimpl(wrapper=True, optionalhook=True)
+def pytest_asyncio_loop_factories(config: pytest.Config, item: pytest.Item) -> Generator[None, LoopFactories | None, LoopFactories]:
+    """Virtual time where it is asked for; elsewhere whatever other plugins say, else what would happen without this plugin."""
+    others = yield
+    if item.get_closest_marker("virtual") is not None or "rig" in getattr(item, "fixturenames", ()):
+        from actors.testing.loop import VirtualLoop
+
+        return {"virtual": VirtualLoop}
+    return others if others is not None else {"asyncio": asyncio.new_event_loop}
+
+
+@pytest_asyncio.fixture
+async def rig(request: pytest.FixtureRequest) -> AsyncIterator[Rig]:
+    """A `Rig`; it is closed, and checked for leaks, after the test."""
+    from actors.testing.rig import Rig
+
+    rig = Rig()
+    request.node.stash[_RIG] = rig
+    yield rig
+    await rig.close()
+
+
+_RIG = pytest.StashKey[Any]()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Show what happened in the system of a failed test."""
+    report = yield
+    if report.when == "call" and report.failed and (rig := item.stash.get(_RIG, None)) is not None:
+        report.sections.append(("rig", rig.timeline()))
+    return report

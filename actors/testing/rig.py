@@ -1,0 +1,267 @@
+"""`Rig`: a system on the virtual clock, seen from a test.
+
+::
+
+    async def test_low_battery_stops_the_robot(rig: Rig) -> None:
+        await rig.start(tree())
+        cmd = rig.probe(CMD_VEL)
+        rig.publish(CHARGE, Charge(level=0.05))
+        await rig.advance(1.0)
+        assert cmd.last == Twist()
+
+Nothing here sleeps: `advance` moves the clock, and everything that is due on the way happens in order. When the test is over the rig
+stops the system and fails the test if anything is left: a task, a thread, a subscription, a goal.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+
+from actors.channel import Queue
+from actors.core import Failure
+from actors.errors import NotStarted
+from actors.logs import LogRecord
+from actors.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
+from actors.qos import of
+from actors.supervisor import Child, Spec, Supervisor
+from actors.system import NodeState, System
+from actors.testing.loop import VirtualLoop
+
+if TYPE_CHECKING:
+    from actors.contracts import Action, Service, Topic
+    from actors.goal_client import Goal
+    from actors.interfaces.message import Message
+    from actors.life import NodeLife
+    from actors.qos import QoS
+    from actors.supervision.report import Report
+
+__all__ = ["Leak", "Probe", "Rig"]
+
+M = TypeVar("M", bound="Message")
+G = TypeVar("G", bound="Message")
+R = TypeVar("R", bound="Message")
+F = TypeVar("F", bound="Message")
+Req = TypeVar("Req", bound="Message")
+Resp = TypeVar("Resp", bound="Message")
+N = TypeVar("N", bound=Node)
+
+KEPT_EVENTS = 200
+
+
+class Leak(AssertionError):
+    """Something outlived the system that owned it."""
+
+
+class Probe(Queue[M], Generic[M]):
+    """Everything that was published on a topic since the probe was made, with the times."""
+
+    __slots__ = ("_now", "times")
+
+    def __init__(self, rig_node: Any, entry: Any, type: type[M], qos: QoS, now: Callable[[], float]) -> None:
+        super().__init__(rig_node, entry, type, qos)
+        self.times: list[float] = []
+        self._now = now
+
+    def deliver(self, message: M) -> None:
+        self.received += 1
+        self.messages.append(message)
+        self.times.append(self._now())
+
+    def __len__(self) -> int:
+        return len(self.messages)
+
+    def __getitem__(self, index: int) -> M:
+        return self.messages[index]
+
+    @property
+    def last(self) -> M | None:
+        """The newest message, or None."""
+        return self.messages[-1] if self.messages else None
+
+    def clear(self) -> None:
+        """Forget what was seen."""
+        self.messages.clear()
+        self.times.clear()
+
+
+class Rig:
+    """One system on the virtual clock, and the hands and eyes of a test in it."""
+
+    def __init__(self) -> None:
+        loop = asyncio.get_running_loop()
+        if not isinstance(loop, VirtualLoop):
+            raise RuntimeError("a Rig needs the virtual clock: use the `rig` fixture, or mark the test with @pytest.mark.virtual")
+        self.loop = loop
+        self.logs: deque[LogRecord] = deque(maxlen=KEPT_EVENTS)
+        self._system: System | None = None
+        self._me: NodeLife | None = None
+        self._tasks_before = asyncio.all_tasks()
+        self._threads_before = set(threading.enumerate())
+
+    # -- the system ---------------------------------------------------------------------------------------------------------
+
+    async def start(self, tree: Spec | type[Node], *more: Spec | type[Node], seed: int = 0) -> System:
+        """Start a tree, or a few nodes under a plain supervisor, and return when all of it is ready."""
+        if self._system is not None:
+            raise RuntimeError("this rig runs a system already: one rig, one system")
+        if more or isinstance(tree, type) or isinstance(tree, Child):
+            children = [Child(spec) if isinstance(spec, type) else spec for spec in (tree, *more)]
+            tree = Supervisor("system", children=children)
+        system = System(seed=seed, sinks=(self.logs.append,), level=10)
+        await system.start(tree)
+        self._system = system
+        self._me = await system.join(Child(Node, name="rig"))
+        return system
+
+    @property
+    def system(self) -> System:
+        if self._system is None:
+            raise NotStarted("the rig runs no system yet: await rig.start(tree) first")
+        return self._system
+
+    @property
+    def me(self) -> Node:
+        """The rig's own node, through which it talks to the others."""
+        core = self._me.core if self._me is not None else None
+        if core is None:
+            raise NotStarted("the rig runs no system yet: await rig.start(tree) first")
+        return core.node
+
+    @property
+    def now(self) -> float:
+        """Seconds on the system's clock."""
+        return self.system.clock.now()
+
+    @property
+    def reports(self) -> list[Report]:
+        """What the supervisors reported."""
+        return list(self.system.reports)
+
+    async def close(self) -> None:
+        """Stop the system and check that nothing is left of it. Raises `Leak`."""
+        system = self._system
+        if system is None:
+            return
+        await system.stop("the test is over")
+        await self.quiet()
+        left = self._left_over(system)
+        if left:
+            raise Leak("left over after the system's end: " + "; ".join(left))
+
+    # -- time ---------------------------------------------------------------------------------------------------------------
+
+    async def quiet(self) -> None:
+        """Let everything happen that can happen at this very instant."""
+        while True:
+            await asyncio.sleep(0)
+            if self.loop.idle:
+                return
+
+    async def advance(self, seconds: float) -> None:
+        """Let `seconds` pass, and everything that is due until then, including what is due at the last instant."""
+        await self.system.clock.sleep_until(self.now + seconds)
+        await self.quiet()
+
+    async def until(self, condition: Callable[[], bool], *, within: float = 60.0, step: float = 0.005) -> None:
+        """Let time pass until `condition()` holds; it is looked at every `step` seconds. Fails after `within` seconds."""
+        end = self.now + within
+        while not condition():
+            if self.now >= end:
+                raise AssertionError(f"not true within {within:g} s (now t={self.now:.3f} s)\n{self.timeline()}")
+            await self.advance(min(step, end - self.now))
+
+    async def settled(self, *, within: float = 60.0) -> None:
+        """Let time pass until every node runs or has ended for good, and every inbox is empty."""
+        await self.quiet()
+        await self.until(lambda: all(_is_settled(state) for state in self.system.nodes.values()), within=within)
+
+    # -- topics, services, actions ------------------------------------------------------------------------------------------
+
+    def probe(self, topic: Topic[M], *, name: str | None = None, qos: QoS | int | None = None) -> Probe[M]:
+        """Record a topic from now on. `name` is a full name instead of the contract's; latched messages come first."""
+        core = self.me.core
+        entry = self.system.graph.topic(name or core.identity.topic(topic.name))
+        probe = Probe(core, entry, topic.type, topic.qos if qos is None else of(qos), self.system.clock.now)
+        core.streams.append(cast("Any", probe))
+        entry.add_subscription(probe)
+        return probe
+
+    def publish(self, topic: Topic[M], message: M) -> None:
+        """Publish one message; delivered when the test next awaits."""
+        core = self.me.core
+        for publisher in core.publishers:
+            if publisher.type is topic.type and publisher.entry.name == core.identity.topic(topic.name):
+                publisher.publish(message)
+                return
+        self.me.publisher(topic).publish(message)
+
+    async def call(self, service: Service[Req, Resp], request: Req, *, timeout: float = CALL_TIMEOUT) -> Resp:
+        """Ask a service."""
+        return await self.me.call(service, request, timeout=timeout)
+
+    async def start_goal(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
+        """Send a goal and return when it is accepted. Raises `GoalRejected`."""
+        handle = self.me.start(action, goal, timeout=timeout)
+        await handle.send()
+        return handle
+
+    # -- nodes --------------------------------------------------------------------------------------------------------------
+
+    def state(self, node: type[Node] | str) -> NodeState:
+        """What is known of a node, by its class, its name or its full name."""
+        found = [state for state in self.system.nodes.values() if _is_called(state, node)]
+        if len(found) != 1:
+            known = ", ".join(sorted(state.identity.fqn for state in self.system.nodes.values()))
+            raise LookupError(f"{len(found)} nodes are called {node!r}; there are: {known}")
+        return found[0]
+
+    def node(self, node: type[N]) -> N:
+        """The living object of this class."""
+        core = self.state(node).core
+        if core is None or not isinstance(core.node, node):
+            raise NotStarted(f"{node.__name__} is not running now")
+        return core.node
+
+    def incarnation(self, node: type[Node] | str) -> int:
+        """The number of the node's present or last life."""
+        return self.state(node).incarnation
+
+    def crash(self, node: type[Node] | str, error: Exception | None = None) -> None:
+        """Make a node fail, as if a handler of it had raised `error`."""
+        state = self.state(node)
+        if state.core is None:
+            raise NotStarted(f"{state.identity.fqn} is not running: it cannot crash now")
+        state.mailbox.inbox.put_control(Failure(error or RuntimeError("crashed by the rig"), "rig.crash"))
+
+    # -- when a test fails --------------------------------------------------------------------------------------------------
+
+    def timeline(self, last: int = 30) -> str:
+        """The newest log lines and supervisor reports, in order."""
+        seed = self._system.seed if self._system is not None else 0
+        time = f"{self.now:.6f}" if self._system is not None else "-"
+        lines = [repr(record) for record in list(self.logs)[-last:]]
+        return "\n".join([f"rig: seed={seed} t={time} s; the last {len(lines)} events:", *lines])
+
+    def _left_over(self, system: System) -> list[str]:
+        left = [f"task {task.get_name()}" for task in asyncio.all_tasks() - self._tasks_before if task is not asyncio.current_task()]
+        left += [f"thread {thread.name}" for thread in set(threading.enumerate()) - self._threads_before if thread.is_alive()]
+        for entry in system.graph.topics.values():
+            left += [repr(endpoint) for endpoint in (*entry.publishers, *entry.subscriptions)]
+        for state in system.nodes.values():
+            left += [repr(run) for server in state.mailbox.actions.values() for run in (*server.running, *server.waiting)]
+        return sorted(left)
+
+
+def _is_called(state: NodeState, node: type[Node] | str) -> bool:
+    if isinstance(node, str):
+        return node in (state.identity.name, state.identity.fqn)
+    return state.node_class is not None and issubclass(state.node_class, node)
+
+
+def _is_settled(state: NodeState) -> bool:
+    inbox = state.mailbox.inbox
+    return state.state in ("running", "stopped") and not inbox.items and not inbox.control and inbox.current is None

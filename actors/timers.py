@@ -1,0 +1,166 @@
+"""Periodic handlers: ticks on an exact grid, their lateness measured.
+
+The k-th tick of a timer is due at start + k / hz, computed, never added up, so it does not drift. What happens to ticks that the node
+is too busy for is the timer's late policy.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections import deque
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING, Any
+
+from actors.errors import ActorError
+
+if TYPE_CHECKING:
+    from actors.blueprint import Late
+    from actors.inbox import Inbox
+    from actors.ticker import Ticker, TickHandle
+
+__all__ = ["Lateness", "Tick", "TickMissed", "TimerItem", "TimerRecord"]
+
+KEPT = 65536
+
+
+class TickMissed(ActorError):
+    """A timer with ``late="fault"`` was due while its last tick had not begun."""
+
+
+class Tick:
+    """One tick: its number from 1, when it was due and by how much it began late, seconds on the event loop's clock."""
+
+    __slots__ = ("due", "k", "late")
+
+    def __init__(self, k: int, due: float, late: float) -> None:
+        self.k = k
+        self.due = due
+        self.late = late
+
+    def __repr__(self) -> str:
+        return f"Tick({self.k}, due={self.due:.6f}, late={self.late:.6f})"
+
+
+class Lateness:
+    """How late the ticks of one timer began: the newest 65,536 of them, seconds."""
+
+    __slots__ = ("_next", "_seen")
+
+    def __init__(self) -> None:
+        self._seen = array("d")
+        self._next = 0
+
+    def add(self, seconds: float) -> None:
+        if len(self._seen) < KEPT:
+            self._seen.append(seconds)
+        else:
+            self._seen[self._next] = seconds
+            self._next = (self._next + 1) % KEPT
+
+    def __len__(self) -> int:
+        return len(self._seen)
+
+    def quantiles(self) -> tuple[float, float, float]:
+        """Median, 99th percentile and maximum, seconds; zeros before the first tick."""
+        if not self._seen:
+            return 0.0, 0.0, 0.0
+        ordered = sorted(self._seen)
+        last = len(ordered) - 1
+        return ordered[round(last * 0.5)], ordered[round(last * 0.99)], ordered[last]
+
+
+class TimerRecord:
+    """What is known of one timer over all incarnations of its node."""
+
+    __slots__ = ("alive", "fired", "hz", "lateness", "missed", "since")
+
+    def __init__(self, hz: float) -> None:
+        self.hz = hz
+        self.fired = 0
+        self.missed = 0
+        self.lateness = Lateness()
+        self.alive = 0.0
+        self.since: float | None = None
+
+    def seconds(self, now: float) -> float:
+        """For how long the timer has been ticking, at loop time `now`."""
+        return self.alive + (now - self.since if self.since is not None else 0.0)
+
+
+class TimerItem:
+    """One `@every` of one incarnation; as an inbox item it is its waiting tick."""
+
+    __slots__ = (
+        "backlog", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "pending", "record", "seen", "takes_tick",
+    )  # fmt: skip
+
+    def __init__(
+        self, inbox: Inbox, handler: Callable[..., Awaitable[None] | None], hz: float, late: Late, label: str, record: TimerRecord
+    ) -> None:
+        self.inbox = inbox
+        self.handler = handler
+        self.hz = hz
+        self.late: Late = late
+        self.label = label
+        self.takes_tick = _takes_argument(handler)
+        self.record = record
+        self.loop_time = inbox.loop.time
+        self.backlog: deque[tuple[int, float]] = deque()
+        self.handle: TickHandle | None = None
+        self.pending = False
+        self.seen = -1
+        self.k = 0
+        self.due = 0.0
+
+    def __repr__(self) -> str:
+        return f"<{self.label} at {self.hz:g} Hz: {self.record.fired} ticks, {self.record.missed} missed>"
+
+    def begin(self, ticker: Ticker, start: float | None = None) -> None:
+        """Start ticking; the first tick is due one period from now (or from the loop time `start`)."""
+        self.handle = ticker.add(self.hz, self.on_tick, start)
+        self.record.since = self.loop_time()
+
+    def stop(self) -> None:
+        """No more ticks. Stopping twice is fine."""
+        if self.handle is not None:
+            self.handle.cancel()
+            self.handle = None
+            self.record.alive = self.record.seconds(self.loop_time())
+            self.record.since = None
+
+    def on_tick(self, k: int, due: float) -> None:
+        """The ticker's call: put this tick into the inbox, or, if the last one still waits there, apply the late policy."""
+        if not self.pending:
+            self.pending = True
+            self.k = k
+            self.due = due
+            self.seen = self.inbox.handled
+            self.inbox.put(self)
+            return
+        inbox = self.inbox
+        if inbox.current is not None and inbox.handled == self.seen:  # one and the same item for a whole period
+            inbox.report_holding(inbox.current, 1.0 / self.hz)
+        if self.late == "catch_up":
+            self.backlog.append((k, due))
+            return
+        self.record.missed += 1
+
+    def run(self) -> Awaitable[None] | None:
+        k, due = self.k, self.due
+        late = self.loop_time() - due
+        self.record.fired += 1
+        self.record.lateness.add(late)
+        if self.record.missed and self.late == "fault":
+            raise TickMissed(f"{self.label}: {self.record.missed} tick(s) were due before tick {k} had begun, {late * 1e3:.1f} ms late")
+        if self.backlog:
+            self.k, self.due = self.backlog.popleft()
+            self.inbox.put(self)
+        else:
+            self.pending = False
+        return self.handler(Tick(k, due, late)) if self.takes_tick else self.handler()
+
+
+def _takes_argument(handler: Callable[..., Any]) -> bool:
+    function = getattr(handler, "__func__", handler)
+    code = getattr(function, "__code__", None)
+    return code is not None and code.co_argcount > (1 if function is not handler else 0)

@@ -1,0 +1,61 @@
+"""What the robot is asked to do, made into what a body can do: refused, clipped and slewed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+
+__all__ = ["CommandLimits", "CommandShaper"]
+
+
+@dataclass(frozen=True, slots=True)
+class CommandLimits:
+    """Largest speeds forward, back, sideways (m/s) and turning (rad/s), and how fast commands may change (m/s2, rad/s2)."""
+
+    forward: float = 1.6
+    backward: float = 0.5
+    sideways: float = 0.4
+    turn: float = 1.5
+    slew: float = 1.5
+    turn_slew: float = 4.0
+
+
+class CommandShaper:
+    """Holds the velocity asked for and lets the one in force follow it at a bounded rate."""
+
+    def __init__(self, limits: CommandLimits) -> None:
+        self.limits = limits
+        self.asked = (0.0, 0.0, 0.0)
+        self.velocity = (0.0, 0.0, 0.0)
+        """In force now: forward, left (m/s), counter-clockwise (rad/s)."""
+        self.refused = 0
+        """How many commands were not numbers."""
+
+    def ask(self, vx: float, vy: float, wz: float) -> bool:
+        """Ask for a velocity; False, counted and without effect if any part is NaN or infinite."""
+        if not (isfinite(vx) and isfinite(vy) and isfinite(wz)):
+            self.refused += 1
+            return False
+        most = self.limits
+        self.asked = (
+            max(-most.backward, min(most.forward, vx)),
+            max(-most.sideways, min(most.sideways, vy)),
+            max(-most.turn, min(most.turn, wz)),
+        )
+        return True
+
+    def advance(self, dt: float, walking: bool) -> tuple[float, float, float]:
+        """The velocity in force after `dt` seconds; zero is aimed at unless `walking`."""
+        target = self.asked if walking else (0.0, 0.0, 0.0)
+        step, turn = self.limits.slew * dt, self.limits.turn_slew * dt
+        vx, vy, wz = self.velocity
+        self.velocity = (_towards(vx, target[0], step), _towards(vy, target[1], step), _towards(wz, target[2], turn))
+        return self.velocity
+
+    def halt(self) -> None:
+        """Forget everything: the robot stands."""
+        self.asked = self.velocity = (0.0, 0.0, 0.0)
+
+
+def _towards(value: float, target: float, step: float) -> float:
+    return max(value - step, min(value + step, target))

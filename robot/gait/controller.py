@@ -1,0 +1,231 @@
+"""The gait controller: sits, stands and walks. IMU and joint samples in, motor targets out; no clock, no messages, no threads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, hypot, sin
+from typing import Literal
+
+import numpy as np
+
+from robot.gait.command import CommandLimits, CommandShaper
+from robot.gait.drive import Targets
+from robot.gait.estimator import Estimator
+from robot.gait.figures import SIT_HEIGHT, STAND_HEIGHT
+from robot.gait.kinematics import inverse
+from robot.gait.pattern import GAITS, Gait
+from robot.gait.planted import Planted
+from robot.gait.predict import Ahead
+from robot.gait.stance import NOMINAL, nominal_feet
+from robot.gait.terrain import TerrainPlane
+from robot.gait.walking import Walker
+from robot.world.body import ImuSample, JointSample, MotorTargets, Vector
+
+__all__ = ["GaitController", "GaitState", "Goal", "Mode"]
+
+Mode = Literal["sit", "rising", "stand", "walk", "stopping", "lowering"]
+Goal = Literal["sit", "stand", "walk"]
+
+RISE_TIME = 2.0
+"""Seconds from sitting to standing and back."""
+GATHER_SPEED = 1.5
+"""How fast joints move to the sitting pose, rad/s."""
+GATHERED = 0.35
+"""Joints this close (rad) to the sitting pose may begin to rise."""
+SIT_SPRING, SIT_DAMPER = 60.0, 4.0
+STOP_TIME = 2.5
+"""Seconds after which a walk that will not come to rest is ended all the same."""
+
+
+@dataclass(frozen=True, slots=True)
+class GaitState:
+    """What the controller knows of the robot; estimated, in the `odom` frame that starts under the robot."""
+
+    mode: Mode
+    position: Vector
+    """Body origin, shape (3,), m; z is its height over the standing feet's soles."""
+    quaternion: Vector
+    """Attitude body to odom, shape (4,), w first."""
+    velocity: Vector
+    """Body origin's velocity in the heading frame (forward, left, up), shape (3,), m/s."""
+    angular_velocity: Vector
+    """Body axes, gyro bias removed, shape (3,), rad/s."""
+    contact: tuple[bool, ...]
+    """Feet on the ground, fl, fr, rl, rr."""
+    gyro_bias: Vector
+    """Learned while the robot stands still, shape (3,), rad/s."""
+    slope: tuple[float, float]
+    """The ground's rise per metre along odom x and y."""
+
+
+class GaitController:
+    """Turns samples into motor targets so that the robot sits, stands or walks as asked.
+
+    Call `step` at a fixed rate, 200 Hz by design (100 to 500 Hz work). `motor_delay` (s) is how late the drives act on targets,
+    as far as it is known: the controller acts on the state it predicts for that moment.
+    """
+
+    def __init__(self, *, gait: str = "trot", motor_delay: float = 0.004, limits: CommandLimits | None = None) -> None:
+        self._gait = _gait(gait)
+        self._delay = motor_delay
+        self._commands = CommandShaper(limits or CommandLimits())
+        self._estimate = Estimator()
+        self._terrain = TerrainPlane()
+        self._mode: Mode = "sit"
+        self._goal: Goal = "sit"
+        self._planted: Planted | None = None
+        self._walker: Walker | None = None
+        self._sitting: Vector = inverse(nominal_feet(SIT_HEIGHT)).joints
+        self._held: Vector | None = None
+        self._stopping_for = 0.0
+
+    def __repr__(self) -> str:
+        x, y, _ = self._estimate.position.tolist()
+        return f"GaitController(mode={self._mode!r}, gait={self._gait.name!r}, position=({x:.2f}, {y:.2f}))"
+
+    @property
+    def mode(self) -> Mode:
+        """`sit`, `stand` or `walk`, or on the way: `rising`, `lowering`, `stopping`."""
+        return self._mode
+
+    @property
+    def goal(self) -> Goal:
+        """The mode asked for last."""
+        return self._goal
+
+    @property
+    def gait(self) -> str:
+        return self._gait.name
+
+    @property
+    def refused(self) -> int:
+        """Commands dropped because they were not numbers."""
+        return self._commands.refused
+
+    @property
+    def velocity_command(self) -> tuple[float, float, float]:
+        """The velocity in force: clipped and slewed (m/s, m/s, rad/s)."""
+        return self._commands.velocity
+
+    @property
+    def state(self) -> GaitState:
+        """The state after the latest step."""
+        estimate = self._estimate
+        yaw = estimate.attitude.yaw
+        vx, vy, vz = estimate.velocity.tolist()
+        return GaitState(
+            mode=self._mode,
+            position=estimate.position,
+            quaternion=np.array(estimate.attitude.quaternion),
+            velocity=np.array((cos(yaw) * vx + sin(yaw) * vy, cos(yaw) * vy - sin(yaw) * vx, vz)),
+            angular_velocity=np.array(estimate.attitude.turn),
+            contact=estimate.contact,
+            gyro_bias=np.array(estimate.attitude.bias),
+            slope=(self._terrain.slope_x, self._terrain.slope_y),
+        )
+
+    def command(self, vx: float, vy: float, wz: float) -> bool:
+        """Ask for a velocity (m/s forward and left, rad/s counter-clockwise), used while walking.
+
+        Clipped to the limits and slewed. False, without effect, if a part is NaN or infinite.
+        """
+        return self._commands.ask(vx, vy, wz)
+
+    def request(self, mode: Goal) -> None:
+        """Ask for `sit`, `stand` or `walk`; the controller goes there by way of the modes between. Raises ValueError for others."""
+        if mode not in ("sit", "stand", "walk"):
+            raise ValueError(f"The gait controller has no mode {mode!r}: ask for 'sit', 'stand' or 'walk'.")
+        self._goal = mode
+        if mode != "walk":
+            self._commands.ask(0.0, 0.0, 0.0)
+
+    def select_gait(self, gait: str) -> None:
+        """Walk with another gait; a walk under way changes when all feet stand. Raises ValueError for an unknown name."""
+        self._gait = _gait(gait)
+
+    def step(self, dt: float, imu: ImuSample, joints: JointSample) -> MotorTargets:
+        """One control step, `dt` seconds after the last, from samples of this instant."""
+        estimate = self._estimate
+        walker = self._walker
+        still = self._mode == "sit" or (self._mode == "stand" and self._planted is not None and self._planted.arrived)
+        estimate.update(dt, imu, joints, walker.leaving() if walker else (False,) * 4, still)
+        if self._mode in ("walk", "stopping"):
+            self._terrain.update(dt, estimate.contacts)
+        acceleration = walker.acceleration if walker else np.zeros(3)
+        ahead = Ahead(estimate, joints.position, joints.velocity, self._delay + 0.5 * dt, acceleration)
+        self._change_mode(dt, ahead, joints)
+        command = self._commands.advance(dt, self._mode == "walk")
+        if self._walker is not None:
+            return self._walker.step(dt, estimate, ahead, self._terrain, command).freeze()
+        if self._planted is not None:
+            return self._planted.step(dt, ahead, self._terrain).freeze()
+        return self._sit(dt, joints).freeze()
+
+    def _sit(self, dt: float, joints: JointSample) -> Targets:
+        """Gather the legs to the sitting pose and hold them there softly; the skid carries the body."""
+        if self._held is None:
+            self._held = joints.position.copy()
+        step = GATHER_SPEED * dt
+        self._held = self._held + np.clip(self._sitting - self._held, -step, step)
+        held = self._held.tolist()
+        targets = Targets()
+        for leg in range(4):
+            effort = self._estimate.legs.weight[3 * leg : 3 * leg + 3]
+            targets.leg(leg, effort=effort, position=held[3 * leg : 3 * leg + 3], kp=SIT_SPRING, kd=SIT_DAMPER)
+        return targets
+
+    def _change_mode(self, dt: float, ahead: Ahead, joints: JointSample) -> None:
+        """Take the next step towards the mode asked for, if this one is finished."""
+        mode, goal, planted = self._mode, self._goal, self._planted
+        if mode == "sit":
+            if goal != "sit" and self._held is not None and np.abs(joints.position - self._sitting).max() < GATHERED:
+                self._plant("rising", ahead, STAND_HEIGHT, weight=0.0)
+        elif mode in ("rising", "lowering") and planted is not None:
+            if goal == "sit" and mode == "rising":
+                self._mode = "lowering"
+                planted.go(SIT_HEIGHT, RISE_TIME)
+            elif goal != "sit" and mode == "lowering":
+                self._mode = "rising"
+                planted.go(STAND_HEIGHT, RISE_TIME)
+            elif planted.arrived:
+                self._mode = "stand" if mode == "rising" else "sit"
+                if mode == "lowering":
+                    self._planted, self._held = None, joints.position.copy()
+        elif mode == "stand" and planted is not None:
+            if goal == "sit":
+                self._mode = "lowering"
+                planted.go(SIT_HEIGHT, RISE_TIME)
+            elif goal == "walk":
+                self._mode, self._planted = "walk", None
+                self._walker = Walker(self._gait, ahead)
+        elif mode in ("walk", "stopping") and self._walker is not None:
+            self._walk_on(dt, ahead, self._walker)
+
+    def _walk_on(self, dt: float, ahead: Ahead, walker: Walker) -> None:
+        """Keep walking, change the gait, or come to rest and plant the feet."""
+        if self._goal == "walk":
+            self._mode, self._stopping_for = "walk", 0.0
+            if walker.clock.gait is not self._gait and not walker.swinging:
+                walker.clock.restart(self._gait)
+            return
+        self._mode = "stopping"
+        self._stopping_for += dt
+        if walker.swinging or any(abs(part) > 1e-6 for part in self._commands.velocity):
+            return
+        speed = hypot(*ahead.velocity[:2].tolist())
+        feet = np.array(ahead.legs.feet)[:, :2] - np.array(NOMINAL)
+        if (speed < 0.08 and np.abs(feet - feet.mean(axis=0)).max() < 0.03) or self._stopping_for > STOP_TIME:
+            self._walker, self._stopping_for = None, 0.0
+            self._commands.halt()
+            self._plant("stand", ahead, STAND_HEIGHT, weight=1.0)
+
+    def _plant(self, mode: Mode, ahead: Ahead, height: float, weight: float) -> None:
+        self._mode = mode
+        self._planted = Planted(ahead, weight)
+        self._planted.go(height, RISE_TIME if mode == "rising" else 0.3)
+
+
+def _gait(name: str) -> Gait:
+    if name not in GAITS:
+        raise ValueError(f"There is no gait {name!r}: choose one of {', '.join(sorted(GAITS))}.")
+    return GAITS[name]

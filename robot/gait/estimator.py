@@ -1,0 +1,208 @@
+"""Where the robot is and how fast it moves, from IMU, encoders and foot contacts alone (the `odom` frame).
+
+Attitude comes from `AttitudeFilter`. Position and velocity come from a Kalman filter over body position, body velocity and the
+four foot points: predicted with the accelerometer, corrected by what standing feet say (robot-domain section 6, with the
+rolling of the ball feet). The three axes share their model and noise, so one 6 x 6 covariance serves all three.
+
+Height over flat ground cannot be observed: a prior pulls the standing feet to height zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import exp
+
+import numpy as np
+
+from robot.gait.attitude import AttitudeFilter
+from robot.gait.figures import FOOT_RADIUS, GRAVITY
+from robot.gait.limbs import Limbs, foot_velocities, limbs
+from robot.world.body import ImuSample, JointSample, Vector
+
+__all__ = ["Estimator"]
+
+PLACE_NOISE = 0.004
+"""Standard deviation (m) of a foot's place as the encoders tell it."""
+SPEED_NOISE = 0.06
+"""Standard deviation (m/s) of the body's velocity as one standing foot tells it."""
+ACCEL_NOISE = 0.6
+"""Standard deviation (m/s2) of the accelerometer in a walking body."""
+SLIDE_NOISE = 0.002
+"""How far (m per sample, standard deviation) a standing foot may creep."""
+DOUBT = 31.0
+"""Factor on the variance of a foot that has just landed, is about to lift or seems to slip."""
+SETTLING = 0.02
+"""Seconds a foot counts as just landed."""
+SLIP = 0.35
+"""A standing foot that differs from the rest by this speed (m/s) is doubted."""
+FLOOR_TIME = 0.5
+"""Time constant (s) of the prior that standing feet are at height zero."""
+OWN_ACCEL_TIME = 0.15
+"""Time constant (s) of the robot's own acceleration, told from its velocity, that the attitude filter subtracts."""
+
+
+class Estimator:
+    """The state of the body at the latest sample. `update` once per control step.
+
+    The odom frame starts under the robot at the first sample, x forward. Until `update` has been called once, everything is zero.
+    """
+
+    def __init__(self) -> None:
+        self.attitude = AttitudeFilter()
+        self.rotation: Vector = np.eye(3)
+        self.position: Vector = np.zeros(3)
+        """Body origin in odom, m; z is the height above the standing feet's soles."""
+        self.velocity: Vector = np.zeros(3)
+        """Body origin in odom axes, m/s."""
+        self.contact: tuple[bool, ...] = (False,) * 4
+        self.legs: Limbs = limbs((0.0,) * 12, (0.0, 0.0, 1.0))
+        self.footholds: Vector = np.zeros((4, 3))
+        """Foot centres in odom as the filter believes them, shape (4, 3), m."""
+        self.contacts: Vector = np.zeros((4, 3))
+        """Where each foot's centre was when it last stood, odom, shape (4, 3), m."""
+        self.own_acceleration: Vector = np.zeros(3)
+        self._state = np.zeros((6, 3))
+        self._spread = np.diag([1e-6, 1e-4, 1e-4, 1e-4, 1e-4, 1e-4])
+        self._standing_for = [0.0] * 4
+        self._smooth_velocity = np.zeros(3)
+        self._started = False
+
+    def update(
+        self, dt: float, imu: ImuSample, joints: JointSample, leaving: Sequence[bool] = (False,) * 4, still: bool = False
+    ) -> None:
+        """Take in one sample, `dt` seconds after the last.
+
+        `leaving` marks feet about to lift (they are doubted); `still` says that the robot is meant to stand at rest.
+        """
+        gyro, accel = _triple(imu.gyro), _triple(imu.accel)
+        angles, speeds = joints.position.tolist(), joints.velocity.tolist()
+        if not self._started:
+            self.attitude.level(accel)
+        own = self.own_acceleration @ self.rotation
+        self.attitude.update(dt, gyro, accel, _triple(own), still)
+        up = self.attitude.up
+        self.rotation = rotation = np.array(self.attitude.rotation)
+        self.legs = limbs(angles, up)
+        moving, rolling = foot_velocities(self.legs, angles, speeds, self.attitude.turn, up)
+        self.contact = tuple(joints.contact.tolist())
+        arms = np.array(self.legs.feet) @ rotation.T
+        if not self._started:
+            self._begin(arms)
+        roll = np.array(rolling) @ rotation.T
+        force = rotation @ imu.accel
+        force[2] -= GRAVITY
+        self._predict(dt, force, roll)
+        told = roll - np.array(moving) @ rotation.T
+        self._correct(dt, arms, told, leaving)
+        if still and not any(self.contact):
+            self._rest()
+        self._pin_height(dt)
+        self._watch_acceleration(dt, told)
+
+    def _begin(self, arms: Vector) -> None:
+        self._started = True
+        self._state[0, 2] = -arms[:, 2].mean()
+        self._state[2:] = self._state[0] + arms
+        self.contacts = self._state[2:].copy()
+
+    def _predict(self, dt: float, acceleration: Vector, roll: Vector) -> None:
+        state, spread = self._state, self._spread
+        state[0] += state[1] * dt + acceleration * (0.5 * dt * dt)
+        state[1] += acceleration * dt
+        state[2:] += roll * dt
+        spread[0] += dt * spread[1]
+        spread[:, 0] += dt * spread[:, 1]
+        spread.flat[7] += (ACCEL_NOISE * dt) ** 2
+        spread.flat[14::7] += SLIDE_NOISE**2
+
+    def _correct(self, dt: float, arms: Vector, told: Vector, leaving: Sequence[bool]) -> None:
+        state, spread = self._state, self._spread
+        standing: list[int] = []
+        noise: list[float] = []
+        for leg in range(4):
+            if not self.contact[leg]:
+                self._standing_for[leg] = 0.0
+                continue
+            if self._standing_for[leg] == 0.0:
+                self._land(leg, arms[leg])
+            self._standing_for[leg] += dt
+            standing.append(leg)
+            doubted = leaving[leg] or self._standing_for[leg] < SETTLING
+            noise.append(DOUBT if doubted else 1.0)
+        if standing:
+            rows, place, speed = _OBSERVE[tuple(standing)]
+            gap = told[standing] - state[1]
+            factor = np.array(noise)
+            factor[(gap * gap).sum(axis=1) > SLIP * SLIP] *= DOUBT
+            told_and_placed = np.concatenate((arms[standing] - state[[leg + 2 for leg in standing]] + state[0], gap))
+            seen = rows @ spread
+            innovation = seen @ rows.T
+            variance = np.concatenate((place * factor, speed * factor))
+            innovation.flat[:: len(variance) + 1] += variance
+            gain = np.linalg.solve(innovation, seen)
+            state += gain.T @ told_and_placed
+            spread -= seen.T @ gain
+            spread += spread.T  # rounding makes it unsymmetric, and what is unsymmetric grows
+            spread *= 0.5
+        for leg in range(4):
+            if self.contact[leg]:
+                self.contacts[leg] = state[leg + 2]
+            else:
+                state[leg + 2] = state[0] + arms[leg]
+        self.position, self.velocity, self.footholds = state[0].copy(), state[1].copy(), state[2:].copy()
+
+    def _land(self, leg: int, arm: Vector) -> None:
+        """A foot touches down: its place is where the leg says, as uncertain as the body plus the encoders."""
+        self._state[leg + 2] = self._state[0] + arm
+        self._spread[leg + 2] = self._spread[0]
+        self._spread[:, leg + 2] = self._spread[:, 0]
+        self._spread[leg + 2, leg + 2] = self._spread[0, 0] + PLACE_NOISE**2 * DOUBT
+
+    def _pin_height(self, dt: float) -> None:
+        """Shift body and feet together, so that nothing the filter observes changes."""
+        heights = [self._state[leg + 2, 2] - FOOT_RADIUS for leg in range(4) if self.contact[leg]]
+        if heights:
+            shift = sum(heights) / len(heights) * min(1.0, dt / FLOOR_TIME)
+            self._state[0, 2] -= shift
+            self._state[2:, 2] -= shift
+            self.contacts[:, 2] -= shift
+
+    def _rest(self) -> None:
+        """The robot lies on its skid: no foot says so, but it does not move."""
+        self._state[1] = 0.0
+        self._spread[1, :] = self._spread[:, 1] = 0.0
+        self._spread[1, 1] = 1e-4
+        self.velocity = np.zeros(3)
+
+    def _watch_acceleration(self, dt: float, told: Vector) -> None:
+        """From what standing feet say alone: the filtered velocity contains the accelerometer and would agree with it."""
+        standing = [leg for leg in range(4) if self.contact[leg]]
+        if not standing:
+            self.own_acceleration *= 1.0 - dt / OWN_ACCEL_TIME
+            return
+        blend = 1.0 - exp(-dt / OWN_ACCEL_TIME)
+        change = (told[standing].mean(axis=0) - self._smooth_velocity) * (blend / dt)
+        self._smooth_velocity = self._smooth_velocity + change * dt
+        self.own_acceleration = change
+
+
+def _triple(values: Vector) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return (x, y, z)
+
+
+def _observation(standing: tuple[int, ...]) -> tuple[Vector, Vector, Vector]:
+    """For a set of standing feet: the observation matrix (places, then speeds) and the variances of both."""
+    count = len(standing)
+    rows = np.zeros((2 * count, 6))
+    for row, leg in enumerate(standing):
+        rows[row, 0], rows[row, leg + 2] = -1.0, 1.0
+        rows[count + row, 1] = 1.0
+    return rows, np.full(count, PLACE_NOISE**2), np.full(count, SPEED_NOISE**2)
+
+
+_OBSERVE = {
+    standing: _observation(standing)
+    for mask in range(1, 16)
+    for standing in [tuple(leg for leg in range(4) if mask >> leg & 1)]
+}

@@ -1,0 +1,106 @@
+"""All four feet on the ground: standing, standing up, sitting down. The feet stay; the body moves above them.
+
+Each leg carries its share of the weight as a force; a joint spring on top holds the pose that the stance and the level body
+imply. The spring closes inside the motor drives, so no delay can shake it.
+"""
+
+from __future__ import annotations
+
+from math import atan, cos, pi, sin
+
+import numpy as np
+
+from robot.gait.balance import distribute
+from robot.gait.drive import Targets
+from robot.gait.figures import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES
+from robot.gait.kinematics import leg_inverse
+from robot.gait.limbs import torques
+from robot.gait.predict import Ahead
+from robot.gait.terrain import TerrainPlane
+from robot.world.body import Vector
+
+__all__ = ["COM_SHIFT", "Planted"]
+
+COM_SHIFT = 0.031
+"""How far the centre of mass lies behind the body origin when standing, m: the legs bend backwards and weigh 54 %."""
+SPRING, DAMPER = 120.0, 4.0
+"""Joint gains, N m/rad and N m s/rad."""
+ATTITUDE_SPRING, ATTITUDE_DAMPER = 60.0, 8.0
+"""Roll and pitch, 1/s2 and 1/s, times the inertia."""
+INERTIA = (0.68, 2.83)
+"""Of the standing robot about its centre of mass, roll and pitch, kg m2."""
+CENTRING = 0.6
+"""Seconds over which the body moves above the middle of its feet."""
+
+
+class Planted:
+    """A stance captured once; the body's height over it then follows a half-cosine to wherever it is sent."""
+
+    def __init__(self, ahead: Ahead, weight: float = 1.0) -> None:
+        """Capture the feet as they stand. `weight` is the share of the robot's weight the legs carry at once (0 to 1)."""
+        c, s = cos(ahead.yaw), sin(ahead.yaw)
+        feet = ahead.feet
+        level = np.column_stack((c * feet[:, 0] + s * feet[:, 1], c * feet[:, 1] - s * feet[:, 0], feet[:, 2]))
+        middle = level.mean(axis=0)
+        self._feet: list[list[float]] = (level - middle).tolist()
+        self._offset = (-float(middle[0]), -float(middle[1]))
+        self._from = self._to = self.height = -float(middle[2])
+        self._time = self._duration = 0.0
+        self._clock = 0.0
+        self._weight = weight
+
+    def go(self, height: float, duration: float) -> None:
+        """Move the body to `height` over the feet (m) within `duration` seconds, along a half-cosine."""
+        self._from, self._to, self._time, self._duration = self.height, height, 0.0, duration
+
+    @property
+    def arrived(self) -> bool:
+        return self._time >= self._duration
+
+    def step(self, dt: float, ahead: Ahead, terrain: TerrainPlane) -> Targets:
+        """The motor targets of this step."""
+        self._clock += dt
+        self._weight = min(1.0, self._weight + dt / 0.4)
+        self._time += dt
+        share = 1.0 if self.arrived else 0.5 * (1.0 - cos(pi * self._time / self._duration))
+        self.height = self._from + (self._to - self._from) * share
+        targets = Targets()
+        forces = (self._forces(ahead, terrain) @ ahead.rotation).tolist()
+        angles = self._pose(ahead, terrain)
+        for leg in range(4):
+            push = torques(ahead.legs.jacobians[leg], *(self._weight * force for force in forces[leg]))
+            effort = [a + b for a, b in zip(push, ahead.legs.weight[3 * leg : 3 * leg + 3], strict=True)]
+            targets.leg(leg, effort=effort, position=angles[leg], kp=SPRING, kd=DAMPER)
+        return targets
+
+    def _forces(self, ahead: Ahead, terrain: TerrainPlane) -> Vector:
+        roll, pitch = self._lean(ahead, terrain)
+        c, s = cos(ahead.yaw), sin(ahead.yaw)
+        moment_x = INERTIA[0] * (ATTITUDE_SPRING * (roll - ahead.roll) - ATTITUDE_DAMPER * ahead.turn[0])
+        moment_y = INERTIA[1] * (ATTITUDE_SPRING * (pitch - ahead.pitch) - ATTITUDE_DAMPER * ahead.turn[1])
+        wrench = np.array((0.0, 0.0, MASS * GRAVITY, c * moment_x - s * moment_y, s * moment_x + c * moment_y, 0.0))
+        arms = ahead.feet - ahead.rotation @ np.array(ahead.legs.centre)
+        arms[:, 2] -= FOOT_RADIUS
+        return distribute([(x, y, z) for x, y, z in arms.tolist()], wrench)
+
+    def _lean(self, ahead: Ahead, terrain: TerrainPlane) -> tuple[float, float]:
+        """Roll and pitch of a body that lies parallel to the ground."""
+        c, s = cos(ahead.yaw), sin(ahead.yaw)
+        along, across = c * terrain.slope_x + s * terrain.slope_y, c * terrain.slope_y - s * terrain.slope_x
+        return atan(across), -atan(along)
+
+    def _pose(self, ahead: Ahead, terrain: TerrainPlane) -> list[tuple[float, float, float]]:
+        """The joint angles of a body above the middle of its feet, at the present height, parallel to the ground."""
+        roll, pitch = self._lean(ahead, terrain)
+        share = 0.5 * (1.0 + cos(pi * min(1.0, self._clock / CENTRING)))
+        x0 = COM_SHIFT + (self._offset[0] - COM_SHIFT) * share
+        y0 = self._offset[1] * share
+        cr, sr, cp, sp = cos(roll), sin(roll), cos(pitch), sin(pitch)
+        pose: list[tuple[float, float, float]] = []
+        for (fx, fy, fz), (hip_x, hip_y), side in zip(self._feet, HIPS, SIDES, strict=True):
+            x, y, z = fx - x0, fy - y0, fz - self.height
+            along = cp * x - sp * z
+            lifted = sp * x + cp * z
+            angles = leg_inverse(side, along - hip_x, cr * y + sr * lifted - hip_y, cr * lifted - sr * y)
+            pose.append((angles.q1, angles.q2, angles.q3))
+        return pose

@@ -1,0 +1,25 @@
+"""The way of a foot through the air: a cycloid over the ground, a raised cosine above it. Zero speed at both ends."""
+
+from __future__ import annotations
+
+from math import cos, pi, sin, tau
+
+__all__ = ["Triple", "swing_path"]
+
+Triple = tuple[float, float, float]
+
+
+def swing_path(start: Triple, end: Triple, progress: float, duration: float, clearance: float) -> tuple[Triple, Triple]:
+    """Position (m) and velocity (m/s) at `progress` 0..1 of a swing of `duration` seconds from `start` to `end`.
+
+    `clearance` (m) is added to the straight line half way. Source: robot-domain section 3.
+    """
+    angle = tau * progress
+    share = progress - sin(angle) / tau
+    rate = (1.0 - cos(angle)) / duration
+    lift, lift_rate = 0.5 * clearance * (1.0 - cos(angle)), clearance * pi * sin(angle) / duration
+    dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
+    return (
+        (start[0] + dx * share, start[1] + dy * share, start[2] + dz * share + lift),
+        (dx * rate, dy * rate, dz * rate + lift_rate),
+    )

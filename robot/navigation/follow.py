@@ -1,0 +1,272 @@
+"""Walking along a path: from a pose to a velocity command that keeps the whole body clear of things.
+
+A pursuit of a point ahead on the path proposes a command. The command is tried out: the body is moved along it on
+paper, and when its outline would come too near to anything, the best of a fan of other commands is taken instead (the
+dynamic window idea of Fox, Burgard and Thrun, 1997, with a rectangle instead of a disc).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot.navigation.path import Path, wrap
+from robot.navigation.surroundings import Surroundings
+from robot.world.scene import Pose2
+
+__all__ = ["Command", "Follower", "Limits", "Step", "Tolerance"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A velocity in body axes: m/s, m/s, rad/s."""
+
+    vx: float = 0.0
+    vy: float = 0.0
+    wz: float = 0.0
+
+
+STOP: Final = Command()
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What may be commanded. Speeds rise no faster than the accelerations say; braking is never delayed."""
+
+    vx_min: float = -0.3
+    vx_max: float = 0.8
+    vy_max: float = 0.3
+    wz_max: float = 1.0
+    acceleration: float = 1.0
+    """m/s2, for vx and vy."""
+    turn_acceleration: float = 3.0
+    """rad/s2."""
+
+    def clip(self, vx: float, vy: float, wz: float) -> Command:
+        """The nearest command within the limits."""
+        return Command(
+            min(max(vx, self.vx_min), self.vx_max),
+            min(max(vy, -self.vy_max), self.vy_max),
+            min(max(wz, -self.wz_max), self.wz_max),
+        )
+
+    def ramp(self, wanted: Command, last: Command, dt: float) -> Command:
+        """`wanted`, but no faster than `last` plus what the accelerations allow in `dt` seconds."""
+        step, turn = self.acceleration * dt, self.turn_acceleration * dt
+        return Command(
+            _rise(wanted.vx, last.vx, step), _rise(wanted.vy, last.vy, step), _rise(wanted.wz, last.wz, turn)
+        )
+
+
+def _rise(wanted: float, last: float, step: float) -> float:
+    """Limit only the growth of the magnitude; a change of sign starts from zero."""
+    if wanted * last < 0.0:
+        last = 0.0
+    bound = abs(last) + step
+    return min(max(wanted, -bound), bound)
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How near counts as there: metres and radians, by the robot's own estimate."""
+
+    position: float = 0.06
+    yaw: float = 0.06
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One control step: the command, what it is doing, how far is left, and how near the body is to anything."""
+
+    command: Command
+    phase: str
+    """``turning``, ``following``, ``avoiding``, ``approaching``, ``arrived`` or ``blocked``."""
+    remaining: float
+    """Along the path, m."""
+    clearance: float
+    """From the body's outline now, m."""
+    off_path: float
+    """m."""
+
+
+_COMFORT = 0.32
+"""While the body keeps this clear of everything, the pursuit is taken as it is, m."""
+_TOUCH = 0.06
+"""No command may bring the outline nearer than this, m."""
+_HORIZON: Floats = np.linspace(0.15, 1.2, 8)
+"""Instants at which a command is tried out, s: long enough to stop from full speed."""
+_FORESIGHT: Floats = np.concatenate([_HORIZON, [1.5, 1.8, 2.1, 2.5]])
+"""Instants at which it is tried out against what moves, s: long enough to get out of the way."""
+_APPROACH = 0.45
+"""Within this distance of the goal the robot steps sideways and backward as needed, m."""
+
+
+class Follower:
+    """Follows one path at a time. Give it a path with `follow`, then call `step` at the control rate."""
+
+    def __init__(self, limits: Limits | None = None, tolerance: Tolerance | None = None) -> None:
+        self.limits = limits or Limits()
+        self.tolerance = tolerance or Tolerance()
+        self.path: Path | None = None
+        self._goal = Pose2(0.0, 0.0)
+        self._along = 0.0
+        self._turning = False
+        self._last = STOP
+        self._fan = _fan(self.limits)
+
+    def __repr__(self) -> str:
+        return f"Follower({self.path!r}, {self._along:.2f} m done)"
+
+    def follow(self, path: Path, goal: Pose2) -> None:
+        """Take up a path; `goal` gives the heading at its end."""
+        self.path = path.spaced(0.05)
+        self._goal = goal
+        self._along = 0.0
+
+    def halt(self) -> None:
+        """Forget the path and the speed: the next command is a stop."""
+        self.path, self._last, self._turning = None, STOP, False
+
+    def halt_speed(self) -> None:
+        """Keep the path, but start again from rest."""
+        self._last = STOP
+
+    def is_clear(self, command: Command, pose: Pose2, around: Surroundings) -> bool:
+        """Whether the body can follow a constant command for the horizon without coming near to anything."""
+        tried = np.array([[command.vx, command.vy, command.wz]])
+        return bool(_clearances(pose, tried, around).min() >= _TOUCH)
+
+    def ahead(self, reach: float) -> Floats:
+        """Points (n, 2) of the path from here to `reach` metres ahead."""
+        assert self.path is not None
+        low, high = np.searchsorted(self.path.arc, (self._along, self._along + reach))
+        return self.path.points[low : max(int(high), int(low) + 1)]
+
+    def step(self, pose: Pose2, around: Surroundings, dt: float) -> Step:
+        """The command for the next `dt` seconds. `around` must be centered on the pose."""
+        assert self.path is not None, "call follow(path, goal) first"
+        self._along, off = self.path.project(pose.x, pose.y, self._along - 0.1, self._along + 1.0)
+        clearance = float(around.body_clearance(*(np.array([v]) for v in (pose.x, pose.y, pose.yaw)))[0])
+        remaining = max(self.path.length - self._along, 0.0)
+        to_goal = math.hypot(self._goal.x - pose.x, self._goal.y - pose.y)
+        near = to_goal < _APPROACH and remaining < 2 * _APPROACH
+        turn_left = wrap(self._goal.yaw - pose.yaw)
+        if near and to_goal <= self.tolerance.position and abs(turn_left) <= self.tolerance.yaw:
+            self._last = STOP
+            return Step(STOP, "arrived", to_goal, clearance, off)
+        wish, phase = self._approach(pose, turn_left) if near else self._pursue(pose, clearance)
+        ramped = self.limits.ramp(wish, self._last, dt)
+        command, phase = self._checked(ramped, phase, pose, around, clearance, near)
+        command = self.limits.ramp(command, self._last, dt)
+        self._last = command
+        return Step(command, phase, max(remaining, to_goal), clearance, off)
+
+    # --- what it would like -----------------------------------------------------------------------------------------
+
+    def _pursue(self, pose: Pose2, clearance: float) -> tuple[Command, str]:
+        """Head for a point ahead on the path: turn on the spot when it lies far to the side."""
+        assert self.path is not None
+        speed = abs(self._last.vx)
+        x, y = self.path.at(self._along + 0.35 + 0.5 * speed)
+        bearing = wrap(math.atan2(y - pose.y, x - pose.x) - pose.yaw)
+        self._turning = abs(bearing) > (0.2 if self._turning else 0.7)
+        wz = 1.8 * bearing
+        if self._turning:
+            return self.limits.clip(0.0, 0.0, wz), "turning"
+        foot_x, foot_y = self.path.at(self._along)
+        left = -math.sin(pose.yaw) * (foot_x - pose.x) + math.cos(pose.yaw) * (foot_y - pose.y)
+        room = 0.25 + 1.2 * max(clearance - 0.1, 0.0)
+        end = math.hypot(self._goal.x - pose.x, self._goal.y - pose.y)
+        braking = math.sqrt(2.0 * 0.4 * max(end - 0.15, 0.02))
+        vx = min(self.limits.vx_max * max(math.cos(1.4 * bearing), 0.2), room, braking)
+        return self.limits.clip(vx, 0.8 * left, wz), "following"
+
+    def _approach(self, pose: Pose2, turn_left: float) -> tuple[Command, str]:
+        """The last steps: straight to the place, sideways if need be, while turning to the final heading."""
+        dx, dy = self._goal.x - pose.x, self._goal.y - pose.y
+        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        ahead, left = c * dx + s * dy, c * dy - s * dx
+        scale = min(1.0, 0.35 / max(math.hypot(ahead, left), 1e-6))
+        return self.limits.clip(1.2 * ahead * scale, 1.2 * left * scale, 1.5 * turn_left), "approaching"
+
+    # --- what it may ------------------------------------------------------------------------------------------------
+
+    def _checked(
+        self, wish: Command, phase: str, pose: Pose2, around: Surroundings, clearance: float, near: bool
+    ) -> tuple[Command, str]:
+        """The wish itself if it keeps clear, else the best command of the fan; a stop when there is none."""
+        tried = np.array([[wish.vx, wish.vy, wish.wz]])
+        comfort = min(_COMFORT, clearance + 0.02) if near else _COMFORT
+        if float(_clearances(pose, tried, around).min()) >= comfort:
+            return wish, phase
+        fan = np.concatenate([tried, 0.6 * tried, 0.3 * tried, self._fan])
+        x, y, yaw = _rollout(pose, fan, _HORIZON)
+        clear = _clearances(pose, fan, around)
+        least, final = clear.min(axis=1), clear[:, -1]
+        # Already too near: any command that leads away is allowed.
+        allowed = (least >= _TOUCH) | ((least >= clearance - 0.01) & (final > clearance + 0.01))
+        allowed[0] &= bool(least[0] >= _TOUCH)
+        if not allowed.any():
+            return STOP, "blocked"
+        price = self._price(x[:, -1], y[:, -1], yaw[:, -1], near)
+        price += 1.5 * (np.maximum(_COMFORT - least, 0.0) / _COMFORT) ** 2
+        price += 0.05 * np.abs(fan - tried).sum(axis=1)
+        price[~allowed] = np.inf
+        best = int(price.argmin())
+        chosen = self.limits.clip(*(float(v) for v in fan[best]))
+        if chosen == STOP:
+            return STOP, "blocked"
+        return chosen, phase if best == 0 else "avoiding"
+
+    def _price(self, x: Floats, y: Floats, yaw: Floats, near: bool) -> Floats:
+        """What it costs to end up at each pose: path left, distance from it, and heading away from it."""
+        if near:
+            turn = np.abs((self._goal.yaw - yaw + math.pi) % (2 * math.pi) - math.pi)
+            return np.asarray(np.hypot(self._goal.x - x, self._goal.y - y) + 0.4 * turn, dtype=np.float64)
+        assert self.path is not None
+        points = self.ahead(1.6)
+        gaps = np.hypot(points[:, 0] - x[:, None], points[:, 1] - y[:, None])
+        nearest = gaps.argmin(axis=1)
+        target = points[np.minimum(nearest + 10, len(points) - 1)]
+        bearing = np.arctan2(target[:, 1] - y, target[:, 0] - x) - yaw
+        turn = np.abs((bearing + math.pi) % (2 * math.pi) - math.pi)
+        left = 0.05 * (len(points) - 1 - nearest)
+        return np.asarray(left + 0.8 * gaps[np.arange(len(x)), nearest] + 0.3 * turn, dtype=np.float64)
+
+
+def _fan(limits: Limits) -> Floats:
+    """The commands to choose from, shape (n, 3)."""
+    forward = np.array([limits.vx_min, limits.vx_min / 2, 0.0, 0.2, 0.4, 0.6]) * 1.0
+    sideways = np.array([-limits.vy_max, -limits.vy_max / 2, 0.0, limits.vy_max / 2, limits.vy_max])
+    turns = np.linspace(-limits.wz_max, limits.wz_max, 9)
+    vx, vy, wz = np.meshgrid(np.clip(forward, limits.vx_min, limits.vx_max), sideways, turns, indexing="ij")
+    return np.column_stack([vx.ravel(), vy.ravel(), wz.ravel()])
+
+
+def _clearances(pose: Pose2, commands: Floats, around: Surroundings) -> Floats:
+    """Distance (m) from the body to anything along every command, shape (commands, instants)."""
+    x, y, yaw = _rollout(pose, commands, _HORIZON)
+    standing = around.body_clearance(x, y, yaw)
+    if not around.movers.moving:
+        return standing
+    moving = around.mover_clearance(*_rollout(pose, commands, _FORESIGHT), _FORESIGHT)
+    return np.concatenate([np.minimum(standing, moving[:, : len(_HORIZON)]), moving[:, len(_HORIZON) :]], axis=1)
+
+
+def _rollout(pose: Pose2, commands: Floats, instants: Floats) -> tuple[Floats, Floats, Floats]:
+    """Where constant commands lead: x, y, yaw, each of shape (commands, instants). Exact arcs."""
+    vx, vy, wz = (commands[:, k : k + 1] for k in range(3))
+    turned = wz * instants
+    # sin(a)/a and (1 - cos(a))/a, through sinc so that they hold at a = 0.
+    along = np.sinc(turned / math.pi)
+    across = np.sinc(turned / (2 * math.pi)) * np.sin(turned / 2)
+    dx = (vx * along - vy * across) * instants
+    dy = (vx * across + vy * along) * instants
+    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+    return pose.x + c * dx - s * dy, pose.y + s * dx + c * dy, pose.yaw + turned

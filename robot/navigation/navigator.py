@@ -1,0 +1,294 @@
+"""Walking to a goal: plan, follow, watch, plan anew, recover, and say by name why it did not work. Pure: no clock, no
+node.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot.navigation.errors import GoalBlocked, NavigationError, NoProgress, PathBlocked
+from robot.navigation.follow import STOP, Command, Follower, Limits, Step, Tolerance
+from robot.navigation.grid import Grid
+from robot.navigation.path import Path, wrap
+from robot.navigation.planner import Planner, check_finite
+from robot.navigation.progress import ProgressChecker, Recovery
+from robot.navigation.surroundings import Surroundings
+from robot.world.scene import Pose2
+
+__all__ = ["Motion", "Navigator", "State"]
+
+Floats = NDArray[np.float64]
+
+
+class State(StrEnum):
+    """What the navigator is doing."""
+
+    IDLE = "idle"
+    FOLLOWING = "following"
+    WAITING = "waiting"
+    RECOVERING = "recovering"
+    ARRIVED = "arrived"
+    CANCELED = "canceled"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """One answer of the navigator: the command (m/s, m/s, rad/s in body axes) and how things stand."""
+
+    vx: float
+    vy: float
+    wz: float
+    state: State
+    distance_remaining: float
+    """Along the path, m."""
+    eta: float
+    """Seconds to the goal at the usual pace."""
+    failure: NavigationError | None = None
+    """Why, when the state is ``failed``."""
+    detail: str = ""
+    """The phase or the recovery at work: ``turning``, ``following``, ``avoiding``, ``approaching``, ``back_up``, ..."""
+    clearance: float = math.inf
+    """From the body's outline to the nearest thing now, m."""
+
+
+_BLOCKED = 0.26
+"""A path whose middle line comes this near to something is blocked, m."""
+_TIGHT = 0.55
+"""A path that comes this near to something seen is worth planning anew, m."""
+_PATIENCE = 8.0
+"""How long to wait for something in the way to move, before the recoveries begin, s."""
+_MOST_RECOVERIES = 12
+_LATENCY = 0.1
+"""From a pose estimate to the body answering the command it led to, s."""
+
+
+def _carried(pose: Pose2, velocity: Command) -> Pose2:
+    """The pose one latency later."""
+    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+    x = pose.x + (c * velocity.vx - s * velocity.vy) * _LATENCY
+    y = pose.y + (s * velocity.vx + c * velocity.vy) * _LATENCY
+    return Pose2(x, y, wrap(pose.yaw + velocity.wz * _LATENCY))
+
+
+class Navigator:
+    """Takes one goal at a time. `set_goal`, then `step` at 10 to 50 Hz until the state is arrived, canceled or failed.
+    """
+
+    def __init__(self, grid: Grid, limits: Limits | None = None, tolerance: Tolerance | None = None) -> None:
+        self.follower = Follower(limits, tolerance)
+        self.state = State.IDLE
+        self.goal: Pose2 | None = None
+        self.path: Path | None = None
+        """The present plan; a new object whenever the plan changes."""
+        self.failure: NavigationError | None = None
+        self._progress = ProgressChecker()
+        self._recovery = Recovery()
+        self.update_map(grid)
+        self._begin()
+
+    def __repr__(self) -> str:
+        return f"Navigator({self.state}, goal={self.goal}, path={self.path})"
+
+    def _begin(self) -> None:
+        self._progress.reset()
+        self._recovery.reset()
+        self._recoveries = 0
+        self._recovered_at: Pose2 | None = None
+        self._last_time: float | None = None
+        self._planned_at = -math.inf
+        self._planned_changes = -1
+        self._waiting_since: float | None = None
+        self._obstruction: NavigationError | None = None
+        self._held_since: float | None = None
+        self.failure = None
+
+    # --- goals ------------------------------------------------------------------------------------------------------
+
+    def update_map(self, grid: Grid) -> None:
+        """Use another map from now on; a running goal is planned anew at the next step."""
+        self.planner = Planner(grid)
+        self.around = Surroundings(grid)
+        self._planned_at = -math.inf
+        self._planned_changes = -1
+
+    def set_goal(self, goal: Pose2, start: Pose2 | None = None) -> None:
+        """Take a new goal; a running one is dropped. With `start`, the path is planned at once.
+
+        Raises `InvalidPose` or `GoalBlocked` (and with `start` also `StartBlocked` or `Unreachable`); then the old goal
+        is kept. What the LiDAR saw does not count here: it may move away.
+        """
+        check_finite(goal, "goal")
+        self._check_goal(goal)
+        path = self.planner.plan(start, goal) if start is not None else None
+        self._begin()
+        self.goal, self.path, self.state = goal, path, State.FOLLOWING
+        if path is not None:
+            self.follower.follow(path, goal)
+
+    def _check_goal(self, goal: Pose2) -> None:
+        self.planner.check_goal(goal)
+        footprint, grid = self.around.footprint, self.around.grid
+        px, py = footprint.placed(*(np.array(v) for v in (goal.x, goal.y, goal.yaw)))
+        for x, y in zip(px.tolist(), py.tolist(), strict=True):
+            cell = grid.cell(x, y)
+            if cell is not None and grid.clearance[cell] < 0.0:
+                raise GoalBlocked(
+                    f"at the goal ({goal.x:.2f}, {goal.y:.2f}, yaw {goal.yaw:.2f}) the body would touch an obstacle"
+                    f" at ({x:.2f}, {y:.2f})"
+                )
+
+    def cancel(self) -> Motion:
+        """Drop the goal. The answer, and every later step, commands a stop."""
+        if self.state in (State.FOLLOWING, State.WAITING, State.RECOVERING):
+            self.state = State.CANCELED
+        self.follower.halt()
+        return self._motion(STOP)
+
+    # --- steps ------------------------------------------------------------------------------------------------------
+
+    def step(self, now: float, pose: Pose2, velocity: Command | None = None, scan: Floats | None = None) -> Motion:
+        """The command from `now` (s) on. `scan`: ranges (m) taken at this pose, or None when there is no new one.
+
+        `velocity` is the measured one in body axes: the command is chosen for where the body will be when it takes
+        effect.
+        """
+        if scan is not None:
+            self.around.look(now, pose, scan)
+        if self.state not in (State.FOLLOWING, State.WAITING, State.RECOVERING):
+            return self._motion(STOP)
+        if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
+            self.follower.halt_speed()
+            return self._motion(STOP, detail="no pose")
+        dt = 0.05 if self._last_time is None else min(max(now - self._last_time, 0.0), 0.2)
+        self._last_time = now
+        if velocity is not None:
+            pose = _carried(pose, velocity)
+        self.around.center_on(pose)
+        if self.state is State.RECOVERING:
+            return self._recover(now, pose)
+        if self._needs_plan(now, pose):
+            self._replan(now, pose)
+        if self.state is State.WAITING:
+            return self._wait(now, pose)
+        return self._follow(now, pose, dt)
+
+    def _needs_plan(self, now: float, pose: Pose2) -> bool:
+        if self.state is State.WAITING or self.path is None:
+            return now - self._planned_at >= 1.0
+        if self._planned_changes < 0:
+            return True
+        if self.around.changes == self._planned_changes or now - self._planned_at < 0.4:
+            return False
+        ahead = self.follower.ahead(2.5)
+        least = float(self.around.clearance(ahead[:, 0], ahead[:, 1]).min())
+        return least < _BLOCKED or (least < _TIGHT and now - self._planned_at >= 1.0)
+
+    def _replan(self, now: float, pose: Pose2) -> None:
+        """Plan with what is seen now; on failure wait, and remember why."""
+        assert self.goal is not None
+        self._planned_at, self._planned_changes = now, self.around.changes
+        try:
+            self.path = self.planner.plan(pose, self.goal, self.around.extra(self.planner.factor))
+        except NavigationError as error:
+            self._obstruction = error
+            if self.state is not State.WAITING:
+                self.state, self._waiting_since = State.WAITING, now
+            return
+        self._obstruction, self._waiting_since = None, None
+        self.state = State.FOLLOWING
+        self.follower.follow(self.path, self.goal)
+
+    def _follow(self, now: float, pose: Pose2, dt: float) -> Motion:
+        step = self.follower.step(pose, self.around, dt)
+        if step.phase == "arrived":
+            self.state = State.ARRIVED
+            return self._motion(STOP, step)
+        if step.off_path > 0.6:
+            self._planned_changes = -1
+        if (
+            self._recovered_at is not None
+            and math.dist((pose.x, pose.y), (self._recovered_at.x, self._recovered_at.y)) > 1.0
+        ):
+            self._recovery.reset()
+            self._recovered_at = None
+        held = step.phase == "blocked"
+        self._held_since = (now if self._held_since is None else self._held_since) if held else None
+        too_long = self._held_since is not None and now - self._held_since > 3.0
+        if too_long or self._progress.stuck(now, pose):
+            return self._start_recovery(now, pose)
+        return self._motion(step.command, step)
+
+    def _wait(self, now: float, pose: Pose2) -> Motion:
+        self.follower.halt_speed()
+        self._progress.reset()
+        if self._waiting_since is not None and now - self._waiting_since > _PATIENCE:
+            return self._start_recovery(now, pose)
+        return self._motion(STOP, detail="blocked")
+
+    # --- trouble ----------------------------------------------------------------------------------------------------
+
+    def _start_recovery(self, now: float, pose: Pose2) -> Motion:
+        self._held_since = None
+        self._progress.reset()
+        self.follower.halt_speed()
+        self._recoveries += 1
+        name = self._recovery.begin(now) if self._recoveries <= _MOST_RECOVERIES else None
+        if name is None:
+            return self._fail()
+        self.state, self._recovered_at = State.RECOVERING, pose
+        if name == "clear":
+            self.around.forget()
+        return self._motion(STOP, detail=name)
+
+    def _recover(self, now: float, pose: Pose2) -> Motion:
+        detail = self._recovery.current or ""
+        order = self._recovery.command(now)
+        if order is not None:
+            command = self.follower.limits.clip(order[0], 0.0, order[1])
+            if self.follower.is_clear(command, pose, self.around):
+                return self._motion(command, detail=detail)
+            self._recovery.give_up()
+        # Keep the reason of the wait: when the next plan fails too, the next recovery follows at once.
+        self.state, self._planned_changes = State.FOLLOWING, -1
+        self._replan(now, pose)
+        if self.state is State.WAITING:
+            return self._start_recovery(now, pose)
+        return self._motion(STOP, detail=detail)
+
+    def _fail(self) -> Motion:
+        tried = ", ".join(self._recovery.tried)
+        assert self.goal is not None
+        where = f"the goal ({self.goal.x:.2f}, {self.goal.y:.2f})"
+        if self._obstruction is not None:
+            self.failure = PathBlocked(f"the way to {where} is closed ({self._obstruction}); tried: {tried}")
+        else:
+            self.failure = NoProgress(f"no progress toward {where} although a path exists; tried: {tried}")
+        self.state = State.FAILED
+        self.follower.halt()
+        return self._motion(STOP)
+
+    # --- answers ----------------------------------------------------------------------------------------------------
+
+    def _motion(self, command: Command, step: Step | None = None, detail: str = "") -> Motion:
+        remaining = step.remaining if step is not None else self._remaining
+        self._remaining = remaining
+        pace = 0.75 * self.follower.limits.vx_max
+        return Motion(
+            command.vx,
+            command.vy,
+            command.wz,
+            self.state,
+            remaining,
+            remaining / pace,
+            self.failure,
+            step.phase if step is not None else detail,
+            step.clearance if step is not None else math.inf,
+        )
+
+    _remaining = 0.0

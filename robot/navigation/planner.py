@@ -1,0 +1,115 @@
+"""From pose to pose on a map: the cheapest way round obstacles, pulled straight, or the name of what is wrong."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot.navigation.costmap import Inflation
+from robot.navigation.errors import GoalBlocked, InvalidPose, StartBlocked, Unreachable
+from robot.navigation.grid import Grid
+from robot.navigation.path import Path, pull
+from robot.navigation.search import Cell
+from robot.navigation.wavefront import Wavefront
+from robot.world.scene import Pose2
+
+__all__ = ["Planner", "check_finite"]
+
+Floats = NDArray[np.float64]
+
+_ESCAPE = 0.5
+"""How far from a spot that is too near to things (but free) a path may begin, m."""
+
+
+def check_finite(pose: Pose2, what: str) -> None:
+    """Raise `InvalidPose` unless x, y and yaw are finite."""
+    if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
+        raise InvalidPose(f"the {what} ({pose.x}, {pose.y}, yaw {pose.yaw}) holds NaN or infinity")
+
+
+class Planner:
+    """Plans for the middle of the robot on cells of about 10 cm. `extra` adds what the map does not know: a clearance
+    per cell.
+    """
+
+    def __init__(self, grid: Grid, inflation: Inflation | None = None, cell: float = 0.1) -> None:
+        self.inflation = inflation or Inflation()
+        self.factor = max(1, round(cell / grid.resolution))
+        self.grid = grid.coarser(self.factor)
+        self._static: Wavefront | None = None
+        self._weights = self.inflation.weights(self.grid.clearance)
+
+    def __repr__(self) -> str:
+        return f"Planner({self.grid!r})"
+
+    def plan(self, start: Pose2, goal: Pose2, extra: Floats | None = None) -> Path:
+        """The cheapest path between two places; its ends are exactly theirs.
+
+        Raises `InvalidPose`, `StartBlocked`, `GoalBlocked` or `Unreachable`.
+        """
+        check_finite(start, "start")
+        check_finite(goal, "goal")
+        clearance, weights = self.grid.clearance, self._weights
+        if extra is not None:
+            clearance = np.minimum(clearance, extra)
+            weights = self.inflation.weights(clearance)
+        last = self._goal_cell(goal, clearance)
+        first = self._start_cell(start, clearance, weights)
+        found = self._wavefront(weights, extra is None).path(first, last)
+        if found is None:
+            raise Unreachable(
+                f"no passage of {2 * self.inflation.inscribed:.2f} m or more joins ({start.x:.2f}, {start.y:.2f})"
+                f" and ({goal.x:.2f}, {goal.y:.2f})"
+            )
+        return self._path(start, goal, pull(found[0], weights))
+
+    def check_goal(self, goal: Pose2) -> None:
+        """Raise `InvalidPose` or `GoalBlocked` when the map alone rules the goal out."""
+        check_finite(goal, "goal")
+        self._goal_cell(goal, self.grid.clearance)
+
+    def _wavefront(self, weights: Floats, static: bool) -> Wavefront:
+        if not static:
+            return Wavefront(weights)
+        if self._static is None:
+            self._static = Wavefront(weights)
+        return self._static
+
+    def _goal_cell(self, goal: Pose2, clearance: Floats) -> Cell:
+        cell = self.grid.cell(goal.x, goal.y)
+        if cell is None:
+            raise GoalBlocked(f"the goal ({goal.x:.2f}, {goal.y:.2f}) lies outside of the map, {self.grid!r}")
+        if clearance[cell] < self.inflation.inscribed:
+            raise GoalBlocked(
+                f"the goal ({goal.x:.2f}, {goal.y:.2f}) has {max(float(clearance[cell]), 0.0):.2f} m to the nearest obstacle;"
+                f" the robot needs {self.inflation.inscribed:.2f} m"
+            )
+        return cell
+
+    def _start_cell(self, start: Pose2, clearance: Floats, weights: Floats) -> Cell:
+        """The start's cell or, where the robot stands too near to something, the nearest cell that is not."""
+        cell = self.grid.cell(start.x, start.y)
+        if cell is None:
+            raise StartBlocked(
+                f"the robot's place ({start.x:.2f}, {start.y:.2f}) lies outside of the map, {self.grid!r}"
+            )
+        if np.isfinite(weights[cell]):
+            return cell
+        reach = math.ceil(_ESCAPE / self.grid.resolution)
+        row, column = max(cell[0] - reach, 0), max(cell[1] - reach, 0)
+        near = np.argwhere(np.isfinite(weights[row : cell[0] + reach + 1, column : cell[1] + reach + 1])) + (
+            row,
+            column,
+        )
+        if clearance[cell] <= 0.0 or not len(near):
+            raise StartBlocked(
+                f"the robot's place ({start.x:.2f}, {start.y:.2f}) lies in an obstacle, or nothing free is within {_ESCAPE} m of it"
+            )
+        best = near[((near - cell) ** 2).sum(axis=1).argmin()]
+        return int(best[0]), int(best[1])
+
+    def _path(self, start: Pose2, goal: Pose2, cells: list[Cell]) -> Path:
+        inner = [self.grid.middle(*cell) for cell in cells[1:-1]]
+        return Path(np.array([(start.x, start.y), *inner, (goal.x, goal.y)]))

@@ -1,0 +1,138 @@
+"""A body on wheels of thought for navigation tests: it obeys velocity commands with a lag, sees by rays, and knows when
+it touches.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot.navigation.follow import Command
+from robot.navigation.grid import signed_distance
+from robot.navigation.navigator import Motion, Navigator, State
+from robot.world.rays import cast
+from robot.world.scene import Obstacle, Pose2, Scene
+
+LENGTH, WIDTH = 1.1, 0.5
+LAG = 0.15
+SLEW, TURN_SLEW = 1.5, 4.0
+
+
+def _edge() -> NDArray[np.float64]:
+    """Points every 2 cm along the outline, and some inside, in body axes."""
+    x, y = np.arange(-LENGTH / 2, LENGTH / 2 + 1e-9, 0.02), np.arange(-WIDTH / 2, WIDTH / 2 + 1e-9, 0.02)
+    sides = [(a, b) for a in x for b in (-WIDTH / 2, WIDTH / 2)] + [
+        (a, b) for a in (-LENGTH / 2, LENGTH / 2) for b in y
+    ]
+    return np.array(sides + [(a, 0.0) for a in x])
+
+
+_EDGE = _edge()
+
+
+def body_clearance(scene: Scene, pose: Pose2) -> float:
+    """Exact distance (m) from the body's outline to the scene's obstacles; negative or zero means contact."""
+    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+    x = pose.x + c * _EDGE[:, 0] - s * _EDGE[:, 1]
+    y = pose.y + s * _EDGE[:, 0] + c * _EDGE[:, 1]
+    return min((float(signed_distance(o, x, y).min()) for o in scene.obstacles), default=math.inf)
+
+
+@dataclass
+class Walker:
+    """The simulated body. `scene` may be replaced at any time, to drop a box or to move one."""
+
+    scene: Scene
+    pose: Pose2
+    seed: int = 0
+    lidar_sd: float = 0.015
+    pose_sd: tuple[float, float] = (0.005, 0.005)
+    velocity: Command = field(default_factory=Command)
+    time: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.rng = np.random.default_rng(self.seed)
+
+    def advance(self, command: Command, seconds: float, dt: float = 0.01) -> None:
+        for _ in range(round(seconds / dt)):
+            v = self.velocity
+            self.velocity = Command(
+                *(
+                    now + float(np.clip((wanted - now) / LAG, -slew, slew)) * dt
+                    for wanted, now, slew in (
+                        (command.vx, v.vx, SLEW),
+                        (command.vy, v.vy, SLEW),
+                        (command.wz, v.wz, TURN_SLEW),
+                    )
+                )
+            )
+            v, p = self.velocity, self.pose
+            c, s = math.cos(p.yaw), math.sin(p.yaw)
+            self.pose = Pose2(p.x + (c * v.vx - s * v.vy) * dt, p.y + (s * v.vx + c * v.vy) * dt, p.yaw + v.wz * dt)
+            self.time += dt
+
+    def estimate(self) -> Pose2:
+        dx, dy, turn = self.rng.normal(0.0, (self.pose_sd[0], self.pose_sd[0], self.pose_sd[1]))
+        return Pose2(self.pose.x + dx, self.pose.y + dy, self.pose.yaw + turn)
+
+    def scan(self) -> NDArray[np.float64]:
+        ranges = cast(self.scene, self.pose.x, self.pose.y, self.pose.yaw)
+        seen = ranges < 10.0
+        return np.where(seen, np.clip(ranges + self.rng.normal(0.0, self.lidar_sd, len(ranges)), 0.0, 9.999), 10.0)
+
+    def drop(self, *obstacles: Obstacle) -> None:
+        self.scene = dataclasses.replace(self.scene, obstacles=(*self.scene.obstacles, *obstacles))
+
+
+@dataclass
+class Record:
+    """What one walk was like."""
+
+    motion: Motion
+    seconds: float
+    clearance: float
+    """Smallest true distance from the body to anything, m."""
+    distance: float
+    error: float
+    """Distance from the true place to the goal at the end, m."""
+    states: tuple[tuple[str, str], ...]
+    """The (state, detail) pairs in the order they first followed each other."""
+
+
+def walk(
+    navigator: Navigator,
+    walker: Walker,
+    limit: float = 120.0,
+    hook: Callable[[Walker, Motion], None] | None = None,
+    period: float = 0.05,
+) -> Record:
+    """Run control at 20 Hz with a scan at 10 Hz until the goal's end, or `limit` seconds."""
+    begun, least, distance = walker.time, math.inf, 0.0
+    states: list[tuple[str, str]] = []
+    motion: Motion | None = None
+    for tick in _ticks(limit, period):
+        scan = walker.scan() if tick % 2 == 0 else None
+        motion = navigator.step(walker.time, walker.estimate(), walker.velocity, scan)
+        if not states or states[-1] != (motion.state, motion.detail):
+            states.append((motion.state, motion.detail))
+        if hook is not None:
+            hook(walker, motion)
+        before = walker.pose
+        walker.advance(Command(motion.vx, motion.vy, motion.wz), period)
+        distance += math.hypot(walker.pose.x - before.x, walker.pose.y - before.y)
+        least = min(least, body_clearance(walker.scene, walker.pose))
+        if motion.state not in (State.FOLLOWING, State.WAITING, State.RECOVERING):
+            break
+    assert motion is not None
+    goal = navigator.goal
+    error = math.inf if goal is None else math.hypot(walker.pose.x - goal.x, walker.pose.y - goal.y)
+    return Record(motion, walker.time - begun, least, distance, error, tuple(states))
+
+
+def _ticks(limit: float, period: float) -> Iterator[int]:
+    return iter(range(round(limit / period)))
