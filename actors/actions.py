@@ -116,7 +116,7 @@ class ActionServer:
     """One node's action: who may run, who waits, and the tasks that run them."""
 
     __slots__ = (
-        "accepts", "action", "arrivals", "cancels", "entry", "goals", "handler", "label", "node", "result_timeout", "running", "waiting",
+        "accepts", "action", "arrivals", "arriving", "cancels", "entry", "goals", "handler", "label", "node", "result_timeout", "running", "waiting",
     )  # fmt: skip
 
     def __init__(
@@ -133,6 +133,7 @@ class ActionServer:
         self.cancels: Callable[[Any], Awaitable[bool] | bool] | None = None
         self.running: dict[GoalRun, None] = {}
         self.waiting: deque[GoalRun] = deque()
+        self.arriving: dict[GoalRun, None] = {}
         self.goals = 0
 
     def __repr__(self) -> str:
@@ -141,11 +142,13 @@ class ActionServer:
     def submit(self, run: GoalRun) -> None:
         """Ask for acceptance; `run.accepted` completes with None or `Reject`."""
         self.goals += 1
+        self.arriving[run] = None
         self.node.inbox.put_control(run)
 
     async def consider(self, run: GoalRun) -> None:
         """Accept or reject, in the node's turn: the acceptance hook may read the node's state."""
         if run.accepted.done():  # the client has gone
+            self.arriving.pop(run, None)
             return
         try:
             if self.accepts is not None:
@@ -159,6 +162,7 @@ class ActionServer:
             self.node.goal_failed(self.label, error)
             self._answer(run, Reject(f"the acceptance check failed: {type(error).__name__}: {error}"))
         else:
+            self.arriving.pop(run, None)
             if run.accepted.done():
                 return
             run.status = GoalStatus.ACCEPTED
@@ -188,10 +192,14 @@ class ActionServer:
             run.cancel(reason)
         return tasks
 
-    def fail_all(self, reason: str) -> None:
-        """The node has ended without cleaning up: its goals are aborted."""
+    def fail_all(self, error: Callable[[], Exception]) -> None:
+        """The node has ended: goals that have not ended are aborted, goals that were on their way get `error()`."""
         for run in (*self.waiting, *self.running):
-            run.end(Outcome(GoalStatus.ABORTED, reason=reason))
+            run.end(Outcome(GoalStatus.ABORTED, reason=str(error())))
+        for run in self.arriving:
+            if not run.accepted.done():
+                run.accepted.set_exception(error())
+        self.arriving.clear()
         self.waiting.clear()
         self.running.clear()
 
@@ -216,8 +224,8 @@ class ActionServer:
             run.status = GoalStatus.EXECUTING
             run.task = self.node.spawn(self._drive(run), name=self.label)
 
-    @staticmethod
-    def _answer(run: GoalRun, refusal: Reject) -> None:
+    def _answer(self, run: GoalRun, refusal: Reject) -> None:
+        self.arriving.pop(run, None)
         if not run.accepted.done():
             run.accepted.set_exception(refusal)
 

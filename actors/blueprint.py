@@ -171,7 +171,7 @@ class Blueprint:
         for name, value in _members(owner).items():
             self._take(name, value)
         self._check_names()
-        self.table = ParameterTable.of(owner) if self.parameters else NO_PARAMETERS
+        self.table = ParameterTable(self.parameters) if self.parameters else NO_PARAMETERS
 
     def _take(self, name: str, value: object) -> None:
         if isinstance(value, PublisherDeclaration):

@@ -81,12 +81,14 @@ class Identity:
 class Mailbox:
     """What outlives an incarnation: the inbox, and the subscriptions and servers whose messages wait for the next life."""
 
-    __slots__ = ("actions", "feeds", "inbox", "incarnation", "services", "timers")
+    __slots__ = ("actions", "feeds", "inbox", "incarnation", "saved", "services", "timers")
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self.timers: dict[str, TimerRecord] = {}
         self.inbox = Inbox(loop)
         self.incarnation = 0
+        self.saved: Any = None
+        """What the node left for its next incarnation."""
         self.feeds: dict[str, Feed[Any]] = {}
         self.services: dict[str, Server] = {}
         self.actions: dict[str, ActionServer] = {}
@@ -98,12 +100,10 @@ class Mailbox:
         for feed in self.feeds.values():
             if isinstance(feed, ConcurrentFeed):
                 feed.spawn = None
-        for server in self.services.values():
+        servers: list[Server | ActionServer] = [*self.services.values(), *self.actions.values()]
+        for server in servers:
             server.fail_all(lambda: NodeRestarting(fqn, incarnation))
             server.entry.pause(fqn, incarnation)
-        for action in self.actions.values():
-            action.fail_all(NodeRestarting(fqn, incarnation))
-            action.entry.pause(fqn, incarnation)
         inbox.control.clear()
         inbox.items = deque(item for item in inbox.items if isinstance(item, Feed))
         inbox.on_error = inbox.on_holding = None
@@ -113,8 +113,9 @@ class Mailbox:
         for feed in self.feeds.values():
             feed.close()
         self.feeds.clear()
-        for entry in (*self.services.values(), *self.actions.values()):
-            entry.entry.close(fqn)
+        servers: list[Server | ActionServer] = [*self.services.values(), *self.actions.values()]
+        for server in servers:
+            server.entry.close(fqn)
         self.services.clear()
         self.actions.clear()
         self.inbox.items.clear()
@@ -280,7 +281,7 @@ class Core:
 
     def spawn(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
         """Run `work` in a task that this node owns: its failure is the node's failure, the node's stop cancels it."""
-        task = self.system.loop.create_task(work, name=f"{self.fqn} {name or work.__qualname__}")
+        task = self.system.loop.create_task(work, name=f"{self.fqn} {name or getattr(work, '__qualname__', work)}")
         self.tasks[task] = None
         task.add_done_callback(self._task_ended)
         return task

@@ -43,6 +43,8 @@ class NodeLife:
         try:
             try:
                 open_endpoints(core)
+                if self.mailbox.saved is not None:
+                    core.node.resume(self.mailbox.saved)
                 await core.node.on_start()
                 open_timers(core)
                 started()
@@ -89,6 +91,8 @@ class NodeLife:
             await asyncio.wait(cleaning)
         await core.cancel_tasks()
         await core.node.on_stop(reason)
+        if isinstance(reason, Stopped) and (state := core.node.handover()) is not None:
+            self.mailbox.saved = state
 
     async def _clean_up_after(self, core: Core, reason: Failed) -> None:
         """The same after a failure; nothing that goes wrong now may hide what went wrong first."""

@@ -44,11 +44,12 @@ Kind = Literal["node name", "namespace", "name", "full name"]
 _NODE_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _FULL_NAME: Final = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+\Z")
 _PLAIN_NAME: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(?:/[A-Za-z_][A-Za-z0-9_]*)*\Z")
-_NOT_IN_NODE_NAME: Final = re.compile(r"[^A-Za-z0-9_]")
-_NOT_IN_FULL_NAME: Final = re.compile(r"[^A-Za-z0-9_/]")
-_SLASH_THEN: Final = re.compile(r"/(?=[0-9/])")
-_SLASH_DIGIT: Final = re.compile(r"/(?=[0-9])")
-_SUBSTITUTION: Final = re.compile(r"\{([^{}]*)\}")
+# Patterns that only unusual names meet are compiled when they do, which keeps the import light.
+_NOT_IN_NODE_NAME: Final = r"[^A-Za-z0-9_]"
+_NOT_IN_FULL_NAME: Final = r"[^A-Za-z0-9_/]"
+_SLASH_THEN: Final = r"/(?=[0-9/])"
+_SLASH_DIGIT: Final = r"/(?=[0-9])"
+_SUBSTITUTION: Final = r"\{([^{}]*)\}"
 _DIGITS: Final = frozenset("0123456789")
 _WORD: Final = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_")
 
@@ -103,7 +104,7 @@ def validate_node_name(name: str) -> None:
         return
     if not name:
         raise InvalidName("node name", "empty", 0, name)
-    if bad := _NOT_IN_NODE_NAME.search(name):
+    if bad := re.search(_NOT_IN_NODE_NAME, name):
         raise InvalidName("node name", "unallowed_characters", bad.start(), name)
     if name[0] in _DIGITS:
         raise InvalidName("node name", "starts_with_number", 0, name)
@@ -130,9 +131,9 @@ def _validate_absolute(kind: Kind, name: str, longest: int) -> None:
         raise InvalidName(kind, "not_absolute", 0, name)
     if name[-1] == "/":
         raise InvalidName(kind, "ends_with_slash", len(name) - 1, name)
-    if bad := _NOT_IN_FULL_NAME.search(name):
+    if bad := re.search(_NOT_IN_FULL_NAME, name):
         raise InvalidName(kind, "unallowed_characters", bad.start(), name)
-    if bad := _SLASH_THEN.search(name):
+    if bad := re.search(_SLASH_THEN, name):
         code = "repeated_slash" if name[bad.end()] == "/" else "token_starts_with_number"
         raise InvalidName(kind, code, bad.end(), name)
     raise InvalidName(kind, "too_long", longest - 1, name)
@@ -154,7 +155,7 @@ def validate_name(name: str) -> None:
     _validate_characters(name)
     if name[0] == "~" and len(name) > 2 and name[1] != "/":
         raise InvalidName("name", "tilde_not_followed_by_slash", 1, name)
-    if bad := _SLASH_DIGIT.search(name):
+    if bad := re.search(_SLASH_DIGIT, name):
         raise InvalidName("name", "token_starts_with_number", bad.end(), name)
 
 
@@ -259,7 +260,7 @@ def expand_only(name: str, node: str, namespace: str, substitutions: Mapping[str
                 raise InvalidName("name", "unknown_substitution", name.index(match[0]), name)
             return values[match[1]]
 
-        full = _SUBSTITUTION.sub(value, full)
+        full = re.sub(_SUBSTITUTION, value, full)
     return full if full.startswith("/") else fully_qualified(namespace, full)
 
 
@@ -303,7 +304,7 @@ _VAGUE_TOPICS: Final = frozenset(
     {"commands", "command", "data", "topic", "msg", "message", "messages", "output", "input"}
 )
 _VAGUE_NODES: Final = frozenset({"node", "my_node", "test", "temp", "foo", "bar"})
-_NUMBERED_NODE: Final = re.compile(r"(?:my_?)?node_?[0-9]+\Z")
+_NUMBERED_NODE: Final = r"(?:my_?)?node_?[0-9]+\Z"
 
 
 def lint_name(name: str) -> tuple[str, ...]:
@@ -322,7 +323,7 @@ def lint_node_name(name: str) -> tuple[str, ...]:
     hints: list[str] = []
     if name != name.lower():
         hints.append(f"{name!r} has capital letters; ROS names are lower case with underscores: {_snake(name)!r}")
-    if name.lower() in _VAGUE_NODES or _NUMBERED_NODE.match(name.lower()):
+    if name.lower() in _VAGUE_NODES or re.match(_NUMBERED_NODE, name.lower()):
         hints.append(f"{name!r} does not say what the node does; prefer a name like 'camera_driver'")
     return tuple(hints)
 

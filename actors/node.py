@@ -63,8 +63,8 @@ class Node:
     Everything below works from `on_start` on, not in ``__init__``.
     """
 
-    node_name: ClassVar[str] = ""
-    """The node's default name; empty: the class name in snake_case."""
+    node_name: ClassVar[str]
+    """Set it to give the class a default node name other than its own in snake_case."""
 
     blueprint: ClassVar[Blueprint]
     _core: Core | None = None
@@ -84,6 +84,13 @@ class Node:
 
     async def on_stop(self, reason: ExitReason) -> None:
         """Leave things in order: the endpoints still work, goals and tasks have ended. Bounded by the child's stop timeout."""
+
+    def handover(self) -> Any:
+        """What the next incarnation shall begin with after an orderly end, or None to leave the last checkpoint."""
+        return None
+
+    def resume(self, state: Any) -> None:
+        """Take what the last incarnation left by `checkpoint` or `handover`. Called before `on_start`; not at all if nothing was left."""
 
     def on_error(self, error: Exception, handler: str) -> ErrorVerdict:
         """An exception left `handler`: return "continue" to live on, "fail" to end the incarnation, None for the default.
@@ -161,7 +168,7 @@ class Node:
                 if isinstance(contract, Service):
                     await core.system.graph.service(core.identity.service(contract.name)).available()
                 else:
-                    await core.system.graph.action(core.identity.action(contract.name)).available()
+                    await core.system.graph.action(core.identity.service(contract.name)).available()
 
     def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
         """A goal, to be entered with ``async with``; `timeout` bounds the wait for its acceptance."""
@@ -191,13 +198,18 @@ class Node:
         code that releases the GIL. Workers are bounded by the number of cores. On the virtual clock the function runs here, at once, and
         its result comes `takes` seconds later.
         """
-        return await self.core.system.offload(function, arguments, takes, thread=thread)
+        result: T = await self.core.system.offload(function, arguments, takes, thread=thread)
+        return result
 
     def threadsafe(self, function: Callable[P, object], *arguments: P.args, **keywords: P.kwargs) -> None:
         """From any thread: have the event loop call `function` soon, in the order of submission."""
         if self._core is None:
             raise NotStarted(f"{type(self).__name__} has not been started yet")
         self._core.system.threadsafe(lambda: function(*arguments, **keywords))
+
+    def checkpoint(self, state: Any) -> None:
+        """Keep `state`, a value that is not changed afterwards, for the next incarnation, also if this one crashes. See `resume`."""
+        self.core.mailbox.saved = state
 
     def stop(self, reason: str = "stopped itself") -> None:
         """Ask for this node's own orderly end. Its supervisor sees `Stopped(reason)`."""
@@ -209,8 +221,7 @@ class Node:
 
     def set_parameters(self, values: Mapping[str, Any]) -> SetResult:
         """Set parameters of this node, all or none of them."""
-        store = self.core.parameters
-        return store.set_atomically([store.coerced(name, value) for name, value in values.items()])
+        return self.core.parameters.set_values(values)
 
 
 

@@ -6,6 +6,7 @@ field's own names (``qos.SENSOR_DATA``, ``qos.COMMANDS``, ...), the matching rul
 ``resolve_subscription``, ``resolve_service``). Rules and numbers: rmw and rclpy of ROS 2.
 """
 
+import math
 from collections.abc import Iterable
 from typing import Final, Literal, NamedTuple, cast
 
@@ -186,7 +187,7 @@ class Compatibility(NamedTuple):
         """The policy name of an incompatible-QoS event: RELIABILITY, DURABILITY, DEADLINE, LIVELINESS or INVALID."""
         if self.level != "error":
             return "INVALID"
-        return self.policies[0].removesuffix("_lease_duration").upper()
+        return self.policies[-1].removesuffix("_lease_duration").upper()
 
 
 _OK: Final = Compatibility("ok")
@@ -203,8 +204,10 @@ def compatible(offered: QoS, requested: QoS) -> Compatibility:
     """Whether a publisher that offers and a subscription that requests exchange messages.
 
     ``error``: they never do. ``warning``: it depends on what a policy of ``system_default`` turns out to be. History,
-    depth and lifespan play no part. ``best_available`` (before it is resolved) fits everything. Unspecified and
-    infinite durations are the same (rmw refuses offered 0 with requested infinite; that is an artefact).
+    depth and lifespan play no part. ``best_available`` (before it is resolved) fits everything. As in rmw, raw profiles
+    are taken to the letter: two unresolved defaults are in doubt about liveliness, and a requested ``math.inf`` is more
+    than an unspecified offer. What endpoints really have comes out of ``resolve_publisher`` and
+    ``resolve_subscription``, which leave no such doubts.
     """
     errors: dict[str, str] = {}
     doubts: dict[str, str] = {}
@@ -246,11 +249,14 @@ def _too_late(offer: float | None, request: float | None) -> bool:
     return offer is None or _nanoseconds(offer) > _nanoseconds(request)
 
 
-def _nanoseconds(seconds: float) -> int:
-    return round(seconds * 1e9)
+def _nanoseconds(seconds: float) -> float:
+    return seconds if seconds == math.inf else round(seconds * 1e9)
 
 
 # Resolution ---------------------------------------------------------------------------------------------------------
+
+
+_OPEN_DURATIONS: Final = (BEST_AVAILABLE_DURATION, math.inf)
 
 
 def resolve_subscription(requested: QoS, offered: Iterable[QoS] = ()) -> QoS:
@@ -297,6 +303,10 @@ def _specified(durations: Iterable[float | None]) -> list[float]:
     return [one for one in durations if one is not None and one != BEST_AVAILABLE_DURATION]
 
 
+def _finite(duration: float | None) -> float | None:
+    return None if duration == math.inf else duration
+
+
 def _resolve(
     qos: QoS, *, reliable: bool, transient_local: bool, manual: bool, deadline: float | None, lease: float | None
 ) -> QoS:
@@ -313,10 +323,12 @@ def _resolve(
         changes["liveliness"] = Liveliness.MANUAL_BY_TOPIC if manual else Liveliness.AUTOMATIC
     elif qos.liveliness is Liveliness.SYSTEM_DEFAULT:
         changes["liveliness"] = Liveliness.AUTOMATIC
-    if qos.deadline == BEST_AVAILABLE_DURATION:
-        changes["deadline"] = deadline
-    if qos.liveliness_lease == BEST_AVAILABLE_DURATION:
-        changes["liveliness_lease"] = lease
+    if qos.deadline in _OPEN_DURATIONS:
+        changes["deadline"] = _finite(deadline) if qos.deadline == BEST_AVAILABLE_DURATION else None
+    if qos.liveliness_lease in _OPEN_DURATIONS:
+        changes["liveliness_lease"] = _finite(lease) if qos.liveliness_lease == BEST_AVAILABLE_DURATION else None
+    if qos.lifespan == math.inf:
+        changes["lifespan"] = None
     if qos.history is History.SYSTEM_DEFAULT:
         changes["history"] = History.KEEP_LAST
         changes["depth"] = qos.depth

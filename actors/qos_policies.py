@@ -110,7 +110,8 @@ class QoS:
 
     Needs ``depth`` or ``history``: ``QoS(depth=5)`` is KEEP_LAST 5, ``QoS(history=History.KEEP_ALL)`` needs no depth.
     Everything else defaults to reliable and volatile, as in ROS 2. ``deadline``, ``lifespan`` and
-    ``liveliness_lease`` are seconds; ``None``, ``0`` and ``math.inf`` all mean unspecified and are stored as ``None``.
+    ``liveliness_lease`` are seconds; ``None`` and ``0`` mean unspecified and are stored as ``None``, ``math.inf`` means
+    the same to an endpoint but is kept as it was said.
 
     Attributes for hot paths are plain: ``depth`` (effective, at least 1), ``limit`` (the most messages a queue of
     this QoS holds: ``depth`` for KEEP_LAST, ``limit`` for KEEP_ALL), ``keep_all``, ``reliable`` (also for
@@ -312,7 +313,7 @@ def _member(kind: type[_P], value: _P) -> _P:
 
 
 def _duration(name: str, seconds: float | None, *, may_follow: bool) -> float | None:
-    if seconds is None or seconds == 0 or seconds == math.inf:
+    if seconds is None or seconds == 0:
         return None
     if seconds == BEST_AVAILABLE_DURATION and may_follow:
         return BEST_AVAILABLE_DURATION
@@ -322,7 +323,9 @@ def _duration(name: str, seconds: float | None, *, may_follow: bool) -> float | 
 
 
 def show_seconds(seconds: float) -> str:
-    return "best_available" if seconds == BEST_AVAILABLE_DURATION else f"{seconds:.12g} s"
+    if seconds == BEST_AVAILABLE_DURATION:
+        return "best_available"
+    return "infinite" if seconds == math.inf else f"{seconds:.12g} s"
 
 
 def _word(policy: str, value: Policy) -> str:

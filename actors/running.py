@@ -36,9 +36,7 @@ class Run:
     """What `run` returns: an async context manager."""
 
     def __init__(self, tree: Spec, *, seed: int, signals: bool, sinks: tuple[LogSink, ...], level: int) -> None:
-        if isinstance(tree, Child):
-            tree = Supervisor("system", children=[tree])
-        self._tree = tree
+        self._tree = Supervisor("system", children=[tree]) if isinstance(tree, Child) else tree
         self._settings: dict[str, Any] = {"seed": seed, "sinks": sinks, "level": level}
         self._signals = signals
         self._interrupted = False
@@ -138,11 +136,16 @@ class OpenNode:
 
 def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real", "virtual"] = "real") -> T:
     """Run an async program to its end on the real clock, or on the virtual one, where waiting takes no time."""
+    factory: Callable[[], asyncio.AbstractEventLoop]
     if clock == "virtual":
-        from actors.testing.loop import VirtualLoop as new_event_loop
+        from actors.testing.loop import VirtualLoop
+
+        factory = VirtualLoop
     elif clock == "real":
         from actors.loops import new_event_loop
+
+        factory = new_event_loop
     else:
         raise ValueError(f"clock={clock!r}: use 'real' or 'virtual'")
-    with asyncio.Runner(loop_factory=new_event_loop) as runner:
+    with asyncio.Runner(loop_factory=factory) as runner:
         return runner.run(main())

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Self, TypeAlias, cast
+from typing import Any, ClassVar, Self, TypeAlias, TypeVar, cast
 
 from actors.errors import DeclarationError
 from actors.supervision.checks import (
@@ -66,10 +66,15 @@ __all__ = [
 ]
 
 
+D = TypeVar("D", bound="Declaration")
+
+
 class Declaration:
     """Base of the tree's values: immutable, equal by content, printed without what is default."""
 
     __slots__ = ()
+    _stored_defaults: ClassVar[dict[str, object]] = {}
+    """What is stored for a default, where that is not the default itself."""
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"{self!r} is a declaration and never changes; .replace({name}=...) makes a changed copy")
@@ -78,13 +83,15 @@ class Declaration:
         raise AttributeError(f"{self!r} is a declaration and never changes")
 
     def __eq__(self, other: object) -> bool:
-        return type(other) is type(self) and self._fields() == cast("Declaration", other)._fields()
+        return type(other) is type(self) and self._fields() == other._fields()
 
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        defaults: dict[str, Any] = getattr(type(self).__init__, "__kwdefaults__", {})
-        shown = [f"{name}={value!r}" for name, value in self._fields().items() if value != defaults.get(name, value)]
+        fields = self._fields()
+        keywords: dict[str, Any] = getattr(type(self).__init__, "__kwdefaults__", {})
+        plain = keywords | self._stored_defaults | {"name": fields["name"]}
+        shown = [f"{name}={value!r}" for name, value in fields.items() if value != plain.get(name, value)]
         return f"{type(self).__name__}({', '.join([*self._positional(), *shown])})"
 
     def __reduce__(self) -> tuple[Callable[[type[Self], dict[str, Any]], Self], tuple[type[Self], dict[str, Any]]]:
@@ -95,7 +102,8 @@ class Declaration:
         return _rebuild(type(self), self._fields() | changes)
 
     def _fields(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in self.__slots__}
+        names: tuple[str, ...] = self.__slots__
+        return {name: getattr(self, name) for name in names}
 
     def _positional(self) -> list[str]:
         raise NotImplementedError
@@ -111,8 +119,8 @@ class Child(Declaration):
     `factory` makes the node; a class, or any callable. It is called anew for every incarnation.
     `name` is its id among its siblings and its node name; default: the factory's `node_name`, or the class name in
     snake_case. `args` are positional arguments for the factory; `namespace`, `parameters` and `remap` are those of the
-    node. `stop` is the clean-up time in seconds. `significant` makes its end count for the supervisor's `auto_shutdown`.
-    `process=True` runs it in a process of its own.
+    node. `stop` is the clean-up time in seconds. `significant` makes its end count for its supervisor's
+    `auto_shutdown`. `process=True` runs it in a process of its own.
     Raises `DeclarationError` naming the option that is wrong.
     """
 
@@ -129,6 +137,7 @@ class Child(Declaration):
         "significant",
         "stop",
     )
+    _stored_defaults: ClassVar[dict[str, object]] = {"parameters": {}, "remap": {}}
     factory: Callable[..., object]
     name: str
     namespace: str | None
@@ -205,6 +214,7 @@ class Supervisor(Declaration):
         "stop",
         "strategy",
     )
+    _stored_defaults: ClassVar[dict[str, object]] = {"stop": math.inf}
     name: str
     strategy: Strategy
     intensity: Intensity
@@ -275,6 +285,7 @@ class DynamicSupervisor(Declaration):
         "stop",
         "template",
     )
+    _stored_defaults: ClassVar[dict[str, object]] = {"stop": math.inf}
     name: str
     template: Child
     max_children: int | None
@@ -385,5 +396,5 @@ def _check_policy(where: str, restart: object, stop: object, backoff: object, si
         )
 
 
-def _rebuild(kind: type[Any], fields: dict[str, Any]) -> Any:
+def _rebuild(kind: type[D], fields: dict[str, Any]) -> D:
     return kind(**fields)

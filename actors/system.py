@@ -29,7 +29,7 @@ from actors.ticker import Ticker
 if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
     from actors.supervision.report import Report
-    from actors.supervisor import Child, Spec
+    from actors.supervisor import Child, DynamicSupervisor, Supervisor
 
 __all__ = ["NodeState", "System", "system_here"]
 
@@ -103,20 +103,20 @@ class System:
         if self not in here:
             here.append(self)
 
-    async def start(self, tree: Spec) -> None:
+    async def start(self, tree: Supervisor | DynamicSupervisor) -> None:
         """Start the tree and return when all of it is ready. Raises `StartFailed` when a child cannot start; nothing runs then."""
         if self._host is not None:
             raise RuntimeError("this system runs a tree already: make another system")
         self.open()
-        ready = self.loop.create_future()
+        ready = asyncio.Event()
         self.supervisor = RunningSupervisor(tree, self, (tree.name,))
-        self._host = self.loop.create_task(self.supervisor.run(lambda: ready.done() or ready.set_result(None)), name=f"supervisor {tree.name}")
+        self._host = self.loop.create_task(self.supervisor.run(ready.set), name=f"supervisor {tree.name}")
         try:
-            await asyncio.wait([ready, self._host], return_when=asyncio.FIRST_COMPLETED)
+            await _ready_or_over(ready, self._host)
         except asyncio.CancelledError:
             await self.stop("the start was canceled")
             raise
-        if not ready.done():
+        if not ready.is_set():
             try:
                 await self._host
             finally:
@@ -184,12 +184,12 @@ class System:
         """Run one more node beside the tree, not supervised by it, and return when it is ready."""
         name = child.name if not child.namespace else f"{child.namespace.strip('/')}/{child.name}"
         life = self.life(child, ("guests", name), 1)
-        ready = self.loop.create_future()
-        task = self.loop.create_task(life.run(lambda: ready.done() or ready.set_result(None)), name=f"guest {name}")
+        ready = asyncio.Event()
+        task = self.loop.create_task(life.run(ready.set), name=f"guest {name}")
         self._guests[task] = life
         task.add_done_callback(self._guest_ended)
-        await asyncio.wait([ready, task], return_when=asyncio.FIRST_COMPLETED)
-        if not ready.done():
+        await _ready_or_over(ready, task)
+        if not ready.is_set():
             await task
         return life
 
@@ -340,6 +340,15 @@ class System:
             )
         self._names[identity.fqn] = path
         return identity
+
+
+async def _ready_or_over(ready: asyncio.Event, life: asyncio.Task[None]) -> None:
+    """Wait until a life is ready or has ended, whichever is first."""
+    waiter = asyncio.create_task(ready.wait())
+    try:
+        await asyncio.wait([waiter, life], return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        waiter.cancel()
 
 
 _systems: dict[asyncio.AbstractEventLoop, list[System]] = {}

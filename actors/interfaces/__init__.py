@@ -1,0 +1,83 @@
+"""Message, service and action types: declared in Python, generated from .msg files, or loaded from them at run time.
+
+    from actors.interfaces.geometry_msgs.msg import Twist       # the common ROS packages, fully typed
+    load_folder("my_interfaces")                                # your own .msg, .srv and .action files
+    class Pose2D(Message, frozen=True, kw_only=True): ...       # or plain Python, see actors.interfaces.types
+
+Whatever their origin, they are encoded (`encode`, `decode`) and hashed (`type_hash`) as ROS 2 does it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from actors.interfaces.errors import (
+    BadDeclaration,
+    CdrError,
+    InterfaceError,
+    MessageTypeError,
+    MessageValueError,
+    UnknownInterface,
+)
+from actors.interfaces.fields import Constant, Field, FieldType
+from actors.interfaces.message import ActionType, Message, ServiceType
+from actors.interfaces.registry import add_folder, get_action, get_message, get_service, known_names
+
+if TYPE_CHECKING:
+    from actors.interfaces.load import load, load_folder
+    from actors.interfaces.parse import DefinitionError
+    from actors.interfaces.plain import from_plain, to_plain
+
+__all__ = [
+    "ActionType",
+    "BadDeclaration",
+    "CdrError",
+    "Constant",
+    "DefinitionError",
+    "Field",
+    "FieldType",
+    "InterfaceError",
+    "Message",
+    "MessageTypeError",
+    "MessageValueError",
+    "ServiceType",
+    "UnknownInterface",
+    "add_folder",
+    "fields_of",
+    "from_plain",
+    "get_action",
+    "get_message",
+    "get_service",
+    "known_names",
+    "load",
+    "load_folder",
+    "to_plain",
+    "type_name",
+]
+
+_LATE = {
+    "DefinitionError": "parse",
+    "from_plain": "plain",
+    "load": "load",
+    "load_folder": "load",
+    "to_plain": "plain",
+}
+
+
+def type_name(cls: type[Message] | type[ServiceType[Any, Any]] | type[ActionType[Any, Any, Any]]) -> str:
+    """The full ROS name of a type: `geometry_msgs/msg/Twist`."""
+    return cls.__ros_type__
+
+
+def fields_of(cls: type[Message]) -> tuple[Field, ...]:
+    """The fields of a message class, in order."""
+    return cls.__ros_fields__
+
+
+def __getattr__(name: str) -> Any:
+    """Imports what is not needed to declare and build messages when it is first used."""
+    if name not in _LATE:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f"{__name__}.{_LATE[name]}"), name)

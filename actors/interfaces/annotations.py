@@ -9,10 +9,9 @@ import msgspec
 
 from actors.interfaces.errors import BadDeclaration
 from actors.interfaces.fields import STRINGS, Constant, Field, FieldType
-from actors.interfaces.types import AtMost, Chars, Exactly, _Default, _ManyOf  # pyright: ignore[reportPrivateUsage]
+from actors.interfaces.types import AtMost, Chars, DefaultMark, Exactly, ManyMark
 
 BUILTINS = {bool: "bool", int: "int64", float: "float64", str: "string"}
-NO_DEFAULT = object()
 
 
 def read_class(name: str, namespace: dict[str, Any], caller: dict[str, Any]) -> tuple[list[Field], list[Constant]]:
@@ -31,9 +30,7 @@ def read_class(name: str, namespace: dict[str, Any], caller: dict[str, Any]) -> 
                 constants.append(constant)
             continue
         kind, message = read_annotation(f"{name}.{key}", annotation)
-        default = namespace.get(key, NO_DEFAULT)
-        value = default.value if isinstance(default, _Default) else None if default is NO_DEFAULT else default
-        fields.append(Field(key, kind, value, message))
+        fields.append(Field(key, kind, plain_default(kind, namespace.get(key)), message))
     return fields, constants
 
 
@@ -43,7 +40,8 @@ def read_annotation(where: str, annotation: Any) -> tuple[FieldType, Any]:
     Raises:
         BadDeclaration: the annotation is nothing that a ROS message can hold.
     """
-    bare, marks = annotation, ()
+    bare = annotation
+    marks: tuple[Any, ...] = ()
     if hasattr(annotation, "__metadata__"):
         bare, marks = annotation.__origin__, annotation.__metadata__
     kind: FieldType | None = None
@@ -51,16 +49,28 @@ def read_annotation(where: str, annotation: Any) -> tuple[FieldType, Any]:
     for mark in marks:
         if isinstance(mark, FieldType):
             kind = mark
-        elif isinstance(mark, _ManyOf):
+        elif isinstance(mark, ManyMark):
             kind, message = read_annotation(where, mark.element)
             if kind.is_array:
-                raise BadDeclaration(f"{where}: a sequence of sequences does not exist in ROS; put the inner one in a message")
+                raise BadDeclaration(
+                    f"{where}: a sequence of sequences does not exist in ROS; put the inner one in a message"
+                )
             kind = msgspec.structs.replace(kind, array="unbounded")
     if kind is None:
         kind, message = _bare(where, bare)
     for mark in marks:
         kind = _bounded(where, kind, mark)
     return kind, message
+
+
+def plain_default(kind: FieldType, written: Any) -> Any:
+    """The default as plain data; None where it is what ROS gives anyway, so that equal types have equal fields."""
+    value = written.value if isinstance(written, DefaultMark) else written
+    if kind.is_array and isinstance(value, (list, tuple)):
+        return tuple(value) if value or kind.array == "fixed" else None  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+    if kind.is_message and not kind.is_array:
+        return None
+    return None if not kind.is_array and repr(value) in {"0", "0.0", "False", "''"} else value
 
 
 def _bare(where: str, annotation: Any) -> tuple[FieldType, Any]:

@@ -1,9 +1,9 @@
-"""Numeric sequences as numpy arrays that never change. Imported only when a message with such a field is first built."""
+"""Numeric sequences as numpy arrays that never change. Imported when a message with such a field is first built."""
 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, Final
 
 import numpy as np
@@ -84,7 +84,9 @@ def _check_length(where: str, kind: FieldType, length: int) -> None:
 def _from_array(where: str, kind: FieldType, value: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
     if value.ndim != 1:
         if kind.base not in OCTETS or value.dtype != dtype:
-            raise MessageTypeError(f"{where}: {kind} is one-dimensional, got an array of shape {value.shape}; use .ravel()")
+            raise MessageTypeError(
+                f"{where}: {kind} is one-dimensional, got an array of shape {value.shape}; use .ravel()"
+            )
         value = value.reshape(-1)  # an image: rows one after the other, as on the wire
     if is_settled(value, dtype):
         return value
@@ -154,3 +156,21 @@ def shown(values: NDArray[Any]) -> str:
         return f"array({values.tolist()}, dtype={values.dtype})"
     ends = ", ".join(map(str, values[:3].tolist())), ", ".join(map(str, values[-3:].tolist()))
     return f"array([{ends[0]}, ..., {ends[1]}], dtype={values.dtype}, size={len(values)})"
+
+
+def reader(kind: FieldType, order: str) -> Callable[[bytes, int, int], NDArray[Any]]:
+    """A function `(data, start, stop) -> array` for the elements of a field on the wire, in byte order `<` or `>`.
+
+    Fixed-size and 8-byte arrays are copies, so that they are aligned and keep no large message alive; the others are views.
+    """
+    dtype = DTYPES[kind.base]
+    frombuffer = np.frombuffer
+    if kind.base == "bool":
+        return lambda data, start, stop: frozen(frombuffer(data[start:stop], np.uint8) != 0)
+    if order == ">" and dtype.itemsize > 1:
+        swapped = dtype.newbyteorder(">")
+        return lambda data, start, stop: frozen(frombuffer(data[start:stop], swapped).astype(dtype))
+    if kind.array == "fixed" or dtype.itemsize == 8:
+        return lambda data, start, stop: frombuffer(data[start:stop], dtype)
+    size = dtype.itemsize
+    return lambda data, start, stop: frombuffer(data, dtype, (stop - start) // size, start)

@@ -1,7 +1,8 @@
 """What a message checks when it is built: one compiled line for values that are right, plain code for the others.
 
-The compiled line of a Vector3 is `if type(self.x) is float and ...: return`. Only when it fails does `settle` walk through
-the fields, convert what can be converted without loss (int to float, list to tuple, numpy scalars) and name what cannot.
+The compiled line of a Vector3 is `if type(self.x) is float and ...: return`. Only when it fails does `settle` walk
+through the fields, convert what can be converted without loss (int to float, list to tuple, numpy scalars) and name
+what cannot.
 """
 
 from __future__ import annotations
@@ -121,7 +122,7 @@ def to_bool(where: str, value: Any) -> bool:
     """Only a bool is a bool: 0, 1 and "true" are refused, because they usually are another field's value."""
     if type(value) is bool:
         return value
-    if _is_numpy(value) and value.dtype.kind == "b" and value.ndim == 0:
+    if _is_scalar(value, "b"):
         return bool(value)
     raise _wrong_type(where, "bool (True or False)", value)
 
@@ -130,12 +131,9 @@ def to_integer(where: str, base: str, value: Any) -> int:
     """A whole number within the range of `base`. Enum members count as their number; bools and floats do not."""
     if base == "byte" and type(value) is bytes and len(value) == 1:
         return value[0]
-    if isinstance(value, int) and not isinstance(value, bool):
-        number = int(value)
-    elif _is_numpy(value) and value.dtype.kind in "iu" and value.ndim == 0:
-        number = int(value)
-    else:
+    if isinstance(value, bool) or not (isinstance(value, int) or _is_scalar(value, "iu")):
         raise _wrong_type(where, base, value)
+    number = int(value)
     low, high = INTEGER_RANGES[base]
     if not low <= number <= high:
         raise MessageValueError(f"{where}: {number} is out of range for {base} ({low}..{high})")
@@ -144,9 +142,7 @@ def to_integer(where: str, base: str, value: Any) -> int:
 
 def to_float(where: str, base: str, value: Any) -> float:
     """A float; whole numbers widen. A float32 field keeps the value rounded to float32, as every receiver sees it."""
-    if isinstance(value, (float, int)) and not isinstance(value, bool):
-        pass
-    elif not (_is_numpy(value) and value.dtype.kind in "iuf" and value.ndim == 0):
+    if isinstance(value, bool) or not (isinstance(value, (float, int)) or _is_scalar(value, "iuf")):
         raise _wrong_type(where, f"{base} (a float or an int)", value)
     try:
         number = float(value)
@@ -164,7 +160,9 @@ def to_string(where: str, kind: FieldType, value: Any) -> str:
         raise _wrong_type(where, f"{kind.element} (str)", value)
     text = str.__str__(value)
     if kind.string_bound and len(text) > kind.string_bound:
-        raise MessageValueError(f"{where}: {kind.element} holds at most {kind.string_bound} characters, got {len(text)}")
+        raise MessageValueError(
+            f"{where}: {kind.element} holds at most {kind.string_bound} characters, got {len(text)}"
+        )
     return text
 
 
@@ -188,9 +186,9 @@ def to_tuple(where: str, field: Field, value: Any) -> tuple[Any, ...]:
     return items
 
 
-def _is_numpy(value: Any) -> bool:
-    # numpy is not imported for this question: where it is not loaded nobody has such a value.
-    return hasattr(value, "dtype") and hasattr(value, "ndim")
+def _is_scalar(value: Any, kinds: str) -> bool:
+    """Whether it is a numpy scalar of these kinds. numpy is not imported for that: who has one has imported it."""
+    return getattr(value, "ndim", None) == 0 and hasattr(value, "dtype") and value.dtype.kind in kinds
 
 
 def _wrong_type(where: str, wanted: str, value: Any) -> MessageTypeError:

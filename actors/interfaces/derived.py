@@ -1,7 +1,8 @@
 """The types that ROS 2 derives from every service and action, made when somebody asks for them.
 
 A service `S` has `S_Event`; an action `A` has the services `A_SendGoal` and `A_GetResult` and the message
-`A_FeedbackMessage`. They travel on the wire, so they have names, encodings and hashes; users of an action never see them.
+`A_FeedbackMessage`. They travel on the wire, so they have names, encodings and hashes; users of an action never see
+them.
 """
 
 from __future__ import annotations
@@ -9,12 +10,12 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from actors.interfaces import registry, types
-from actors.interfaces.message import ActionType, Message, MessageMeta, ServiceType
+from actors.interfaces.message import ActionType, Message, ServiceType, make_message
 from actors.interfaces.naming import full_name
 
 
 def event_message(service: type[ServiceType[Any, Any]]) -> type[Message]:
-    """`S_Event {ServiceEventInfo info, S_Request[<=1] request, S_Response[<=1] response}`, for service introspection."""
+    """`S_Event`: ServiceEventInfo info, S_Request[<=1] request, S_Response[<=1] response; for service introspection."""
     parts: Any = service
     many: Any = types.Many
     return _message(
@@ -46,7 +47,7 @@ def get_result_service(action: type[ActionType[Any, Any, Any]]) -> type[ServiceT
 
 
 def feedback_message(action: type[ActionType[Any, Any, Any]]) -> type[Message]:
-    """`A_FeedbackMessage {UUID goal_id, A_Feedback feedback}`."""
+    """`A_FeedbackMessage`: UUID goal_id, A_Feedback feedback."""
     parts: Any = action
     return _message(f"{action.__ros_type__}_FeedbackMessage", {"goal_id": _uuid(), "feedback": parts.Feedback})
 
@@ -77,23 +78,26 @@ def _uuid() -> type[Message]:
 
 
 def _message(ros_type: str, annotations: dict[str, Any]) -> type[Message]:
-    known = registry.known(ros_type)
+    known: type[Message] | None = registry.known(ros_type)
     if known is not None:
         return known
     package, kind, name = full_name(ros_type).split("/")
-    body = {"__module__": f"{package}.{kind}", "__qualname__": name, "__annotations__": annotations}
-    body |= {field: types.default() for field in annotations}
+    body: dict[str, Any] = {field: types.default() for field in annotations}
+    body |= {"__module__": f"{package}.{kind}", "__qualname__": name, "__annotations__": annotations}
     body |= {"__ros_type__": ros_type, "__doc__": f"{ros_type}, derived.", "__ros_source__": "derived"}
-    made: type[Message] = MessageMeta(name, (Message,), body, frozen=True, kw_only=True)
-    return made
+    return make_message(name, body)
 
 
 def _service(ros_type: str, request: dict[str, Any], response: dict[str, Any]) -> type[ServiceType[Any, Any]]:
-    known = registry.known(ros_type)
+    known: type[ServiceType[Any, Any]] | None = registry.known(ros_type)
     if known is not None:
         return known
     base: Any = ServiceType
     parts = _message(f"{ros_type}_Request", request), _message(f"{ros_type}_Response", response)
     package, kind, name = full_name(ros_type).split("/")
-    body = {"__module__": f"{package}.{kind}", "__ros_type__": ros_type, "__orig_bases__": (base[parts],)}
+    body: dict[str, Any] = {
+        "__module__": f"{package}.{kind}",
+        "__ros_type__": ros_type,
+        "__orig_bases__": (base[parts],),
+    }
     return type(name, (base,), body | {"__doc__": f"{ros_type}, derived.", "__ros_source__": "derived"})

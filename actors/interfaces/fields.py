@@ -6,12 +6,14 @@ written in Python, generated from a .msg file or loaded from one at run time.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import msgspec
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
+
+    MessageClass: TypeAlias = type[Message]
 
 ArrayKind = Literal["single", "fixed", "bounded", "unbounded"]
 
@@ -89,7 +91,7 @@ class Field(msgspec.Struct, frozen=True):
     name: str
     type: FieldType
     default: Any = None
-    message: type[Message] | None = None
+    message: MessageClass | None = None
 
     def __str__(self) -> str:
         return f"{self.type} {self.name}" if self.default is None else f"{self.type} {self.name} {self.default!r}"

@@ -3,6 +3,8 @@
     load_folder("interfaces")                      # <folder>/<package>/<kind>/<Name>.<kind>
     load("interfaces/my_pkg/msg/Sample.msg")
     load("float64 x\\nfloat64 y", "my_pkg/msg/Point2")
+
+A loaded type is a class like any other; only type checkers know nothing of its fields.
 """
 
 from __future__ import annotations
@@ -13,9 +15,10 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from actors.interfaces import registry, types
+from actors.interfaces.annotations import plain_default
 from actors.interfaces.errors import BadDeclaration
 from actors.interfaces.fields import FieldType
-from actors.interfaces.message import ActionType, Message, MessageMeta, ServiceType
+from actors.interfaces.message import ActionType, Message, ServiceType, make_message
 from actors.interfaces.naming import KINDS, Kind, closest, full_name
 from actors.interfaces.parse import Definition, DefinitionError, MessageDefinition, parse
 
@@ -59,9 +62,17 @@ def load_folder(path: str | os.PathLike[str]) -> list[type[Any]]:
     """
     files = sorted(_definitions(Path(path)))
     if not files:
-        raise FileNotFoundError(f"no definition in {os.fspath(path)}; expected <package>/<msg|srv|action>/<Name>.<msg|srv|action>")
+        raise FileNotFoundError(
+            f"no definition in {os.fspath(path)}; expected <package>/<msg|srv|action>/<Name>.<msg|srv|action>"
+        )
     for file in files:  # all are read before any is defined, so that a bad file leaves nothing half done
-        parse(file.read_text(encoding="utf-8-sig"), file.parts[-3], file.stem, _as_kind(file.parts[-2], str(file)), str(file))
+        parse(
+            file.read_text(encoding="utf-8-sig"),
+            file.parts[-3],
+            file.stem,
+            _as_kind(file.parts[-2], str(file)),
+            str(file),
+        )
     registry.add_folder(path)
     loaded: list[type[Any]] = []
     for file in files:
@@ -93,12 +104,18 @@ def _define(definition: Definition, file: str | None) -> type[Any]:
     parts = [_message_class(part, package, kind, definition, file) for part in definition.parts]
     if kind == "msg":
         return parts[0]
-    base: Any = ServiceType if kind == "srv" else ActionType
-    known = registry.known(definition.name)
-    if known is not None and [getattr(known, p.__name__.rpartition("_")[2]) for p in parts] == parts:
+    known: type[Any] | None = registry.known(definition.name)
+    if known is not None and [getattr(known, part.__name__.rpartition("_")[2]) for part in parts] == parts:
         return known
-    body = {"__module__": f"{package}.{kind}", "__ros_type__": definition.name, "__doc__": _doc(definition.parts[0], definition.name)}
-    body |= {"__orig_bases__": (base[tuple(parts)],), "__ros_source__": file or "text", "__ros_text__": definition.text}
+    base: Any = ServiceType if kind == "srv" else ActionType
+    body: dict[str, Any] = {
+        "__module__": f"{package}.{kind}",
+        "__doc__": _doc(definition.parts[0], definition.name),
+        "__orig_bases__": (base[tuple(parts)],),
+        "__ros_type__": definition.name,
+        "__ros_source__": file or "text",
+        "__ros_text__": definition.text,
+    }
     return type(name, (base,), body)
 
 
@@ -107,22 +124,29 @@ def _message_class(
 ) -> type[Message]:
     """The class of a definition; the known one if it says the same."""
     annotations: dict[str, Any] = {}
-    body: dict[str, Any] = {"__module__": f"{package}.{kind}", "__annotations__": annotations}
+    values: dict[str, Any] = {}
     for constant in definition.constants:
         annotations[constant.name] = ClassVar[Annotated[object, constant.type]]
-        body[constant.name] = constant.value
+        values[constant.name] = constant.value
     for field in definition.fields:
         annotations[field.name] = _annotation(field.type, field.line, file)
-        body[field.name] = types.default(field.default)
-    known = registry.known(definition.name)
+        values[field.name] = types.default(field.default)
+    known: type[Message] | None = registry.known(definition.name)
     if known is not None:
         _check_same(known, definition, file)
         return known
     name = definition.name.rpartition("/")[2]
-    body |= {"__qualname__": name, "__ros_type__": definition.name, "__doc__": _doc(definition, definition.name)}
-    body |= {"__ros_source__": file or "text", "__ros_text__": whole.text}
-    made: type[Message] = MessageMeta(name, (Message,), body, frozen=True, kw_only=True)
-    return made
+    body: dict[str, Any] = {
+        "__module__": f"{package}.{kind}",
+        "__qualname__": name,
+        "__doc__": _doc(definition, definition.name),
+        "__annotations__": annotations,
+        **values,
+        "__ros_type__": definition.name,
+        "__ros_source__": file or "text",
+        "__ros_text__": whole.text,
+    }
+    return make_message(name, body)
 
 
 def _doc(definition: MessageDefinition, name: str) -> str:
@@ -147,8 +171,9 @@ def _annotation(kind: FieldType, line: int, file: str | None) -> Any:
 
 
 def _check_same(known: type[Message], definition: MessageDefinition, file: str | None) -> None:
-    mine = [(field.name, field.type, field.default) for field in definition.fields]
-    if [(field.name, field.type, field.default) for field in known.__ros_fields__] != mine:
+    mine = [(field.name, field.type, plain_default(field.type, field.default)) for field in definition.fields]
+    theirs = [(field.name, field.type, field.default) for field in known.__ros_fields__]
+    if theirs != mine:
         source = getattr(known, "__ros_source__", f"module {known.__module__}")
         raise BadDeclaration(
             f"{file or definition.name}: {definition.name} is known already with other fields, from {source}. "

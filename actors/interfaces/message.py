@@ -20,7 +20,7 @@ from actors.interfaces.naming import closest, own_type_name
 from actors.interfaces.registry import register
 
 if TYPE_CHECKING:
-    from typing_extensions import Self
+    from typing import Self
 
     StructMeta = msgspec.StructMeta
 else:
@@ -54,14 +54,10 @@ class MessageBase(msgspec.Struct, frozen=True, kw_only=True, gc=False):
         """
         for name in changes:
             if name not in self.__struct_fields__:
-                raise MessageTypeError(f"{type(self).__name__} has no field {name!r}.{closest(name, self.__struct_fields__)}")
+                raise MessageTypeError(
+                    f"{type(self).__name__} has no field {name!r}.{closest(name, self.__struct_fields__)}"
+                )
         return msgspec.structs.replace(self, **changes)
-
-    def __setattr__(self, name: str, value: object) -> NoReturn:
-        raise AttributeError(
-            f"{type(self).__name__}.{name}: a message never changes once it is built. "
-            f"Build a changed one: message.replace({name}=...)"
-        )
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name}={_shown(getattr(self, name))}" for name in self.__struct_fields__)
@@ -82,16 +78,17 @@ class MessageMeta(StructMeta):
         fields, constants = read_class(name, namespace, sys._getframe(1).f_locals)
         for field in fields:
             namespace[field.name] = _default_of(name, field, namespace.get(field.name))
-        namespace.setdefault("__ros_type__", own_type_name(namespace.get("__module__", ""), name))
+        if "__ros_type__" not in namespace:
+            namespace["__ros_type__"] = own_type_name(namespace.get("__module__", ""), name)
         namespace["__ros_fields__"] = tuple(fields)
         namespace["__ros_constants__"] = tuple(constants)
-        namespace["__setattr__"] = MessageBase.__setattr__  # msgspec gives every frozen class its own
         namespace["__post_init__"] = _check_later(name, tuple(fields), namespace.get("__post_init__"))
         arrays = tuple(field.name for field in fields if field.type.is_numeric_array)
         if arrays:
             namespace["__eq__"], namespace["__hash__"] = _equality(tuple(f.name for f in fields), arrays)
         # gc=False: a message cannot take part in a reference cycle, since its parts exist before it does.
         cls = StructMeta(name, (MessageBase,), namespace, frozen=True, kw_only=True, gc=False)
+        type.__setattr__(cls, "__setattr__", _refuse_to_change)  # msgspec's own does not say what to do instead
         register(cls)
         return cls
 
@@ -121,16 +118,33 @@ class Message(MessageBase, frozen=True, kw_only=True, metaclass=MessageMeta):
     """
 
 
+def make_message(name: str, body: dict[str, Any]) -> type[Message]:
+    """The message class of this name whose class body would be `body`."""
+    made: type[Message] = MessageMeta(name, (Message,), body, frozen=True, kw_only=True)
+    return made
+
+
+def _refuse_to_change(self: Any, name: str, value: object) -> NoReturn:
+    raise AttributeError(
+        f"{type(self).__name__}.{name}: a message never changes once it is built. "
+        f"Build a changed one: message.replace({name}=...)"
+    )
+
+
 def _check_statement(name: str, bases: tuple[type, ...], options: dict[str, Any]) -> None:
     if len(bases) != 1:
-        raise BadDeclaration(f"class {name}: a message has one parent, Message, got {[base.__name__ for base in bases]}")
+        raise BadDeclaration(
+            f"class {name}: a message has one parent, Message, got {[base.__name__ for base in bases]}"
+        )
     if options.get("frozen") is not True or options.get("kw_only") is not True:
         raise BadDeclaration(
             f"class {name}: write `class {name}(Message, frozen=True, kw_only=True)`. Every message class states both, "
             "because they are not inherited"
         )
     if len(options) > 2:
-        raise BadDeclaration(f"class {name}: a message class takes no options but frozen and kw_only, got {sorted(options)}")
+        raise BadDeclaration(
+            f"class {name}: a message class takes no options but frozen and kw_only, got {sorted(options)}"
+        )
 
 
 def _default_of(name: str, field: Field, written: Any) -> Any:
@@ -232,7 +246,9 @@ def _equality(names: tuple[str, ...], arrays: tuple[str, ...]) -> tuple[Any, Any
         return True
 
     def __hash__(self: Any) -> NoReturn:
-        raise TypeError(f"{type(self).__name__} cannot be hashed: its field {arrays[0]} is an array. Use a part of it as the key")
+        raise TypeError(
+            f"{type(self).__name__} cannot be hashed: its field {arrays[0]} is an array. Use a part of it as the key"
+        )
 
     return __eq__, __hash__
 
@@ -276,10 +292,10 @@ class ServiceType(Generic[Req, Resp]):
 class ActionType(Generic[G, R, F]):
     """An action type: goal, result and feedback messages under one name.
 
-        class MoveToPosition(ActionType[MoveToPosition_Goal, MoveToPosition_Result, MoveToPosition_Feedback]):
-            Goal: TypeAlias = MoveToPosition_Goal
-            Result: TypeAlias = MoveToPosition_Result
-            Feedback: TypeAlias = MoveToPosition_Feedback
+    class MoveToPosition(ActionType[MoveToPosition_Goal, MoveToPosition_Result, MoveToPosition_Feedback]):
+        Goal: TypeAlias = MoveToPosition_Goal
+        Result: TypeAlias = MoveToPosition_Result
+        Feedback: TypeAlias = MoveToPosition_Feedback
     """
 
     __ros_type__: ClassVar[str]
@@ -288,7 +304,9 @@ class ActionType(Generic[G, R, F]):
         _tie(cls, ActionType, ("Goal", "Result", "Feedback"))
 
     def __new__(cls) -> NoReturn:
-        raise TypeError(f"{cls.__name__} is an action type; build {cls.__name__}.Goal(...), .Result(...) or .Feedback(...)")
+        raise TypeError(
+            f"{cls.__name__} is an action type; build {cls.__name__}.Goal(...), .Result(...) or .Feedback(...)"
+        )
 
 
 def _tie(cls: type[Any], base: Any, parts: tuple[str, ...]) -> None:
@@ -296,9 +314,15 @@ def _tie(cls: type[Any], base: Any, parts: tuple[str, ...]) -> None:
     kind = "srv" if base is ServiceType else "action"
     stated = next((b for b in getattr(cls, "__orig_bases__", ()) if get_origin(b) is base), None)
     classes = get_args(stated)
-    if len(cls.__bases__) != 1 or not all(isinstance(c, type) and issubclass(c, Message) for c in classes) or len(classes) != len(parts):
+    if (
+        len(cls.__bases__) != 1
+        or not all(isinstance(c, type) and issubclass(c, Message) for c in classes)
+        or len(classes) != len(parts)
+    ):
         names = ", ".join(f"{cls.__name__}_{part}" for part in parts)
-        raise BadDeclaration(f"class {cls.__name__}: write `class {cls.__name__}({base.__name__}[{names}])` with message classes")
+        raise BadDeclaration(
+            f"class {cls.__name__}: write `class {cls.__name__}({base.__name__}[{names}])` with message classes"
+        )
     for part, message in zip(parts, classes, strict=True):
         if vars(cls).get(part, message) is not message:
             raise BadDeclaration(f"class {cls.__name__}: {part} is {vars(cls)[part]!r}, but the base says {message!r}")
@@ -309,7 +333,7 @@ def _tie(cls: type[Any], base: Any, parts: tuple[str, ...]) -> None:
     for part, message in zip(parts, classes, strict=True):
         if message.__ros_type__ != f"{cls.__ros_type__}_{part}":
             raise BadDeclaration(
-                f"class {cls.__name__}: its {part} is {message.__ros_type__}, but ROS 2 calls it {cls.__ros_type__}_{part}; "
+                f"class {cls.__name__}: its {part} is {message.__ros_type__}, but ROS 2 wants {cls.__ros_type__}_{part}; "
                 f"name the class {cls.__name__}_{part} (a message to share goes into a field of it)"
             )
     register(cls)

@@ -56,7 +56,9 @@ def full_name(name: str, kind: Kind = "msg") -> str:
     if len(parts) == 2:
         parts.insert(1, kind)
     if len(parts) != 3 or not all(parts) or parts[1] not in KINDS:
-        raise UnknownInterface(f"{name!r} is not the name of a type; write package/{kind}/Name, as in std_msgs/msg/String")
+        raise UnknownInterface(
+            f"{name!r} is not the name of a type; write package/{kind}/Name, as in std_msgs/msg/String"
+        )
     return "/".join(parts)
 
 
@@ -64,8 +66,8 @@ def own_type_name(module: str, name: str) -> str:
     """The ROS name of a class declared in Python.
 
     Module `...pkg.msg` (or `.srv`, `.action`), as in a ROS package, gives `pkg/msg/Name`. Any other module gives its
-    first part as the package: class Pose2D in `robot.navigation.types` is `robot/msg/Pose2D`, in a script `main/msg/Pose2D`.
-    A class `Plan_Request` is a part of a service (`.../srv/Plan_Request`), `Move_Goal` of an action.
+    first part as the package: class Pose2D in `robot.navigation.types` is `robot/msg/Pose2D`, in a script
+    `main/msg/Pose2D`. A class `Plan_Request` is a part of a service (`.../srv/Plan_Request`), `Move_Goal` of an action.
     """
     stem, _, part = name.partition("_")
     if not is_interface_name(stem) or (part and part not in PART_KINDS):

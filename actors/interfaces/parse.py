@@ -2,13 +2,14 @@
 
     parse_message("int32 x 3  # metres [m]\\nint32 MAX=9", "my_pkg", "Sample")
 
-The result says what the text says; which classes the nested types are is decided later (`load`). Python and C++ keywords are
-accepted as field names, as ROS 2 does; such a field is read with `getattr`.
+The result says what the text says; which classes the nested types are is decided later (`load`). Python and C++
+keywords are accepted as field names, as ROS 2 does; such a field is read with `getattr`.
 """
 
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from textwrap import dedent
 from typing import Any, Literal, NamedTuple
 
@@ -127,9 +128,11 @@ def _split(text: str, kind: Kind, file: str | None) -> list[tuple[int, list[str]
         if kind == "action":
             what = "an .action file has two lines '---': goal, result, feedback"
         line = marks[wanted] + 1 if len(marks) > wanted else max(len(lines), 1)
-        raise DefinitionError(code, f"{what}; found {len(marks)} (exactly three dashes, no blanks after them)", line, file)
+        raise DefinitionError(
+            code, f"{what}; found {len(marks)} (exactly three dashes, no blanks after them)", line, file
+        )
     edges = [-1, *marks, len(lines)]
-    return [(start + 1, lines[start + 1 : end]) for start, end in zip(edges, edges[1:], strict=False)]
+    return [(start + 1, lines[start + 1 : end]) for start, end in pairwise(edges)]
 
 
 def _parse_part(lines: list[str], package: str, name: str, offset: int, file: str | None) -> MessageDefinition:
@@ -177,14 +180,18 @@ def _parse_line(code: str, package: str, number: int) -> FieldDefinition | Const
     type_text, _, rest = code.partition(" ")
     rest = rest.lstrip()
     if not rest:
-        raise DefinitionError("invalid_field_definition", "a line is 'TYPE NAME [DEFAULT]' or 'TYPE NAME=VALUE'; one is missing")
+        raise DefinitionError(
+            "invalid_field_definition", "a line is 'TYPE NAME [DEFAULT]' or 'TYPE NAME=VALUE'; one is missing"
+        )
     name, equals, value = rest.partition("=")
     if equals:
         name, value = name.rstrip(), value.lstrip()
         if type_text not in PRIMITIVES:
             raise DefinitionError("invalid_type", f"a constant cannot be of type {type_text!r}, only a plain primitive")
         if not is_constant_name(name):
-            raise DefinitionError("invalid_member_name", f"{name!r} is not a name for a constant (upper case; '=' makes a constant)")
+            raise DefinitionError(
+                "invalid_member_name", f"{name!r} is not a name for a constant (upper case; '=' makes a constant)"
+            )
         kind = FieldType(type_text)
         return ConstantDefinition(name, kind, parse_value(kind, value), (), None, number)
     kind = parse_type(type_text, package)

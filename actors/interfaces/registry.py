@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Folder(NamedTuple):
-    """A folder of definitions, `<path>/<package>/<kind>/<Name>.<kind>`, and the Python package of its generated modules."""
+    """A folder of definitions, `<path>/<package>/<kind>/<Name>.<kind>`, and the package of its generated modules."""
 
     path: str
     module: str | None
@@ -61,7 +61,7 @@ def _is_generated(cls: type[Any]) -> bool:
 
 
 def add_folder(path: str | os.PathLike[str], module: str | None = None) -> None:
-    """Adds a folder of definitions. `module` names the Python package of its generated modules, None where there are none."""
+    """Adds a folder of definitions. `module` is the Python package of its generated modules, None if it has none."""
     folder = Folder(os.fspath(path), module)
     if folder not in _folders:
         _folders.append(folder)
@@ -73,7 +73,7 @@ def folders() -> tuple[Folder, ...]:
 
 
 def find_definition(name: str) -> tuple[Folder, str] | None:
-    """The folder and the file that define `package/kind/Name` (also of a part such as `S_Request`), None if none does."""
+    """The folder and the file that define `package/kind/Name` (or a part such as `S_Request`), None if none does."""
     package, kind, leaf = name.split("/")
     stem = leaf.partition("_")[0]
     for folder in _folders:
@@ -102,7 +102,7 @@ def _names_in(path: str) -> Iterator[str]:
 
 
 def get_message(name: str) -> type[Message]:
-    """The message class of `std_msgs/msg/String` (or `std_msgs/String`), also of a part: `std_srvs/srv/SetBool_Request`.
+    """The message class of `std_msgs/msg/String` or `std_msgs/String`, also of a part: `std_srvs/srv/SetBool_Request`.
 
     Raises:
         UnknownInterface: no such message. The text gives the closest names.
@@ -155,7 +155,9 @@ def find(name: str) -> type[Any] | None:
         return derive(name)
     (_, module), file = definition
     package, kind, _ = name.split("/")
-    if not (module is not None and _import(f"{module}.{package}.{kind}")) or name not in _types:
+    if module is not None and _import(f"{module}.{package}.{kind}") and name in _types:
+        return _types[name]
+    if name.partition("_")[0] not in _types:
         _load_once(file, package)
     return _types.get(name) or derive(name)
 

@@ -56,7 +56,7 @@ class AtMost(msgspec.Struct, frozen=True):
     count: int
 
 
-class _Default:
+class DefaultMark:
     """The mark that `default()` leaves until the class is created."""
 
     __slots__ = ("value",)
@@ -70,7 +70,7 @@ def default(value: Any = None, /) -> Any:
 
     Defaults are shared: messages never change, so all messages of a class may hold the same default.
     """
-    return _Default(value)
+    return DefaultMark(value)
 
 
 T = TypeVar("T")
@@ -136,7 +136,7 @@ else:
         """`Many[Point]`, `Many[string]`: a sequence of messages or strings, read as a tuple."""
 
         def __class_getitem__(cls, element: Any) -> Any:
-            return Annotated[tuple, _ManyOf(element)]
+            return Annotated[tuple, ManyMark(element)]
 
     def _array(base: str) -> Any:
         return Annotated[object, FieldType(base, array="unbounded")]
@@ -158,7 +158,7 @@ else:
     wstring_array = _array("wstring")
 
 
-class _ManyOf:
+class ManyMark:
     """What `Many[X]` leaves in an annotation: the element, still to be read."""
 
     __slots__ = ("element",)

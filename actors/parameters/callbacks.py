@@ -58,8 +58,6 @@ class CallbackChains:
 
     def rewrite(self, parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
         """What the pre-set callbacks make of the list: the answers of all of them, one after another."""
-        if not self.pre:
-            return tuple(parameters)
         return tuple(parameter for handle in self.pre for parameter in handle.callback(parameters))
 
     def validate(self, parameters: Sequence[Parameter]) -> SetResult:

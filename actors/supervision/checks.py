@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeGuard, cast, get_args
+from typing import Any, TypeGuard, get_args
 
 from actors.errors import DeclarationError
 
@@ -61,14 +61,14 @@ def checked_mapping(where: str, option: str, value: object) -> dict[Any, Any]:
         return {}
     if not isinstance(value, Mapping):
         raise DeclarationError(f"{where}: {option} must be a mapping, not {value!r}")
-    return dict(cast("Mapping[Any, Any]", value))
+    return dict(value)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
 
 
 def checked_sequence(where: str, option: str, value: object) -> tuple[Any, ...]:
     """A list or tuple, as a tuple."""
     if isinstance(value, str) or not isinstance(value, Sequence):
         raise DeclarationError(f"{where}: {option} must be a list or a tuple, not {value!r}")
-    return tuple(cast("Sequence[Any]", value))
+    return tuple(value)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
 
 
 def checked_flag(where: str, option: str, value: object) -> bool:

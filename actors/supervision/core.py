@@ -1,7 +1,7 @@
 """The supervisor's own life: events come in one at a time, and OTP's rules say what follows.
 
-No handler here ever waits. Starting a child makes a task, stopping it asks that task to end, and both answer later with an
-event of their own: `ready`, `ended`, a retry that is due. So a supervisor answers at once, whatever its children are doing.
+No handler here ever waits. Starting a child makes a task, stopping it asks that task to end, and both answer later with
+an event of their own: `ready`, `ended`, a retry that is due. So a supervisor answers at once, whatever its children do.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from itertools import count
 from typing import Any, TypeVarTuple
 
 from actors.supervision.entry import Entry
-from actors.supervision.errors import StartFailed, SupervisorDown, SupervisorGaveUp
+from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.incarnation import GRACE, Incarnation
 from actors.supervision.lane import Lane
 from actors.supervision.policy import (
@@ -26,7 +26,7 @@ from actors.supervision.policy import (
     permanent,
     temporary,
 )
-from actors.supervision.reasons import ExitReason, Killed, Returned, Stop, cause_of, is_abnormal
+from actors.supervision.reasons import ExitReason, Killed, Returned, Stopped, cause_of, is_abnormal
 from actors.supervision.refs import ChildRef, Down
 from actors.supervision.report import Context, Report
 from actors.supervision.seam import Life, Runtime
@@ -72,6 +72,7 @@ class Core:
         self.leaked: list[LeakedChild] = [] if leaked is None else leaked
         self._entries: dict[str, Entry] = {}
         self._positions = count(1)
+        self._names = count(1)
         self._lane = Lane()
         self._window = Window()
         self._phase = "new"
@@ -99,12 +100,12 @@ class Core:
 
     # ------------------------------------------------------------------ its life
 
-    async def run(self, started: Callable[[], None], /) -> None:
+    async def run(self, started: Callable[[], object], /) -> None:
         """Start all children in order, call `started()`, supervise until stopped, stop all children.
 
-        Returns after `stop`. Raises `StartFailed` when a child does not start the first time, `SupervisorGaveUp` when the
-        restart intensity is reached, `Stop` when a significant child's end shuts it down; in each case after all
-        children have stopped. When its task is cancelled it kills all children at once, then passes the cancellation on.
+        Returns after `stop`, or after the end of a significant child shut it down. Raises `StartFailed` when a child
+        does not start the first time, `SupervisorGaveUp` when the restart intensity is reached; in each case after all
+        children have stopped. When its task is cancelled it kills all children at once and passes the cancellation on.
         """
         if self._phase != "new":
             raise RuntimeError(f"{self!r} has been run before; make a new one for another run")
@@ -151,7 +152,7 @@ class Core:
     def _begin(self) -> None:
         for entry in self._entries.values():
             entry.intent = "start"
-            self._lane.starts.append(entry)
+        self._lane.plan(self._entries.values())
         self._advance()
 
     def _all_ready(self) -> None:
@@ -221,6 +222,8 @@ class Core:
     def _on_ended(self, incarnation: Incarnation, reason: ExitReason) -> None:
         entry = incarnation.entry
         entry.now = None
+        if isinstance(incarnation.life, Core) and isinstance(reason, Returned):
+            reason = Stopped("shutdown")  # a supervisor has no work of its own to come to the end of
         if self._phase == "stopping":
             self._ended_in_shutdown(incarnation, reason)
         elif incarnation.asked is not None or entry.marked:
@@ -241,7 +244,7 @@ class Core:
             self._report("shutdown_error", incarnation, reason)
         if not entry.intent:
             self._forget(entry)
-        elif self._lane.current is not entry:
+        elif not entry.queued:
             self._start_in_turn(entry)
 
     def _ended_by_itself(self, incarnation: Incarnation, reason: ExitReason) -> None:
@@ -379,7 +382,6 @@ class Core:
 
     def _auto_shut_down(self, incarnation: Incarnation, reason: ExitReason) -> None:
         self._report("shutdown", incarnation, reason, f"auto_shutdown={self.spec.auto_shutdown}")
-        self._failure = Stop("shutdown")
         self._shut_down("shutdown")
 
     def _shut_down(self, why: str) -> None:
@@ -397,15 +399,16 @@ class Core:
         self._phase, self._why, self._last = "stopping", why, alive
         self._lane.clear()
         for entry in self._entries.values():
-            self._drop_plans(entry)
+            self._drop_plans(entry, f"{self.name} is shutting down")
 
-    def _drop_plans(self, entry: Entry) -> None:
+    def _drop_plans(self, entry: Entry, why: str) -> None:
+        """Nothing is due for the child any more; who waits for its start hears `why`."""
         entry.intent, entry.marked = "", False
         if entry.timer is not None:
             entry.timer.cancel()
             entry.timer = None
         if answer := entry.take_answer():
-            answer.set_exception(SupervisorDown(f"{self.name} is shutting down, so {entry.spec.name} will not start"))
+            answer.set_exception(StartFailed((*self.path, entry.spec.name), why))
 
     def _stop_next(self) -> None:
         last = self._last
@@ -456,6 +459,9 @@ class Core:
                 entry.now.kill()
         self._stop_next()
 
+    def is_supervisor(self, life: Life, /) -> bool:
+        return isinstance(life, Core)
+
     def grace_of(self, life: Life | None, /) -> float:
         """Seconds from the kill of a child to its abandonment: a supervisor needs one more than its slowest child."""
         if not isinstance(life, Core):
@@ -478,7 +484,7 @@ class Core:
         report = Report(context, self.path, incarnation.ref, restart, self.loop.time(), reason, note)
         self._guard("report()", self.runtime.report, report)
 
-    def _guard(self, hook: str, call: Callable[[*Args], None], *args: *Args) -> None:
+    def _guard(self, hook: str, call: Callable[[*Args], object], *args: *Args) -> None:
         """Call somebody else's code. What it raises must not keep the supervisor from its work."""
         try:
             call(*args)

@@ -22,8 +22,9 @@ class Entry:
     """One child: its spec, its present incarnation if any, and what is due for it.
 
     `parked`: stopped by a request, and so left alone by restarts of its group. `marked`: the lane is about to stop it
-    for a restart of its group. `fresh`: added by `start_child`, and forgotten if that start fails. `answer`: where the
-    caller of an unfinished start waits. `given`: the arguments and parameters of an instance of a template.
+    for a restart of its group. `queued`: it is among the lane's starts. `fresh`: added by `start_child`, and forgotten
+    if that start fails. `answer`: where the caller of an unfinished start waits. `given`: the arguments and parameters
+    of an instance of a template.
     """
 
     __slots__ = (
@@ -37,6 +38,7 @@ class Entry:
         "number",
         "parked",
         "position",
+        "queued",
         "ready_at",
         "spec",
         "timer",
@@ -49,9 +51,10 @@ class Entry:
         self.now: Incarnation | None = None
         self.intent: Intent = ""
         self.marked = False
+        self.queued = False
         self.parked = False
         self.fresh = False
-        self.given: tuple[tuple[object, ...], Mapping[str, object] | None] | None = None
+        self.given: tuple[tuple[object, ...], Mapping[str, object] | None] = ((), None)
         self.answer: asyncio.Future[ChildRef | None] | None = None
         self.attempts = 0
         self.ready_at: float | None = None

@@ -43,8 +43,8 @@ class StartFailed(SupervisionError):
 class SupervisorGaveUp(SupervisionError):
     """A supervisor reached its restart intensity and has stopped all its children.
 
-    `path` is the supervisor's, `child` the id of the last child to fail, `restarts` how many were allowed `within` so many
-    seconds, `reason` how that child ended; its exception is this error's `__cause__`.
+    `path` is the supervisor's, `child` the id of the last child to fail, `restarts` how many were allowed `within` so
+    many seconds, `reason` how that child ended; its exception is this error's `__cause__`.
     """
 
     def __init__(self, path: tuple[str, ...], child: str, restarts: int, within: float, reason: ExitReason) -> None:

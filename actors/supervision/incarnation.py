@@ -7,9 +7,9 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
+from actors.supervision.errors import SupervisorGaveUp
 from actors.supervision.policy import StopTimeout
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
-from actors.supervision.errors import SupervisorGaveUp
 from actors.supervision.refs import ChildRef, Down
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ class Owner(Protocol):
     loop: asyncio.AbstractEventLoop
 
     def make_life(self, incarnation: Incarnation, /) -> Life: ...
+    def is_supervisor(self, life: Life, /) -> bool: ...
     def grace_of(self, life: Life | None, /) -> float: ...
     def ready(self, incarnation: Incarnation, /) -> None: ...
     def ended(self, incarnation: Incarnation, reason: ExitReason, /) -> None: ...
@@ -72,7 +73,7 @@ class Incarnation:
         self.killed: float | None = None
         self.imposed: BaseException | None = None
         self.timer: asyncio.TimerHandle | None = None
-        self.watchers: dict[Callable[[Down], None], None] | None = None
+        self.watchers: dict[Callable[[Down], object], None] | None = None
         self.task: asyncio.Task[None] = owner.loop.create_task(self._live(), name=str(ref))
         self.task.add_done_callback(self._done)
 
@@ -95,7 +96,7 @@ class Incarnation:
 
     def fail(self, error: BaseException, timeout: StopTimeout) -> None:
         """End it in order, as `stop` does, but let it count as its own failure with `error`."""
-        if self.asked is None and self.imposed is None and self.killed is None:
+        if self.asked is None and self.imposed is None and self.killed is None and not self.over:
             self.imposed = error
             self._end(str(error), timeout)
 
@@ -107,6 +108,17 @@ class Incarnation:
             grace = self.owner.grace_of(self.life)
             self._after(grace, self._abandon, grace)
             self.task.cancel()
+
+    def watch(self, watcher: Callable[[Down], object]) -> None:
+        """Call `watcher` when this incarnation has ended, in the order of the calls."""
+        if self.watchers is None:
+            self.watchers = {}
+        self.watchers[watcher] = None
+
+    def unwatch(self, watcher: Callable[[Down], object]) -> None:
+        """Take a `watch` back; nothing happens if it has been called or taken back already."""
+        if self.watchers is not None:
+            self.watchers.pop(watcher, None)
 
     def _end(self, why: str, timeout: StopTimeout) -> None:
         if timeout == "kill":
@@ -122,9 +134,12 @@ class Incarnation:
         except Exception as error:
             self.imposed = error
             self.kill()
+            return
+        if not self.ready and not self.owner.is_supervisor(self.life):  # that one knows how to take its start back
+            self.task.cancel()
 
     def _watch_task(self) -> None:
-        """A child may have removed our callback from its task (OTP: unlinked itself). It must not hang its supervisor."""
+        """A child that removed our callback from its task (OTP: unlinked itself) must not hang its supervisor."""
         self.task.remove_done_callback(self._done)
         self.task.add_done_callback(self._done)
 

@@ -36,10 +36,11 @@ class Lane:
         self.stops.clear()
         self.starts.clear()
         for entry in entries:
+            entry.queued = bool(entry.intent)
+            if entry.queued:
+                self.starts.append(entry)
             if entry.marked:
                 self.stops.append(entry)
-            if entry.intent:
-                self.starts.append(entry)
         if self.current is not None and self.current.marked:
             self.current = None
 
@@ -47,6 +48,7 @@ class Lane:
         """One more start, in its place in the order."""
         starts = self.starts
         starts.append(entry)
+        entry.queued = True
         if len(starts) > 1 and starts[-2].position > entry.position:
             self.starts = deque(sorted(starts, key=lambda each: each.position))
 
@@ -60,7 +62,8 @@ class Lane:
     def next_start(self) -> Entry | None:
         while self.starts:
             entry = self.starts.popleft()
-            if entry.intent and entry.now is None:
+            entry.queued = False
+            if entry.intent and entry.now is None and entry.timer is None:
                 return entry
         return None
 

@@ -6,7 +6,19 @@ from typing import TypeAlias
 
 import msgspec
 
-__all__ = ["ExitReason", "Failed", "Gone", "Killed", "Leaked", "Returned", "Skip", "Stop", "Stopped", "cause_of", "is_abnormal"]
+__all__ = [
+    "ExitReason",
+    "Failed",
+    "Gone",
+    "Killed",
+    "Leaked",
+    "Returned",
+    "Skip",
+    "Stop",
+    "Stopped",
+    "cause_of",
+    "is_abnormal",
+]
 
 
 class Stop(Exception):
@@ -33,7 +45,7 @@ class Returned(msgspec.Struct, frozen=True):
 
 
 class Stopped(msgspec.Struct, frozen=True):
-    """It was asked to stop, or raised `Stop` ('shutdown'). `cause`: the error for which a supervisor gave up, if one did."""
+    """It was asked to stop, or raised `Stop` ('shutdown'). `cause`: the error of a supervisor that gave up."""
 
     why: str = "shutdown"
     cause: BaseException | None = None

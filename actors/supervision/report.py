@@ -12,12 +12,10 @@ from actors.supervision.refs import ChildRef
 
 __all__ = ["Context", "Report"]
 
-Context: TypeAlias = Literal[
-    "child_terminated", "start_error", "shutdown_error", "shutdown", "progress", "unexpected"
-]
+Context: TypeAlias = Literal["child_terminated", "start_error", "shutdown_error", "shutdown", "progress", "unexpected"]
 """child_terminated: a child ended by itself and is restarted, or ended abnormally. start_error: a start phase failed.
-shutdown_error: a child that had to stop did not do so cleanly. shutdown: the supervisor itself gives up, or shuts down for a
-significant child. progress: a child is ready. unexpected: a signal that makes no sense was dropped."""
+shutdown_error: a child that had to stop did not do so cleanly. shutdown: the supervisor itself gives up, or shuts down
+for a significant child. progress: a child is ready. unexpected: a signal that makes no sense was dropped."""
 
 
 class Report(msgspec.Struct, frozen=True):

@@ -3,43 +3,26 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Mapping, Sequence
-from typing import Concatenate, ParamSpec, TypeAlias, TypeVar
+from collections.abc import Awaitable, Callable, Mapping
 
-from actors.errors import DeclarationError
-from actors.supervision.core import Core, LeakedChild
-from actors.supervision.entry import Entry
-from actors.supervision.errors import (
-    AlreadyPresent,
-    AlreadyStarted,
-    LinkBroken,
-    NotFound,
-    Restarting,
-    Running,
-    StartFailed,
-    SupervisorDown,
-    TooManyChildren,
-)
-from actors.supervision.incarnation import Incarnation
-from actors.supervision.reasons import Failed, Gone, Killed, Leaked
+from actors.supervision.core import LeakedChild
+from actors.supervision.errors import NotFound
+from actors.supervision.reasons import Gone
 from actors.supervision.refs import ChildInfo, ChildRef, Counts, Down
+from actors.supervision.requests import Path, Requests
 from actors.supervision.seam import Life
-from actors.supervisor import Child, DynamicSupervisor, Spec, Supervisor
+from actors.supervision.watching import complete_on_end, share_fate
+from actors.supervisor import DynamicSupervisor, Spec, Supervisor
 
 __all__ = ["LeakedChild", "RunningSupervisor"]
 
-T = TypeVar("T")
-P = ParamSpec("P")
-Path: TypeAlias = str | Sequence[str]
-"""The way down from a supervisor: "gaits/walk", or ("gaits", "walk")."""
 
-
-class RunningSupervisor(Core):
+class RunningSupervisor(Requests):
     """One run of a `Supervisor` or `DynamicSupervisor`: `await RunningSupervisor(spec, runtime).run(started)`.
 
-    All requests answer at once, also while children are starting or restarting; those that start or stop a child wait for
-    just that child. They must come from the event loop's own thread. A caller that is cancelled takes nothing back: the
-    child goes on starting or stopping. Before `run`, and once it is stopping, the requests raise `SupervisorDown`.
+    All requests answer at once, also while children are starting or restarting; those that start or stop a child wait
+    for just that child. They must come from the event loop's own thread. A caller that is cancelled takes nothing back:
+    the child goes on starting or stopping. Before `run`, and once it is stopping, requests raise `SupervisorDown`.
     """
 
     # ------------------------------------------------------------------ looking
@@ -140,112 +123,16 @@ class RunningSupervisor(Core):
         if incarnation is None:
             future.set_result(Down(ref, Gone()))
         else:
-            self._on_down(incarnation, future)
+            complete_on_end(incarnation, future)
         return future
 
     def link(self, one: ChildRef, other: ChildRef) -> None:
-        """Let the two share their fate: when one fails, the other is ended in order and counts as failed (`LinkBroken`).
+        """Let two share their fate: when one fails, the other is ended in order and counts as failed (`LinkBroken`).
 
         A return or an orderly stop breaks nothing. Raises `NotFound` if one has ended already, or is of another tree.
         """
-        ends = []
-        for ref in (one, other):
-            if (incarnation := self._incarnation(ref)) is None:
-                raise NotFound(f"{self.name} cannot link {one} to {other}: {ref} has ended")
-            ends.append(incarnation)
-        _link(ends[0], ends[1])
-        _link(ends[1], ends[0])
-
-    # ------------------------------------------------------------------ the requests' handlers
-
-    async def _request(self, handler: Callable[Concatenate[asyncio.Future[T], P], None], *args: P.args, **kw: P.kwargs) -> T:
-        """Handle a request as an event, in its turn; the handler, or a later event, completes the future."""
-        if self._phase not in ("starting", "running"):
-            raise SupervisorDown(f"supervisor {self.name} is not running (it is {self._phase}); it can do nothing now")
-        answer: asyncio.Future[T] = self.loop.create_future()
-
-        def handle() -> None:
-            try:
-                handler(answer, *args, **kw)
-            except Exception as error:
-                answer.set_exception(error)
-
-        self.post(handle)
-        return await answer
-
-    def _on_start_child(self, answer: asyncio.Future[ChildRef | None], spec: Spec) -> None:
-        if isinstance(self.spec, DynamicSupervisor):
-            raise DeclarationError(f"{self.name} makes its children from a template: use spawn(), not start_child()")
-        self.spec.check_child(spec)
-        self._start_new(answer, spec)
-
-    def _on_spawn(
-        self,
-        answer: asyncio.Future[ChildRef | None],
-        args: tuple[object, ...],
-        name: str | None,
-        parameters: Mapping[str, object] | None,
-    ) -> None:
-        dynamic = self.spec
-        if isinstance(dynamic, Supervisor):
-            raise DeclarationError(f"{self.name} has no template to spawn from: use start_child(), not spawn()")
-        if dynamic.max_children is not None and len(self._entries) >= dynamic.max_children:
-            raise TooManyChildren(f"{self.name} has {len(self._entries)} children, and max_children is that many")
-        entry = self._start_new(answer, dynamic.instance(name or self._next_name(dynamic), args, parameters))
-        entry.given = (args, parameters)
-
-    def _next_name(self, dynamic: DynamicSupervisor) -> str:
-        while (name := f"{dynamic.template.name}_{next(self._names)}") in self._entries:
-            continue
-        return name
-
-    def _start_new(self, answer: asyncio.Future[ChildRef | None], spec: Spec) -> Entry:
-        if (known := self._entries.get(spec.name)) is not None:
-            if known.now is not None and known.state == "running":
-                raise AlreadyStarted(self.name, known.now.ref)
-            raise AlreadyPresent(f"{self.name} has a child {spec.name} already; it is {known.state}")
-        entry = self._add(spec)
-        entry.fresh, entry.intent, entry.answer = True, "start", answer
-        self._start_in_turn(entry)
-        return entry
-
-    def _on_terminate(self, answer: asyncio.Future[None], target: str | ChildRef) -> None:
-        entry = self._entry_of(target)
-        if entry is None:
-            answer.set_result(None)
-            return
-        failure = StartFailed((*self.path, entry.spec.name), "it was terminated before it had started")
-        self._drop_plans(entry, failure)
-        entry.parked = True
-        if entry.now is None:
-            self._forget(entry)
-            answer.set_result(None)
-        else:
-            self._on_down(entry.now, answer, None)
-            self._ask(entry.now, "shutdown")
-        if self._lane.holder is entry:
-            self._lane.release()
-            self._advance()
-
-    def _on_restart_child(self, answer: asyncio.Future[ChildRef | None], id: str) -> None:
-        entry = self._stopped(id)
-        entry.parked, entry.intent, entry.answer = False, "start", answer
-        self._start_in_turn(entry)
-
-    def _on_delete(self, answer: asyncio.Future[None], id: str) -> None:
-        del self._entries[self._stopped(id).spec.name]
-        answer.set_result(None)
-
-    def _on_replace(self, answer: asyncio.Future[ChildRef | None], id: str, factory: Callable[..., object]) -> None:
-        entry = self._entry(id)
-        if not isinstance(entry.spec, Child):
-            raise DeclarationError(f"{self.name}: {id} is a supervisor and has no factory; reconfigure() changes it")
-        entry.spec = entry.spec.replace(factory=factory)
-        now = entry.now
-        if now is None or entry.state != "running":
-            answer.set_result(None)
-        else:
-            entry.intent, entry.answer = "start", answer
-        if now is not None and entry.intent:
-            entry.marked = False
-            self._ask(now, "replaced")
+        first, second = self._incarnation(one), self._incarnation(other)
+        if first is None or second is None:
+            gone = one if first is None else other
+            raise NotFound(f"{self.name} cannot link {one} to {other}: {gone} has ended")
+        share_fate(first, second)

@@ -18,9 +18,10 @@ class Life(Protocol):
     async def run(self, started: Callable[[], None], /) -> None:
         """The whole life, in a task of its own: start phase, `started()` when ready, serve, clean up.
 
-        Returning is a normal end, `raise Stop(reason)` an orderly one, any other exception a failure. `raise Skip` before
-        `started()` declines to start. The supervisor cancels the task only to kill it: then there is no time left for a
-        clean-up, and one second later the task is abandoned.
+        Returning is a normal end, `raise Stop(reason)` an orderly one, any other exception a failure. `raise Skip`
+        before `started()` declines to start. The supervisor cancels the task in two cases. Before `started()`, right
+        after `stop`, to break off a start phase: clean up what it has made, within the stop timeout. After `started()`,
+        to kill: there is no time left for a clean-up, and one second later the task is abandoned.
         """
         ...
 
@@ -39,8 +40,8 @@ class Runtime(Protocol):
         ...
 
     def life(self, child: Child, path: tuple[str, ...], incarnation: int, /) -> Life:
-        """A new life for `child`. `path` leads from the root to it. Called in the child's own task, so what it raises is
-        a failed start of that child."""
+        """A new life for `child`. `path` leads from the root to it. Called in the child's own task, so what it raises
+        is a failed start of that child."""
         ...
 
     def report(self, report: Report, /) -> None:

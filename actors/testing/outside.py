@@ -10,7 +10,7 @@ import contextvars
 import functools
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import Any
 
@@ -30,68 +30,70 @@ class OutsideWork:
     Work that was abandoned (its future or its task was cancelled) no longer counts.
     """
 
-    __slots__ = ("_anyio", "_jobs", "_loop")
+    __slots__ = ("_loop", "anyio", "jobs")
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
-        self._jobs: dict[object, str] = {}
-        self._anyio: dict[Any, Any] = _run_vars.setdefault(loop, {})
+        self.jobs: dict[object, str] = {}
+        self.anyio: dict[Any, Any] = _run_vars.setdefault(loop, {})
 
     def possible(self) -> bool:
         """Whether there may be any: cheap enough to ask before every jump of the clock."""
-        return bool(self._jobs) or (bool(self._anyio) and self._busy_anyio_threads())
+        return bool(self.jobs) or (bool(self.anyio) and self._busy_anyio_threads())
 
     def names(self) -> list[str]:
         """One phrase for each piece of work under way."""
-        names = [name for job, name in list(self._jobs.items()) if not self._is_over(job)]
+        names = [name for job, name in list(self.jobs.items()) if not self._is_over(job)]
         if self._busy_anyio_threads():
             names += self._anyio_calls()
         return sorted(names)
 
     @contextmanager
-    def during(self, reason: str) -> Iterator[None]:
+    def during(self, reason: str) -> Generator[None]:
         """Count the block as outside work."""
         key = object()
-        self._jobs[key] = reason
+        self.jobs[key] = reason
         try:
             yield
         finally:
-            del self._jobs[key]
+            del self.jobs[key]
 
     def add_thread(self, future: asyncio.Future[Any], function: Callable[..., object]) -> None:
         """Count a call in an executor until its future is done or cancelled."""
-        self._jobs[future] = f"thread running {_function_name(function)}"
-        future.add_done_callback(self._jobs.pop)
+        self.jobs[future] = f"thread running {_function_name(function)}"
+        future.add_done_callback(self.jobs.pop)
 
     def add_process(self, transport: asyncio.SubprocessTransport) -> None:
         """Count a process until it has exited."""
         command = transport.get_extra_info("subprocess").args
         words = command if isinstance(command, (str, bytes)) else " ".join(map(os.fsdecode, command))
-        self._jobs[transport] = f"process {transport.get_pid()} ({words!s:.80})"
+        self.jobs[transport] = f"process {transport.get_pid()} ({words!s:.80})"
 
     def _is_over(self, job: object) -> bool:
         if not isinstance(job, asyncio.SubprocessTransport):
             return False
         if job.get_returncode() is None:
             return job.get_pid() in self._idle_anyio_processes()
-        del self._jobs[job]
+        del self.jobs[job]
         return True
 
     def _idle_anyio_processes(self) -> set[int]:
         pool = sys.modules.get("anyio.to_process")
         if pool is None:
             return set()
-        return {process.pid for process, _ in self._anyio.get(pool._process_pool_idle_workers, ())}
+        return {process.pid for process, _ in self.anyio.get(pool._process_pool_idle_workers, ())}
 
     def _busy_anyio_threads(self) -> bool:
-        workers = self._anyio.get(anyio_backend._threadpool_workers, ())
-        return len(workers) > len(self._anyio.get(anyio_backend._threadpool_idle_workers, ()))
+        workers = self.anyio.get(anyio_backend._threadpool_workers, ())
+        return len(workers) > len(self.anyio.get(anyio_backend._threadpool_idle_workers, ()))
 
     def _anyio_calls(self) -> list[str]:
         """The calls that a task still waits for; a thread whose caller was cancelled runs on without anybody."""
         frames = (stack[-1] for task in asyncio.all_tasks(self._loop) if (stack := parked_frames(task)))
         return [
-            f"thread running {_function_name(frame.f_locals['func'])}" for frame in frames if frame.f_code is _ANYIO_CALL
+            f"thread running {_function_name(frame.f_locals['func'])}"
+            for frame in frames
+            if frame.f_code is _ANYIO_CALL
         ]
 
 

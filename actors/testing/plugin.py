@@ -24,7 +24,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.hookimpl(wrapper=True, optionalhook=True)
-def pytest_asyncio_loop_factories(config: pytest.Config, item: pytest.Item) -> Generator[None, LoopFactories | None, LoopFactories]:
+def pytest_asyncio_loop_factories(
+    config: pytest.Config, item: pytest.Item
+) -> Generator[None, LoopFactories | None, LoopFactories]:
     """Virtual time where it is asked for; elsewhere whatever other plugins say, else what would happen without this plugin."""
     others = yield
     if item.get_closest_marker("virtual") is not None or "rig" in getattr(item, "fixturenames", ()):
@@ -49,7 +51,9 @@ _RIG = pytest.StashKey[Any]()
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Show what happened in the system of a failed test."""
     report = yield
     if report.when == "call" and report.failed and (rig := item.stash.get(_RIG, None)) is not None:

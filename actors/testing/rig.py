@@ -94,7 +94,9 @@ class Rig:
     def __init__(self) -> None:
         loop = asyncio.get_running_loop()
         if not isinstance(loop, VirtualLoop):
-            raise RuntimeError("a Rig needs the virtual clock: use the `rig` fixture, or mark the test with @pytest.mark.virtual")
+            raise RuntimeError(
+                "a Rig needs the virtual clock: use the `rig` fixture, or mark the test with @pytest.mark.virtual"
+            )
         self.loop = loop
         self.logs: deque[LogRecord] = deque(maxlen=KEPT_EVENTS)
         self._system: System | None = None
@@ -158,7 +160,7 @@ class Rig:
         """Let everything happen that can happen at this very instant."""
         while True:
             await asyncio.sleep(0)
-            if self.loop.idle:
+            if not self.loop._ready:  # pyright: ignore[reportPrivateUsage]
                 return
 
     async def advance(self, seconds: float) -> None:
@@ -247,12 +249,20 @@ class Rig:
         return "\n".join([f"rig: seed={seed} t={time} s; the last {len(lines)} events:", *lines])
 
     def _left_over(self, system: System) -> list[str]:
-        left = [f"task {task.get_name()}" for task in asyncio.all_tasks() - self._tasks_before if task is not asyncio.current_task()]
-        left += [f"thread {thread.name}" for thread in set(threading.enumerate()) - self._threads_before if thread.is_alive()]
+        left = [
+            f"task {task.get_name()}"
+            for task in asyncio.all_tasks() - self._tasks_before
+            if task is not asyncio.current_task()
+        ]
+        left += [
+            f"thread {thread.name}" for thread in set(threading.enumerate()) - self._threads_before if thread.is_alive()
+        ]
         for entry in system.graph.topics.values():
             left += [repr(endpoint) for endpoint in (*entry.publishers, *entry.subscriptions)]
         for state in system.nodes.values():
-            left += [repr(run) for server in state.mailbox.actions.values() for run in (*server.running, *server.waiting)]
+            left += [
+                repr(run) for server in state.mailbox.actions.values() for run in (*server.running, *server.waiting)
+            ]
         return sorted(left)
 
 

@@ -7,50 +7,72 @@ import gc
 import linecache
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from types import AsyncGeneratorType, CoroutineType, FrameType, GeneratorType
 from typing import Any
 
 import anyio
 
-__all__ = ["describe_tasks", "parked_frames", "seconds"]
+from actors.testing.handles import owner
 
-_LIBRARIES = tuple(os.path.dirname(os.path.abspath(module.__file__)) + os.sep for module in (asyncio, anyio))
+__all__ = ["DEADLOCK", "LIVELOCK", "NO_INPUT", "STALLED", "parked_frames", "report", "seconds"]
+
+_LIBRARIES = tuple(os.path.join(os.path.abspath(path), "") for path in (*asyncio.__path__, *anyio.__path__))
+_ATTRIBUTES: dict[type, tuple[str, str]] = {
+    CoroutineType: ("cr_frame", "cr_await"),
+    AsyncGeneratorType: ("ag_frame", "ag_await"),
+    GeneratorType: ("gi_frame", "gi_yieldfrom"),
+}
 _MOST = 20
 """So many tasks are described; a report of hundreds would hide the one that matters."""
 
+DEADLOCK = (
+    "Look for the event, queue or future that nobody serves any more. A thread that the loop does not know must be "
+    "started with loop.run_in_executor; for live input set loop.wait_for_io = True."
+)
+LIVELOCK = "Let one of them wait for time to pass; if so much work at one instant is meant, raise loop.max_spins."
+STALLED = (
+    "Virtual time stands still for threads and processes. If one of them waits for virtual time itself, "
+    "run on the real clock; if it is only slow, raise loop.patience."
+)
+NO_INPUT = "For live input set loop.wait_for_io = True; if the peer is only slow, raise loop.patience."
 
-def describe_tasks(
-    tasks: Iterable[asyncio.Task[Any]], since: Mapping[int, float], running: Iterable[asyncio.Task[Any]] = ()
+
+def report(
+    reason: str,
+    now: float,
+    tasks: Collection[asyncio.Task[Any]],
+    since: Mapping[int, float],
+    ready: Iterable[object],
+    remedy: str,
 ) -> str:
-    """One paragraph per task: name, what it waits for, since when (virtual seconds) and the line of its own code.
+    """What happened, which task waits where and since when (virtual seconds), what to do.
 
-    `since` maps the id of a task to the time of its last step; tasks in `running` do not wait but run again and again.
+    `since` maps the id of a task to the time of its last step; what is in `ready` does not wait but runs again and again.
     """
-    busy = set(running)
+    steps = {owner(handle): handle for handle in ready}
+    busy = [task for task in tasks if task in steps]
     ordered = sorted(tasks, key=lambda task: (task not in busy, _natural(task.get_name())))
-    lines = [_describe(task, since.get(id(task)), task in busy) for task in ordered[:_MOST]]
+    lines = [f"{reason}. The virtual clock shows {seconds(now)}."]
+    lines += [f"  {handle!r} runs again and again" for task, handle in steps.items() if task not in busy]
+    lines += [_describe(task, since.get(id(task)), task in busy) for task in ordered[:_MOST]]
     if len(ordered) > _MOST:
         lines.append(f"  and {len(ordered) - _MOST} more tasks")
-    return "\n".join(lines)
+    return "\n".join([*lines, remedy])
 
 
 def parked_frames(task: asyncio.Task[Any]) -> list[FrameType]:
     """The chain of frames in which a suspended task is parked, outermost first; also through async generators."""
     frames: list[FrameType] = []
-    awaited: object = task.get_coro()
+    awaited: Any = task.get_coro()
     while awaited is not None:
-        match awaited:
-            case CoroutineType():
-                frame, awaited = awaited.cr_frame, awaited.cr_await
-            case AsyncGeneratorType():
-                frame, awaited = awaited.ag_frame, awaited.ag_await
-            case GeneratorType():
-                frame, awaited = awaited.gi_frame, awaited.gi_yieldfrom
-            case _:
-                frame, awaited = None, _wrapped(awaited)
-        if frame is not None:
-            frames.append(frame)
+        if type(awaited) not in _ATTRIBUTES:
+            awaited = _wrapped(awaited)
+            continue
+        frame, awaited = (getattr(awaited, attribute) for attribute in _ATTRIBUTES[type(awaited)])
+        if frame is None or frame in frames:  # finished, or an awaitable of the user's that refers back
+            break
+        frames.append(frame)
     return frames
 
 
@@ -59,12 +81,9 @@ def seconds(time: float) -> str:
     return f"{time:.9f}".rstrip("0").rstrip(".") + " s"
 
 
-def _wrapped(awaitable: object) -> object:
+def _wrapped(awaitable: object) -> Any:
     """What an awaitable without a frame stands for: `agen.asend(x)` and `coro.__await__()` hide it from Python code."""
-    for inner in gc.get_referents(awaitable):
-        if isinstance(inner, CoroutineType | AsyncGeneratorType | GeneratorType):
-            return inner
-    return None
+    return next((inner for inner in gc.get_referents(awaitable) if type(inner) in _ATTRIBUTES), None)
 
 
 def _describe(task: asyncio.Task[Any], since: float | None, runs: bool) -> str:

@@ -6,7 +6,7 @@ the accelerometer before gravity is read from it (otherwise each change of speed
 
 from __future__ import annotations
 
-from math import asin, atan2, cos, exp, sin, sqrt
+from math import asin, atan2, cos, sin, sqrt
 
 from robot.gait.figures import GRAVITY
 
@@ -20,8 +20,6 @@ EAGER_GAIN, EAGER_TIME = 10.0, 0.4
 """The same in the first moments (1/s, s): the very first sample may have been taken in a bump."""
 BIAS_GAIN = 0.01
 """How fast the gyro's bias follows the same error, 1/s2."""
-TRUST = 2.5
-"""An accelerometer whose magnitude differs from g by this much (m/s2) counts for 1/e."""
 STILL_TIME = 1.0
 """Time constant (s) with which the bias follows the gyro while the robot stands still."""
 
@@ -69,12 +67,10 @@ class AttitudeFilter:
         `still` says that the robot stands and does not turn: whatever the gyro then shows is bias.
         """
         ax, ay, az = accel[0] - own[0], accel[1] - own[1], accel[2] - own[2]
-        size = sqrt(ax * ax + ay * ay + az * az) or 1.0
         ux, uy, uz = self.up
-        ex, ey, ez = (ay * uz - az * uy) / size, (az * ux - ax * uz) / size, (ax * uy - ay * ux) / size
+        ex, ey, ez = (ay * uz - az * uy) / GRAVITY, (az * ux - ax * uz) / GRAVITY, (ax * uy - ay * ux) / GRAVITY
         self.age += dt
-        eager = EAGER_GAIN if self.age < EAGER_TIME else GRAVITY_GAIN
-        gain = eager * exp(-(((size - GRAVITY) / TRUST) ** 2))
+        gain = EAGER_GAIN if self.age < EAGER_TIME else GRAVITY_GAIN
         bx, by, bz = self.bias
         if still:
             self.still_for = min(self.still_for + dt, 60.0)

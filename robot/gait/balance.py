@@ -40,8 +40,10 @@ def distribute(arms: Sequence[Triple], wrench: Vector) -> Vector:
     weighed = fit.T * IMPORTANCE
     normal = weighed @ fit
     normal.flat[:: 3 * count + 1] += EFFORT
-    forces: Vector = np.linalg.solve(normal, weighed @ wrench).reshape(count, 3)
-    forces[:, 2] = np.clip(forces[:, 2], LEAST, MOST)
-    grip = FRICTION * forces[:, 2:3]
-    forces[:, :2] = np.clip(forces[:, :2], -grip, grip)
-    return forces
+    flat: list[float] = np.linalg.solve(normal, weighed @ wrench).tolist()
+    for foot in range(count):
+        x, y, z = flat[3 * foot : 3 * foot + 3]
+        z = max(LEAST, min(MOST, z))
+        grip = FRICTION * z
+        flat[3 * foot : 3 * foot + 3] = max(-grip, min(grip, x)), max(-grip, min(grip, y)), z
+    return np.array(flat).reshape(count, 3)

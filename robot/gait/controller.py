@@ -33,6 +33,7 @@ GATHER_SPEED = 1.5
 GATHERED = 0.35
 """Joints this close (rad) to the sitting pose may begin to rise."""
 SIT_SPRING, SIT_DAMPER = 60.0, 4.0
+_ZERO: Vector = np.zeros(3)
 STOP_TIME = 2.5
 """Seconds after which a walk that will not come to rest is ended all the same."""
 
@@ -151,7 +152,7 @@ class GaitController:
         estimate.update(dt, imu, joints, walker.leaving() if walker else (False,) * 4, still)
         if self._mode in ("walk", "stopping"):
             self._terrain.update(dt, estimate.contacts)
-        acceleration = walker.acceleration if walker else np.zeros(3)
+        acceleration = walker.acceleration if walker else _ZERO
         ahead = Ahead(estimate, joints.position, joints.velocity, self._delay + 0.5 * dt, acceleration)
         self._change_mode(dt, ahead, joints)
         command = self._commands.advance(dt, self._mode == "walk")

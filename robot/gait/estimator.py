@@ -10,9 +10,10 @@ Height over flat ground cannot be observed: a prior pulls the standing feet to h
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import exp
+from math import dist, exp
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robot.gait.attitude import AttitudeFilter
 from robot.gait.figures import FOOT_RADIUS, GRAVITY
@@ -68,7 +69,12 @@ class Estimator:
         self._started = False
 
     def update(
-        self, dt: float, imu: ImuSample, joints: JointSample, leaving: Sequence[bool] = (False,) * 4, still: bool = False
+        self,
+        dt: float,
+        imu: ImuSample,
+        joints: JointSample,
+        leaving: Sequence[bool] = (False,) * 4,
+        still: bool = False,
     ) -> None:
         """Take in one sample, `dt` seconds after the last.
 
@@ -118,7 +124,8 @@ class Estimator:
     def _correct(self, dt: float, arms: Vector, told: Vector, leaving: Sequence[bool]) -> None:
         state, spread = self._state, self._spread
         standing: list[int] = []
-        noise: list[float] = []
+        doubt: list[float] = []
+        velocity, speeds = state[1].tolist(), told.tolist()
         for leg in range(4):
             if not self.contact[leg]:
                 self._standing_for[leg] = 0.0
@@ -127,20 +134,17 @@ class Estimator:
                 self._land(leg, arms[leg])
             self._standing_for[leg] += dt
             standing.append(leg)
-            doubted = leaving[leg] or self._standing_for[leg] < SETTLING
-            noise.append(DOUBT if doubted else 1.0)
+            slip = dist(speeds[leg], velocity) > SLIP
+            landing = self._standing_for[leg] < SETTLING
+            doubt.append(DOUBT if slip or landing or leaving[leg] else 1.0)
         if standing:
-            rows, place, speed = _OBSERVE[tuple(standing)]
-            gap = told[standing] - state[1]
-            factor = np.array(noise)
-            factor[(gap * gap).sum(axis=1) > SLIP * SLIP] *= DOUBT
-            told_and_placed = np.concatenate((arms[standing] - state[[leg + 2 for leg in standing]] + state[0], gap))
+            rows, legs, variance = _OBSERVE[tuple(standing)]
+            gap = np.concatenate((arms[legs] - state[legs + 2] + state[0], told[legs] - state[1]))
             seen = rows @ spread
             innovation = seen @ rows.T
-            variance = np.concatenate((place * factor, speed * factor))
-            innovation.flat[:: len(variance) + 1] += variance
+            innovation.flat[:: 2 * len(standing) + 1] += variance * np.array(doubt + doubt)
             gain = np.linalg.solve(innovation, seen)
-            state += gain.T @ told_and_placed
+            state += gain.T @ gap
             spread -= seen.T @ gain
             spread += spread.T  # rounding makes it unsymmetric, and what is unsymmetric grows
             spread *= 0.5
@@ -160,7 +164,8 @@ class Estimator:
 
     def _pin_height(self, dt: float) -> None:
         """Shift body and feet together, so that nothing the filter observes changes."""
-        heights = [self._state[leg + 2, 2] - FOOT_RADIUS for leg in range(4) if self.contact[leg]]
+        feet: list[float] = self._state[2:, 2].tolist()
+        heights = [height - FOOT_RADIUS for height, stands in zip(feet, self.contact, strict=True) if stands]
         if heights:
             shift = sum(heights) / len(heights) * min(1.0, dt / FLOOR_TIME)
             self._state[0, 2] -= shift
@@ -176,12 +181,12 @@ class Estimator:
 
     def _watch_acceleration(self, dt: float, told: Vector) -> None:
         """From what standing feet say alone: the filtered velocity contains the accelerometer and would agree with it."""
-        standing = [leg for leg in range(4) if self.contact[leg]]
-        if not standing:
+        count = sum(self.contact)
+        if count == 0:
             self.own_acceleration *= 1.0 - dt / OWN_ACCEL_TIME
             return
         blend = 1.0 - exp(-dt / OWN_ACCEL_TIME)
-        change = (told[standing].mean(axis=0) - self._smooth_velocity) * (blend / dt)
+        change = (np.array(self.contact, dtype=float) @ told / count - self._smooth_velocity) * (blend / dt)
         self._smooth_velocity = self._smooth_velocity + change * dt
         self.own_acceleration = change
 
@@ -191,14 +196,14 @@ def _triple(values: Vector) -> tuple[float, float, float]:
     return (x, y, z)
 
 
-def _observation(standing: tuple[int, ...]) -> tuple[Vector, Vector, Vector]:
-    """For a set of standing feet: the observation matrix (places, then speeds) and the variances of both."""
+def _observation(standing: tuple[int, ...]) -> tuple[Vector, NDArray[np.intp], Vector]:
+    """For a set of standing feet: the observation matrix (places, then speeds), the feet, and the variances of both."""
     count = len(standing)
     rows = np.zeros((2 * count, 6))
     for row, leg in enumerate(standing):
         rows[row, 0], rows[row, leg + 2] = -1.0, 1.0
         rows[count + row, 1] = 1.0
-    return rows, np.full(count, PLACE_NOISE**2), np.full(count, SPEED_NOISE**2)
+    return rows, np.array(standing), np.repeat((PLACE_NOISE**2, SPEED_NOISE**2), count)
 
 
 _OBSERVE = {

@@ -18,7 +18,17 @@ import numpy as np
 from robot.gait.figures import ABDUCTION, CALF, HIPS, JOINT_LIMITS, SIDES, THIGH
 from robot.world.body import Vector
 
-__all__ = ["LegAngles", "Reach", "feet", "inverse", "jacobians", "leg_forward", "leg_inverse", "leg_jacobian", "within_limits"]
+__all__ = [
+    "LegAngles",
+    "Reach",
+    "feet",
+    "inverse",
+    "jacobians",
+    "leg_forward",
+    "leg_inverse",
+    "leg_jacobian",
+    "within_limits",
+]
 
 Triple = tuple[float, float, float]
 

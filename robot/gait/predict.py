@@ -20,7 +20,20 @@ __all__ = ["Ahead"]
 class Ahead:
     """Body and legs `lead` seconds after the estimate; odom axes unless said otherwise."""
 
-    __slots__ = ("angles", "feet", "legs", "lead", "pitch", "position", "roll", "rotation", "speeds", "turn", "velocity", "yaw")
+    __slots__ = (
+        "angles",
+        "feet",
+        "legs",
+        "lead",
+        "pitch",
+        "position",
+        "roll",
+        "rotation",
+        "speeds",
+        "turn",
+        "velocity",
+        "yaw",
+    )
 
     def __init__(
         self,

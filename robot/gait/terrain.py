@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from math import exp
 
-import numpy as np
-
 from robot.world.body import Vector
 
 __all__ = ["TerrainPlane"]
@@ -16,18 +14,26 @@ SETTLE = 0.25
 
 
 class TerrainPlane:
-    """The slope of the ground along odom x and y (rise per metre), low-passed and bounded to 0.6."""
+    """The ground as a plane: its slope along odom x and y (rise per metre), low-passed and bounded to 0.6, and its height."""
 
     def __init__(self) -> None:
         self.slope_x = 0.0
         self.slope_y = 0.0
+        self._middle = (0.0, 0.0, 0.0)
 
     def update(self, dt: float, contacts: Vector) -> None:
         """Fit through the last contact point of each foot, shape (4, 3), odom axes, metres; least squares."""
-        mean = contacts.mean(axis=0)
-        away = contacts - mean
-        xx, yy, xy = float(away[:, 0] @ away[:, 0]), float(away[:, 1] @ away[:, 1]), float(away[:, 0] @ away[:, 1])
-        xz, yz = float(away[:, 0] @ away[:, 2]), float(away[:, 1] @ away[:, 2])
+        feet: list[list[float]] = contacts.tolist()
+        mx, my, mz = (0.25 * sum(column) for column in zip(*feet, strict=True))
+        self._middle = (mx, my, mz)
+        xx = yy = xy = xz = yz = 0.0
+        for fx, fy, fz in feet:
+            x, y, z = fx - mx, fy - my, fz - mz
+            xx += x * x
+            yy += y * y
+            xy += x * y
+            xz += x * z
+            yz += y * z
         determinant = xx * yy - xy * xy
         if determinant < 1e-4:
             return
@@ -37,11 +43,7 @@ class TerrainPlane:
         self.slope_x += blend * (slope_x - self.slope_x)
         self.slope_y += blend * (slope_y - self.slope_y)
 
-    def flatten(self) -> None:
-        """Forget the slope."""
-        self.slope_x = self.slope_y = 0.0
-
-    def normal(self) -> Vector:
-        """The unit normal of the plane, odom axes."""
-        normal = np.array([-self.slope_x, -self.slope_y, 1.0])
-        return np.asarray(normal / np.linalg.norm(normal), dtype=np.float64)
+    def height(self, x: float, y: float) -> float:
+        """Height (m) of a foot's centre on the plane at odom (x, y)."""
+        mx, my, mz = self._middle
+        return mz + self.slope_x * (x - mx) + self.slope_y * (y - my)

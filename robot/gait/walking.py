@@ -26,10 +26,10 @@ from robot.world.body import Vector
 
 __all__ = ["Walker"]
 
-INERTIA = np.array((0.68, 2.83, 2.95))
+INERTIA = (0.68, 2.83, 2.95)
 """Of the standing robot about its centre of mass, heading axes, kg m2."""
-TURN_SPRING = np.array((180.0, 180.0, 60.0))
-TURN_DAMPER = np.array((18.0, 18.0, 12.0))
+TURN_SPRING = (180.0, 180.0, 60.0)
+TURN_DAMPER = (18.0, 18.0, 12.0)
 SPEED_GAIN, SPEED_INTEGRAL, MOST_INTEGRAL = 6.0, 3.0, 2.0
 HEIGHT_SPRING, HEIGHT_DAMPER = 60.0, 12.0
 MOST_PUSH = 5.0
@@ -84,9 +84,7 @@ class Walker:
         """Whether any foot is in the air."""
         return any(leg.swinging for leg in self._legs)
 
-    def step(
-        self, dt: float, estimate: Estimator, ahead: Ahead, terrain: TerrainPlane, command: Triple
-    ) -> Targets:
+    def step(self, dt: float, estimate: Estimator, ahead: Ahead, terrain: TerrainPlane, command: Triple) -> Targets:
         """The motor targets of this step for the velocity `command` (forward, left, turn; heading frame)."""
         self.clock.advance(dt)
         c, s = cos(ahead.yaw), sin(ahead.yaw)
@@ -155,25 +153,31 @@ class Walker:
     ) -> Vector:
         """Force and moment on the body, odom axes (robot-domain section 4.1)."""
         c, s = cos(ahead.yaw), sin(ahead.yaw)
-        error = wanted - ahead.velocity
-        ahead_error, side_error = c * error[0] + s * error[1], c * error[1] - s * error[0]
+        vx, vy, vz = ahead.velocity.tolist()
+        error_x, error_y = float(wanted[0]) - vx, float(wanted[1]) - vy
+        ahead_error, side_error = c * error_x + s * error_y, c * error_y - s * error_x
         for axis, value in enumerate((ahead_error, side_error)):
             self._integral[axis] = _clip(self._integral[axis] + SPEED_INTEGRAL * value * dt, MOST_INTEGRAL)
         push_x = _clip(SPEED_GAIN * ahead_error + self._integral[0], MOST_PUSH)
         push_y = _clip(SPEED_GAIN * side_error + self._integral[1], MOST_PUSH)
 
         slope_x, slope_y = terrain.slope_x, terrain.slope_y
-        feet = ahead.feet[standing].mean(axis=0)
-        height = -(feet[2] - slope_x * feet[0] - slope_y * feet[1])
-        climb = slope_x * ahead.velocity[0] + slope_y * ahead.velocity[1] - ahead.velocity[2]
+        feet: list[list[float]] = ahead.feet.tolist()
+        height = -sum(feet[leg][2] - slope_x * feet[leg][0] - slope_y * feet[leg][1] for leg in standing) / len(standing)
+        climb = slope_x * vx + slope_y * vy - vz
         lift = GRAVITY + HEIGHT_SPRING * (STAND_HEIGHT - height) + HEIGHT_DAMPER * climb
 
         self._heading = ahead.yaw + _clip(_wrap(self._heading + turn * dt - ahead.yaw), HEADING_ERROR)
         roll = _clip(atan(c * slope_y - s * slope_x), 0.5)
         pitch = _clip(-atan(c * slope_x + s * slope_y), 0.5)
-        lean = np.array((roll - ahead.roll, pitch - ahead.pitch, _wrap(self._heading - ahead.yaw)))
-        rate = np.array((0.0, 0.0, turn)) - ahead.turn
-        mx, my, mz = INERTIA * (TURN_SPRING * lean + TURN_DAMPER * rate)
+        lean = (roll - ahead.roll, pitch - ahead.pitch, _wrap(self._heading - ahead.yaw))
+        wx, wy, wz = ahead.turn.tolist()
+        mx, my, mz = (
+            inertia * (spring * angle + damper * rate)
+            for inertia, spring, angle, damper, rate in zip(
+                INERTIA, TURN_SPRING, lean, TURN_DAMPER, (-wx, -wy, turn - wz), strict=True
+            )
+        )
         return np.array(
             (
                 MASS * (c * push_x - s * push_y),
@@ -238,16 +242,22 @@ class Walker:
         vx, vy = float(ahead.velocity[0]), float(ahead.velocity[1])
         lean = 0.5 * STAND_HEIGHT / GRAVITY * turn
         x = (
-            float(ahead.position[0]) + vx * remaining + rx + (vx - turn * ry) * half
-            + _clip(CAPTURE * (vx - float(wanted[0])), MOST_CAPTURE) + lean * vy
+            float(ahead.position[0])
+            + vx * remaining
+            + rx
+            + (vx - turn * ry) * half
+            + _clip(CAPTURE * (vx - float(wanted[0])), MOST_CAPTURE)
+            + lean * vy
         )
         y = (
-            float(ahead.position[1]) + vy * remaining + ry + (vy + turn * rx) * half
-            + _clip(CAPTURE * (vy - float(wanted[1])), MOST_CAPTURE) - lean * vx
+            float(ahead.position[1])
+            + vy * remaining
+            + ry
+            + (vy + turn * rx) * half
+            + _clip(CAPTURE * (vy - float(wanted[1])), MOST_CAPTURE)
+            - lean * vx
         )
-        ground = estimate.contacts.mean(axis=0)
-        z = float(ground[2]) + terrain.slope_x * (x - float(ground[0])) + terrain.slope_y * (y - float(ground[1]))
-        return (x, y, z)
+        return (x, y, terrain.height(x, y))
 
 
 def _clip(value: float, most: float) -> float:

@@ -86,7 +86,7 @@ class Step:
 
     command: Command
     phase: str
-    """``turning``, ``following``, ``avoiding``, ``approaching``, ``arrived`` or ``blocked``."""
+    """``turning``, ``following``, ``avoiding``, ``evading``, ``approaching``, ``arrived`` or ``blocked``."""
     remaining: float
     """Along the path, m."""
     clearance: float
@@ -202,7 +202,7 @@ class Follower:
     ) -> tuple[Command, str]:
         """The wish itself if it keeps clear, else the best command of the fan; a stop when there is none."""
         tried = np.array([[wish.vx, wish.vy, wish.wz]])
-        comfort = min(_COMFORT, clearance + 0.02) if near else _COMFORT
+        comfort = min(_COMFORT, clearance + 0.02) if near else self._offered(around)
         if float(_clearances(pose, tried, around).min()) >= comfort:
             return wish, phase
         fan = np.concatenate([tried, 0.6 * tried, 0.3 * tried, self._fan])
@@ -213,9 +213,12 @@ class Follower:
         allowed = (least >= _TOUCH) | ((least >= clearance - 0.01) & (final > clearance + 0.01))
         allowed[0] &= bool(least[0] >= _TOUCH)
         if not allowed.any():
-            return STOP, "blocked"
+            if not around.movers.moving:
+                return STOP, "blocked"
+            # Something comes and every command ends near it: standing still is not safe, so go where most room is left.
+            return self.limits.clip(*(float(v) for v in fan[int(least.argmax())])), "evading"
         price = self._price(x[:, -1], y[:, -1], yaw[:, -1], near)
-        price += 1.5 * (np.maximum(_COMFORT - least, 0.0) / _COMFORT) ** 2
+        price += 1.5 * (np.maximum(comfort - least, 0.0) / comfort) ** 2
         price += 0.05 * np.abs(fan - tried).sum(axis=1)
         price[~allowed] = np.inf
         best = int(price.argmin())
@@ -223,6 +226,19 @@ class Follower:
         if chosen == STOP:
             return STOP, "blocked"
         return chosen, phase if best == 0 else "avoiding"
+
+    def _offered(self, around: Surroundings) -> float:
+        """The clearance (m) to insist on: a little less than the body has when it slides along the path as drawn.
+
+        In the open that is the full comfort. In a narrow passage nothing better is to be had, and insisting would stop there.
+        """
+        points = self.ahead(1.2)
+        if len(points) < 2:
+            return _COMFORT
+        along = np.diff(points, axis=0)
+        yaw = np.arctan2(along[:, 1], along[:, 0])
+        offered = float(around.body_clearance(points[:-1, 0], points[:-1, 1], yaw).min())
+        return min(max(offered - 0.04, 0.02 + _TOUCH), _COMFORT)
 
     def _price(self, x: Floats, y: Floats, yaw: Floats, near: bool) -> Floats:
         """What it costs to end up at each pose: path left, distance from it, and heading away from it."""

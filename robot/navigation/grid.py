@@ -8,10 +8,12 @@ resolution)``. A flat message array is row-major: cell (row, column) is ``data[r
 
 from __future__ import annotations
 
+import importlib
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Self
+from typing import Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,15 +50,20 @@ def distance_to(occupied: NDArray[np.bool_], resolution: float) -> Floats:
     Built on scipy's exact Euclidean transform between cell middles; the half cell between a middle and a face is taken
     off.
     """
-    from scipy.ndimage import distance_transform_edt  # 0.3 s of import that only maps without a scene need
-
     if not occupied.any():
         return np.full(occupied.shape, np.inf)
-    outside: Floats = distance_transform_edt(~occupied)
     if occupied.all():
         return np.full(occupied.shape, -np.inf)
-    inside: Floats = distance_transform_edt(occupied)
-    return np.asarray(np.where(occupied, 0.5 - inside, outside - 0.5) * resolution, dtype=np.float64)
+    transform = _transform()
+    return np.where(occupied, 0.5 - transform(occupied), transform(~occupied) - 0.5) * resolution
+
+
+def _transform() -> Callable[[NDArray[np.bool_]], Floats]:
+    """scipy's exact Euclidean distance transform. Late, because its import takes 0.3 s and a scene's own map needs
+    none.
+    """
+    ndimage = importlib.import_module("scipy.ndimage")
+    return cast("Callable[[NDArray[np.bool_]], Floats]", ndimage.distance_transform_edt)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +108,9 @@ class Grid:
         """
         x0, y0, x1, y1 = (edge + side * margin for edge, side in zip(scene.bounds, (-1, -1, 1, 1), strict=True))
         width, height = (max(1, round((b - a) / resolution)) for a, b in ((x0, x1), (y0, y1)))
-        x, y = np.meshgrid(x0 + (np.arange(width) + 0.5) * resolution, y0 + (np.arange(height) + 0.5) * resolution)
+        columns: Floats = x0 + (np.arange(width, dtype=np.float64) + 0.5) * resolution
+        rows: Floats = y0 + (np.arange(height, dtype=np.float64) + 0.5) * resolution
+        x, y = np.broadcast_arrays(columns, rows[:, None])
         low_x, low_y, high_x, high_y = scene.bounds
         clearance = np.minimum.reduce([x - low_x, high_x - x, y - low_y, high_y - y])
         for obstacle in scene.obstacles:

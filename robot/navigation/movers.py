@@ -1,7 +1,8 @@
 """Things that walk: which of the unmapped hits move, how fast, and where they will be.
 
-Hits that lie side by side form a cluster; a cluster is followed from scan to scan by its middle. Only what is small, moves steadily and
-leaves the places where it was counts as moving: the visible middle of a standing box also wanders while the robot walks past it.
+Hits that lie side by side form a cluster; a cluster is followed from scan to scan by its middle. Only what is small,
+moves steadily and leaves the places where it was counts as moving: the visible middle of a standing box also wanders
+while the robot walks past it.
 """
 
 from __future__ import annotations
@@ -81,7 +82,9 @@ class Movers:
         self._tracks = []
 
     def update(self, now: float, x: Floats, y: Floats, known: NDArray[np.bool_]) -> None:
-        """Take in the unmapped hits of one scan, in beam order (m); `known`: the hit's place was already marked a while ago."""
+        """Take in the unmapped hits of one scan, in beam order (m); `known`: the hit's place was already marked a while
+        ago.
+        """
         clusters = _clusters(x, y)
         free = [t for t in self._tracks if now - t.seen <= _LOST]
         fresh: list[_Track] = []

@@ -68,6 +68,10 @@ _LATENCY = 0.1
 """From a pose estimate to the body answering the command it led to, s."""
 
 
+def _apart(a: Pose2, b: Pose2) -> float:
+    return math.hypot(a.x - b.x, a.y - b.y)
+
+
 def _carried(pose: Pose2, velocity: Command) -> Pose2:
     """The pose one latency later."""
     c, s = math.cos(pose.yaw), math.sin(pose.yaw)
@@ -77,8 +81,7 @@ def _carried(pose: Pose2, velocity: Command) -> Pose2:
 
 
 class Navigator:
-    """Takes one goal at a time. `set_goal`, then `step` at 10 to 50 Hz until the state is arrived, canceled or failed.
-    """
+    """Takes one goal at a time: `set_goal`, then `step` at 10 to 50 Hz until the state is arrived, canceled or failed."""
 
     def __init__(self, grid: Grid, limits: Limits | None = None, tolerance: Tolerance | None = None) -> None:
         self.follower = Follower(limits, tolerance)
@@ -87,6 +90,7 @@ class Navigator:
         self.path: Path | None = None
         """The present plan; a new object whenever the plan changes."""
         self.failure: NavigationError | None = None
+        self._remaining = 0.0
         self._progress = ProgressChecker()
         self._recovery = Recovery()
         self.update_map(grid)
@@ -189,8 +193,8 @@ class Navigator:
         least = float(self.around.clearance(ahead[:, 0], ahead[:, 1]).min())
         return least < _BLOCKED or (least < _TIGHT and now - self._planned_at >= 1.0)
 
-    def _replan(self, now: float, pose: Pose2) -> None:
-        """Plan with what is seen now; on failure wait, and remember why."""
+    def _replan(self, now: float, pose: Pose2) -> bool:
+        """Plan with what is seen now; on failure wait, and remember why. True on success."""
         assert self.goal is not None
         self._planned_at, self._planned_changes = now, self.around.changes
         try:
@@ -199,10 +203,11 @@ class Navigator:
             self._obstruction = error
             if self.state is not State.WAITING:
                 self.state, self._waiting_since = State.WAITING, now
-            return
+            return False
         self._obstruction, self._waiting_since = None, None
         self.state = State.FOLLOWING
         self.follower.follow(self.path, self.goal)
+        return True
 
     def _follow(self, now: float, pose: Pose2, dt: float) -> Motion:
         step = self.follower.step(pose, self.around, dt)
@@ -211,10 +216,7 @@ class Navigator:
             return self._motion(STOP, step)
         if step.off_path > 0.6:
             self._planned_changes = -1
-        if (
-            self._recovered_at is not None
-            and math.dist((pose.x, pose.y), (self._recovered_at.x, self._recovered_at.y)) > 1.0
-        ):
+        if self._recovered_at is not None and _apart(pose, self._recovered_at) > 1.0:
             self._recovery.reset()
             self._recovered_at = None
         held = step.phase == "blocked"
@@ -254,10 +256,8 @@ class Navigator:
             if self.follower.is_clear(command, pose, self.around):
                 return self._motion(command, detail=detail)
             self._recovery.give_up()
-        # Keep the reason of the wait: when the next plan fails too, the next recovery follows at once.
-        self.state, self._planned_changes = State.FOLLOWING, -1
-        self._replan(now, pose)
-        if self.state is State.WAITING:
+        self.state = State.FOLLOWING
+        if not self._replan(now, pose):
             return self._start_recovery(now, pose)
         return self._motion(STOP, detail=detail)
 
@@ -290,5 +290,3 @@ class Navigator:
             step.phase if step is not None else detail,
             step.clearance if step is not None else math.inf,
         )
-
-    _remaining = 0.0

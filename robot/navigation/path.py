@@ -99,7 +99,7 @@ def pull(cells: Sequence[tuple[int, int]], weights: Floats, slack: float = 0.01)
         along = weights[line_cells(cells[a], cells[b])]
         length = math.hypot(rows[b] - rows[a], columns[b] - columns[a])
         cost = length * float(along.mean())
-        return cost <= (spent[b] - spent[a]) * (1.0 + slack) + 1e-9
+        return cost <= float(spent[b] - spent[a]) * (1.0 + slack) + 1e-9
 
     kept, here, last = [0], 0, len(cells) - 1
     while here < last:

@@ -82,8 +82,9 @@ class Planner:
         if cell is None:
             raise GoalBlocked(f"the goal ({goal.x:.2f}, {goal.y:.2f}) lies outside of the map, {self.grid!r}")
         if clearance[cell] < self.inflation.inscribed:
+            room = max(float(clearance[cell]), 0.0)
             raise GoalBlocked(
-                f"the goal ({goal.x:.2f}, {goal.y:.2f}) has {max(float(clearance[cell]), 0.0):.2f} m to the nearest obstacle;"
+                f"the goal ({goal.x:.2f}, {goal.y:.2f}) has {room:.2f} m to the nearest obstacle;"
                 f" the robot needs {self.inflation.inscribed:.2f} m"
             )
         return cell
@@ -99,13 +100,12 @@ class Planner:
             return cell
         reach = math.ceil(_ESCAPE / self.grid.resolution)
         row, column = max(cell[0] - reach, 0), max(cell[1] - reach, 0)
-        near = np.argwhere(np.isfinite(weights[row : cell[0] + reach + 1, column : cell[1] + reach + 1])) + (
-            row,
-            column,
-        )
+        window = weights[row : cell[0] + reach + 1, column : cell[1] + reach + 1]
+        near = np.argwhere(np.isfinite(window)) + np.array([row, column])
         if clearance[cell] <= 0.0 or not len(near):
             raise StartBlocked(
-                f"the robot's place ({start.x:.2f}, {start.y:.2f}) lies in an obstacle, or nothing free is within {_ESCAPE} m of it"
+                f"the robot ({start.x:.2f}, {start.y:.2f}) stands in an obstacle,"
+                f" or nothing is free within {_ESCAPE} m of it"
             )
         best = near[((near - cell) ** 2).sum(axis=1).argmin()]
         return int(best[0]), int(best[1])

@@ -40,9 +40,10 @@ class Surroundings:
         self.max_range = max_range
         self.memory = memory
         self.movers = Movers()
-        self._seen = np.full(grid.occupied.shape, -np.inf)
-        self._since = np.full(grid.occupied.shape, np.inf)
-        self._marked = np.zeros(grid.occupied.shape, dtype=np.bool_)
+        shape = (grid.height, grid.width)
+        self._seen: Floats = np.full(shape, -np.inf)
+        self._since: Floats = np.full(shape, np.inf)
+        self._marked = np.zeros(shape, dtype=np.bool_)
         self._window: Floats | None = None
         self._corner = (0, 0)
         self.changes = 0
@@ -104,7 +105,7 @@ class Surroundings:
 
     def _known(self, now: float, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Which cells were marked, or touch one that was marked, a while ago."""
-        height, width = self._since.shape
+        height, width = self.grid.height, self.grid.width
         known = np.zeros(len(rows), dtype=np.bool_)
         for up in (-1, 0, 1):
             for right in (-1, 0, 1):
@@ -172,7 +173,9 @@ class Surroundings:
         return np.asarray(self.clearance(px, py).min(axis=-1), dtype=np.float64)
 
     def mover_clearance(self, x: Floats, y: Floats, yaw: Floats, after: Floats) -> Floats:
-        """Smallest distance (m) from the body to anything that moves, `after` seconds from the last scan; inf without movers."""
+        """Smallest distance (m) from the body to anything that moves, `after` seconds from the last scan; inf without
+        movers.
+        """
         c, s = np.cos(yaw), np.sin(yaw)
         least = np.full(np.broadcast_shapes(x.shape, after.shape), np.inf)
         for mover in self.movers.moving:

@@ -23,7 +23,7 @@ from robot.gait.command import CommandLimits, CommandShaper
 from robot.gait.drive import joint_speeds
 from robot.gait.figures import FOOT_RADIUS, GRAVITY, MASS, SIT_HEIGHT, STAND_HEIGHT
 from robot.gait.kinematics import inverse, within_limits
-from robot.gait.limbs import Triple, limbs, torques
+from robot.gait.limbs import Limbs, Triple, limbs, torques
 from robot.gait.stance import nominal_feet
 from robot.sensors.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
 from robot.world.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Truth, Vector
@@ -51,6 +51,8 @@ WALKING_HEIGHT = 0.30
 """Below this height, m, there is no room to step: the body stands up first."""
 FASTEST_JOINT = 12.0
 """rad/s."""
+SPELL = 1.0
+"""Steps that are not achievable and less than this apart, s, are logged as one."""
 STILL = 0.03
 """A body slower than this, m/s and rad/s, may plant its feet."""
 
@@ -90,8 +92,8 @@ class KinematicBody:
         self._targets: MotorTargets | None = None
         self._imu_read: tuple[int, ImuSample] | None = None
         self._joints_read: tuple[int, JointSample] | None = None
+        self._legs_known: tuple[Vector, Limbs] | None = None
         self._ticks = 0
-        self._failing = False
         self.not_achievable: NotAchievable | None = None
         """The latest step that a real leg could not have made; `None` if there was none."""
         self.place(scene.start)
@@ -145,7 +147,7 @@ class KinematicBody:
         self._commanded, self._powered = self._ticks, True
 
     def advance(self, until: float) -> None:
-        """Move up to `until`, to the last tick not later. After 0.1 s without a command the body stops and lies down."""
+        """Move up to `until`, to the last tick not later. With no command for 0.1 s the body stops and lies down."""
         end = int(until / TICK + 1e-6)
         while self._ticks < end:
             lost = self._commanded + LOST_COMMAND_TICKS
@@ -232,8 +234,7 @@ class KinematicBody:
     def _replant(self) -> None:
         """All feet on the floor below where they are, and the legs are ours again."""
         self._targets = None
-        feet = limbs(self._joints.tolist(), (0.0, 0.0, 1.0)).feet
-        self._footwork.plant([self._to_world(x, y) for x, y, _ in feet])
+        self._footwork.plant([self._to_world(x, y) for x, y, _ in self._legs().feet])
         self._contact = self._footwork.contact
 
     def _step(self, dt: float) -> None:
@@ -277,7 +278,7 @@ class KinematicBody:
         return self._height + max(-CLIMB * dt, min(CLIMB * dt, rise))
 
     def _glide(self, dt: float, aim: Planar) -> None:
-        """First-order lag towards the twist `aim`, shoves included; the pose moves with the mean of old and new twist."""
+        """First-order lag towards the twist `aim`, shoves included; the pose moves with the mean of both twists."""
         share = 1.0 - exp(-dt / LAG)
         old = self._twist
         vx, vy, wz = (now + share * (wanted - now) for now, wanted in zip(old, aim, strict=True))
@@ -296,7 +297,7 @@ class KinematicBody:
         feet = np.array([self._to_body(point) for point in self._footwork.feet])
         reach = inverse(feet)
         self._joints = reach.joints
-        now = limbs(reach.joints.tolist(), (0.0, 0.0, 1.0))
+        now = self._legs()
         for leg, reachable in enumerate(reach.reachable):
             if not reachable and self._contact[leg]:
                 self._footwork.slip(leg, *self._to_world(*now.feet[leg][:2]))
@@ -311,7 +312,7 @@ class KinematicBody:
         self._judge(self._speeds, reach.reachable)
 
     def _judge(self, speeds: Vector, reachable: tuple[bool, ...]) -> None:
-        """Keep, and log at the start of a spell, a step that no leg could make."""
+        """Keep, and log once in a spell, a step that no leg could make."""
         reason = None
         fastest = int(np.argmax(np.abs(speeds)))
         if not all(reachable):
@@ -321,15 +322,20 @@ class KinematicBody:
         elif abs(speeds[fastest]) > FASTEST_JOINT:
             reason = f"joint {JOINT_NAMES[fastest]} would have to turn at {abs(speeds[fastest]):.1f} rad/s"
         if reason is not None:
-            count = self.not_achievable.count + 1 if self.not_achievable else 1
-            self.not_achievable = NotAchievable(self.time, reason, count)
-            if not self._failing:
+            last = self.not_achievable
+            if last is None or self.time - last.time > SPELL:
                 _log.warning("Step not achievable at %.3f s: %s.", self.time, reason)
-        self._failing = reason is not None
+            self.not_achievable = NotAchievable(self.time, reason, last.count + 1 if last else 1)
+
+    def _legs(self) -> Limbs:
+        """The legs at the present joint angles, computed once for them."""
+        if self._legs_known is None or self._legs_known[0] is not self._joints:
+            self._legs_known = (self._joints, limbs(self._joints.tolist(), (0.0, 0.0, 1.0)))
+        return self._legs_known[1]
 
     def _static_torque(self) -> Vector:
         """Torques that hold the robot still: its weight in equal shares on the standing feet, and the links' own."""
-        now = limbs(self._joints.tolist(), (0.0, 0.0, 1.0))
+        now = self._legs()
         share = MASS * GRAVITY / max(1, sum(self._contact))
         effort = np.array(now.weight)
         for leg, stands in enumerate(self._contact):

@@ -44,7 +44,7 @@ def _shapes(obstacles: tuple[Obstacle, ...]) -> _Shapes:
 @lru_cache(maxsize=8)
 def beam_angles(beams: int = 360) -> Floats:
     """Angle of every beam in the sensor's frame, read-only, shape (beams,): beam i looks along -pi + i 2 pi / beams."""
-    angles = -math.pi + np.arange(beams) * (2 * math.pi / beams)
+    angles: Floats = -math.pi + np.arange(beams, dtype=np.float64) * (2 * math.pi / beams)
     angles.setflags(write=False)
     return angles
 

@@ -55,7 +55,7 @@ def _overlap(boxes: Vector, x: float, y: float, yaw: float) -> NDArray[np.bool_]
 
 @lru_cache(maxsize=8)
 def _columns(obstacles: tuple[Obstacle, ...]) -> tuple[Vector, Vector, NDArray[np.intp], NDArray[np.intp]]:
-    """Boxes (x, y, half length, half width, cos, sin), cylinders (x, y, radius), and the places of both in the scene."""
+    """Boxes (x, y, half length, half width, cos, sin), cylinders (x, y, radius), and the scene indices of both."""
     boxes = [(i, o) for i, o in enumerate(obstacles) if isinstance(o, Box)]
     cylinders = [(i, o) for i, o in enumerate(obstacles) if isinstance(o, Cylinder)]
     rows = [(b.x, b.y, b.length / 2, b.width / 2, math.cos(b.yaw), math.sin(b.yaw)) for _, b in boxes]

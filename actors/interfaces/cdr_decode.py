@@ -1,0 +1,224 @@
+"""Generates the decoder of a message type as Python source: one `struct.unpack_from` for each run of fixed-size fields.
+
+Data come from anywhere, so every count is compared with the bytes that are left before anything is allocated for it.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from keyword import iskeyword
+from typing import Any, NoReturn
+
+from actors.interfaces.cdr_layout import (
+    CODES,
+    EMPTY_SIZE,
+    HEADER,
+    SIZES,
+    START,
+    UNKNOWN,
+    Position,
+    first_alignment,
+    least_of_element,
+    stable_start,
+)
+from actors.interfaces.cdr_text import WStrings, decode_wide, wide_size
+from actors.interfaces.errors import CdrError
+from actors.interfaces.fields import STRINGS, Field
+from actors.interfaces.message import Message
+
+Decoder = Callable[[bytes, int], Any]
+
+
+def compile_decoder(cls: type[Message], wstrings: WStrings, order: str) -> Decoder:
+    """A function `(data, len(data)) -> message` for data in byte order `<` or `>`. It skips the header unread."""
+    source = _Decoder(wstrings, order)
+    text = source.text(cls)
+    holder: dict[str, Any] = {}
+    exec(compile(text, f"<CDR decoder of {cls.__ros_type__}>", "exec"), source.scope, holder)
+    decoder: Decoder = holder["decode"]
+    return decoder
+
+
+def _too_long(where: str, count: int, at: int, end: int) -> NoReturn:
+    raise CdrError(f"{where}: a length of {count} at byte {at - 4} goes beyond the end of the data ({end} bytes)")
+
+
+def _over_bound(where: str, count: int, bound: int) -> NoReturn:
+    raise CdrError(f"{where}: {count} elements, but at most {bound} are allowed")
+
+
+class _Decoder:
+    """The source of one decoder. `d` are the data, `e` their length, `i` the next byte."""
+
+    def __init__(self, wstrings: WStrings, order: str) -> None:
+        self.order = order
+        self.scope: dict[str, Any] = {"TOO_LONG": _too_long, "OVER_BOUND": _over_bound}
+        self.scope["WIDE"] = lambda data: decode_wide(data, wstrings, order)
+        self.wide_factor = wide_size(1, wstrings)
+        self.lines: list[str] = []
+        self.indent = 1
+        self.at = START
+        self.layout = ""
+        self.names: list[str] = []
+        self.size = 0
+        self.count = 0
+
+    def text(self, cls: type[Message]) -> str:
+        """The whole source."""
+        self.line(f"i = {HEADER}")
+        result = self.message(cls, cls.__name__)
+        self.flush()
+        self.line(f"return {result}")
+        return "\n".join(["def decode(d, e):", *self.lines])
+
+    def line(self, text: str) -> None:
+        self.lines.append("    " * self.indent + text)
+
+    def name(self, prefix: str) -> str:
+        self.count += 1
+        return f"{prefix}{self.count}"
+
+    def primitive(self, code: str) -> str:
+        """Adds one primitive to the run that will be unpacked at once; returns the variable it will be in."""
+        self.align(SIZES[code])
+        self.names.append(self.name("t"))
+        self.skip(code, SIZES[code])
+        return self.names[-1]
+
+    def skip(self, code: str, size: int) -> None:
+        self.layout += code
+        self.size += size
+        self.at = self.at.after(size)
+
+    def align(self, size: int) -> None:
+        padding = self.at.padding(size)
+        if padding is None:
+            self.flush()
+            # The body begins at byte 4, so what is a multiple of 8 in it is not one in the data.
+            self.line(f"i += {'4 - i' if size == 8 else '-i'} & {size - 1}")
+            self.at = Position(size, 0)
+        elif padding:
+            self.skip("x" * padding, padding)
+
+    def flush(self) -> None:
+        """Unpacks the run collected so far."""
+        if self.names:
+            unpack = self.name("S")
+            self.scope[unpack] = struct.Struct(self.order + self.layout).unpack_from
+            self.line(f"{', '.join(self.names)}, = {unpack}(d, i)")
+        if self.size:
+            self.line(f"i += {self.size}")
+        self.layout, self.names, self.size = "", [], 0
+
+    def message(self, cls: type[Message], where: str) -> str:
+        """Reads the fields of a message; returns the expression that builds it from them."""
+        plain: list[str] = []
+        odd: list[str] = []
+        for field in cls.__ros_fields__:
+            value = self.field(field, f"{where}.{field.name}")
+            if iskeyword(field.name):
+                odd.append(f"{field.name!r}: {value}")
+            else:
+                plain.append(f"{field.name}={value}")
+        if not cls.__ros_fields__:
+            self.skip("x", EMPTY_SIZE)
+        name = self.name("C")
+        self.scope[name] = cls
+        if odd:
+            plain.append("**{" + ", ".join(odd) + "}")
+        return f"{name}({', '.join(plain)})"
+
+    def field(self, field: Field, where: str) -> str:
+        kind = field.type
+        if not kind.is_array:
+            return self.element(field, where)
+        count = str(kind.size)
+        if kind.array != "fixed":
+            count = self.primitive("I")
+            self.flush()
+            if kind.array == "bounded":
+                self.line(f"if {count} > {kind.size}: OVER_BOUND({where!r}, {count}, {kind.size})")
+        return self.numbers(field, count, where) if kind.is_numeric_array else self.items(field, count, where)
+
+    def element(self, field: Field, where: str) -> str:
+        if field.message is not None:
+            return self.message(field.message, where)
+        if field.type.base == "string":
+            return self.string(where)
+        return self.wide_string(where) if field.type.base in STRINGS else self.primitive(CODES[field.type.base])
+
+    def string(self, where: str) -> str:
+        count = self.primitive("I")
+        self.flush()
+        text = self.name("b")
+        self.line(f"{text} = ''")
+        self.line(f"if {count}:")
+        self.line(f"    j = i + {count}")
+        self.line(f"    if j > e: TOO_LONG({where!r}, {count}, i, e)")
+        # Others have been seen to leave out the NUL, and to send what is not UTF-8; rclpy reads both the same way.
+        self.line(f"    {text} = (d[i : j - 1] if d[j - 1] == 0 else d[i:j]).decode('utf-8', 'replace')")
+        self.line("    i = j")
+        self.at = UNKNOWN
+        return text
+
+    def wide_string(self, where: str) -> str:
+        count = self.primitive("I")
+        self.flush()
+        text = self.name("b")
+        self.line(f"j = i + {count} * {self.wide_factor}")
+        self.line(f"if j > e: TOO_LONG({where!r}, {count}, i, e)")
+        self.line(f"{text} = WIDE(d[i:j])")
+        self.line("i = j")
+        self.at = UNKNOWN
+        return text
+
+    def numbers(self, field: Field, count: str, where: str) -> str:
+        from actors.interfaces.arrays import reader
+
+        size = SIZES[CODES[field.type.base]]
+        fixed = field.type.array == "fixed"
+        if fixed:
+            self.align(size)
+            self.flush()
+        elif (padding := self.at.padding(size)) != 0:
+            step = "(4 - i & 7)" if padding is None else str(padding)
+            self.line(f"if {count}: i += {step}")
+        name, read = self.name("a"), self.name("R")
+        self.scope[read] = reader(field.type, self.order)
+        self.line(f"j = i + {count} * {size}")
+        self.line(f"if j > e: TOO_LONG({where!r}, {count}, i, e)")
+        self.line(f"{name} = {read}(d, i, j)")
+        self.line("i = j")
+        self.at = self.at.after(size * field.type.size) if fixed else Position(min(size, 4), 0)
+        return name
+
+    def items(self, field: Field, count: str, where: str) -> str:
+        self.flush()
+        self.line(f"if {count} * {least_of_element(field)} > e - i: TOO_LONG({where!r}, {count}, i, e)")
+        entry = self.at
+        alignment = first_alignment(field.message) if field.message is not None else 4
+        if entry.padding(alignment) != 0:
+            self.line(f"if {count}:")
+            self.indent += 1
+            self.align(alignment)
+            self.flush()
+            self.indent -= 1
+        name = self.name("l")
+        self.line(f"{name} = []")
+        first, kept = self.at, len(self.lines)
+
+        def body(start: Position) -> Position:
+            del self.lines[kept:]
+            self.at = start
+            self.line(f"for _ in range({count}):")
+            self.indent += 1
+            item = self.element(field, f"{where}[]")
+            self.flush()
+            self.line(f"{name}.append({item})")
+            self.indent -= 1
+            return self.at
+
+        _, end = stable_start(first, body)
+        self.at = end if field.type.array == "fixed" else entry.meet(end)
+        return f"tuple({name})"

@@ -1,0 +1,217 @@
+"""Generates the encoder of a message type as Python source: one `struct.pack` for each run of fixed-size fields."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from keyword import iskeyword
+from typing import Any
+
+from actors.interfaces.cdr_layout import CODES, SIZES, START, UNKNOWN, Position, first_alignment, has_loop, stable_start
+from actors.interfaces.cdr_text import WStrings, encode_wide
+from actors.interfaces.fields import STRINGS, Field
+from actors.interfaces.message import Message
+
+LITTLE_ENDIAN = int.from_bytes(b"\x00\x01\x00\x00", "little")
+
+PADS = [bytes(count) for count in range(8)]
+"""Padding of each length."""
+NULS = [bytes(count + 1) for count in range(8)]
+"""The NUL that ends a string, with the padding after it."""
+
+
+def compile_encoder(cls: type[Message], wstrings: WStrings) -> Callable[[Any], bytes]:
+    """A function that encodes messages of this type, header included."""
+    source = _Encoder(cls, wstrings)
+    text = source.text(cls)
+    holder: dict[str, Any] = {}
+    exec(compile(text, f"<CDR encoder of {cls.__ros_type__}>", "exec"), source.scope, holder)
+    encoder: Callable[[Any], bytes] = holder["encode"]
+    return encoder
+
+
+class _Encoder:
+    """The source of one encoder. `n` in it is the position in the body, kept up where data decides it."""
+
+    def __init__(self, cls: type[Message], wstrings: WStrings) -> None:
+        self.scope: dict[str, Any] = {"JOIN": b"".join, "PADS": PADS, "NULS": NULS}
+        self.scope["WIDE"] = lambda text: encode_wide(text, wstrings)
+        self.lines: list[str] = []
+        self.indent = 1
+        self.at = START
+        self.layout = "I"
+        self.values = [str(LITTLE_ENDIAN)]
+        self.size = 0  # of the run that is being collected, without the header
+        self.nul = False  # a string has ended, its NUL is not written yet
+        self.listed = has_loop(cls)  # parts go to a list; without loops their number is known, and they are variables
+        self.parts: list[str] = []
+        self.count = 0
+
+    def text(self, cls: type[Message]) -> str:
+        """The whole source."""
+        self.line("n = 0")
+        if self.listed:
+            self.line("parts = []")
+            self.line("add = parts.append")
+        self.message(cls, "m")
+        self.flush()
+        self.end_string()
+        self.line("return JOIN(parts)" if self.listed else f"return JOIN(({', '.join(self.parts)},))")
+        if not self.listed and len(self.parts) == 1:
+            self.lines[-1] = f"    return {self.parts[0]}"
+        return "\n".join(["def encode(m):", *self.lines])
+
+    def line(self, text: str) -> None:
+        self.lines.append("    " * self.indent + text)
+
+    def name(self, prefix: str) -> str:
+        self.count += 1
+        return f"{prefix}{self.count}"
+
+    def part(self, expression: str) -> None:
+        """Adds bytes to the result."""
+        if self.listed:
+            self.line(f"add({expression})")
+        else:
+            self.parts.append(self.name("t"))
+            self.line(f"{self.parts[-1]} = {expression}")
+
+    def primitive(self, code: str, value: str) -> None:
+        """Adds one primitive to the run that will be packed at once."""
+        self.align(SIZES[code])
+        self.layout += code
+        self.values.append(value)
+        self.size += SIZES[code]
+        self.at = self.at.after(SIZES[code])
+
+    def align(self, size: int) -> None:
+        padding = self.at.padding(size)
+        if padding is None:
+            self.flush()
+            self.line(f"p = -n & {size - 1}")
+            self.part("NULS[p]" if self.nul else "PADS[p]")
+            self.line("n += p")
+            self.nul = False
+            self.at = Position(size, 0)
+        else:
+            self.end_string()
+            self.layout += "x" * padding
+            self.size += padding
+            self.at = self.at.after(padding)
+
+    def end_string(self) -> None:
+        if self.nul:
+            self.part("NULS[0]")
+            self.nul = False
+
+    def flush(self) -> None:
+        """Packs the run collected so far."""
+        if self.layout:
+            pack = self.name("S")
+            self.scope[pack] = struct.Struct(f"<{self.layout}").pack
+            self.part(f"{pack}({', '.join(self.values)})")
+        if self.size:
+            self.line(f"n += {self.size}")
+        self.layout, self.values, self.size = "", [], 0
+
+    def message(self, cls: type[Message], value: str) -> None:
+        """The fields of a message, in line."""
+        for field in cls.__ros_fields__:
+            attribute = f"getattr({value}, {field.name!r})" if iskeyword(field.name) else f"{value}.{field.name}"
+            if field.type.is_array or field.message is not None:
+                name = self.name("v")
+                self.line(f"{name} = {attribute}")
+                attribute = name
+            self.field(field, attribute)
+        if not cls.__ros_fields__:
+            self.primitive("B", "0")
+
+    def field(self, field: Field, value: str) -> None:
+        kind = field.type
+        if not kind.is_array:
+            self.element(field, value)
+            return
+        if kind.array != "fixed":
+            self.primitive("I", f"len({value})")
+        if kind.is_numeric_array:
+            self.numbers(field, value)
+        else:
+            self.items(field, value)
+
+    def element(self, field: Field, value: str) -> None:
+        if field.message is not None:
+            self.message(field.message, value)
+        elif field.type.base == "string":
+            self.string(value)
+        elif field.type.base in STRINGS:
+            self.wide_string(value)
+        else:
+            self.primitive(CODES[field.type.base], value)
+
+    def string(self, value: str) -> None:
+        text = self.name("b")
+        self.line(f"{text} = {value}.encode()")
+        self.primitive("I", f"len({text}) + 1")
+        self.flush()
+        self.part(text)
+        self.line(f"n += len({text}) + 1")
+        self.nul = True
+        self.at = UNKNOWN
+
+    def wide_string(self, value: str) -> None:
+        count, text = self.name("c"), self.name("b")
+        self.line(f"{count}, {text} = WIDE({value})")
+        self.primitive("I", count)
+        self.flush()
+        self.part(text)
+        self.line(f"n += len({text})")
+        self.at = UNKNOWN
+
+    def numbers(self, field: Field, value: str) -> None:
+        """The elements of a numeric array: its memory as it is."""
+        size = SIZES[CODES[field.type.base]]
+        if field.type.array == "fixed":
+            self.align(size)
+            self.flush()
+            self.part(value)
+            self.line(f"n += {size * field.type.size}")
+            self.at = self.at.after(size * field.type.size)
+            return
+        padding = self.at.padding(size)
+        self.flush()
+        if padding != 0:  # elements are aligned only where there are any
+            self.line(f"p = {'-n & 7' if padding is None else padding} if len({value}) else 0")
+            self.part("PADS[p]")
+            self.line("n += p")
+        self.part(value)
+        self.line(f"n += {value}.nbytes")
+        self.at = Position(min(size, 4), 0)
+
+    def items(self, field: Field, value: str) -> None:
+        """The elements of a sequence of strings or messages."""
+        self.flush()
+        self.end_string()
+        entry = self.at
+        alignment = first_alignment(field.message) if field.message is not None else 4
+        if entry.padding(alignment) != 0:  # aligned once before the loop, often no pass needs to do it
+            self.line(f"if {value}:")
+            self.indent += 1
+            self.align(alignment)
+            self.flush()
+            self.indent -= 1
+        first, item = self.at, self.name("e")
+        kept = len(self.lines)
+
+        def body(start: Position) -> Position:
+            del self.lines[kept:]
+            self.at = start
+            self.line(f"for {item} in {value}:")
+            self.indent += 1
+            self.element(field, item)
+            self.flush()
+            self.end_string()
+            self.indent -= 1
+            return self.at
+
+        _, end = stable_start(first, body)
+        self.at = end if field.type.array == "fixed" else entry.meet(end)

@@ -1,0 +1,1 @@
+"""ROS 2 package composition_interfaces: srv. Generated."""

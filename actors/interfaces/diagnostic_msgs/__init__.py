@@ -1,0 +1,1 @@
+"""ROS 2 package diagnostic_msgs: msg, srv. Generated."""

@@ -1,0 +1,1 @@
+"""ROS 2 package example_interfaces: msg, srv, action. Generated."""

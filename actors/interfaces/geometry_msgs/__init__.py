@@ -1,0 +1,1 @@
+"""ROS 2 package geometry_msgs: msg. Generated."""

@@ -1,0 +1,131 @@
+"""Type descriptions and their RIHS01 hashes, by which ROS 2 machines recognize that they mean the same type.
+
+The hash is SHA-256 over one canonical JSON text: the fields of the type, in order, and those of all types it contains.
+Defaults, constants and comments do not count. Source: REP 2011 and `rosidl_generator_type_description`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from functools import cache
+from hashlib import sha256
+from typing import Any, Final, TypeAlias
+
+from actors.interfaces.derived import event_message, feedback_message, get_result_service, send_goal_service
+from actors.interfaces.errors import UnknownInterface
+from actors.interfaces.fields import Field, FieldType
+from actors.interfaces.message import ActionType, Message, ServiceType
+from actors.interfaces.naming import closest, full_name
+from actors.interfaces.registry import find, known_names
+
+AnyType: TypeAlias = type[Message] | type[ServiceType[Any, Any]] | type[ActionType[Any, Any, Any]]
+
+TYPE_IDS: Final = {
+    "int8": 2,
+    "uint8": 3,
+    "char": 3,  # ROS 2 turns the char of a .msg into a uint8 before it hashes
+    "int16": 4,
+    "uint16": 5,
+    "int32": 6,
+    "uint32": 7,
+    "int64": 8,
+    "uint64": 9,
+    "float32": 10,
+    "float64": 11,
+    "bool": 15,
+    "byte": 16,
+    "string": 17,
+    "wstring": 18,
+}
+NESTED: Final = 1
+BOUNDED_STRING: Final = 4
+"""What a bound adds to the id of `string` or `wstring`."""
+ARRAY_OFFSETS: Final = {"single": 0, "fixed": 48, "bounded": 96, "unbounded": 144}
+
+
+def type_hash(of: str | AnyType) -> str:
+    """`RIHS01_` and 64 hex digits, for a message, service or action given as a class or by its ROS name.
+
+    Raises:
+        UnknownInterface: no type of that name is known.
+    """
+    return _hash(_resolve(of))
+
+
+@cache
+def _hash(cls: AnyType) -> str:
+    text = json.dumps(type_description(cls))  # json's own separators, ASCII escapes and key order are the canonical ones
+    return f"RIHS01_{sha256(text.encode()).hexdigest()}"
+
+
+def type_description(of: str | AnyType) -> dict[str, Any]:
+    """The canonical description as plain data, in the shape of `type_description_interfaces/msg/TypeDescription`."""
+    top = _resolve(of)
+    found: dict[str, dict[str, Any]] = {}
+    waiting: list[AnyType] = [top]
+    while waiting:
+        cls = waiting.pop()
+        if cls.__ros_type__ in found:
+            continue
+        fields = list(_fields(cls))
+        found[cls.__ros_type__] = _individual(cls.__ros_type__, fields)
+        waiting += [nested for _, _, nested in fields if nested is not None]
+    description = found.pop(top.__ros_type__)
+    return {"type_description": description, "referenced_type_descriptions": [found[name] for name in sorted(found)]}
+
+
+_FieldEntry: TypeAlias = tuple[str, FieldType, AnyType | None]
+
+
+def _individual(name: str, fields: Iterable[_FieldEntry]) -> dict[str, Any]:
+    entries = [{"name": field, "type": _field_type(kind)} for field, kind, _ in fields]
+    if not entries:
+        dummy = FieldType("uint8")  # C structs cannot be empty, so upstream puts this member into an empty type
+        entries = [{"name": "structure_needs_at_least_one_member", "type": _field_type(dummy)}]
+    return {"type_name": name, "fields": entries}
+
+
+def _field_type(kind: FieldType) -> dict[str, Any]:
+    number = NESTED if kind.is_message else TYPE_IDS[kind.base] + (BOUNDED_STRING if kind.string_bound else 0)
+    return {
+        "type_id": number + ARRAY_OFFSETS[kind.array],
+        "capacity": kind.size,
+        "string_capacity": kind.string_bound,
+        "nested_type_name": kind.base if kind.is_message else "",
+    }
+
+
+def _fields(cls: AnyType) -> Iterable[_FieldEntry]:
+    if issubclass(cls, Message):
+        return [_entry(field) for field in cls.__ros_fields__]
+    parts: Any = cls
+    if issubclass(cls, ServiceType):
+        members = {
+            "request_message": parts.Request,
+            "response_message": parts.Response,
+            "event_message": event_message(cls),
+        }
+    else:
+        members = {
+            "goal": parts.Goal,
+            "result": parts.Result,
+            "feedback": parts.Feedback,
+            "send_goal_service": send_goal_service(parts),
+            "get_result_service": get_result_service(parts),
+            "feedback_message": feedback_message(parts),
+        }
+    return [(name, FieldType(member.__ros_type__), member) for name, member in members.items()]
+
+
+def _entry(field: Field) -> _FieldEntry:
+    return field.name, field.type, field.message
+
+
+def _resolve(of: str | AnyType) -> AnyType:
+    if not isinstance(of, str):
+        return of
+    cls = find(full_name(of))
+    if cls is None:
+        raise UnknownInterface(f"unknown type {of!r}.{closest(full_name(of), known_names())}")
+    return cls

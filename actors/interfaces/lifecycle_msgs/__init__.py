@@ -1,0 +1,1 @@
+"""ROS 2 package lifecycle_msgs: msg, srv. Generated."""

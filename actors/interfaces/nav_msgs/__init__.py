@@ -1,0 +1,1 @@
+"""ROS 2 package nav_msgs: msg, srv. Generated."""

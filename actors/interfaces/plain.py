@@ -1,0 +1,74 @@
+"""Messages as plain data (dicts, lists, numbers, strings) and back: for YAML, JSON and the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from actors.interfaces.errors import MessageTypeError
+from actors.interfaces.fields import Field
+from actors.interfaces.message import Message
+from actors.interfaces.naming import closest
+
+M = TypeVar("M", bound=Message)
+
+
+def to_plain(message: Message) -> dict[str, Any]:
+    """The message as nested dicts in field order; arrays and sequences as lists. Nothing is shared with the message."""
+    return {field.name: _plain(getattr(message, field.name)) for field in message.__ros_fields__}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Message):
+        return to_plain(value)
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]  # pyright: ignore[reportUnknownVariableType]
+    return value.tolist() if hasattr(value, "dtype") else value
+
+
+def from_plain(cls: type[M], mapping: Mapping[str, Any] | None) -> M:
+    """The message that plain data describes; what it leaves out keeps its default. None is an empty mapping.
+
+    Raises:
+        MessageTypeError: an unknown field or a value of the wrong type; names the path, as in `Twist.linear.x`.
+        MessageValueError: a value out of range or of the wrong length; names the path.
+    """
+    return _build(cls, mapping, cls.__name__)
+
+
+def _build(cls: type[M], mapping: Any, where: str) -> M:
+    if isinstance(mapping, cls):
+        return mapping
+    if mapping is None:
+        mapping = {}
+    if not isinstance(mapping, Mapping):
+        raise MessageTypeError(
+            f"{where}: expected the fields of {cls.__ros_type__}, got {type(mapping).__name__} {mapping!r}"
+        )
+    fields = {field.name: field for field in cls.__ros_fields__}
+    values: dict[str, Any] = {}
+    for name, value in mapping.items():  # pyright: ignore[reportUnknownVariableType]
+        field = fields.get(str(name))  # pyright: ignore[reportUnknownArgumentType]
+        if field is None:
+            names = ", ".join(fields) or "no fields at all"
+            raise MessageTypeError(
+                f"{where}: {cls.__ros_type__} has no field {name!r}; it has {names}.{closest(str(name), fields)}"
+            )
+        values[field.name] = _value(field, value, f"{where}.{field.name}")
+    return cls(**values)
+
+
+def _value(field: Field, value: Any, where: str) -> Any:
+    from actors.interfaces.check import converter, to_tuple
+
+    kind = field.type
+    if kind.is_numeric_array:
+        from actors.interfaces.arrays import to_array
+
+        return to_array(where, kind, [] if value is None else value)
+    if kind.is_array:
+        if field.message is not None and isinstance(value, (list, tuple)):
+            cls = field.message
+            value = [_build(cls, item, f"{where}[{index}]") for index, item in enumerate(value)]  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+        return to_tuple(where, field, () if value is None else value)
+    return _build(field.message, value, where) if field.message is not None else converter(field)(where, value)

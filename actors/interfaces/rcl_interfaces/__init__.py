@@ -1,0 +1,1 @@
+"""ROS 2 package rcl_interfaces: msg, srv. Generated."""

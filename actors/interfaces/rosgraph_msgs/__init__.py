@@ -1,0 +1,1 @@
+"""ROS 2 package rosgraph_msgs: msg. Generated."""

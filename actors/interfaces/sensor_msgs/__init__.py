@@ -1,0 +1,1 @@
+"""ROS 2 package sensor_msgs: msg, srv. Generated."""

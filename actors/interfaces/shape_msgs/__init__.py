@@ -1,0 +1,1 @@
+"""ROS 2 package shape_msgs: msg. Generated."""

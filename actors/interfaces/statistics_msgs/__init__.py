@@ -1,0 +1,1 @@
+"""ROS 2 package statistics_msgs: msg. Generated."""

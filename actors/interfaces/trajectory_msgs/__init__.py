@@ -1,0 +1,1 @@
+"""ROS 2 package trajectory_msgs: msg. Generated."""

@@ -1,0 +1,1 @@
+"""ROS 2 package type_description_interfaces: msg, srv. Generated."""

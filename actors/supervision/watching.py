@@ -1,0 +1,43 @@
+"""Monitors and links between incarnations."""
+
+from __future__ import annotations
+
+import asyncio
+
+from actors.supervision.errors import LinkBroken
+from actors.supervision.incarnation import Incarnation
+from actors.supervision.reasons import Gone, is_abnormal
+from actors.supervision.refs import Down
+
+__all__ = ["complete_on_end", "share_fate"]
+
+
+def complete_on_end(incarnation: Incarnation, future: asyncio.Future[Down]) -> None:
+    """Give `future` the notice of the incarnation's end; watch no longer once the future is done or cancelled."""
+
+    def tell(down: Down) -> None:
+        if not future.done():
+            future.set_result(down)
+
+    incarnation.watch(tell)
+    future.add_done_callback(lambda _: incarnation.unwatch(tell))
+
+
+def share_fate(one: Incarnation, other: Incarnation) -> None:
+    """When either fails, end the other as failed. The link vanishes with the first of them."""
+
+    def one_ended(down: Down) -> None:
+        other.unwatch(other_ended)
+        _strike(other, down)
+
+    def other_ended(down: Down) -> None:
+        one.unwatch(one_ended)
+        _strike(one, down)
+
+    one.watch(one_ended)
+    other.watch(other_ended)
+
+
+def _strike(survivor: Incarnation, down: Down) -> None:
+    if not isinstance(down.reason, Gone) and is_abnormal(down.reason):
+        survivor.fail(LinkBroken(down), survivor.entry.spec.stop)

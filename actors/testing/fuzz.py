@@ -1,0 +1,66 @@
+"""A virtual loop that runs a program in another legal order for every seed: the same seed, the same order."""
+
+# pyright: reportPrivateUsage=false
+from __future__ import annotations
+
+import asyncio
+import random
+from heapq import heappop, heappush
+
+from actors.testing.handles import owner
+from actors.testing.loop import Entry, VirtualLoop
+
+__all__ = ["FuzzLoop"]
+
+
+class FuzzLoop(VirtualLoop):
+    """`VirtualLoop` that shuffles, from `seed`, task steps that are ready together and deadlines of one instant.
+
+    asyncio promises no order for either, so a program that breaks under some seed has a race. Plain callbacks keep
+    their order, because transports and protocols rely on it. A failing run is repeated by its seed (the order in
+    which anyio cancels the tasks of a group follows memory addresses; that no seed can pin down).
+    """
+
+    def __init__(self, seed: int, start: float = 0.0) -> None:
+        super().__init__(start)
+        self.seed = seed
+        self._rng = random.Random(seed)
+
+    def __repr__(self) -> str:
+        return f"{super().__repr__()[:-1]} seed={self.seed}>"
+
+    def _run_once(self) -> None:
+        self._shuffle_steps()
+        super()._run_once()
+
+    def _jump(self) -> None:
+        self._shuffle_ties()
+        super()._jump()
+        self._shuffle_steps()
+
+    def _shuffle_steps(self) -> None:
+        """Permute the task steps among the places they have in the queue."""
+        ready = self._ready
+        places = [place for place, handle in enumerate(ready) if _is_step(handle)]
+        if len(places) > 1:
+            steps = [ready[place] for place in places]
+            self._rng.shuffle(steps)
+            for place, step in zip(places, steps, strict=True):
+                ready[place] = step
+
+    def _shuffle_ties(self) -> None:
+        """Permute the deadlines of the next instant among their places in the order of scheduling."""
+        timers = self._timers
+        while timers and self._is_dead(timers[0][3]):
+            heappop(timers)
+        ties: list[Entry] = []
+        while timers and timers[0][0] == (ties or timers)[0][0]:
+            ties.append(heappop(timers))
+        orders = [order for _, order, _, _ in ties]
+        self._rng.shuffle(ties)
+        for order, (instant, _, when, item) in zip(orders, ties, strict=True):
+            heappush(timers, (instant, order, when, item))
+
+
+def _is_step(handle: asyncio.Handle) -> bool:
+    return isinstance(owner(handle), asyncio.Task)

@@ -1,0 +1,148 @@
+"""Many periodic callbacks on one timer of the event loop: the engine under `@every`."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Callable
+from contextvars import copy_context
+from heapq import heapify, heappush, heapreplace
+from typing import TypeAlias
+
+__all__ = ["TickHandle", "Ticker"]
+
+
+class TickHandle:
+    """One periodic callback of a `Ticker`: the k-th tick is due at `start + k / hz`, so ticks never drift."""
+
+    __slots__ = ("_ticker", "callback", "hz", "k", "order", "start")
+
+    def __init__(
+        self, ticker: Ticker, order: int, hz: float, callback: Callable[[int, float], None], start: float
+    ) -> None:
+        self._ticker = ticker
+        self.order = order
+        self.hz = hz
+        self.callback = callback
+        self.start = start
+        self.k = 0
+
+    def __repr__(self) -> str:
+        name = getattr(self.callback, "__qualname__", repr(self.callback))
+        return f"<TickHandle {name} at {self.hz:g} Hz from {self.start:.6f} s, {self.k} ticks so far>"
+
+    @property
+    def missed(self) -> int:
+        """Ticks that are due already but not delivered: whole periods that have passed since the last one."""
+        return max(0, math.floor((self._ticker.now() - self.start) * self.hz + 1e-6) - self.k)
+
+    def skip_missed(self) -> int:
+        """Drop the ticks that are due already; the next one comes on the grid in the future. Returns how many."""
+        missed = self.missed
+        if missed:
+            self.k += missed
+            self._ticker.rearm(self)
+        return missed
+
+    def cancel(self) -> None:
+        """No more ticks, not even those due at this instant. Cancelling twice is fine."""
+        self._ticker.remove(self)
+
+
+_Entry: TypeAlias = tuple[int, int, float, TickHandle]
+"""When a tick is due, in whole nanoseconds; its order of adding; when it is due, exactly; the tick."""
+
+
+class Ticker:
+    """Delivers any number of periodic synchronous callbacks from one timer of `loop`; for one thread, the loop's.
+
+    Each callback gets `(k, due)`: the number of its tick, from 1, and the loop time at which it is due. Ticks come in
+    order of their due times; those due within the same nanosecond in the order in which they were added. On a busy
+    loop all ticks that are due are delivered, one after the other: the late policy is the callback's business (see
+    `TickHandle.missed`). A callback that raises is reported to the loop's exception handler and ticks on.
+
+    On a virtual loop the ticks of one instant are delivered, then everything they woke runs, then time moves on.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+        self._heap: list[_Entry] = []
+        self._added = 0
+        self._timer: asyncio.TimerHandle | None = None
+        self._armed = math.inf  # due time, seconds, for which the timer is set
+        self._delivering = False
+        self._context = copy_context()
+        self._advance_to: Callable[[float], bool] | None = getattr(loop, "advance_to", None)
+
+    def __repr__(self) -> str:
+        return f"<Ticker with {len(self._heap)} periodic callbacks>"
+
+    def add(self, hz: float, callback: Callable[[int, float], None], start: float | None = None) -> TickHandle:
+        """Call `callback(k, due)` at `start + k / hz` for k = 1, 2, ...; `start` is a loop time, now by default.
+
+        `hz` is above 0 and at most 1 MHz. With a `start` in the past the ticks that are due already follow at once.
+        """
+        if not 0.0 < hz <= 1e6:
+            raise ValueError(f"a tick rate of {hz} Hz is out of range: it must be above 0 and at most 1e6 Hz")
+        begin = self._loop.time() if start is None else start
+        if not math.isfinite(begin):
+            raise ValueError(f"the start of a periodic callback must be a finite loop time in seconds, not {start}")
+        self._added += 1
+        tick = TickHandle(self, self._added, hz, callback, begin)
+        heappush(self._heap, self._entry(tick))
+        self._arm()
+        return tick
+
+    def now(self) -> float:
+        """The loop's time, seconds."""
+        return self._loop.time()
+
+    def remove(self, tick: TickHandle) -> None:
+        """End a tick's deliveries; unknown to the ticker, it is left alone."""
+        self._heap[:] = [entry for entry in self._heap if entry[3] is not tick]
+        heapify(self._heap)
+        self._arm()
+
+    def rearm(self, tick: TickHandle) -> None:
+        """Put a tick whose number was changed back on its grid, unless it was cancelled."""
+        self._heap[:] = [self._entry(tick) if entry[3] is tick else entry for entry in self._heap]
+        heapify(self._heap)
+        self._arm()
+
+    def _entry(self, tick: TickHandle) -> _Entry:
+        due = tick.start + (tick.k + 1) / tick.hz
+        return (int(due * 1e9 + 0.5), tick.order, due, tick)
+
+    def _arm(self) -> None:
+        """Set the loop's timer to the first due time; a delivery under way does so at its end."""
+        due = self._heap[0][2] if self._heap else math.inf
+        if self._delivering or due == self._armed:
+            return
+        if self._timer is not None:
+            self._timer.cancel()
+        self._armed = due
+        self._timer = self._loop.call_at(due, self._deliver, context=self._context) if self._heap else None
+
+    def _deliver(self) -> None:
+        """Deliver what is due; on a virtual loop also what comes next, as long as nothing else can run."""
+        heap, advance_to = self._heap, self._advance_to
+        instant = int(max(self._armed, self._loop.time()) * 1e9 + 0.5)  # asyncio may call a nanosecond early
+        self._armed, self._timer, self._delivering = math.inf, None, True
+        try:
+            while heap:
+                key, order, due, tick = heap[0]
+                if key > instant:
+                    if advance_to is None or not advance_to(due):
+                        break
+                    instant = key
+                tick.k = k = tick.k + 1
+                following = tick.start + (k + 1) / tick.hz
+                heapreplace(heap, (int(following * 1e9 + 0.5), order, following, tick))
+                try:
+                    tick.callback(k, due)
+                except Exception as error:
+                    message = f"Exception in the periodic callback {tick!r}"
+                    self._loop.call_exception_handler({"message": message, "exception": error})
+        finally:
+            self._delivering = False
+            self._arm()

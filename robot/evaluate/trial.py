@@ -1,0 +1,148 @@
+"""One robot on trial: body and gait controller in a closed loop, with the truth written down. For evaluations and tests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2, cos, sin, tau
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot.gait.command import CommandLimits
+from robot.gait.controller import GaitController
+from robot.world.body import Truth, Vector
+from robot.world.physics import PhysicsBody
+from robot.world.scene import Pose2, Scene
+
+__all__ = ["FLAT", "PERIOD", "Record", "Trial"]
+
+PERIOD = 0.005
+"""Of control, s: the rate of the sensors."""
+FLAT = Scene("flat", (-500.0, -500.0, 500.0, 500.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """What happened during one stretch of a trial, one row per control step."""
+
+    velocity: Vector
+    """True forward, left and turning speed in the heading frame, shape (n, 3), m/s and rad/s."""
+    pose: Vector
+    """True x, y, yaw, shape (n, 3)."""
+    odometry: Vector
+    """The same as the controller believes it, in its own frame, shape (n, 3)."""
+    height: Vector
+    """Of the body origin, m, shape (n,)."""
+    tilt: Vector
+    """Angle between body z and the vertical, rad, shape (n,)."""
+    power: Vector
+    """Electrical motor power, W, shape (n,)."""
+    touched: frozenset[str]
+    """Obstacles touched."""
+
+    def averaged(self, period: float) -> Vector:
+        """`velocity` averaged over a sliding window of one gait period (s), shape (m, 3)."""
+        width = max(1, round(period / PERIOD))
+        total = np.cumsum(np.vstack((np.zeros(3), self.velocity)), axis=0)
+        return np.asarray((total[width:] - total[:-width]) / width, dtype=np.float64)
+
+    @property
+    def distance(self) -> float:
+        """Length of the true path, m; small sway does not count: the path is taken every half second."""
+        return float(np.linalg.norm(np.diff(self.pose[::100, :2], axis=0), axis=1).sum())
+
+
+class Trial:
+    """A robot that is walked about. Everything is seeded; the same trial gives the same record."""
+
+    def __init__(
+        self,
+        seed: int,
+        *,
+        delay: float = 0.008,
+        scene: Scene = FLAT,
+        gait: str = "trot",
+        slope: tuple[float, float] = (0.0, 0.0),
+        payload: float = 0.0,
+        friction: float = 0.8,
+        limits: CommandLimits | None = None,
+    ) -> None:
+        self.body = PhysicsBody(scene, seed=seed, delay=delay, slope=slope, payload=payload, friction=friction)
+        self.gait = GaitController(gait=gait, motor_delay=delay, limits=limits)
+        self.fallen = False
+        self._steps = 0
+
+    def step(self) -> Truth:
+        """One control period."""
+        self.body.command(self.gait.step(PERIOD, self.body.imu(), self.body.joints()))
+        self._steps += 1
+        self.body.advance(self._steps * PERIOD)
+        truth = self.body.truth()
+        self.fallen = self.fallen or truth.fallen
+        return truth
+
+    def stand_up(self) -> None:
+        """From the start until standing."""
+        self.run(0.3)
+        self.gait.request("stand")
+        while self.gait.mode != "stand" and self._steps < 2000 and not self.fallen:
+            self.step()
+
+    def run(self, seconds: float, command: tuple[float, float, float] | None = None) -> Record:
+        """Go on for so long, walking at `command` if one is given; ends early with a fall."""
+        if command is not None:
+            if self.gait.goal != "walk":
+                self.gait.request("walk")
+            self.gait.command(*command)
+        rows: list[tuple[float, ...]] = []
+        touched: set[str] = set()
+        for _ in range(round(seconds / PERIOD)):
+            if self.fallen:
+                break
+            truth = self.step()
+            rows.append(self._row(truth))
+            touched.update(truth.touching)
+        table = np.array(rows).reshape(-1, 12)
+        return Record(
+            velocity=table[:, 0:3],
+            pose=table[:, 3:6],
+            odometry=table[:, 6:9],
+            height=table[:, 9],
+            tilt=table[:, 10],
+            power=table[:, 11],
+            touched=frozenset(touched),
+        )
+
+    def _row(self, truth: Truth) -> tuple[float, ...]:
+        yaw = heading(truth.quaternion)
+        c, s = cos(yaw), sin(yaw)
+        vx, vy, _ = truth.velocity.tolist()
+        _, qx, qy, _ = truth.quaternion.tolist()
+        state = self.gait.state
+        x, y, z = truth.position.tolist()
+        upright = 1.0 - 2.0 * (qx * qx + qy * qy)
+        return (
+            c * vx + s * vy,
+            c * vy - s * vx,
+            float(truth.angular_velocity[2]),
+            x,
+            y,
+            yaw,
+            float(state.position[0]),
+            float(state.position[1]),
+            heading(state.quaternion),
+            z,
+            float(np.arccos(min(1.0, max(-1.0, upright)))),
+            truth.power,
+        )
+
+
+def heading(quaternion: NDArray[np.float64]) -> float:
+    """Yaw of a quaternion (w, x, y, z), rad in (-pi, pi]."""
+    w, x, y, z = quaternion.tolist()
+    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def turned(start: float, end: float) -> float:
+    """The angle from one heading to another, in [-pi, pi]."""
+    return (end - start + tau / 2) % tau - tau / 2

@@ -1,0 +1,217 @@
+"""The gait controller as a node: samples in, motor targets out, one step for each joint state."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+import numpy as np
+
+from actors import Node, every, parameter, publishes
+from actors.interfaces.geometry_msgs.msg import (
+    Point,
+    Pose,
+    PoseWithCovariance,
+    Quaternion,
+    Twist,
+    TwistWithCovariance,
+    Vector3,
+)
+from actors.interfaces.nav_msgs.msg import Odometry
+from actors.interfaces.sensor_msgs.msg import BatteryState, Imu, JointState
+from actors.interfaces.std_msgs.msg import Header
+from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
+from robot.contracts import (
+    BATTERY_STATE,
+    BODY_DRIVE,
+    CMD_VEL,
+    CONTACTS,
+    GAIT_STATUS,
+    IMU,
+    JOINT_STATES,
+    MOTOR_TARGETS,
+    ODOMETRY,
+    SIT,
+    STAND,
+    WALK,
+)
+from robot.gait.controller import GaitController, Goal
+from robot.gait.figures import GRAVITY, SIT_HEIGHT, STAND_HEIGHT
+from robot.interfaces.robactor_msgs.msg import BodyDrive, FootContacts, GaitStatus
+from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
+from robot.world.body import ImuSample, JointSample, MotorTargets
+
+__all__ = ["Gait"]
+
+COMMAND_LIFE = 0.5
+"""Seconds after which a velocity command is forgotten."""
+SENSOR_LIFE = 0.1
+"""Seconds after which a silent sensor counts as lost."""
+CRITICAL, RECOVERED = 0.10, 0.13
+"""Charge below which the robot sits and refuses to walk, and above which it may walk again."""
+LEVEL = ImuSample(np.zeros(3), np.array([0.0, 0.0, GRAVITY]))
+"""What an IMU at rest on level ground reads: all there is to go by without one."""
+
+
+class Gait(Node):
+    """Sits, stands and walks. Takes imu/data, foot_contacts, joint_states, cmd_vel, battery_state; serves spot/sit, spot/stand, spot/walk.
+
+    Publishes motor_targets (200 Hz), or body_drive for the kinematic body, odom (50 Hz) and gait_status. Parameters: backend, motor_delay, gait.
+    """
+
+    targets = publishes(MOTOR_TARGETS)
+    drive = publishes(BODY_DRIVE)
+    odometry = publishes(ODOMETRY)
+    status = publishes(GAIT_STATUS)
+    backend = parameter("physics", choices=("physics", "kinematic"), read_only=True)
+    motor_delay = parameter(0.004, unit="s", ge=0.0, le=0.02, read_only=True, description="How late the drives act, as far as is known.")
+    gait = parameter("trot", choices=("trot", "crawl", "pace", "bound"), read_only=True)
+
+    async def on_start(self) -> None:
+        self._controller = GaitController(gait=self.gait, motor_delay=self.motor_delay)
+        self._imu = LEVEL
+        self._imu_heard = self._joints_heard = self._commanded = -1.0
+        self._contact = np.ones(4, dtype=np.bool_)
+        self._stepped: float | None = None
+        self._steps = 0
+        self._mode = ""
+        self._critical = False
+        self._imu_lost = False
+        self._ignored = False
+
+    # -- sensors ------------------------------------------------------------------------------------------------------------
+
+    @IMU.on()
+    def imu(self, message: Imu) -> None:
+        w, a = message.angular_velocity, message.linear_acceleration
+        self._imu = ImuSample(np.array((w.x, w.y, w.z)), np.array((a.x, a.y, a.z)))
+        self._imu_heard = self.clock.now()
+
+    @CONTACTS.on()
+    def contacts(self, message: FootContacts) -> None:
+        self._contact = message.contact
+
+    @JOINT_STATES.on()
+    def joints(self, message: JointState) -> None:
+        """One control step, from the samples of this instant."""
+        now = self._joints_heard = self.clock.now()
+        sampled = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+        dt = 0.005 if self._stepped is None else min(max(sampled - self._stepped, 0.001), 0.02)
+        self._stepped = sampled
+        self._watch_imu(now)
+        if self._commanded >= 0.0 and now - self._commanded > COMMAND_LIFE:
+            self._commanded = -1.0
+            self._controller.command(0.0, 0.0, 0.0)
+        sample = JointSample(message.position, message.velocity, message.effort, self._contact)
+        self._send(self._controller.step(dt, self._imu, sample))
+        self._steps += 1
+        if self._steps % 4 == 0:
+            self.odometry(self._odometry(message.header))
+        if self._controller.mode != self._mode:
+            self._report()
+
+    # -- commands -----------------------------------------------------------------------------------------------------------
+
+    @CMD_VEL.on()
+    def command(self, message: Twist) -> None:
+        if self._controller.goal != "walk":
+            if not self._ignored:
+                self.log.warning("Not in walk mode, ignoring cmd_vel")
+            self._ignored = True
+            return
+        self._ignored = False
+        if self._controller.command(message.linear.x, message.linear.y, message.angular.z):
+            self._commanded = self.clock.now()
+        else:
+            self.log.warning("velocity command is not a number: dropped", refused=self._controller.refused)
+
+    @STAND.serve()
+    async def stand(self, request: Trigger_Request) -> Trigger_Response:
+        return self._ask("stand", "Robot is now standing")
+
+    @SIT.serve()
+    async def sit(self, request: Trigger_Request) -> Trigger_Response:
+        return self._ask("sit", "Robot is now sitting")
+
+    @WALK.serve()
+    async def walk(self, request: Trigger_Request) -> Trigger_Response:
+        return self._ask("walk", "Robot is now walking")
+
+    @BATTERY_STATE.on()
+    def battery(self, message: BatteryState) -> None:
+        """A critical battery sits the robot down; it walks again a little above that, or on the charger."""
+        charge = message.percentage
+        if not isfinite(charge):
+            return
+        charging = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        if charge < CRITICAL and not charging and not self._critical:
+            self._critical = True
+            self.log.error("battery critical: sitting down", percent=round(100 * charge, 1), gauge="coulomb count")
+            self._controller.request("sit")
+        elif self._critical and charge > RECOVERED:
+            self._critical = False
+
+    # -- reports ------------------------------------------------------------------------------------------------------------
+
+    @every(hz=10)
+    def report(self) -> None:
+        if self._joints_heard >= 0.0 and self.clock.now() - self._joints_heard > SENSOR_LIFE:
+            self.log.error("joint encoders are silent: no motor targets", seconds=round(self.clock.now() - self._joints_heard, 2))
+        self._report()
+
+    def _ask(self, mode: Goal, text: str) -> Trigger_Response:
+        if self._critical and mode != "sit":
+            return Trigger.Response(success=False, message=f"battery critical: refusing to {mode}")
+        self._controller.request(mode)
+        return Trigger.Response(success=True, message=text)
+
+    def _watch_imu(self, now: float) -> None:
+        """Without an IMU the robot may stand, not walk."""
+        if now - self._imu_heard <= SENSOR_LIFE:
+            if self._imu_lost:
+                self._imu_lost = False
+                self.log.info("IMU is back")
+            return
+        if self._imu_heard >= 0.0 and not self._imu_lost:
+            self._imu_lost = True
+            self.log.warning("IMU is silent: standing without it", seconds=round(now - self._imu_heard, 2))
+        self._imu = LEVEL
+        if self._controller.goal == "walk":
+            self._controller.request("stand")
+
+    def _send(self, targets: MotorTargets) -> None:
+        stamp = self.clock.stamp()
+        if self.backend == "physics":
+            self.targets(
+                MotorTargetsMessage(
+                    stamp=stamp, position=targets.position, velocity=targets.velocity, effort=targets.effort, kp=targets.kp, kd=targets.kd
+                )
+            )
+            return
+        goal = self._controller.goal
+        vx, vy, wz = self._controller.velocity_command if goal == "walk" else (0.0, 0.0, 0.0)
+        self.drive(BodyDrive(stamp=stamp, vx=vx, vy=vy, wz=wz, height=SIT_HEIGHT if goal == "sit" else STAND_HEIGHT, mode=goal))
+
+    def _odometry(self, header: Header) -> Odometry:
+        state = self._controller.state
+        x, y, z = state.position.tolist()
+        qw, qx, qy, qz = state.quaternion.tolist()
+        vx, vy, vz = state.velocity.tolist()
+        wx, wy, wz = state.angular_velocity.tolist()
+        return Odometry(
+            header=Header(stamp=header.stamp, frame_id="odom"),
+            child_frame_id="base_link",
+            pose=PoseWithCovariance(pose=Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))),
+            twist=TwistWithCovariance(twist=Twist(linear=Vector3(x=vx, y=vy, z=vz), angular=Vector3(x=wx, y=wy, z=wz))),
+        )
+
+    def _report(self) -> None:
+        self._mode = self._controller.mode
+        self.status(
+            GaitStatus(
+                stamp=self.clock.stamp(),
+                mode=self._controller.mode,
+                goal=self._controller.goal,
+                height=float(self._controller.state.position[2]),
+                sensors_ok=not self._imu_lost,
+            )
+        )

@@ -1,0 +1,1 @@
+"""ROS 2 package humanoid_control_interfaces: msg, srv, action. Generated."""

@@ -1,0 +1,1 @@
+"""ROS 2 package my_robot_pkg: srv, action. Generated."""

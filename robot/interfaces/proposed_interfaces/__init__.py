@@ -1,0 +1,1 @@
+"""ROS 2 package proposed_interfaces: srv, action. Generated."""

@@ -1,0 +1,1 @@
+"""ROS 2 package robactor_msgs: msg. Generated."""

@@ -1,0 +1,1 @@
+"""ROS 2 package robot_arm_control: srv, action. Generated."""

@@ -1,0 +1,1 @@
+"""ROS 2 package your_package: srv, action. Generated."""

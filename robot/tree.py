@@ -1,0 +1,81 @@
+"""The robot's supervisor tree: who is in it, in which order, and what happens when one of them fails.
+
+::
+
+    robot (rest_for_one)
+      motors            first to start, last to stop: the safe stop lives here
+      sensors (one_for_one): proprioception, lidar
+      battery
+      gait              a restart of it restarts the autonomy, too
+      autonomy (rest_for_one): localizer, navigation, patrol
+
+A node that fails more often than the intensity allows (3 restarts in 5 s, in `autonomy` and then in `robot`) ends the whole tree: everything
+stops in reverse order, and the motors sit the robot down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from actors import Child, Intensity, Supervisor, one_for_one, rest_for_one
+from robot.battery.model import Pack
+from robot.battery.node import Battery
+from robot.gait.node import Gait
+from robot.navigation.grid import Grid
+from robot.navigation.localizer import Localizer
+from robot.navigation.node import Navigation
+from robot.sensors.nodes import Lidar, Proprioception
+from robot.tasks.patrol import Patrol
+from robot.world.body import Body
+from robot.world.motors import Motors
+from robot.world.scene import Pose2
+
+__all__ = ["robot_tree"]
+
+INTENSITY = Intensity(3, within=5.0)
+
+
+def robot_tree(
+    body: Body,
+    pack: Pack,
+    waypoints: Sequence[tuple[str, Pose2]],
+    *,
+    laps: int = 0,
+    motor_delay: float = 0.004,
+    parameters: Mapping[str, Mapping[str, Any]] | None = None,
+) -> Supervisor:
+    """The whole robot around `body`, walking `waypoints`. `parameters` holds the overrides by node name."""
+    given = {name: dict(values) for name, values in (parameters or {}).items()}
+    gait = {"backend": body.backend, "motor_delay": motor_delay, **given.get("gait", {})}
+    patrol = {"laps": laps, **given.get("patrol", {})}
+    grid = Grid.from_scene(body.scene)
+    return Supervisor(
+        "robot",
+        strategy=rest_for_one,
+        intensity=INTENSITY,
+        children=[
+            Child(Motors, args=(body,), parameters=given.get("motors"), stop=3.0),
+            Supervisor(
+                "sensors",
+                strategy=one_for_one,
+                intensity=INTENSITY,
+                children=[
+                    Child(Proprioception, args=(body,), parameters=given.get("proprioception")),
+                    Child(Lidar, args=(body,), parameters=given.get("lidar")),
+                ],
+            ),
+            Child(Battery, args=(pack,), parameters=given.get("battery")),
+            Child(Gait, parameters=gait),
+            Supervisor(
+                "autonomy",
+                strategy=rest_for_one,
+                intensity=INTENSITY,
+                children=[
+                    Child(Localizer, args=(grid, body.scene.start), parameters=given.get("localizer")),
+                    Child(Navigation, args=(grid,), parameters=given.get("navigation")),
+                    Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters=patrol),
+                ],
+            ),
+        ],
+    )

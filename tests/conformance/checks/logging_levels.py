@@ -1,0 +1,105 @@
+"""Logging levels, and the filters of a log call."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from actors.levels import CallSites, Level, LevelTree
+from actors.names import child_logger_name
+from tests.conformance.checks.common import Case, Vector, by_kind, expected, raises, same
+
+_ERRORS: dict[str, type[Exception]] = {
+    "type_error": TypeError,
+    "value_error": ValueError,
+    "invalid_argument": ValueError,
+    "any": Exception,
+}
+
+
+class At:
+    """A clock that stands still until it is told another time."""
+
+    def __init__(self) -> None:
+        self.nanoseconds = 0
+
+    def now_ns(self) -> int:
+        return self.nanoseconds
+
+
+def effective(vector: Vector) -> None:
+    tree = LevelTree(Level.parse(vector["input"]["default"]))
+    for logger, level in vector["input"]["levels"].items():
+        tree.set(logger, Level.parse(level))
+    for query in vector["input"]["queries"]:
+        same(query, tree.effective(query).name, vector["expect"][query])
+
+
+def set_level(vector: Vector) -> None:
+    expect, tree = vector["expect"], LevelTree()
+    if not expect["ok"]:
+        raises(_ERRORS[expect["error"]], lambda: tree.set("logger", vector["input"]["severity"]))
+        return
+    tree.set("logger", vector["input"]["severity"])
+    expected(expect, name=tree.get("logger").name)
+
+
+def parse_level(vector: Vector) -> None:
+    expect, text = vector["expect"], vector["input"]["text"]
+    if expect["ok"]:
+        expected(expect, severity=int(Level.parse(text)))
+    else:
+        raises(_ERRORS[expect["error"]], lambda: Level.parse(text))
+
+
+def filter_calls(vector: Vector) -> None:
+    sites, clock = CallSites(), At()
+    logged: list[bool] = []
+    for seconds in vector["input"]["call_times_s"]:
+        clock.nanoseconds = round(seconds * 1e9)
+        logged.append(sites.allow("here", "logger", Level.INFO, vector["input"]["options"], clock))
+    expected(vector["expect"], logged=logged)
+
+
+def options(vector: Vector) -> None:
+    sites, clock, expect = CallSites(), At(), vector["expect"]
+
+    def call_all() -> None:
+        for call in vector["input"]["calls_from_one_site"]:
+            given = dict(call)
+            logger = given.pop("name", "logger")
+            level = given.pop("severity", Level.INFO)
+            if "throttle_time_source" in given:
+                given["throttle_time_source_type"] = clock
+                del given["throttle_time_source"]
+            sites.allow("here", logger, Level.parse(level) if isinstance(level, str) else level, given, clock)
+
+    if expect["ok"]:
+        call_all()
+    else:
+        raises(_ERRORS[expect["error"]], call_all)
+
+
+def logger_name(vector: Vector) -> None:
+    given, expect = vector["input"], vector["expect"]
+
+    def build() -> str:
+        name = child_logger_name("", given["get_logger"])
+        return child_logger_name(name, given["get_child"]) if "get_child" in given else name
+
+    if expect["ok"]:
+        expected(expect, name=build())
+    else:
+        raises(_ERRORS[expect["error"]], build)
+
+
+def cases(path: Path) -> Iterable[Case]:
+    checks = {
+        "effective": effective,
+        "set_level": set_level,
+        "parse_level": parse_level,
+        "filter": filter_calls,
+        "options": options,
+        "logger_name": logger_name,
+    }
+    return by_kind(path, checks)

@@ -1,0 +1,360 @@
+"""Vectors of `parameters`: inference, declaration, sets, callbacks, events, and the six services."""
+
+from __future__ import annotations
+
+import array
+import json
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from actors.parameters import (
+    CallbackHandle,
+    FloatingPointRange,
+    IntegerRange,
+    InvalidParameterName,
+    InvalidParameterType,
+    InvalidParameterValue,
+    Parameter,
+    ParameterAlreadyDeclared,
+    ParameterChange,
+    ParameterDescriptor,
+    ParameterImmutable,
+    ParameterNotDeclared,
+    ParameterStore,
+    ParameterType,
+    ParameterUninitialized,
+    SetResult,
+)
+from actors.parameters.messages import (
+    PARAMETER_SERVICES,
+    SERVICE_TYPES,
+    from_descriptor,
+    from_result,
+    from_value,
+    to_parameter,
+)
+from actors.parameters.text import parse_parameter
+
+_ERRORS: list[tuple[type[Exception], str]] = [
+    (ParameterAlreadyDeclared, "parameter_already_declared"),
+    (ParameterNotDeclared, "parameter_not_declared"),
+    (InvalidParameterName, "invalid_parameter_name"),
+    (InvalidParameterType, "invalid_parameter_type"),
+    (InvalidParameterValue, "invalid_parameter_value"),
+    (ParameterImmutable, "parameter_immutable"),
+    (ParameterUninitialized, "parameter_uninitialized"),
+    (ValueError, "value_error"),
+    (TypeError, "type_error"),
+]
+
+
+def cases(path: Path) -> Iterator[tuple[str, str, Callable[[], None]]]:
+    """The cases of the vector file `path`: id, tier, and a callable that raises AssertionError."""
+    for case in json.loads(path.read_text(encoding="utf-8"))["cases"]:
+        if case["input"]["kind"] == "steps":
+            yield case["id"], case["tier"], lambda case=case: _Script(case["input"]["node"]).play(case["steps"])
+        else:
+            check = _CHECKS[case["input"]["kind"]]
+            yield case["id"], case["tier"], lambda check=check, case=case: check(case["input"], case["expect"])
+
+
+def _infer_type(given: dict[str, Any], expect: dict[str, Any]) -> None:
+    value = _evaluated(given)
+    found = _outcome(lambda: {"ok": True, "type": ParameterType.of(value).name.lower()})
+    _compare(found, expect)
+
+
+def _construct(given: dict[str, Any], expect: dict[str, Any]) -> None:
+    value = _evaluated(given)
+    kind = ParameterType.__members__.get(given["type"].upper(), given["type"])
+    found = _outcome(lambda: {"ok": True, "value": typed(Parameter("p", value, kind))})
+    _compare(found, expect)
+
+
+def _evaluated(given: dict[str, Any]) -> Any:
+    return eval(given["python_value"], {"array": array})
+
+
+def _cli_value(given: dict[str, Any], expect: dict[str, Any]) -> None:
+    _compare(typed(parse_parameter("p", given["text"])), expect)
+
+
+def _parameter_service(given: dict[str, Any], expect: dict[str, Any]) -> None:
+    found = {"name": f"{given['node']}/{given['service']}", "type": SERVICE_TYPES[given["service"]]}
+    _compare(found, expect)
+
+
+def _type_id(given: dict[str, Any], expect: dict[str, Any]) -> None:
+    assert ParameterType[given["type"].upper()].value == expect["value"]
+
+
+_CHECKS = {
+    "infer_type": _infer_type,
+    "construct": _construct,
+    "cli_value": _cli_value,
+    "parameter_service": _parameter_service,
+    "type_id": _type_id,
+}
+
+
+class _Script:
+    """One node's store, and the operations of the vectors on it, each giving what is to be compared."""
+
+    def __init__(self, node: dict[str, Any]) -> None:
+        self.changes: list[ParameterChange] = []
+        self.record: list[Any] = []
+        self.handles: dict[Any, CallbackHandle] = {}
+        self.store = ParameterStore(
+            "/vectors/node",
+            {name: value_of(given) for name, given in node.get("overrides", {}).items()},
+            allow_undeclared=node.get("allow_undeclared_parameters", False),
+            automatically_declare=node.get("automatically_declare_parameters_from_overrides", False),
+            on_event=self.changes.append,
+        )
+
+    def play(self, steps: list[dict[str, Any]]) -> None:
+        for number, step in enumerate(steps):
+            operation: Callable[[dict[str, Any]], Any] = getattr(self, step["op"])
+            found = _outcome(lambda operation=operation, step=step: operation(step))
+            try:
+                if "expect" in step:
+                    _compare(found, step["expect"])
+                else:
+                    assert not (isinstance(found, dict) and found.get("ok") is False), found
+            except AssertionError as error:
+                raise AssertionError(f"step {number} {step}: {error}") from None
+
+    def declare(self, step: dict[str, Any]) -> Any:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)
+            declared = self.store.declare(
+                step["name"],
+                _default_of(step),
+                descriptor_of(step.get("descriptor")),
+                ignore_override=step.get("ignore_override", False),
+            )
+        return {"ok": True, "value": typed(declared)}
+
+    def declare_many(self, step: dict[str, Any]) -> Any:
+        wanted = [
+            (item["name"], _default_of(item), descriptor_of(item.get("descriptor", {}))) for item in step["parameters"]
+        ]
+        return {"ok": True, "values": [typed(p) for p in self.store.declare_many(step["namespace"], wanted)]}
+
+    def undeclare(self, step: dict[str, Any]) -> Any:
+        self.store.undeclare(step["name"])
+        return {"ok": True}
+
+    def has(self, step: dict[str, Any]) -> Any:
+        return self.store.has(step["name"])
+
+    def get(self, step: dict[str, Any]) -> Any:
+        return {"ok": True, "value": typed(self.store.get(step["name"]))}
+
+    def get_or(self, step: dict[str, Any]) -> Any:
+        return {"ok": True, "value": typed(self.store.get_or(step["name"], value_of(step["alternative"])))}
+
+    def get_by_prefix(self, step: dict[str, Any]) -> Any:
+        return {"keys": sorted(self.store.get_by_prefix(step["prefix"]))}
+
+    def list(self, step: dict[str, Any]) -> Any:
+        found = self.store.list(step["prefixes"], step["depth"])
+        return {"ok": True, "names": sorted(found.names), "prefixes": sorted(found.prefixes)}
+
+    def describe(self, step: dict[str, Any]) -> Any:
+        return {"ok": True, "descriptor": described(self.store.describe(step["name"]))}
+
+    def set_descriptor(self, step: dict[str, Any]) -> Any:
+        descriptor = descriptor_of(step["descriptor"])
+        assert descriptor is not None
+        alternative = value_of(step.get("alternative"))
+        return {"ok": True, "value": typed(self.store.set_descriptor(step["name"], descriptor, alternative))}
+
+    def set(self, step: dict[str, Any]) -> Any:
+        return {"ok": True, "results": [shown(result) for result in self.store.set(parameters_of(step["parameters"]))]}
+
+    def set_atomically(self, step: dict[str, Any]) -> Any:
+        return {"ok": True, "result": shown(self.store.set_atomically(parameters_of(step["parameters"])))}
+
+    def add_pre_set_callback(self, step: dict[str, Any]) -> Any:
+        def append(parameters: Sequence[Parameter]) -> Sequence[Parameter]:
+            present = any(parameter.name == step["when"] for parameter in parameters)
+            return [*parameters, *parameters_of([step["append"]])] if present else parameters
+
+        def nothing(_: Sequence[Parameter]) -> Sequence[Parameter]:
+            return []
+
+        chosen = {"append_if_present": append, "return_empty": nothing}[step["behavior"]]
+        self._keep(step, self.store.add_pre_set_callback(chosen))
+
+    def add_on_set_callback(self, step: dict[str, Any]) -> Any:
+        def reject(parameters: Sequence[Parameter]) -> SetResult:
+            hit = any(step["arg"] in parameter.name for parameter in parameters)
+            return SetResult(False, f"rejected by {step['arg']}") if hit else SetResult()
+
+        def record(_: Sequence[Parameter]) -> SetResult:
+            self.record.append(step["arg"])
+            return SetResult()
+
+        chosen = {"reject_if_name_contains": reject, "record": record}[step["behavior"]]
+        self._keep(step, self.store.add_on_set_callback(chosen))
+
+    def add_post_set_callback(self, step: dict[str, Any]) -> Any:
+        def names(parameters: Sequence[Parameter]) -> None:
+            self.record.append([parameter.name for parameter in parameters])
+
+        self._keep(step, self.store.add_post_set_callback({"record_names": names}[step["behavior"]]))
+
+    def remove_on_set_callback(self, step: dict[str, Any]) -> Any:
+        self.handles[step.get("handle", step.get("arg"))].remove()
+
+    def _keep(self, step: dict[str, Any], handle: CallbackHandle) -> None:
+        for key in ("handle", "arg"):
+            if key in step:
+                self.handles[step[key]] = handle
+
+    def recorded(self, _: dict[str, Any]) -> Any:
+        return self.record
+
+    def clear_events(self, _: dict[str, Any]) -> None:
+        self.changes.clear()
+
+    def events(self, _: dict[str, Any]) -> Any:
+        return [
+            {kind: [parameter.name for parameter in getattr(change, kind)] for kind in ("new", "changed", "deleted")}
+            for change in self.changes
+        ]
+
+    def service(self, step: dict[str, Any]) -> Any:
+        return _call(self.store, step["service"], step["request"])
+
+
+def _call(store: ParameterStore, name: str, request: dict[str, Any]) -> dict[str, Any]:
+    """Call one of the six services through its messages, and give the response as vectors write it."""
+    service = next(service for service in PARAMETER_SERVICES if service.name == name)
+    plain = dict(request)
+    if "parameters" in plain:
+        plain["parameters"] = tuple(to_parameter(parameter) for parameter in parameters_of(plain["parameters"]))
+    response = service.answer(store, service.type.Request(**plain))
+    match name:
+        case "get_parameters":
+            return {"values": [typed(from_value("", value)) for value in response.values]}
+        case "get_parameter_types":
+            return {"types": response.types.tolist()}
+        case "describe_parameters":
+            return {"descriptors": [described(from_descriptor(message)) for message in response.descriptors]}
+        case "set_parameters":
+            return {"results": [shown(from_result(result)) for result in response.results]}
+        case "set_parameters_atomically":
+            return {"result": shown(from_result(response.result))}
+        case _:
+            listed = {"names": sorted(response.result.names), "prefixes": sorted(response.result.prefixes)}
+            return {"result": listed, **listed}
+
+
+def value_of(given: Any) -> Any:
+    """The Python value of a vector's `{"type": ..., "value": ...}`."""
+    if given is None:
+        return None
+    value = given["value"]
+    if given["type"] == "double":
+        return float(value)
+    if given["type"] == "double_array":
+        return [float(element) for element in value]
+    if given["type"] == "byte_array":
+        return [element.encode("latin-1") if isinstance(element, str) else bytes([element]) for element in value]
+    return value
+
+
+def _default_of(step: dict[str, Any]) -> Any:
+    if "static_type" in step:
+        return ParameterType[step["static_type"].upper()]
+    return value_of(step if "type" in step else step.get("value"))
+
+
+def parameters_of(given: list[dict[str, Any]]) -> list[Parameter]:
+    """Parameters of a vector, with exactly the type it states."""
+    return [Parameter(item["name"], value_of(item), ParameterType[item["type"].upper()]) for item in given]
+
+
+def descriptor_of(given: dict[str, Any] | None) -> ParameterDescriptor | None:
+    """The descriptor of a vector; None where it names none."""
+    if given is None:
+        return None
+    floats, integers = given.get("floating_point_range"), given.get("integer_range")
+    return ParameterDescriptor(
+        name=given.get("name", ""),
+        type=ParameterType[given.get("type", "not_set").upper()],
+        description=given.get("description", ""),
+        additional_constraints=given.get("additional_constraints", ""),
+        read_only=given.get("read_only", False),
+        dynamic_typing=given.get("dynamic_typing", False),
+        floating_point_range=FloatingPointRange(*(float(end) for end in _ends(floats))) if floats else None,
+        integer_range=IntegerRange(*_ends(integers)) if integers else None,
+    )
+
+
+def _ends(given: dict[str, Any]) -> tuple[Any, Any, Any]:
+    low = given.get("from", given.get("from_value"))
+    high = given.get("to", given.get("to_value"))
+    return low, high, given.get("step", 0)
+
+
+def typed(parameter: Parameter) -> dict[str, Any]:
+    """A parameter as vectors write it."""
+    value = parameter.value
+    if isinstance(value, tuple):
+        value = list(value)
+    return {"type": parameter.type.name.lower(), "value": value}
+
+
+def shown(result: SetResult) -> dict[str, Any]:
+    """A result as vectors write it; `reason` answers to `reason_prefix`."""
+    return {"successful": result.successful, "reason_prefix": result.reason}
+
+
+def described(descriptor: ParameterDescriptor) -> dict[str, Any]:
+    """A descriptor as vectors write it."""
+    fields = ("name", "description", "additional_constraints", "read_only", "dynamic_typing")
+    found = {field: getattr(descriptor, field) for field in fields} | {"type": descriptor.type.name.lower()}
+    for kind in ("integer_range", "floating_point_range"):
+        limits = getattr(descriptor, kind)
+        if limits is not None:
+            found[kind] = {"from": limits.from_value, "to": limits.to_value, "step": limits.step}
+    return found
+
+
+def _outcome(action: Callable[[], Any]) -> Any:
+    try:
+        return action()
+    except Exception as error:
+        code = next((code for kind, code in _ERRORS if isinstance(error, kind)), None)
+        if code is None:
+            raise
+        return {"ok": False, "error": code, "text": str(error)}
+
+
+def _compare(found: Any, expect: Any) -> None:
+    """What `expect` states must hold of `found`; keys that it leaves out are not checked."""
+    if isinstance(expect, dict):
+        assert isinstance(found, dict), f"expected {expect}, got {found!r}"
+        for key, wanted in expect.items():
+            assert key in found, f"expected {expect}, got {found}"
+            if key == "reason_prefix":
+                assert found[key].startswith(wanted), f"reason {found[key]!r} does not start with {wanted!r}"
+            elif key == "error" and wanted == "any":
+                assert found[key]
+            else:
+                _compare(found[key], wanted)
+    elif isinstance(expect, list):
+        assert isinstance(found, list), f"expected {expect}, got {found!r}"
+        assert len(found) == len(expect), f"expected {expect}, got {found}"
+        for one, wanted in zip(found, expect, strict=True):
+            _compare(one, wanted)
+    elif isinstance(found, float) and isinstance(expect, str):
+        assert str(found) == expect
+    else:
+        assert isinstance(found, bool) == isinstance(expect, bool), f"expected {expect!r}, got {found!r}"
+        assert found == expect, f"expected {expect!r}, got {found!r}"

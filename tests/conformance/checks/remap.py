@@ -1,0 +1,51 @@
+"""Remapping rules.
+
+Edge: rcl at this version remaps each of the five names of an action on its own. Here they also follow a rule for the
+action's bare name; the rules upstream tests use give the same result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from actors import names
+from actors.remap import Remapping, Rule
+from tests.conformance.checks.common import Case, Vector, by_kind, expected, same
+
+
+def remapping(given: Vector) -> Remapping:
+    use_global = given.get("use_global_arguments", True)
+    return Remapping(
+        [Rule.parse(rule) for rule in given["local_rules"] or ()],
+        [Rule.parse(rule) for rule in given["global_rules"] or ()] if use_global else (),
+    )
+
+
+def find(vector: Vector) -> None:
+    given = vector["input"]
+    name, namespace = given.get("name", ""), given.get("namespace", "/")
+    found = remapping(given).find(given["kind"], name, given["node"], namespace)
+    expected(vector["expect"], result=found)
+
+
+def create_node_and_resolve(vector: Vector) -> None:
+    given, expect = vector["input"], vector["expect"]
+    rules = remapping(given)
+    node, namespace = rules.identity(given["node"], given["namespace"])
+    full = names.fully_qualified(namespace, node)
+    expected(
+        expect,
+        node_name=node,
+        namespace=namespace,
+        fully_qualified_name=full,
+        logger_name=names.logger_name(full),
+    )
+    for one in expect.get("resolved", ()):
+        resolve = rules.resolve_topic if one["kind"] == "topic" else rules.resolve_service
+        same(f"{one['kind']} {one['name']}", resolve(one["name"], node, namespace), one["result"])
+
+
+def cases(path: Path) -> Iterable[Case]:
+    kinds = ("topic", "service", "node_name", "namespace")
+    return by_kind(path, {**dict.fromkeys(kinds, find), "create_node_and_resolve": create_node_and_resolve})

@@ -1,0 +1,55 @@
+"""The grid of a timer on a simulated clock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from actors.ros_clock import RosClock, TimerCanceled, TimerGrid
+from tests.conformance.checks.common import Case, Vector, by_kind, expected, raises
+
+
+def sim_timer(vector: Vector) -> None:
+    clock = RosClock(lambda: 0)
+    clock.activate()
+    clock.set(vector["input"]["start_time_ns"])
+    timer = TimerGrid(vector["input"]["period_ns"], clock.now_ns())
+    timer.attach(clock)
+    for step in vector["steps"]:
+        expect = step.get("expect", {})
+        match step["op"]:
+            case "set":
+                clock.set(step["to"])
+            case "cancel":
+                timer.cancel()
+            case "reset":
+                timer.reset(clock.now_ns())
+            case "period":
+                timer.period_ns = step["to"]
+            case "enable":
+                clock.activate()
+            case "disable":
+                clock.deactivate()
+            case "call" if "error" in expect:
+                raises(TimerCanceled, lambda: timer.call(clock.now_ns()))
+            case "call":
+                call = timer.call(clock.now_ns())
+                expected(
+                    expect,
+                    expected_call_time=call.expected,
+                    actual_call_time=call.actual,
+                    time_since_last_call=call.since_last,
+                )
+            case other:
+                raise AssertionError(f"unknown step {other!r}")
+        now = clock.now_ns()
+        expected(
+            expect,
+            ready=timer.ready(now),
+            canceled=timer.canceled,
+            time_until_next_call=timer.time_until_next_call(now),
+        )
+
+
+def cases(path: Path) -> Iterable[Case]:
+    return by_kind(path, {"sim_timer": sim_timer})

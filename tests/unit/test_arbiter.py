@@ -1,0 +1,219 @@
+"""Who drives (robot-domain section 8.4), and what spoken words ask for (X-07, X-07b, F-08)."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robot.teleop.arbiter import STILL, Source, Velocity, VelocityArbiter, VelocityLimits, Verdict
+from robot.teleop.voice import WORDS, interpret
+
+AHEAD = Velocity(0.3, 0.0, 0.0)
+TURN = Velocity(0.0, 0.0, 0.5)
+finite = st.floats(-1e9, 1e9)
+anything = st.floats(allow_nan=True, allow_infinity=True)
+sources = st.sampled_from(Source)
+
+
+# --- priority and time ----------------------------------------------------------------------------------------------
+
+
+def test_nobody_drives_until_someone_does() -> None:
+    arbiter = VelocityArbiter()
+    assert arbiter.decide(0.0).velocity == STILL
+    assert arbiter.decide(0.0).source is None
+    assert arbiter.decide(0.0).reason == "no command"
+
+
+@pytest.mark.parametrize("higher", Source)
+@pytest.mark.parametrize("lower", Source)
+def test_teleop_beats_joystick_beats_voice_beats_autonomy(higher: Source, lower: Source) -> None:
+    if higher >= lower:
+        return
+    for first, second in ((higher, lower), (lower, higher)):
+        arbiter = VelocityArbiter()
+        arbiter.offer(first, AHEAD if first is higher else TURN, 1.0)
+        arbiter.offer(second, AHEAD if second is higher else TURN, 1.1)
+        decision = arbiter.decide(1.2)
+        assert decision.velocity == AHEAD
+        assert decision.source is higher
+
+
+@pytest.mark.parametrize("source", Source)
+def test_every_source_times_out_after_half_a_second(source: Source) -> None:
+    arbiter = VelocityArbiter()
+    assert arbiter.offer(source, AHEAD, 10.0) is Verdict.ACCEPTED
+    assert arbiter.decide(10.49).velocity == AHEAD
+    assert arbiter.decide(10.5).velocity == STILL
+    assert arbiter.decide(10.5).reason == "all commands timed out"
+
+
+def test_the_next_source_takes_over_when_a_higher_one_falls_silent() -> None:
+    arbiter = VelocityArbiter()
+    arbiter.offer(Source.TELEOP, AHEAD, 0.0)
+    assert arbiter.offer(Source.AUTONOMY, TURN, 0.4) is Verdict.OUTRANKED
+    assert arbiter.decide(0.6).velocity == STILL
+    assert arbiter.offer(Source.AUTONOMY, TURN, 0.6) is Verdict.ACCEPTED
+    assert arbiter.decide(0.6).source is Source.AUTONOMY
+
+
+def test_x_07b_joystick_input_in_the_last_half_second_makes_voice_ignored() -> None:
+    arbiter = VelocityArbiter()
+    arbiter.offer(Source.JOYSTICK, TURN, 0.0)
+    assert arbiter.offer(Source.VOICE, AHEAD, 0.3) is Verdict.OUTRANKED
+    # ignored for good: it does not come alive when the joystick's command has timed out
+    assert arbiter.decide(0.55).velocity == STILL
+    assert arbiter.offer(Source.VOICE, AHEAD, 0.55) is Verdict.ACCEPTED
+
+
+def test_a_clock_that_jumps_back_does_not_keep_old_commands_alive() -> None:
+    arbiter = VelocityArbiter()
+    arbiter.offer(Source.TELEOP, AHEAD, 100.0)
+    assert arbiter.decide(1.0).velocity == STILL
+    assert arbiter.offer(Source.AUTONOMY, TURN, 1.0) is Verdict.ACCEPTED
+
+
+# --- clipping and refusing ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("asked", "given"),
+    [
+        (Velocity(5.0, 5.0, 5.0), Velocity(1.6, 0.4, 1.5)),
+        (Velocity(-5.0, -5.0, -5.0), Velocity(-0.5, -0.4, -1.5)),
+        (Velocity(0.5, 0.1, -0.2), Velocity(0.5, 0.1, -0.2)),
+    ],
+)
+def test_commands_are_clipped_to_the_limits_of_the_robot(asked: Velocity, given: Velocity) -> None:
+    arbiter = VelocityArbiter()
+    arbiter.offer(Source.TELEOP, asked, 0.0)
+    assert arbiter.decide(0.0).velocity == given
+
+
+def test_x_07_joystick_2_and_minus_3_becomes_1_and_minus_1() -> None:
+    arbiter = VelocityArbiter(VelocityLimits(forward=1.0, backward=1.0, sideways=1.0, turn=1.0))
+    arbiter.offer(Source.JOYSTICK, Velocity(2.0, 0.0, -3.0), 0.0)
+    assert arbiter.decide(0.0).velocity == Velocity(1.0, 0.0, -1.0)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("part", ["vx", "vy", "wz"])
+def test_x_07b_what_is_not_a_number_is_dropped_and_counted(bad: float, part: str) -> None:
+    arbiter = VelocityArbiter()
+    arbiter.offer(Source.JOYSTICK, AHEAD, 0.0)
+    broken = Velocity(**{"vx": 0.0, "vy": 0.0, "wz": 0.0, part: bad})
+    assert arbiter.offer(Source.JOYSTICK, broken, 0.4) is Verdict.NOT_A_NUMBER
+    assert arbiter.dropped[Source.JOYSTICK] == 1
+    assert arbiter.decide(0.4).velocity == AHEAD
+    assert arbiter.decide(0.6).velocity == STILL  # it did not prolong the last good command
+
+
+@given(st.lists(st.tuples(sources, anything, anything, anything, st.floats(0, 2)), max_size=40), st.floats(0, 3))
+def test_whatever_is_offered_the_decision_is_finite_and_within_limits(
+    offers: list[tuple[Source, float, float, float, float]], now: float
+) -> None:
+    arbiter = VelocityArbiter()
+    for source, vx, vy, wz, at in sorted(offers, key=lambda offer: offer[4]):
+        arbiter.offer(source, Velocity(vx, vy, wz), at)
+    velocity = arbiter.decide(now).velocity
+    assert -0.5 <= velocity.vx <= 1.6
+    assert abs(velocity.vy) <= 0.4
+    assert abs(velocity.wz) <= 1.5
+
+
+@given(finite, finite, finite)
+def test_clipping_is_idempotent(vx: float, vy: float, wz: float) -> None:
+    limits = VelocityLimits()
+    once = limits.clip(Velocity(vx, vy, wz))
+    assert limits.clip(once) == once
+
+
+# --- disabled and stopped -------------------------------------------------------------------------------------------
+
+
+def test_x_07_disabled_means_zero_and_refuses() -> None:
+    arbiter = VelocityArbiter(enabled=False)
+    assert arbiter.offer(Source.VOICE, AHEAD, 0.0) is Verdict.DISABLED
+    assert arbiter.decide(0.0).velocity == STILL
+    assert arbiter.decide(0.0).reason == "disabled"
+
+
+def test_x_07_disabling_stops_at_once_and_enabling_revives_nothing() -> None:
+    arbiter = VelocityArbiter()
+    arbiter.offer(Source.TELEOP, AHEAD, 0.0)
+    arbiter.disable()
+    assert arbiter.decide(0.1).velocity == STILL
+    arbiter.enable()
+    assert arbiter.decide(0.1).velocity == STILL
+    arbiter.offer(Source.TELEOP, AHEAD, 0.2)
+    assert arbiter.decide(0.2).velocity == AHEAD
+
+
+def test_f_08_an_emergency_stop_overrides_every_source_until_cleared() -> None:
+    arbiter = VelocityArbiter()
+    arbiter.offer(Source.TELEOP, AHEAD, 0.0)
+    arbiter.stop("bumper")
+    for source in Source:
+        assert arbiter.offer(source, AHEAD, 0.1) is Verdict.STOPPED
+    assert arbiter.decide(0.1).velocity == STILL
+    assert arbiter.decide(0.1).reason == "emergency stop: bumper"
+    arbiter.enable()
+    assert arbiter.stopped == "bumper"
+    arbiter.clear()
+    assert arbiter.decide(0.1).velocity == STILL
+    arbiter.offer(Source.TELEOP, AHEAD, 0.2)
+    assert arbiter.decide(0.2).velocity == AHEAD
+
+
+def test_f_08_clearing_a_stop_does_not_enable_and_the_first_reason_is_kept() -> None:
+    arbiter = VelocityArbiter(enabled=False)
+    arbiter.stop("bumper")
+    arbiter.stop("lidar lost")
+    assert arbiter.stopped == "bumper"
+    assert repr(arbiter) == "<VelocityArbiter stopped: bumper, dropped 0>"
+    arbiter.clear()
+    assert not arbiter.enabled
+    assert arbiter.offer(Source.TELEOP, AHEAD, 0.0) is Verdict.DISABLED
+
+
+# --- voice ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "vx", "wz"),
+    [
+        (("forward", "frente", "FORWARD", "Frente", " forward! "), 1.0, 0.0),
+        (("back", "trás", "tras", "TRÁS", "tra\u0301s"), -1.0, 0.0),
+        (("left", "esquerda", "Esquerda."), 0.0, 1.0),
+        (("right", "direita"), 0.0, -1.0),
+        (("stop", "parar", "STOP", "Parar!"), 0.0, 0.0),
+    ],
+)
+def test_x_07_words_in_english_and_portuguese(words: tuple[str, ...], vx: float, wz: float) -> None:
+    for word in words:
+        assert interpret(word) == Velocity(vx, 0.0, wz)
+
+
+@pytest.mark.parametrize("text", ["stop going forward", "forward stop", "don't stop", "Parar, não frente", "stop_now"])
+def test_x_07b_stop_wins_over_any_other_word(text: str) -> None:
+    assert interpret(text) == STILL
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["don't go forward", "go forward", "forward left", "forwards", "straightforward", "backpack", "", "  ", "jump"],
+)
+def test_x_07b_anything_but_one_exact_word_moves_nothing(text: str) -> None:
+    assert interpret(text) is None
+
+
+sentences = st.lists(st.sampled_from([*WORDS, "go", "please", "não", "now"]), min_size=2, max_size=6)
+
+
+@given(sentences, st.sampled_from([" ", ", ", "-", "_", "  "]))
+def test_x_07b_a_sentence_stops_or_does_nothing(words: list[str], between: str) -> None:
+    expected = STILL if {"stop", "parar"} & set(words) else None
+    assert interpret(between.join(words)) == expected

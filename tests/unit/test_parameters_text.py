@@ -1,0 +1,42 @@
+"""Text given to `param set`."""
+
+from __future__ import annotations
+
+import pytest
+
+from actors.parameters import Parameter, ParameterType
+from actors.parameters.text import parse_parameter
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1.5", 1.5),
+        ("true", True),
+        ("42", 42),
+        ("fast", "fast"),
+        ("", ""),
+        ("null", "null"),
+        ("~", "~"),
+        ("[1.5, 0.2, 0.02]", (1.5, 0.2, 0.02)),
+        ("[1, 2.0]", "[1, 2.0]"),
+        ("{a: 1}", "{a: 1}"),
+        ("2024-01-31", "2024-01-31"),
+        ("2024-13-99", "2024-13-99"),
+        ("[1, 2", "[1, 2"),
+        ("a: b: c", "a: b: c"),
+        ("'5'", "5"),
+        ("[a, b]", ("a", "b")),
+    ],
+)
+def test_p04_p05_text_is_typed_as_ros2_param_set_types_it(text: str, value: object) -> None:
+    assert parse_parameter("max_velocity", text) == Parameter("max_velocity", value)
+
+
+def test_an_empty_list_is_an_empty_array_of_bool() -> None:
+    assert parse_parameter("p", "[]") == Parameter("p", (), ParameterType.BOOL_ARRAY)
+
+
+def test_p01_an_integer_beyond_64_bits_is_refused() -> None:
+    with pytest.raises(ValueError, match="64 bits"):
+        parse_parameter("p", "9223372036854775808")
