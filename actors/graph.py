@@ -15,6 +15,7 @@ from actors.qos import compatible
 if TYPE_CHECKING:
     from actors.actions import ActionServer
     from actors.channel import Publisher, Queue
+    from actors.interfaces.message import Message
     from actors.services import Server
 
 __all__ = ["ActionEntry", "Graph", "Participant", "ServerEntry", "ServiceEntry", "TopicEntry"]
@@ -34,13 +35,15 @@ class Participant(Protocol):
 class TopicEntry:
     """One topic of the graph, by its full name."""
 
-    __slots__ = ("graph", "mismatches", "name", "publishers", "sent", "subscriptions")
+    __slots__ = ("graph", "mismatches", "name", "opened", "publishers", "sent", "subscriptions")
 
     def __init__(self, graph: Graph, name: str) -> None:
         self.graph: Final = graph
         self.name: Final = name
         self.publishers: list[Publisher[Any]] = []
         self.subscriptions: list[Queue[Any]] = []
+        self.opened: float | None = None
+        """When the first publisher came, seconds on the system's clock."""
         self.sent = 0
         """Messages of publishers that have left."""
         self.mismatches: dict[tuple[str, str, str], str] = {}
@@ -62,10 +65,13 @@ class TopicEntry:
     @property
     def type_names(self) -> tuple[str, ...]:
         """The ROS type names in use here, normally one."""
-        endpoints = (*self.publishers, *self.subscriptions)
-        return tuple(sorted({endpoint.type.__ros_type__ for endpoint in endpoints}))
+        types: list[type[Message]] = [publisher.type for publisher in self.publishers]
+        types += [queue.type for queue in self.subscriptions]
+        return tuple(sorted({type.__ros_type__ for type in types}))
 
     def add_publisher(self, publisher: Publisher[Any]) -> None:
+        if self.opened is None:
+            self.opened = self.graph.now()
         self.publishers.append(publisher)
         self._retarget(publisher)
         self.graph.changed()
@@ -203,7 +209,8 @@ class ActionEntry(ServerEntry["ActionServer"]):
 class Graph:
     """All names of one system. Names are full names; the nodes expand and remap before they ask."""
 
-    def __init__(self) -> None:
+    def __init__(self, now: Callable[[], float]) -> None:
+        self.now = now
         self.topics: dict[str, TopicEntry] = {}
         self.services: dict[str, ServiceEntry] = {}
         self.actions: dict[str, ActionEntry] = {}

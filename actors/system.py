@@ -68,7 +68,7 @@ class System:
         self.seed = seed
         self.level = level
         self.clock = Clock(self.loop, virtual=bool(getattr(self.loop, "virtual", False)))
-        self.graph = Graph()
+        self.graph = Graph(self.clock.now)
         self.ticker = Ticker(self.loop)
         self.deadlines = Deadlines(self.loop)
         self.rng = self.random("supervision")

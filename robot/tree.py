@@ -15,8 +15,8 @@ stops in reverse order, and the motors sit the robot down.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from actors import Child, Intensity, Supervisor, one_for_one, rest_for_one
 from robot.battery.model import Pack
@@ -31,6 +31,9 @@ from robot.world.body import Body
 from robot.world.motors import Motors
 from robot.world.scene import Pose2
 
+if TYPE_CHECKING:
+    from actors.params_file import ParameterOverrides
+
 __all__ = ["robot_tree"]
 
 INTENSITY = Intensity(3, within=5.0)
@@ -43,38 +46,39 @@ def robot_tree(
     *,
     laps: int = 0,
     motor_delay: float = 0.004,
-    parameters: Mapping[str, Mapping[str, Any]] | None = None,
+    overrides: ParameterOverrides | None = None,
 ) -> Supervisor:
-    """The whole robot around `body`, walking `waypoints`. `parameters` holds the overrides by node name."""
-    given = {name: dict(values) for name, values in (parameters or {}).items()}
-    gait = {"backend": body.backend, "motor_delay": motor_delay, **given.get("gait", {})}
-    patrol = {"laps": laps, **given.get("patrol", {})}
+    """The whole robot around `body`, walking `waypoints`. `overrides` come from parameter files and apply by full node name."""
+
+    def parameters(node: str, **own: Any) -> dict[str, Any]:
+        return own | (overrides.for_node(f"/{node}") if overrides is not None else {})
+
     grid = Grid.from_scene(body.scene)
     return Supervisor(
         "robot",
         strategy=rest_for_one,
         intensity=INTENSITY,
         children=[
-            Child(Motors, args=(body,), parameters=given.get("motors"), stop=3.0),
+            Child(Motors, args=(body,), parameters=parameters("motors"), stop=3.0),
             Supervisor(
                 "sensors",
                 strategy=one_for_one,
                 intensity=INTENSITY,
                 children=[
-                    Child(Proprioception, args=(body,), parameters=given.get("proprioception")),
-                    Child(Lidar, args=(body,), parameters=given.get("lidar")),
+                    Child(Proprioception, args=(body,), parameters=parameters("proprioception")),
+                    Child(Lidar, args=(body,), parameters=parameters("lidar")),
                 ],
             ),
-            Child(Battery, args=(pack,), parameters=given.get("battery")),
-            Child(Gait, parameters=gait),
+            Child(Battery, args=(pack,), parameters=parameters("battery")),
+            Child(Gait, parameters=parameters("gait", backend=body.backend, motor_delay=motor_delay)),
             Supervisor(
                 "autonomy",
                 strategy=rest_for_one,
                 intensity=INTENSITY,
                 children=[
-                    Child(Localizer, args=(grid, body.scene.start), parameters=given.get("localizer")),
-                    Child(Navigation, args=(grid,), parameters=given.get("navigation")),
-                    Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters=patrol),
+                    Child(Localizer, args=(grid, body.scene.start), parameters=parameters("localizer")),
+                    Child(Navigation, args=(grid,), parameters=parameters("navigation")),
+                    Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters=parameters("patrol", laps=laps)),
                 ],
             ),
         ],

@@ -22,6 +22,9 @@ DTYPES: Final[dict[str, np.dtype[Any]]] = {
     "float32": np.dtype(np.float32),
     "float64": np.dtype(np.float64),
 }
+CONTIGUOUS: Final = 0x1
+CONTIGUOUS_WRITEABLE: Final = 0x401
+"""Bits of `ndarray.flags.num`; asking for them at once costs half of asking for each by name."""
 OCTETS: Final = frozenset({"byte", "char", "uint8"})
 
 
@@ -31,9 +34,8 @@ def is_settled(value: Any, dtype: np.dtype[Any]) -> bool:
         type(value) is ndarray
         and value.dtype is dtype
         and value.ndim == 1
-        and not value.flags.writeable
-        and value.flags.c_contiguous
-        and (value.base is None or _cannot_change(value.base))
+        and value.flags.num & CONTIGUOUS_WRITEABLE == CONTIGUOUS
+        and ((base := value.base) is None or type(base) is bytes or _cannot_change(base))
     )
 
 
@@ -161,7 +163,8 @@ def shown(values: NDArray[Any]) -> str:
 def reader(kind: FieldType, order: str) -> Callable[[bytes, int, int], NDArray[Any]]:
     """A function `(data, start, stop) -> array` for the elements of a field on the wire, in byte order `<` or `>`.
 
-    Fixed-size and 8-byte arrays are copies, so that they are aligned and keep no large message alive; the others are views.
+    Arrays of 8-byte numbers are copies, since they would not be aligned in the data; so are short fixed ones, which would
+    keep the whole message alive. Octets and long arrays of smaller numbers are views.
     """
     dtype = DTYPES[kind.base]
     frombuffer = np.frombuffer
@@ -170,7 +173,7 @@ def reader(kind: FieldType, order: str) -> Callable[[bytes, int, int], NDArray[A
     if order == ">" and dtype.itemsize > 1:
         swapped = dtype.newbyteorder(">")
         return lambda data, start, stop: frozen(frombuffer(data[start:stop], swapped).astype(dtype))
-    if kind.array == "fixed" or dtype.itemsize == 8:
+    if dtype.itemsize == 8 or (kind.array == "fixed" and dtype.itemsize > 1):
         return lambda data, start, stop: frombuffer(data[start:stop], dtype)
     size = dtype.itemsize
     return lambda data, start, stop: frombuffer(data, dtype, (stop - start) // size, start)

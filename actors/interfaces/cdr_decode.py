@@ -123,8 +123,9 @@ class _Decoder:
                 plain.append(f"{field.name}={value}")
         if not cls.__ros_fields__:
             self.skip("x", EMPTY_SIZE)
-        name = self.name("C")
-        self.scope[name] = cls
+            self.scope[name := self.name("C")] = cls()  # one for all, however many a sequence claims to hold
+            return name
+        self.scope[name := self.name("C")] = cls
         if odd:
             plain.append("**{" + ", ".join(odd) + "}")
         return f"{name}({', '.join(plain)})"

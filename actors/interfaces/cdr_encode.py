@@ -16,8 +16,6 @@ LITTLE_ENDIAN = int.from_bytes(b"\x00\x01\x00\x00", "little")
 
 PADS = [bytes(count) for count in range(8)]
 """Padding of each length."""
-NULS = [bytes(count + 1) for count in range(8)]
-"""The NUL that ends a string, with the padding after it."""
 
 
 def compile_encoder(cls: type[Message], wstrings: WStrings) -> Callable[[Any], bytes]:
@@ -34,7 +32,7 @@ class _Encoder:
     """The source of one encoder. `n` in it is the position in the body, kept up where data decides it."""
 
     def __init__(self, cls: type[Message], wstrings: WStrings) -> None:
-        self.scope: dict[str, Any] = {"JOIN": b"".join, "PADS": PADS, "NULS": NULS}
+        self.scope: dict[str, Any] = {"JOIN": b"".join, "PADS": PADS}
         self.scope["WIDE"] = lambda text: encode_wide(text, wstrings)
         self.lines: list[str] = []
         self.indent = 1
@@ -42,7 +40,6 @@ class _Encoder:
         self.layout = "I"
         self.values = [str(LITTLE_ENDIAN)]
         self.size = 0  # of the run that is being collected, without the header
-        self.nul = False  # a string has ended, its NUL is not written yet
         self.listed = has_loop(cls)  # parts go to a list; without loops their number is known, and they are variables
         self.parts: list[str] = []
         self.count = 0
@@ -55,7 +52,6 @@ class _Encoder:
             self.line("add = parts.append")
         self.message(cls, "m")
         self.flush()
-        self.end_string()
         self.line("return JOIN(parts)" if self.listed else f"return JOIN(({', '.join(self.parts)},))")
         if not self.listed and len(self.parts) == 1:
             self.lines[-1] = f"    return {self.parts[0]}"
@@ -89,20 +85,13 @@ class _Encoder:
         if padding is None:
             self.flush()
             self.line(f"p = -n & {size - 1}")
-            self.part("NULS[p]" if self.nul else "PADS[p]")
+            self.part("PADS[p]")
             self.line("n += p")
-            self.nul = False
             self.at = Position(size, 0)
         else:
-            self.end_string()
             self.layout += "x" * padding
             self.size += padding
             self.at = self.at.after(padding)
-
-    def end_string(self) -> None:
-        if self.nul:
-            self.part("NULS[0]")
-            self.nul = False
 
     def flush(self) -> None:
         """Packs the run collected so far."""
@@ -150,12 +139,11 @@ class _Encoder:
 
     def string(self, value: str) -> None:
         text = self.name("b")
-        self.line(f"{text} = {value}.encode()")
-        self.primitive("I", f"len({text}) + 1")
+        self.line(f"{text} = ({value} + '\\0').encode()")
+        self.primitive("I", f"len({text})")
         self.flush()
         self.part(text)
-        self.line(f"n += len({text}) + 1")
-        self.nul = True
+        self.line(f"n += len({text})")
         self.at = UNKNOWN
 
     def wide_string(self, value: str) -> None:
@@ -190,7 +178,6 @@ class _Encoder:
     def items(self, field: Field, value: str) -> None:
         """The elements of a sequence of strings or messages."""
         self.flush()
-        self.end_string()
         entry = self.at
         alignment = first_alignment(field.message) if field.message is not None else 4
         if entry.padding(alignment) != 0:  # aligned once before the loop, often no pass needs to do it
@@ -209,7 +196,6 @@ class _Encoder:
             self.indent += 1
             self.element(field, item)
             self.flush()
-            self.end_string()
             self.indent -= 1
             return self.at
 

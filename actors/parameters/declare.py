@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any, Final, Generic, Self, TypeVar, cast, overload
+from typing import Any, Final, Generic, Never, NoReturn, Self, TypeVar, cast, overload
 
 import msgspec
 
@@ -63,7 +63,7 @@ class ParameterDeclaration(Generic[T_co]):
         except KeyError:
             return cast("T_co", core.parameters.value(self.name))
 
-    def __set__(self, instance: object, value: object) -> None:
+    def __set__(self, instance: object, value: Never) -> NoReturn:
         raise AttributeError(
             f"{type(instance).__name__}.{self._attribute} is a parameter and cannot be assigned; "
             f"call self.set_parameter({self.name!r}, {value!r}), which checks the value and reports the change."

@@ -158,7 +158,8 @@ class ParameterStore(ParameterView):
         """Set all parameters or none; one result, one event.
 
         Order: pre-set callbacks, declared?, read-only, type, range and choices, on-set callbacks, store, event,
-        post-set callbacks. A value of None deletes a parameter with dynamic typing.
+        post-set callbacks. A value of None deletes a parameter with dynamic typing; of a name given twice the last
+        value counts.
         Raises ParameterNotDeclared with nothing applied.
         """
         self._refuse_reentry()
@@ -305,8 +306,8 @@ class ParameterStore(ParameterView):
         new: list[Parameter] = []
         changed: list[Parameter] = []
         deleted: list[Parameter] = []
-        for parameter in parameters:
-            name = parameter.name
+        # A name given twice counts once, with its last value, so that an event never contradicts itself.
+        for name, parameter in {parameter.name: parameter for parameter in parameters}.items():
             if parameter.type is ParameterType.NOT_SET:
                 if name in self._descriptors:
                     self._forget(name)

@@ -334,8 +334,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     async def _make_subprocess_transport(self, *args: Any, **kwargs: Any) -> asyncio.SubprocessTransport:
         with self._outside.during("start of a process"):
-            transport: asyncio.SubprocessTransport
-            transport = await super()._make_subprocess_transport(*args, **kwargs)  # type: ignore[misc]
+            transport: Any = await super()._make_subprocess_transport(*args, **kwargs)  # type: ignore[misc]
         self._outside.add_process(transport)
         return transport
 

@@ -32,6 +32,8 @@ GATHER_SPEED = 1.5
 """How fast joints move to the sitting pose, rad/s."""
 GATHERED = 0.35
 """Joints this close (rad) to the sitting pose may begin to rise."""
+SETTLE_TIME = 0.3
+"""Seconds to lie still before rising: the attitude filter needs them after a start."""
 SIT_SPRING, SIT_DAMPER = 60.0, 4.0
 _ZERO: Vector = np.zeros(3)
 STOP_TIME = 2.5
@@ -79,6 +81,7 @@ class GaitController:
         self._sitting: Vector = inverse(nominal_feet(SIT_HEIGHT)).joints
         self._held: Vector | None = None
         self._stopping_for = 0.0
+        self._lying = 0.0
 
     def __repr__(self) -> str:
         x, y, _ = self._estimate.position.tolist()
@@ -166,6 +169,7 @@ class GaitController:
         """Gather the legs to the sitting pose and hold them there softly; the skid carries the body."""
         if self._held is None:
             self._held = joints.position.copy()
+        self._lying += dt
         step = GATHER_SPEED * dt
         self._held = self._held + np.clip(self._sitting - self._held, -step, step)
         held = self._held.tolist()
@@ -179,7 +183,7 @@ class GaitController:
         """Take the next step towards the mode asked for, if this one is finished."""
         mode, goal, planted = self._mode, self._goal, self._planted
         if mode == "sit":
-            if goal != "sit" and self._held is not None and np.abs(joints.position - self._sitting).max() < GATHERED:
+            if goal != "sit" and self._held is not None and self._lying >= SETTLE_TIME and np.abs(joints.position - self._sitting).max() < GATHERED:
                 self._plant("rising", ahead, STAND_HEIGHT, weight=0.0)
         elif mode in ("rising", "lowering") and planted is not None:
             if goal == "sit" and mode == "rising":
@@ -191,7 +195,7 @@ class GaitController:
             elif planted.arrived:
                 self._mode = "stand" if mode == "rising" else "sit"
                 if mode == "lowering":
-                    self._planted, self._held = None, joints.position.copy()
+                    self._planted, self._held, self._lying = None, joints.position.copy(), 0.0
         elif mode == "stand" and planted is not None:
             if goal == "sit":
                 self._mode = "lowering"
@@ -205,20 +209,25 @@ class GaitController:
     def _walk_on(self, dt: float, ahead: Ahead, walker: Walker) -> None:
         """Keep walking, change the gait, or come to rest and plant the feet."""
         if self._goal == "walk":
-            self._mode, self._stopping_for = "walk", 0.0
-            if walker.clock.gait is not self._gait and not walker.swinging:
-                walker.clock.restart(self._gait)
+            self._mode, self._stopping_for, walker.halting = "walk", 0.0, False
+            if walker.clock.gait is not self._gait:
+                walker.halting = True
+                if not walker.swinging:
+                    walker.halting = False
+                    walker.clock.restart(self._gait)
             return
         self._mode = "stopping"
         self._stopping_for += dt
-        if walker.swinging or any(abs(part) > 1e-6 for part in self._commands.velocity):
-            return
-        speed = hypot(*ahead.velocity[:2].tolist())
-        feet = np.array(ahead.legs.feet)[:, :2] - np.array(NOMINAL)
-        if (speed < 0.08 and np.abs(feet - feet.mean(axis=0)).max() < 0.03) or self._stopping_for > STOP_TIME:
-            self._walker, self._stopping_for = None, 0.0
-            self._commands.halt()
-            self._plant("stand", ahead, STAND_HEIGHT, weight=1.0)
+        if walker.halting:
+            if not walker.swinging:
+                self._walker, self._stopping_for = None, 0.0
+                self._commands.halt()
+                self._plant("stand", ahead, STAND_HEIGHT, weight=1.0)
+        elif max(abs(part) for part in self._commands.velocity) < 1e-6:
+            speed = hypot(*ahead.velocity[:2].tolist())
+            feet = np.array(ahead.legs.feet)[:, :2] - np.array(NOMINAL)
+            untwisted = np.abs(feet - feet.mean(axis=0)).max() < 0.04
+            walker.halting = (speed < 0.08 and bool(untwisted)) or self._stopping_for > STOP_TIME
 
     def _plant(self, mode: Mode, ahead: Ahead, height: float, weight: float) -> None:
         self._mode = mode

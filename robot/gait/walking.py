@@ -6,14 +6,14 @@ Source of the equations: robot-domain sections 3 and 4 (controller C), acted on 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import atan, cos, pi, sin, tau
+from math import atan, cos, hypot, pi, sin, tau
 
 import numpy as np
 
 from robot.gait.balance import distribute
 from robot.gait.drive import Targets, joint_speeds
 from robot.gait.estimator import Estimator
-from robot.gait.figures import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, STAND_HEIGHT
+from robot.gait.figures import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES
 from robot.gait.kinematics import leg_inverse, leg_jacobian
 from robot.gait.limbs import torques
 from robot.gait.pattern import Gait, GaitClock
@@ -31,6 +31,10 @@ INERTIA = (0.68, 2.83, 2.95)
 TURN_SPRING = (180.0, 180.0, 60.0)
 TURN_DAMPER = (18.0, 18.0, 12.0)
 SPEED_GAIN, SPEED_INTEGRAL, MOST_INTEGRAL = 6.0, 3.0, 2.0
+WALK_HEIGHT, CROUCH, CROUCH_SPEEDS = 0.52, 0.05, (1.0, 2.0)
+"""Hip plane over the foot centres, m; how much less of it at speed, m; between which speeds it is lowered, m/s.
+
+Tall legs carry cheaply (the knee's torque falls with its bend), bent ones reach far."""
 HEIGHT_SPRING, HEIGHT_DAMPER = 60.0, 12.0
 MOST_PUSH = 5.0
 """Bound of the horizontal acceleration asked of the feet, m/s2."""
@@ -69,10 +73,13 @@ class Walker:
         self.clock = GaitClock(gait)
         self.clock.restart()
         self.acceleration: Vector = np.zeros(3)
-        """Of the body, odom axes, as the forces asked for last imply; m/s2."""
+        """Of the body, odom axes, m/s2: what the forces asked for last imply, less what only makes up for losses."""
         self._legs = [_Leg() for _ in range(4)]
         self._integral = [0.0, 0.0]
         self._heading = ahead.yaw
+        self.height = WALK_HEIGHT
+        self.halting = False
+        """While true no foot lifts any more: the walk ends with all feet on the ground."""
 
     def leaving(self) -> list[bool]:
         """Which feet are in the last tenth of their stance."""
@@ -86,6 +93,7 @@ class Walker:
 
     def step(self, dt: float, estimate: Estimator, ahead: Ahead, terrain: TerrainPlane, command: Triple) -> Targets:
         """The motor targets of this step for the velocity `command` (forward, left, turn; heading frame)."""
+        self._pace(ahead, command)
         self.clock.advance(dt)
         c, s = cos(ahead.yaw), sin(ahead.yaw)
         wanted = np.array((c * command[0] - s * command[1], s * command[0] + c * command[1], 0.0))
@@ -98,13 +106,21 @@ class Walker:
                 self._swing(targets, index, leg, estimate, ahead, terrain, wanted, command[2])
         return targets
 
+    def _pace(self, ahead: Ahead, command: Triple) -> None:
+        """Choose the step period and the body height for how fast the body is or should be."""
+        vx, vy, _ = ahead.velocity.tolist()
+        speed = max(hypot(vx, vy), hypot(command[0], command[1]))
+        self.clock.hurry(speed)
+        low, high = CROUCH_SPEEDS
+        self.height = WALK_HEIGHT - CROUCH * max(0.0, min(1.0, (speed - low) / (high - low)))
+
     def _schedule(self, dt: float, estimate: Estimator, ahead: Ahead) -> None:
         """Decide for each leg whether it stands or swings at the moment the motors act."""
         for index, leg in enumerate(self._legs):
             progress = self.clock.swing(index, ahead.lead)
             contact = estimate.contact[index]
             if progress >= 0.0:
-                if not leg.swinging and leg.late == 0.0 and leg.landed and progress < EARLY:
+                if not (leg.swinging or self.halting) and leg.late == 0.0 and leg.landed and progress < EARLY:
                     leg.swinging = True
                     x, y, z = (ahead.position + ahead.feet[index]).tolist()
                     leg.start = (x, y, z)
@@ -133,11 +149,14 @@ class Walker:
             self.acceleration = np.array((0.0, 0.0, -GRAVITY))
             return
         wrench = self._wrench(dt, standing, ahead, terrain, wanted, command[2])
+        c, s = cos(ahead.yaw), sin(ahead.yaw)
         centre = ahead.rotation @ np.array(ahead.legs.centre)
         arms = ahead.feet[standing] - centre
         arms[:, 2] -= FOOT_RADIUS
         forces = distribute([(x, y, z) for x, y, z in arms.tolist()], wrench)
         self.acceleration = forces.sum(axis=0) / MASS
+        self.acceleration[0] -= c * self._integral[0] - s * self._integral[1]
+        self.acceleration[1] -= s * self._integral[0] + c * self._integral[1]
         self.acceleration[2] -= GRAVITY
         wx, wy, wz = wanted @ ahead.rotation
         for leg, (fx, fy, fz) in zip(standing, (forces @ ahead.rotation).tolist(), strict=True):
@@ -165,7 +184,7 @@ class Walker:
         feet: list[list[float]] = ahead.feet.tolist()
         height = -sum(feet[leg][2] - slope_x * feet[leg][0] - slope_y * feet[leg][1] for leg in standing) / len(standing)
         climb = slope_x * vx + slope_y * vy - vz
-        lift = GRAVITY + HEIGHT_SPRING * (STAND_HEIGHT - height) + HEIGHT_DAMPER * climb
+        lift = GRAVITY + HEIGHT_SPRING * (self.height - height) + HEIGHT_DAMPER * climb
 
         self._heading = ahead.yaw + _clip(_wrap(self._heading + turn * dt - ahead.yaw), HEADING_ERROR)
         roll = _clip(atan(c * slope_y - s * slope_x), 0.5)
@@ -200,10 +219,10 @@ class Walker:
         wanted: Vector,
         turn: float,
     ) -> None:
-        gait = self.clock.gait
+        duration = self.clock.swing_time
         progress = self.clock.swing(index, ahead.lead) if leg.swinging else 1.0
-        end = self._foothold(index, (1.0 - progress) * gait.swing_time, estimate, ahead, terrain, wanted, turn)
-        place, speed = swing_path(leg.start, end, progress, gait.swing_time, gait.clearance)
+        end = self._foothold(index, (1.0 - progress) * duration, estimate, ahead, terrain, wanted, turn)
+        place, speed = swing_path(leg.start, end, progress, duration, self.clock.gait.clearance)
         if not leg.swinging:
             place = (place[0], place[1], place[2] - SEARCH_SPEED * (leg.late - GRACE))
             speed = (0.0, 0.0, -SEARCH_SPEED)
@@ -234,13 +253,13 @@ class Walker:
         turn: float,
     ) -> Triple:
         """Where the foot should land, odom axes: Raibert's rule with a yaw term (robot-domain section 3)."""
-        half = 0.5 * self.clock.gait.stance_time
+        half = 0.5 * self.clock.stance_time
         yaw = ahead.yaw + ahead.turn[2] * remaining
         c, s = cos(yaw), sin(yaw)
         nominal_x, nominal_y = NOMINAL[index][0] - COM_SHIFT, NOMINAL[index][1]
         rx, ry = c * nominal_x - s * nominal_y, s * nominal_x + c * nominal_y
         vx, vy = float(ahead.velocity[0]), float(ahead.velocity[1])
-        lean = 0.5 * STAND_HEIGHT / GRAVITY * turn
+        lean = 0.5 * WALK_HEIGHT / GRAVITY * turn
         x = (
             float(ahead.position[0])
             + vx * remaining

@@ -29,6 +29,8 @@ SILENCE = 0.1
 """Seconds without targets after which the motors act by themselves."""
 SAFE_STOP_SECONDS = 1.4
 """How long a stop of the node may take to sit the robot down."""
+KINEMATIC_SIT_SECONDS = 2.4
+"""The same for the kinematic body, which sits in its own time."""
 
 
 class Motors(Node):
@@ -83,9 +85,12 @@ class Motors(Node):
         """Brake and sit, then let go. After a failure of this node itself its next life, or the drives, take over."""
         if not isinstance(reason, Stopped):
             return
+        self.log.info("stopping: braking and sitting down")
+        self._safe = self._safe or SafeStop()
+        seconds = SAFE_STOP_SECONDS if self._kinematic is None else KINEMATIC_SIT_SECONDS
         begun = self.clock.now()
         tick = 0
-        while self.clock.now() - begun < SAFE_STOP_SECONDS and not (self._safe is not None and self._safe.done):
+        while self.clock.now() - begun < seconds and not (self._safe.done and self._kinematic is None):
             tick += 1
             await self.clock.sleep_until(begun + tick / RATE)
             self._body.advance(self.clock.now())

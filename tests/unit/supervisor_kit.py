@@ -46,7 +46,7 @@ def child(name: str, **options: Any) -> Child:
 class Script:
     """What a child does. `start`: seconds of its start phase; `refuse`: what it raises at the end of it; `after`: seconds
     until it ends by itself, by returning or raising `end`; `cleanup`: seconds that it needs to stop; `stubborn`: it
-    swallows every cancellation; `hides`: it takes its supervisor's callback off its own task."""
+    swallows every cancellation until the world releases it; `hides`: it takes its supervisor's callback off its own task."""
 
     def __init__(
         self,
@@ -108,6 +108,8 @@ class ScriptedLife:
         while script.stubborn:
             try:
                 await self.world.released.wait()
+                if script.end is not None:
+                    raise script.end
                 return
             except asyncio.CancelledError:
                 self.world.note("refused", self)

@@ -78,7 +78,7 @@ def test_p02_reading_an_undeclared_one_names_parameter_and_node() -> None:
 def test_assigning_is_refused_with_the_way_to_do_it() -> None:
     mover = started_mover()
     with pytest.raises(AttributeError, match=r"call self\.set_parameter\('speed', 1\.0\)"):
-        mover.speed = 1.0  # type: ignore[misc]
+        mover.speed = 1.0  # type: ignore[assignment]
     assert mover.speed == 0.5
 
 

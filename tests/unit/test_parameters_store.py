@@ -182,7 +182,7 @@ def test_an_override_meets_a_declaration_made_later() -> None:
         (
             ("x", math.nan, ParameterDescriptor(floating_point_range=FloatingPointRange(0, 1))),
             InvalidParameterValue,
-            "",
+            "value nan",
         ),
     ],
 )
@@ -368,6 +368,13 @@ def test_a_dynamic_parameter_changes_type_and_its_description_follows(store: Par
     for value in (1, "text", (True,)):
         assert store.set_values({"d": value}).successful
         assert store.describe("d").type is store.type_of("d") is ParameterType.of(value)
+
+
+def test_of_a_name_given_twice_the_last_value_counts(store: ParameterStore, changes: list[ParameterChange]) -> None:
+    store.declare("d", 1, DYNAMIC)
+    changes.clear()
+    assert store.set_atomically([Parameter("d"), Parameter("d", 5), Parameter("d", "last")]).successful
+    assert changes == [ParameterChange(changed=(Parameter("d", "last"),))]
 
 
 def test_an_empty_atomic_set_does_nothing(store: ParameterStore, changes: list[ParameterChange]) -> None:

@@ -258,3 +258,8 @@ def test_any_text_is_read_or_refused(text: str) -> None:
         with contextlib.suppress(InvalidParams):
             read(text)
     parse_set_value(text)
+
+
+def test_the_repr_shows_the_entries() -> None:
+    assert repr(EMPTY.with_rule("gait:speed:=0.5")) == "ParameterOverrides({'gait': {'speed': 0.5}})"
+    assert EMPTY != {}

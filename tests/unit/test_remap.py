@@ -133,3 +133,12 @@ def test_the_repr_shows_the_rules() -> None:
     assert repr(Remapping(rules("a:=b"), rules("__ns:=/x"))) == "Remapping(a:=b, __ns:=/x)"
     assert repr(Remapping()) == "Remapping(no rules)"
     assert not Remapping()
+
+
+def test_a_full_name_without_a_rule_stays() -> None:
+    remapping = Remapping(rules("scan:=points"))
+
+    assert remapping.topic("/front/scan", "lidar", "/front") == remapping.service("/front/scan", "lidar", "/front")
+    assert remapping.topic("/front/scan", "lidar", "/front") == "/front/points"
+    assert remapping.topic("/scan", "lidar", "/front") == "/scan"
+    assert remapping.service("/scan", "lidar", "/front") == "/scan"

@@ -405,7 +405,7 @@ async def test_replace_serves_the_next_attempt_of_a_child_that_is_restarting() -
 
 
 @virtual
-async def test_replace_during_a_group_restart_and_during_the_start() -> None:
+async def test_replace_during_a_group_restart() -> None:
     def better() -> None: ...
 
     world = World(a=[Script(), Script(start=5), Script()], c=Script(cleanup=1))
@@ -420,9 +420,15 @@ async def test_replace_during_a_group_restart_and_during_the_start() -> None:
         assert world.events("start")[3:] == ["start a", "start a", "start b", "start c"]
         assert [life.child.factory is better for life in world.alive] == [True, True, False]
         assert world.errors() == ["child_terminated a"]
+
+
+@virtual
+async def test_replace_while_the_supervisor_still_starts_waits_for_its_turn() -> None:
     world = World(b=Script(start=10))
-    supervisor = await launch(world, Supervisor("root", children=[child("a"), child("b")]))
-    assert await supervisor.replace("a", better) is None or True
+    supervisor = await launch(world, Supervisor("root", children=[child("a"), child("b"), child("c")]))
+    assert await supervisor.replace("a", World) == supervisor.which("a")
+    await world.ready.wait()
+    assert world.events("start")[2:] == ["start a", "start c"]
     supervisor.stop()
     await world.host
 

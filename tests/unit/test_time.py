@@ -233,3 +233,16 @@ def test_calls_come_on_the_grid_at_most_one_a_period_and_never_early(period: int
 
     assert all((due - start) % period == 0 for due in planned)
     assert planned == sorted(set(planned))
+
+
+def test_the_reprs_tell_the_state() -> None:
+    clock = RosClock(lambda: 0)
+    clock.activate()
+    timer = TimerGrid(100, 5)
+    threshold = JumpThreshold(min_forward=Duration(seconds=1), min_backward=None)
+
+    assert repr(clock) == "RosClock(Time(0.0 s, ROS_TIME), simulated time)"
+    assert repr(threshold) == "JumpThreshold(forward Duration(1.0 s), backward None, source changes)"
+    assert repr(timer) == "TimerGrid(every 100 ns, next at 105 ns)"
+    timer.cancel()
+    assert repr(timer) == "TimerGrid(every 100 ns, canceled)"

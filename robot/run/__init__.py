@@ -1,0 +1,1 @@
+"""`python -m robot run`: the whole robot in a world, watched by a judge, with a report at the end."""

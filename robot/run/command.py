@@ -1,0 +1,209 @@
+"""`python -m robot run`, from the checked options to the exit code."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from robot.run.options import Options, UsageError, parse
+
+if TYPE_CHECKING:
+    from actors.params_file import ParameterOverrides
+    from actors.system import System
+    from robot.run.judge import Score
+    from robot.world.body import Body
+    from robot.world.scene import Scene
+
+__all__ = ["main"]
+
+VIRTUAL_DURATION = 120.0
+"""A run on the virtual clock needs an end; this is its default, seconds."""
+
+
+def main(argv: Sequence[str]) -> int:
+    """0: ended as asked; 2: cannot be run as asked; 3: a supervisor gave up; 130 and 143: SIGINT and SIGTERM."""
+    # One thread for BLAS: 12 x 12 matrices gain nothing from more, and the last bits of a sum would depend on their number.
+    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")
+    try:
+        return Session(parse(argv)).run()
+    except UsageError as error:
+        print(f"robot run: {error}", file=sys.stderr)
+        return 2
+
+
+class Session:
+    """One run: what it needs is made and checked first, then the tree is started."""
+
+    def __init__(self, options: Options) -> None:
+        self.options = options
+        self.scene = self._scene()
+        self.waypoints, self.laps = self._waypoints()
+        self.overrides = self._overrides()
+        self.body: Body = self._body()
+
+    def run(self) -> int:
+        from actors import StartFailed, SupervisorGaveUp, execute
+
+        try:
+            return execute(self._main, clock=self.options.clock)
+        except (SupervisorGaveUp, StartFailed) as error:
+            print(f"robot run: {error}", file=sys.stderr)
+            return 3
+        except KeyboardInterrupt:  # before the first await, or on a platform without signal handlers
+            return 130
+        finally:
+            self.body.close()
+
+    # -- what can be wrong with it, found before anything runs --------------------------------------------------------------
+
+    def _scene(self) -> Scene:
+        from robot.world.worlds import UnknownWorld, get_world
+
+        try:
+            return get_world(self.options.world)
+        except UnknownWorld as error:
+            raise UsageError(f"--world {self.options.world}: {error.args[0]}") from None
+
+    def _waypoints(self) -> tuple[list[tuple[str, Any]], int]:
+        goal = self.options.goal
+        if goal is None:
+            return [(f"patrol_{number}", pose) for number, pose in enumerate(self.scene.patrol, start=1)], 0
+        from robot.navigation.errors import NavigationError
+        from robot.navigation.grid import Grid
+        from robot.navigation.navigator import Navigator
+        from robot.world.scene import Pose2
+
+        pose = Pose2(*goal)
+        try:
+            Navigator(Grid.from_scene(self.scene)).set_goal(pose, start=self.scene.start)
+        except NavigationError as error:
+            raise UsageError(f"--goal {goal[0]:g} {goal[1]:g}: {error}") from None
+        return [("goal", pose)], 1
+
+    def _overrides(self) -> ParameterOverrides | None:
+        path = self.options.params
+        if path is None:
+            return None
+        from actors.params_file import InvalidParams, ParameterOverrides
+
+        try:
+            return ParameterOverrides().with_file(path)
+        except InvalidParams as error:
+            raise UsageError(f"--params: {error}") from None
+
+    def _body(self) -> Body:
+        options = self.options
+        if options.backend == "kinematic":
+            from robot.world.kinematic import KinematicBody
+
+            return KinematicBody(self.scene, seed=options.seed)
+        from robot.world.physics import BackendMissing, PhysicsBody
+
+        try:
+            return PhysicsBody(self.scene, seed=options.seed, delay=options.motor_delay)
+        except BackendMissing as error:
+            raise UsageError(str(error)) from None
+
+    # -- the run ------------------------------------------------------------------------------------------------------------
+
+    async def _main(self) -> int:
+        from actors import Child, run
+        from actors.logs import console_sink, json_sink, level_of
+        from robot.battery.model import Pack
+        from robot.run.judge import Judge, Score
+        from robot.run.report import last_sample, make_report
+        from robot.run.status import Status, StatusLine
+        from robot.tree import robot_tree
+
+        options, began = self.options, time.monotonic()
+        line, score = StatusLine(), Score()
+        sink = json_sink() if options.log_format == "json" else console_sink()
+        line.live = line.live and options.log_format == "console"
+        tree = robot_tree(
+            self.body, Pack(options.battery), self.waypoints,
+            laps=self.laps, motor_delay=options.motor_delay, overrides=self.overrides,
+        )  # fmt: skip
+        report: dict[str, Any] = {}
+        context = run(tree, seed=options.seed, sinks=(line.above(sink),), level=level_of(options.log_level))
+        try:
+            async with context as system:
+                await system.join(Child(Judge, args=(self.body, score)))
+                await system.join(Child(Status, args=(line, self.body.backend)))
+                self._announce(system)
+                try:
+                    await self._until_over(system)
+                finally:
+                    report = make_report(system, self.body, score, self._header())
+        finally:
+            line.end()
+            report |= {"last": last_sample(self.body), "wall_seconds": round(time.monotonic() - began, 3)}
+            self._conclude(score, report)
+        return system.exit_code
+
+    async def _until_over(self, system: System) -> None:
+        """Let the time pass: crashes that were ordered, the end of the mission, the end of the duration, or the end of the tree."""
+        import asyncio
+
+        from robot.tasks.patrol import Patrol
+
+        duration = self.options.duration
+        if duration is None and self.options.clock == "virtual":
+            duration = VIRTUAL_DURATION
+        for crash in self.options.crashes:
+            system.loop.call_at(system.clock.loop_time(crash.at), _crash, system, crash.node)
+        ended = asyncio.ensure_future(system.wait())
+        try:
+            while not ended.done():
+                left = 0.1 if duration is None else min(0.1, duration - system.clock.now())
+                if left <= 0.0:
+                    break
+                await asyncio.wait([ended], timeout=left)
+                if any(isinstance(state.core.node, Patrol) and state.core.node.finished for state in system.nodes.values() if state.core):
+                    await asyncio.wait([ended], timeout=3.0)  # the sit that ends the mission takes about two seconds
+                    break
+            if ended.done():
+                ended.result()
+        finally:
+            ended.cancel()
+
+    def _announce(self, system: System) -> None:
+        warning = {"note": "the kinematic body has no physics: it cannot fall, and nothing here counts as walking"}
+        system.log.info(
+            "robot running", world=self.scene.name, backend=self.body.backend, clock=self.options.clock, seed=self.options.seed,
+            **(warning if self.body.backend == "kinematic" else {}),
+        )  # fmt: skip
+
+    def _header(self) -> dict[str, Any]:
+        options = self.options
+        return {
+            "backend": self.body.backend, "world": self.scene.name, "clock": options.clock, "seed": options.seed,
+            "motor_delay": options.motor_delay, "battery_percent": options.battery,
+        }  # fmt: skip
+
+    def _conclude(self, score: Score, report: dict[str, Any]) -> None:
+        reached = sum(goal.outcome == "succeeded" for goal in score.goals)
+        print(
+            f"{self.body.backend} body: {report.get('simulated_seconds', 0.0):.1f} s, {score.walked:.1f} m walked, {reached} goals reached, "
+            f"{score.falls} falls, {len(score.contacts)} contacts",
+            file=sys.stderr,
+        )
+        if self.options.report is not None:
+            with open(self.options.report, "w", encoding="utf-8") as file:
+                json.dump(report, file, indent=1, sort_keys=True)
+                file.write("\n")
+
+
+def _crash(system: System, name: str) -> None:
+    """Make a node fail as if one of its handlers had raised."""
+    from actors.core import Failure
+
+    for state in system.nodes.values():
+        if name in (state.identity.name, state.identity.fqn) and state.core is not None:
+            state.mailbox.inbox.put_control(Failure(RuntimeError("crashed on request (--crash)"), "--crash"))
+            return
+    system.log.error("there is no such node to crash", asked=name)

@@ -1,0 +1,104 @@
+"""The judge: it sees the true state, which no controller may, and keeps the score."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import hypot
+
+import numpy as np
+
+from actors import Node, every
+from actors.interfaces.sensor_msgs.msg import BatteryState
+from robot.contracts import BATTERY_STATE, GOAL_REPORT
+from robot.interfaces.robactor_msgs.msg import GoalReport
+from robot.navigation.footprint import Footprint
+from robot.navigation.grid import signed_distance
+from robot.world.body import Body
+from robot.world.dock import heading
+
+__all__ = ["Judge", "Score", "ScoredGoal"]
+
+
+@dataclass(frozen=True, slots=True)
+class ScoredGoal:
+    """One goal of the mission and how well the true body met it."""
+
+    name: str
+    x: float
+    y: float
+    outcome: str
+    reason: str
+    at: float
+    """When it ended, seconds on the run's clock."""
+    seconds: float
+    true_error: float
+    """Distance of the true body from the goal when it ended, m."""
+    behind_obstacle: bool
+
+
+@dataclass(slots=True)
+class Score:
+    """What the judge saw."""
+
+    walked: float = 0.0
+    falls: int = 0
+    contacts: dict[str, float] = field(default_factory=lambda: {})
+    """Obstacle -> when it was first touched, s."""
+    clearance: float = float("inf")
+    """Smallest distance of the body's outline to an obstacle, m."""
+    goals: list[ScoredGoal] = field(default_factory=lambda: [])
+    charge: float | None = None
+    """Coulomb count, 0..1."""
+    charging: bool = False
+
+
+class Judge(Node):
+    """Looks at the true body 50 times a second. Not a part of the robot."""
+
+    def __init__(self, body: Body, score: Score) -> None:
+        self._body = body
+        self._score = score
+        self._last: tuple[float, float] | None = None
+        self._down = False
+        self._outline = Footprint().outline
+
+    @every(hz=50)
+    def look(self) -> None:
+        self._body.advance(self.clock.now())
+        truth, score = self._body.truth(), self._score
+        x, y = float(truth.position[0]), float(truth.position[1])
+        if self._last is not None:
+            step = hypot(x - self._last[0], y - self._last[1])
+            if step > 0.002:  # below this it is the sway of standing, not walking
+                score.walked += step
+                self._last = (x, y)
+        else:
+            self._last = (x, y)
+        if truth.fallen and not self._down:
+            score.falls += 1
+        self._down = truth.fallen
+        for name in truth.touching:
+            score.contacts.setdefault(name, round(self.clock.now(), 3))
+        yaw = heading(truth)
+        c, s = np.cos(yaw), np.sin(yaw)
+        px = x + c * self._outline[:, 0] - s * self._outline[:, 1]
+        py = y + s * self._outline[:, 0] + c * self._outline[:, 1]
+        for obstacle in self._body.scene.obstacles:
+            score.clearance = min(score.clearance, float(signed_distance(obstacle, px, py).min()))
+
+    @GOAL_REPORT.on()
+    def goal(self, message: GoalReport) -> None:
+        self._body.advance(self.clock.now())
+        position = self._body.truth().position
+        error = hypot(float(position[0]) - message.x, float(position[1]) - message.y)
+        self._score.goals.append(
+            ScoredGoal(
+                message.name, message.x, message.y, message.outcome, message.reason, round(self.clock.now(), 3), round(message.seconds, 3),
+                round(error, 4), message.behind_obstacle,
+            )
+        )  # fmt: skip
+
+    @BATTERY_STATE.on()
+    def battery(self, message: BatteryState) -> None:
+        self._score.charge = message.percentage
+        self._score.charging = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
