@@ -47,7 +47,7 @@ class Publisher(Generic[M]):
         self.suspended = False
         self.targets: tuple[Callable[[M], None], ...] = ()
         self.history: deque[M] | None = deque(maxlen=None if qos.keep_all else qos.depth) if qos.transient_local else None
-        self._expects: builtin_type[Any] = type
+        self._expects: object = type
         self._thread = get_ident()
 
     def __repr__(self) -> str:
@@ -114,9 +114,6 @@ class Publisher(Generic[M]):
             )
         if not self.suspended:
             raise NotStarted(f"{self.node.fqn} has ended: it can no longer publish on {self.entry.name}")
-
-
-builtin_type = type
 
 
 class Queue(Generic[M]):

@@ -46,6 +46,8 @@ G = TypeVar("G", bound="Message")
 R = TypeVar("R", bound="Message")
 F = TypeVar("F", bound="Message")
 Node = TypeVar("Node")
+T = TypeVar("T")
+_Class: TypeAlias = type[T]  # inside the contracts' classes their own field `type` hides the builtin
 Nothing = TypeVar("Nothing", bound="Coroutine[Any, Any, None] | None")
 Verdict = TypeVar("Verdict", bound="Coroutine[Any, Any, bool] | bool")
 
@@ -241,8 +243,8 @@ class Service(Generic[Req, Resp]):
         parts = cast("Any", type)
         if not hasattr(type, "Request") or not hasattr(type, "Response"):
             raise DeclarationError(f"Service({type!r}, {name!r}): not a service type; one has .Request and .Response")
-        self.request: Final[builtin_type[Req]] = parts.Request
-        self.response: Final[builtin_type[Resp]] = parts.Response
+        self.request: Final[_Class[Req]] = parts.Request
+        self.response: Final[_Class[Resp]] = parts.Response
         self.name: Final = _contract_name("Service", name)
         self.qos: Final = of(qos)
 
@@ -277,9 +279,9 @@ class Action(Generic[G, R, F]):
         parts = cast("Any", type)
         if not all(hasattr(type, part) for part in ("Goal", "Result", "Feedback")):
             raise DeclarationError(f"Action({type!r}, {name!r}): not an action type; one has .Goal, .Result and .Feedback")
-        self.goal: Final[builtin_type[G]] = parts.Goal
-        self.result: Final[builtin_type[R]] = parts.Result
-        self.feedback: Final[builtin_type[F]] = parts.Feedback
+        self.goal: Final[_Class[G]] = parts.Goal
+        self.result: Final[_Class[R]] = parts.Result
+        self.feedback: Final[_Class[F]] = parts.Feedback
         self.name: Final = _contract_name("Action", name)
 
     def __repr__(self) -> str:
@@ -314,9 +316,6 @@ class Action(Generic[G, R, F]):
         """Decorate the method that is asked before a running goal is canceled; it returns False to refuse."""
         GoalHook(self, "cancels").attach(function)
         return function
-
-
-builtin_type = type  # the contracts' own field `type` hides the builtin inside their classes
 
 
 def _contract_name(kind: str, name: str) -> str:

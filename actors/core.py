@@ -17,7 +17,7 @@ from actors.channel import ConcurrentFeed, Feed, Publisher, Stream, Subscription
 from actors.errors import DeclarationError, NodeRestarting, WrongThread
 from actors.goal_client import Goal
 from actors.inbox import Inbox, Item, awaited_in
-from actors.qos import QoS
+from actors.qos import QoS, resolve_publisher, resolve_subscription
 from actors.services import Client, Server
 from actors.supervision.reasons import Stop
 from actors.timers import TimerItem, TimerRecord
@@ -205,14 +205,17 @@ class Core:
 
     def publisher(self, topic: Topic[M], qos: QoS) -> Publisher[M]:
         self.check_thread()
-        publisher = Publisher(self, self.system.graph.topic(self.identity.topic(topic.name)), topic.type, qos)
+        entry = self.system.graph.topic(self.identity.topic(topic.name))
+        offered = resolve_publisher(qos, [queue.qos for queue in entry.subscriptions])
+        publisher = Publisher(self, entry, topic.type, offered)
         self.publishers.append(publisher)
         publisher.entry.add_publisher(publisher)
         return publisher
 
     def subscribe(self, topic: Topic[M], qos: QoS) -> Stream[M]:
         self.check_thread()
-        queue = Subscription(self, self.system.graph.topic(self.identity.topic(topic.name)), topic.type, qos)
+        entry = self.system.graph.topic(self.identity.topic(topic.name))
+        queue = Subscription(self, entry, topic.type, resolve_subscription(qos, [one.qos for one in entry.publishers]))
         self.streams.append(queue)
         queue.on_close = self.streams.remove
         queue.entry.add_subscription(queue)
@@ -242,6 +245,7 @@ class Core:
             feed = None
         fresh = feed is None
         if feed is None:
+            qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
             if concurrent:
                 feed = ConcurrentFeed(self, entry, topic.type, qos, self.inbox, label, concurrent)
             else:

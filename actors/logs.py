@@ -10,13 +10,15 @@ import sys
 from collections.abc import Callable
 from typing import IO, TYPE_CHECKING, Any, Final
 
+from actors.levels import Level
+
 if TYPE_CHECKING:
     from actors.clock import Clock
 
-__all__ = ["DEBUG", "ERROR", "FATAL", "INFO", "LEVEL_NAMES", "WARN", "LogRecord", "LogSink", "NodeLog", "console_sink", "json_sink", "level_of", "structlog_sink"]
+__all__ = ["DEBUG", "ERROR", "FATAL", "INFO", "LEVEL_NAMES", "WARN", "LogRecord", "LogSink", "NodeLog", "console_sink", "json_sink", "structlog_sink"]
 
-DEBUG, INFO, WARN, ERROR, FATAL = 10, 20, 30, 40, 50
-LEVEL_NAMES: Final = {DEBUG: "debug", INFO: "info", WARN: "warning", ERROR: "error", FATAL: "fatal"}
+DEBUG, INFO, WARN, ERROR, FATAL = Level.DEBUG, Level.INFO, Level.WARN, Level.ERROR, Level.FATAL
+LEVEL_NAMES: Final[dict[int, str]] = {DEBUG: "debug", INFO: "info", WARN: "warning", ERROR: "error", FATAL: "fatal"}
 
 
 class LogRecord:
@@ -38,15 +40,6 @@ class LogRecord:
 
 
 LogSink = Callable[[LogRecord], None]
-
-
-def level_of(name: str) -> int:
-    """The number of a level by its ROS name in any case: debug, info, warn, error, fatal."""
-    levels = {"debug": DEBUG, "info": INFO, "warn": WARN, "error": ERROR, "fatal": FATAL}
-    try:
-        return levels[name.lower()]
-    except KeyError:
-        raise ValueError(f"unknown log level {name!r}: use one of {', '.join(levels)}") from None
 
 
 class NodeLog:

@@ -341,9 +341,16 @@ class DynamicSupervisor(Declaration):
     def instance(self, name: str, args: Sequence[object] = (), parameters: Mapping[str, object] | None = None) -> Child:
         """The template as `name`; `args` follow the template's own, `parameters` override them one by one."""
         template = self.template
-        return template.replace(
-            name=name, args=(*template.args, *args), parameters={**template.parameters, **(parameters or {})}
+        instance = object.__new__(Child)  # all but the name has been checked with the template
+        instance._set(
+            **template._fields()
+            | {
+                "name": checked_name(f"DynamicSupervisor({self.name!r}): instance", name),
+                "args": (*template.args, *args),
+                "parameters": {**template.parameters, **(parameters or {})},
+            }
         )
+        return instance
 
     def _positional(self) -> list[str]:
         return [repr(self.name), repr(self.template)]

@@ -1,16 +1,12 @@
 """The robot's supervisor tree: who is in it, in which order, and what happens when one of them fails.
 
-::
+One supervisor, `rest_for_one`: a node that fails is restarted together with those that were started after it, because they build on it.
+The first to start is the last to stop: the motors, which hold the safe stop.
 
-    robot (rest_for_one)
-      motors            first to start, last to stop: the safe stop lives here
-      sensors (one_for_one): proprioception, lidar
-      battery
-      gait              a restart of it restarts the autonomy, too
-      autonomy (rest_for_one): localizer, navigation, patrol
+    motors, proprioception, gait, battery, lidar, localizer, navigation, patrol
 
-A node that fails more often than the intensity allows (3 restarts in 5 s, in `autonomy` and then in `robot`) ends the whole tree: everything
-stops in reverse order, and the motors sit the robot down.
+A node that fails more often than the intensity allows (3 restarts within 5 s) ends the whole tree: everything stops in reverse order,
+and the motors sit the robot down.
 """
 
 from __future__ import annotations
@@ -18,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from actors import Child, Intensity, Supervisor, one_for_one, rest_for_one
+from actors import Child, Intensity, Supervisor, rest_for_one
 from robot.battery.model import Pack
 from robot.battery.node import Battery
 from robot.gait.node import Gait
@@ -35,8 +31,6 @@ if TYPE_CHECKING:
     from actors.params_file import ParameterOverrides
 
 __all__ = ["robot_tree"]
-
-INTENSITY = Intensity(3, within=5.0)
 
 
 def robot_tree(
@@ -57,29 +51,15 @@ def robot_tree(
     return Supervisor(
         "robot",
         strategy=rest_for_one,
-        intensity=INTENSITY,
+        intensity=Intensity(3, within=5.0),
         children=[
             Child(Motors, args=(body,), parameters=parameters("motors"), stop=3.0),
-            Supervisor(
-                "sensors",
-                strategy=one_for_one,
-                intensity=INTENSITY,
-                children=[
-                    Child(Proprioception, args=(body,), parameters=parameters("proprioception")),
-                    Child(Lidar, args=(body,), parameters=parameters("lidar")),
-                ],
-            ),
-            Child(Battery, args=(pack,), parameters=parameters("battery")),
+            Child(Proprioception, args=(body,), parameters=parameters("proprioception")),
             Child(Gait, parameters=parameters("gait", backend=body.backend, motor_delay=motor_delay)),
-            Supervisor(
-                "autonomy",
-                strategy=rest_for_one,
-                intensity=INTENSITY,
-                children=[
-                    Child(Localizer, args=(grid, body.scene.start), parameters=parameters("localizer")),
-                    Child(Navigation, args=(grid,), parameters=parameters("navigation")),
-                    Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters=parameters("patrol", laps=laps)),
-                ],
-            ),
+            Child(Battery, args=(pack,), parameters=parameters("battery")),
+            Child(Lidar, args=(body,), parameters=parameters("lidar")),
+            Child(Localizer, args=(grid, body.scene.start), parameters=parameters("localizer")),
+            Child(Navigation, args=(grid,), parameters=parameters("navigation")),
+            Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters=parameters("patrol", laps=laps)),
         ],
     )

@@ -24,9 +24,13 @@ from actors.interfaces.message import ActionType, Message, ServiceType
 from actors.interfaces.registry import add_folder, get_action, get_message, get_service, known_names
 
 if TYPE_CHECKING:
+    from actors.interfaces.cdr import decode, encode
+    from actors.interfaces.consistency import flaws
+    from actors.interfaces.hashes import type_description, type_hash
     from actors.interfaces.load import load, load_folder
     from actors.interfaces.parse import DefinitionError
     from actors.interfaces.plain import from_plain, to_plain
+    from actors.interfaces.text import definition_text, schema_text, show
 
 __all__ = [
     "ActionType",
@@ -43,7 +47,11 @@ __all__ = [
     "ServiceType",
     "UnknownInterface",
     "add_folder",
+    "decode",
+    "definition_text",
+    "encode",
     "fields_of",
+    "flaws",
     "from_plain",
     "get_action",
     "get_message",
@@ -51,16 +59,28 @@ __all__ = [
     "known_names",
     "load",
     "load_folder",
+    "schema_text",
+    "show",
     "to_plain",
+    "type_description",
+    "type_hash",
     "type_name",
 ]
 
 _LATE = {
     "DefinitionError": "parse",
+    "decode": "cdr",
+    "definition_text": "text",
+    "encode": "cdr",
+    "flaws": "consistency",
     "from_plain": "plain",
     "load": "load",
     "load_folder": "load",
+    "schema_text": "text",
+    "show": "text",
     "to_plain": "plain",
+    "type_description": "hashes",
+    "type_hash": "hashes",
 }
 
 

@@ -35,14 +35,16 @@ def is_settled(value: Any, dtype: np.dtype[Any]) -> bool:
         and value.dtype is dtype
         and value.ndim == 1
         and value.flags.num & CONTIGUOUS_WRITEABLE == CONTIGUOUS
-        and ((base := value.base) is None or type(base) is bytes or _cannot_change(base))
+        and (value.base is None or _cannot_change(value.base))
     )
 
 
 def _cannot_change(base: Any) -> bool:
+    if type(base) is bytes:
+        return True
     if type(base) is ndarray:
         return not base.flags.writeable and (base.base is None or _cannot_change(base.base))
-    return type(base) is bytes
+    return False
 
 
 def frozen(values: NDArray[Any]) -> NDArray[Any]:
@@ -51,8 +53,8 @@ def frozen(values: NDArray[Any]) -> NDArray[Any]:
     return values
 
 
-def to_array(where: str, kind: FieldType, value: Any) -> NDArray[Any]:
-    """`value` as a read-only, one-dimensional array of the field's dtype, owned or backed by bytes.
+def to_array(where: str, kind: FieldType, given: Any) -> NDArray[Any]:
+    """`given` as a read-only, one-dimensional array of the field's dtype, owned or backed by bytes.
 
     Accepts arrays (copied unless they and their base are read-only), bytes-like objects for octets, and any iterable of
     numbers. Whole numbers widen to floats and floats round to float32; nothing is ever truncated or wrapped.
@@ -62,13 +64,14 @@ def to_array(where: str, kind: FieldType, value: Any) -> NDArray[Any]:
         MessageValueError: a number out of range, or a wrong length.
     """
     dtype = DTYPES[kind.base]
-    if isinstance(value, ndarray):
+    value: Any = given  # a name that type checkers do not narrow to half-known types
+    if isinstance(given, ndarray):
         result = _from_array(where, kind, value, dtype)
-    elif isinstance(value, (bytes, bytearray, memoryview)) and kind.base in OCTETS:
+    elif isinstance(given, (bytes, bytearray, memoryview)) and kind.base in OCTETS:
         result = np.frombuffer(bytes(value), dtype)
-    elif isinstance(value, (array, memoryview)):
+    elif isinstance(given, (array, memoryview)):
         result = _from_array(where, kind, np.asarray(value), dtype)
-    elif isinstance(value, (str, bytes, bytearray)) or not isinstance(value, Iterable):
+    elif isinstance(given, (str, bytes, bytearray)) or not isinstance(given, Iterable):
         raise MessageTypeError(f"{where}: expected {kind} (a numpy array or a sequence), got {_shown(value)}")
     else:
         result = _from_items(where, kind, list(value), dtype)
@@ -108,7 +111,8 @@ def _from_array(where: str, kind: FieldType, value: NDArray[Any], dtype: np.dtyp
 
 def _from_items(where: str, kind: FieldType, items: list[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
     accepted = _accepted(kind.base)
-    for wrong in {type(item) for item in items}:
+    kinds: set[type[Any]] = {type(item) for item in items}
+    for wrong in kinds:
         if not issubclass(wrong, accepted) or (wrong is bool and kind.base != "bool"):
             index = next(i for i, item in enumerate(items) if type(item) is wrong)
             raise MessageTypeError(f"{where}[{index}]: expected {kind.base}, got {_shown(items[index])}")

@@ -87,8 +87,7 @@ def _check_header(cls: type[Message], data: bytes) -> None:
 def _encoder(cls: type[Message], wstrings: WStrings) -> Callable[[Any], bytes]:
     encoder = _encoders.get((cls, wstrings))
     if encoder is None:
-        if not (isinstance(cls, type) and issubclass(cls, Message)):
-            raise TypeError(f"{cls!r} is not a message class")
+        _check_class(cls)
         encoder = _encoders[cls, wstrings] = compile_encoder(cls, wstrings)
         if wstrings == "zenoh":
             _usual_encoders[cls] = encoder
@@ -98,12 +97,16 @@ def _encoder(cls: type[Message], wstrings: WStrings) -> Callable[[Any], bytes]:
 def _decoder(cls: type[Message], wstrings: WStrings, order: str) -> Decoder:
     decoder = _decoders.get((cls, wstrings, order))
     if decoder is None:
-        if not (isinstance(cls, type) and issubclass(cls, Message)):
-            raise TypeError(f"{cls!r} is not a message class")
+        _check_class(cls)
         decoder = _decoders[cls, wstrings, order] = compile_decoder(cls, wstrings, order)
         if wstrings == "zenoh" and order == "<":
             _usual_decoders[cls] = decoder
     return decoder
+
+
+def _check_class(cls: Any) -> None:
+    if not (isinstance(cls, type) and issubclass(cls, Message)):
+        raise TypeError(f"{cls!r} is not a message class; for a service or action take one of its parts")
 
 
 def _unencodable(value: Any, where: str) -> str:
@@ -117,6 +120,6 @@ def _unencodable(value: Any, where: str) -> str:
         parts = [(f"{where}.{field.name}", getattr(value, field.name)) for field in value.__ros_fields__]
         return next(filter(None, (_unencodable(part, path) for path, part in parts)), "")
     elif isinstance(value, tuple):
-        items = enumerate(value)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
-        return next(filter(None, (_unencodable(item, f"{where}[{index}]") for index, item in items)), "")
+        items = cast(tuple[Any, ...], value)
+        return next(filter(None, (_unencodable(item, f"{where}[{i}]") for i, item in enumerate(items))), "")
     return ""

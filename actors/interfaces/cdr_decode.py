@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from functools import partial
 from keyword import iskeyword
 from typing import Any, NoReturn
 
@@ -54,7 +55,7 @@ class _Decoder:
     def __init__(self, wstrings: WStrings, order: str) -> None:
         self.order = order
         self.scope: dict[str, Any] = {"TOO_LONG": _too_long, "OVER_BOUND": _over_bound}
-        self.scope["WIDE"] = lambda data: decode_wide(data, wstrings, order)
+        self.scope["WIDE"] = partial(decode_wide, form=wstrings, order=order)
         self.wide_factor = wide_size(1, wstrings)
         self.lines: list[str] = []
         self.indent = 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from functools import partial
 from keyword import iskeyword
 from typing import Any
 
@@ -33,7 +34,7 @@ class _Encoder:
 
     def __init__(self, cls: type[Message], wstrings: WStrings) -> None:
         self.scope: dict[str, Any] = {"JOIN": b"".join, "PADS": PADS}
-        self.scope["WIDE"] = lambda text: encode_wide(text, wstrings)
+        self.scope["WIDE"] = partial(encode_wide, form=wstrings)
         self.lines: list[str] = []
         self.indent = 1
         self.at = START

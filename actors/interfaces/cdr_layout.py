@@ -66,7 +66,8 @@ UNKNOWN: Final = Position(1, 0)
 def has_loop(cls: type[Message]) -> bool:
     """Whether encoding a message of this type walks through a sequence of messages or strings."""
     return any(
-        (field.type.is_array and not field.type.is_numeric_array) or (field.message is not None and has_loop(field.message))
+        (field.type.is_array and not field.type.is_numeric_array)
+        or (field.message is not None and has_loop(field.message))
         for field in cls.__ros_fields__
     )
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterable
+from functools import partial
 from keyword import iskeyword
 from typing import Any
 
@@ -74,7 +75,7 @@ def _array_lines(index: int, field: Field, name: str, value: str, scope: dict[st
 
     kind, where = field.type, f"{name}.{field.name}"
     scope["SETTLED"], scope[f"D{index}"] = is_settled, DTYPES[kind.base]
-    scope[f"F{index}"] = lambda value: to_array(where, kind, value)
+    scope[f"F{index}"] = partial(to_array, where, kind)
     right = {"fixed": f" and len(v) == {kind.size}", "bounded": f" and len(v) <= {kind.size}"}.get(kind.array, "")
     return [f"v = {value}", f"if not (SETTLED(v, D{index}){right}): SET(self, {field.name!r}, F{index}(v))"]
 
@@ -82,7 +83,7 @@ def _array_lines(index: int, field: Field, name: str, value: str, scope: dict[st
 def _tuple_lines(index: int, field: Field, name: str, value: str, scope: dict[str, Any]) -> list[str]:
     kind, where = field.type, f"{name}.{field.name}"
     scope[f"K{index}"] = {field.message or str}
-    scope[f"F{index}"] = lambda value: to_tuple(where, field, value)
+    scope[f"F{index}"] = partial(to_tuple, where, field)
     right = {"fixed": f" and len(v) == {kind.size}", "bounded": f" and len(v) <= {kind.size}"}.get(kind.array, "")
     # A bound on the strings is left to the slow way: such fields are rare.
     always = " and not v" if kind.string_bound else f" and {{*map(type, v)}} <= K{index}"
@@ -173,12 +174,13 @@ def to_message(where: str, wanted: type[Any], value: Any) -> Any:
     return value
 
 
-def to_tuple(where: str, field: Field, value: Any) -> tuple[Any, ...]:
+def to_tuple(where: str, field: Field, given: Any) -> tuple[Any, ...]:
     kind = field.type
-    if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
-        raise _wrong_type(where, f"{kind} (a list, tuple or other iterable)", value)
+    if isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
+        raise _wrong_type(where, f"{kind} (a list, tuple or other iterable)", given)
     convert = converter(field)
-    items = tuple(convert(f"{where}[{index}]", item) for index, item in enumerate(value))
+    values: Iterable[Any] = given  # pyright: ignore[reportUnknownVariableType]
+    items = tuple(convert(f"{where}[{index}]", item) for index, item in enumerate(values))
     if kind.array == "fixed" and len(items) != kind.size:
         raise MessageValueError(f"{where}: {kind} holds exactly {kind.size} elements, got {len(items)}")
     if kind.array == "bounded" and len(items) > kind.size:
@@ -192,6 +194,6 @@ def _is_scalar(value: Any, kinds: str) -> bool:
 
 
 def _wrong_type(where: str, wanted: str, value: Any) -> MessageTypeError:
-    name = getattr(type(value), "__ros_type__", None) or type(value).__name__
+    name = getattr(value, "__ros_type__", None) or type(value).__name__
     text = repr(value)
     return MessageTypeError(f"{where}: expected {wanted}, got {name} {text if len(text) <= 40 else text[:37] + '...'}")

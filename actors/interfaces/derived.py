@@ -57,20 +57,24 @@ def derive(name: str) -> type[Any] | None:
     for suffix, make in (("_SendGoal", send_goal_service), ("_GetResult", get_result_service)):
         stem, found, part = name.partition(suffix)
         if found:
-            action = registry.find(stem)
-            if not (isinstance(action, type) and issubclass(action, ActionType)):
+            action = _find(stem, ActionType)
+            if action is None:
                 return None
             service: Any = make(action)
             if part == "_Event":
                 return event_message(service)
             return service if not part else getattr(service, part.removeprefix("_"), None)
     stem, found, part = name.rpartition("_")
-    parent = registry.find(stem) if found and part in {"Event", "FeedbackMessage"} else None
-    if parent is None:
-        return None
-    if part == "Event" and issubclass(parent, ServiceType):
+    if found and part == "Event" and (parent := _find(stem, ServiceType)) is not None:
         return event_message(parent)
-    return feedback_message(parent) if part == "FeedbackMessage" and issubclass(parent, ActionType) else None
+    if found and part == "FeedbackMessage" and (parent := _find(stem, ActionType)) is not None:
+        return feedback_message(parent)
+    return None
+
+
+def _find(name: str, base: type[Any]) -> Any:
+    cls = registry.find(name)
+    return cls if cls is not None and issubclass(cls, base) else None
 
 
 def _uuid() -> type[Message]:

@@ -21,7 +21,7 @@ from actors.interfaces.fields import INTEGER_RANGES, PRIMITIVES, STRINGS, FieldT
 from actors.interfaces.naming import KINDS, Kind
 from actors.interfaces.parse import PARTS, Definition, FieldDefinition, MessageDefinition, parse
 
-BASES = {"srv": "ServiceType", "action": "ActionType"}
+BASES: dict[Kind, str] = {"srv": "ServiceType", "action": "ActionType"}
 LINE_LENGTH = 120
 
 
@@ -57,7 +57,7 @@ class Module:
 
     def __init__(self, package: str, kind: Kind, definitions: Sequence[Definition], homes: dict[str, str]) -> None:
         self.package = package
-        self.kind = kind
+        self.kind: Kind = kind
         self.definitions = definitions
         self.homes = homes
         self.imports: dict[str, dict[str, str]] = {}  # module -> ROS name -> local name
@@ -227,12 +227,12 @@ def _literal(value: Any) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command. Exit code 1 if `--check` finds a module that is missing or old."""
-    parser = argparse.ArgumentParser(prog="python -m actors.interfaces.generate", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m actors.interfaces.generate", description="Write typed modules for a folder of definitions."
+    )
     parser.add_argument("folder", type=Path, help="folder of definitions, <package>/<msg|srv|action>/<Name>.<kind>")
     parser.add_argument("--out", type=Path, help="where the modules go (default: the folder above)")
-    parser.add_argument(
-        "--home", help="Python package that OUT is (default: derived from its place below the working folder)"
-    )
+    parser.add_argument("--home", help="Python package that OUT is (default: by its place below the working folder)")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 where a module is missing or old")
     options = parser.parse_args(arguments)
     out: Path = options.out or options.folder.resolve().parent

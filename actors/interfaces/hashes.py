@@ -50,12 +50,15 @@ def type_hash(of: str | AnyType) -> str:
     Raises:
         UnknownInterface: no type of that name is known.
     """
-    return _hash(_resolve(of))
+    cls: Any = _resolve(of)
+    return _hash(cls)
 
 
 @cache
-def _hash(cls: AnyType) -> str:
-    text = json.dumps(type_description(cls))  # json's own separators, ASCII escapes and key order are the canonical ones
+def _hash(cls: Any) -> str:
+    text = json.dumps(
+        type_description(cls)
+    )  # json's own separators, ASCII escapes and key order are the canonical ones
     return f"RIHS01_{sha256(text.encode()).hexdigest()}"
 
 
@@ -104,7 +107,7 @@ def _fields(cls: AnyType) -> Iterable[_FieldEntry]:
         members = {
             "request_message": parts.Request,
             "response_message": parts.Response,
-            "event_message": event_message(cls),
+            "event_message": event_message(parts),
         }
     else:
         members = {

@@ -166,8 +166,9 @@ def _annotation(kind: FieldType, line: int, file: str | None) -> Any:
     if not kind.is_array:
         return message
     many: Any = types.Many[message]  # type: ignore[valid-type]
-    mark = {"fixed": types.Exactly, "bounded": types.AtMost}.get(kind.array)
-    return Annotated[many, mark(kind.size)] if mark is not None else many
+    if kind.array == "unbounded":
+        return many
+    return Annotated[many, types.Exactly(kind.size) if kind.array == "fixed" else types.AtMost(kind.size)]
 
 
 def _check_same(known: type[Message], definition: MessageDefinition, file: str | None) -> None:

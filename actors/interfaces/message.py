@@ -75,7 +75,7 @@ class MessageMeta(StructMeta):
         if bases == (MessageBase,):
             return super().__new__(mcls, name, bases, namespace, **options)
         _check_statement(name, bases, options)
-        fields, constants = read_class(name, namespace, sys._getframe(1).f_locals)
+        fields, constants = read_class(name, namespace, _caller_names())
         for field in fields:
             namespace[field.name] = _default_of(name, field, namespace.get(field.name))
         if "__ros_type__" not in namespace:
@@ -116,6 +116,11 @@ class Message(MessageBase, frozen=True, kw_only=True, metaclass=MessageMeta):
         MessageValueError (a ValueError): a value out of range, too long, or of the wrong length; names type and field.
         TypeError: a keyword that is no field.
     """
+
+
+def _caller_names() -> dict[str, Any]:
+    """The names where the class statement stands: annotations may be text that mentions them."""
+    return sys._getframe(2).f_locals  # pyright: ignore[reportPrivateUsage]
 
 
 def make_message(name: str, body: dict[str, Any]) -> type[Message]:
@@ -285,7 +290,7 @@ class ServiceType(Generic[Req, Resp]):
     def __init_subclass__(cls) -> None:
         _tie(cls, ServiceType, ("Request", "Response"))
 
-    def __new__(cls) -> NoReturn:
+    def __new__(cls) -> Any:
         raise TypeError(f"{cls.__name__} is a service type; build {cls.__name__}.Request(...) or .Response(...)")
 
 
@@ -303,7 +308,7 @@ class ActionType(Generic[G, R, F]):
     def __init_subclass__(cls) -> None:
         _tie(cls, ActionType, ("Goal", "Result", "Feedback"))
 
-    def __new__(cls) -> NoReturn:
+    def __new__(cls) -> Any:
         raise TypeError(
             f"{cls.__name__} is an action type; build {cls.__name__}.Goal(...), .Result(...) or .Feedback(...)"
         )

@@ -260,10 +260,7 @@ def parse_value(kind: FieldType, text: str) -> Any:
     if not (text.startswith("[") and text.endswith("]") and len(text) > 1):
         raise DefinitionError("invalid_value", f"the default of {kind} is written in brackets, as [1, 2], not {text!r}")
     inner = text[1:-1]
-    if kind.base in STRINGS:
-        items = _string_items(inner)
-    else:
-        items = [item.strip() for item in inner.split(",")] if inner else []
+    items = _string_items(inner) if kind.base in STRINGS else inner.split(",") if inner else []
     if (kind.array == "fixed" and len(items) != kind.size) or (kind.array == "bounded" and len(items) > kind.size):
         raise DefinitionError("invalid_value", f"{len(items)} values do not fit {kind}")
     element = msgspec.structs.replace(kind, array="single", size=0)

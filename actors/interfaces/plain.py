@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar, cast
 
 from actors.interfaces.errors import MessageTypeError
 from actors.interfaces.fields import Field
@@ -22,7 +22,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Message):
         return to_plain(value)
     if isinstance(value, tuple):
-        return [_plain(item) for item in value]  # pyright: ignore[reportUnknownVariableType]
+        return [_plain(item) for item in cast(tuple[Any, ...], value)]
     return value.tolist() if hasattr(value, "dtype") else value
 
 
@@ -47,8 +47,8 @@ def _build(cls: type[M], mapping: Any, where: str) -> M:
         )
     fields = {field.name: field for field in cls.__ros_fields__}
     values: dict[str, Any] = {}
-    for name, value in mapping.items():  # pyright: ignore[reportUnknownVariableType]
-        field = fields.get(str(name))  # pyright: ignore[reportUnknownArgumentType]
+    for name, value in cast(Mapping[Any, Any], mapping).items():
+        field = fields.get(str(name))
         if field is None:
             names = ", ".join(fields) or "no fields at all"
             raise MessageTypeError(
@@ -68,7 +68,7 @@ def _value(field: Field, value: Any, where: str) -> Any:
         return to_array(where, kind, [] if value is None else value)
     if kind.is_array:
         if field.message is not None and isinstance(value, (list, tuple)):
-            cls = field.message
-            value = [_build(cls, item, f"{where}[{index}]") for index, item in enumerate(value)]  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+            items = cast(Sequence[Any], value)
+            value = [_build(field.message, item, f"{where}[{index}]") for index, item in enumerate(items)]
         return to_tuple(where, field, () if value is None else value)
     return _build(field.message, value, where) if field.message is not None else converter(field)(where, value)

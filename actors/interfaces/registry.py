@@ -57,7 +57,9 @@ def known(name: str) -> Any:
 
 def _is_generated(cls: type[Any]) -> bool:
     package, kind, _ = cls.__ros_type__.split("/")
-    return any(folder.module and cls.__module__ == f"{folder.module}.{package}.{kind}" for folder in _folders)
+    return any(
+        folder.module is not None and cls.__module__ == f"{folder.module}.{package}.{kind}" for folder in _folders
+    )
 
 
 def add_folder(path: str | os.PathLike[str], module: str | None = None) -> None:
@@ -85,7 +87,7 @@ def find_definition(name: str) -> tuple[Folder, str] | None:
 
 def known_names(kind: Kind | None = None) -> list[str]:
     """The full names of all interfaces (not of their parts): those in memory and those in the folders, sorted."""
-    found = {name for name, cls in _types.items() if "_" not in name.rpartition("/")[2]}
+    found = {name for name in _types if "_" not in name.rpartition("/")[2]}
     for folder in _folders:
         found.update(_names_in(folder.path))
     return sorted(name for name in found if kind is None or name.split("/")[1] == kind)
@@ -109,9 +111,7 @@ def get_message(name: str) -> type[Message]:
     """
     from actors.interfaces.message import Message
 
-    found = find(full_name(name, "msg"))
-    if found is None or not issubclass(found, Message):
-        raise _unknown(name, "msg", found)
+    found: type[Message] = _get(name, "msg", Message)
     return found
 
 
@@ -123,9 +123,7 @@ def get_service(name: str) -> type[ServiceType[Any, Any]]:
     """
     from actors.interfaces.message import ServiceType
 
-    found = find(full_name(name, "srv"))
-    if found is None or not issubclass(found, ServiceType):
-        raise _unknown(name, "srv", found)
+    found: type[ServiceType[Any, Any]] = _get(name, "srv", ServiceType)
     return found
 
 
@@ -137,9 +135,14 @@ def get_action(name: str) -> type[ActionType[Any, Any, Any]]:
     """
     from actors.interfaces.message import ActionType
 
-    found = find(full_name(name, "action"))
-    if found is None or not issubclass(found, ActionType):
-        raise _unknown(name, "action", found)
+    found: type[ActionType[Any, Any, Any]] = _get(name, "action", ActionType)
+    return found
+
+
+def _get(name: str, kind: Kind, base: type[Any]) -> Any:
+    found = find(full_name(name, kind))
+    if found is None or not issubclass(found, base):
+        raise _unknown(name, kind, found)
     return found
 
 

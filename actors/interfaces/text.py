@@ -109,7 +109,9 @@ def _nested_type(code: str, package: str | None) -> AnyType | None:
 
 def _composed(cls: AnyType) -> str:
     if issubclass(cls, Message):
-        lines = [f"{constant.type} {constant.name}={_written(constant.value, False)}" for constant in cls.__ros_constants__]
+        lines = [
+            f"{constant.type} {constant.name}={_written(constant.value, False)}" for constant in cls.__ros_constants__
+        ]
         for field in cls.__ros_fields__:
             default = "" if field.default is None else f" {_written(field.default)}"
             # A '#' or '=' cannot stand in a default: the grammar takes it for a comment or a constant.

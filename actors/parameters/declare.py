@@ -14,7 +14,7 @@ import msgspec
 
 from actors.errors import DeclarationError, NotStarted
 from actors.parameters.descriptor import FloatingPointRange, IntegerRange, ParameterDescriptor
-from actors.parameters.values import INT64_MAX, INT64_MIN, Parameter, ParameterType, Value, widened
+from actors.parameters.values import INT64_MAX, INT64_MIN, SEQUENCES, Parameter, ParameterType, Value, widened
 
 T_co = TypeVar("T_co", covariant=True)
 
@@ -215,7 +215,7 @@ def _checked(
 
 def _as_declared(name: str, default: object, limits: tuple[object, ...]) -> Parameter:
     """The default as a parameter, of the type that default and limits have together."""
-    if isinstance(default, list | tuple):
+    if isinstance(default, SEQUENCES):
         elements = tuple(cast("Iterable[object]", default))
         if not elements:
             raise TypeError("an empty list has no element type; give the default at least one element.")

@@ -29,6 +29,8 @@ Value: TypeAlias = (
 
 INT64_MIN: Final = -(2**63)
 INT64_MAX: Final = 2**63 - 1
+SEQUENCES: Final = (list, tuple, array)
+"""What counts as a list of values when it comes from Python."""
 
 
 class ParameterType(IntEnum):
@@ -61,7 +63,7 @@ class ParameterType(IntEnum):
         known = _TYPE_OF_CLASS.get(type(value))
         if known is not None:
             return known
-        if isinstance(value, list | tuple | array):
+        if isinstance(value, SEQUENCES):
             return _type_of_elements(cast("Iterable[object]", value))
         for python, kind in _SCALARS:
             if isinstance(value, python):
@@ -108,7 +110,7 @@ def canonical(value: object, kind: ParameterType) -> Value:
         if value is None:
             return None
     elif kind.is_array:
-        if isinstance(value, list | tuple | array):
+        if isinstance(value, SEQUENCES):
             return cast("Value", _canonical_elements(tuple(cast("Iterable[object]", value)), kind))
     else:
         python = _CLASS_OF_SCALAR[kind]
@@ -156,13 +158,21 @@ class Parameter(msgspec.Struct, frozen=True):
     type: ParameterType = _INFER
 
     def __post_init__(self) -> None:
-        kind = self.type
-        if cast("object", kind) is None:
-            kind = ParameterType.of(self.value)
+        value: object = self.value
+        kind = cast("object", self.type)
+        known = _TYPE_OF_CLASS.get(type(value))
+        if known is not None and (kind is None or kind is known):  # a plain scalar: nothing to convert, little to check
+            if known is ParameterType.INTEGER:
+                _check_int64(cast("int", value))
+            if kind is None:
+                msgspec.structs.force_setattr(self, "type", known)
+            return
+        if kind is None:
+            kind = ParameterType.of(value)
             msgspec.structs.force_setattr(self, "type", kind)
-        elif not isinstance(cast("object", kind), ParameterType):
+        elif not isinstance(kind, ParameterType):
             raise TypeError(f"the type of parameter {self.name!r} must be a ParameterType, not {kind!r}.")
-        msgspec.structs.force_setattr(self, "value", canonical(self.value, kind))
+        msgspec.structs.force_setattr(self, "value", canonical(value, kind))
 
 
 def widened(name: str, value: object, kind: ParameterType) -> Parameter:
@@ -174,7 +184,7 @@ def widened(name: str, value: object, kind: ParameterType) -> Parameter:
     """
     if kind is ParameterType.DOUBLE and _is_number(value):
         return Parameter(name, _as_float(value), kind)
-    if kind.is_array and isinstance(value, list | tuple | array):
+    if kind.is_array and isinstance(value, SEQUENCES):
         elements = tuple(cast("Iterable[object]", value))
         if not elements:
             return Parameter(name, (), kind)
@@ -184,7 +194,7 @@ def widened(name: str, value: object, kind: ParameterType) -> Parameter:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _as_float(value: object) -> float:

@@ -96,6 +96,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     def __init__(self, start: float = 0.0) -> None:
         if not 0.0 <= start < math.inf:
+            self._closed = True  # there is nothing to close yet
             raise ValueError(f"VirtualLoop(start={start}): the start must be a finite number of seconds, zero or more")
         self._now = self._instant = float(start)  # the exact time, and the nanosecond it is in
         self._timers: list[Entry] = []

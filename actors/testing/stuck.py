@@ -56,6 +56,8 @@ def report(
     lines = [f"{reason}. The virtual clock shows {seconds(now)}."]
     lines += [f"  {handle!r} runs again and again" for task, handle in steps.items() if task not in busy]
     lines += [_describe(task, since.get(id(task)), task in busy) for task in ordered[:_MOST]]
+    if not ordered:
+        lines.append("  There are no tasks.")
     if len(ordered) > _MOST:
         lines.append(f"  and {len(ordered) - _MOST} more tasks")
     return "\n".join([*lines, remedy])

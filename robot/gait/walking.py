@@ -13,7 +13,7 @@ import numpy as np
 from robot.gait.balance import distribute
 from robot.gait.drive import Targets, joint_speeds
 from robot.gait.estimator import Estimator
-from robot.gait.figures import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES
+from robot.gait.figures import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, STAND_HEIGHT
 from robot.gait.kinematics import leg_inverse, leg_jacobian
 from robot.gait.limbs import torques
 from robot.gait.pattern import Gait, GaitClock
@@ -35,6 +35,7 @@ WALK_HEIGHT, CROUCH, CROUCH_SPEEDS = 0.52, 0.05, (1.0, 2.0)
 """Hip plane over the foot centres, m; how much less of it at speed, m; between which speeds it is lowered, m/s.
 
 Tall legs carry cheaply (the knee's torque falls with its bend), bent ones reach far."""
+RISE_SPEED = 0.15
 HEIGHT_SPRING, HEIGHT_DAMPER = 60.0, 12.0
 MOST_PUSH = 5.0
 """Bound of the horizontal acceleration asked of the feet, m/s2."""
@@ -77,7 +78,7 @@ class Walker:
         self._legs = [_Leg() for _ in range(4)]
         self._integral = [0.0, 0.0]
         self._heading = ahead.yaw
-        self.height = WALK_HEIGHT
+        self.height = STAND_HEIGHT
         self.halting = False
         """While true no foot lifts any more: the walk ends with all feet on the ground."""
 
@@ -93,7 +94,7 @@ class Walker:
 
     def step(self, dt: float, estimate: Estimator, ahead: Ahead, terrain: TerrainPlane, command: Triple) -> Targets:
         """The motor targets of this step for the velocity `command` (forward, left, turn; heading frame)."""
-        self._pace(ahead, command)
+        self._pace(dt, ahead, command)
         self.clock.advance(dt)
         c, s = cos(ahead.yaw), sin(ahead.yaw)
         wanted = np.array((c * command[0] - s * command[1], s * command[0] + c * command[1], 0.0))
@@ -106,13 +107,14 @@ class Walker:
                 self._swing(targets, index, leg, estimate, ahead, terrain, wanted, command[2])
         return targets
 
-    def _pace(self, ahead: Ahead, command: Triple) -> None:
+    def _pace(self, dt: float, ahead: Ahead, command: Triple) -> None:
         """Choose the step period and the body height for how fast the body is or should be."""
         vx, vy, _ = ahead.velocity.tolist()
         speed = max(hypot(vx, vy), hypot(command[0], command[1]))
         self.clock.hurry(speed)
         low, high = CROUCH_SPEEDS
-        self.height = WALK_HEIGHT - CROUCH * max(0.0, min(1.0, (speed - low) / (high - low)))
+        height = WALK_HEIGHT - CROUCH * max(0.0, min(1.0, (speed - low) / (high - low)))
+        self.height += max(-RISE_SPEED * dt, min(RISE_SPEED * dt, height - self.height))
 
     def _schedule(self, dt: float, estimate: Estimator, ahead: Ahead) -> None:
         """Decide for each leg whether it stands or swings at the moment the motors act."""

@@ -113,7 +113,8 @@ class Session:
 
     async def _main(self) -> int:
         from actors import Child, run
-        from actors.logs import console_sink, json_sink, level_of
+        from actors.levels import Level
+        from actors.logs import console_sink, json_sink
         from robot.battery.model import Pack
         from robot.run.judge import Judge, Score
         from robot.run.report import last_sample, make_report
@@ -129,7 +130,7 @@ class Session:
             laps=self.laps, motor_delay=options.motor_delay, overrides=self.overrides,
         )  # fmt: skip
         report: dict[str, Any] = {}
-        context = run(tree, seed=options.seed, sinks=(line.above(sink),), level=level_of(options.log_level))
+        context = run(tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level))
         try:
             async with context as system:
                 await system.join(Child(Judge, args=(self.body, score)))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robot.gait.limbs import limbs
+from robot.gait.limbs import foot_velocities, limbs
 from robot.world.body import MotorTargets, Vector
 from robot.world.stepping import Planar
 
@@ -38,17 +38,18 @@ def chase(joints: Vector, targets: MotorTargets) -> Vector:
 
 
 def pushed_body(joints: Vector, speeds: Vector) -> Pushed:
-    """The body motion that keeps the standing feet in place: for each, v + w x p = -J qd, solved by least squares."""
-    now = limbs(joints.tolist(), (0.0, 0.0, 1.0))
+    """The body motion that lets standing feet roll but not slide: v + w x p = roll - J qd for each, by least squares."""
+    angles, up = joints.tolist(), (0.0, 0.0, 1.0)
+    now = limbs(angles, up)
+    moving, rolling = foot_velocities(now, angles, speeds.tolist(), (0.0, 0.0, 0.0), up)
     lowest = min(z for _, _, z in now.feet)
     contact = [z < lowest + STANDING_BAND for _, _, z in now.feet]
     rows: list[tuple[float, float, float]] = []
     wanted: list[float] = []
     for leg, (x, y, _) in enumerate(now.feet):
         if contact[leg]:
-            moving = np.array(now.jacobians[leg]) @ speeds[3 * leg : 3 * leg + 3]
             rows += [(1.0, 0.0, -y), (0.0, 1.0, x)]
-            wanted += [-float(moving[0]), -float(moving[1])]
+            wanted += [rolling[leg][axis] - moving[leg][axis] for axis in (0, 1)]
     vx, vy, wz = np.linalg.lstsq(np.array(rows), np.array(wanted), rcond=None)[0].tolist()
     height = -sum(z for (_, _, z), stands in zip(now.feet, contact, strict=True) if stands) / sum(contact)
     return Pushed(Planar(vx, vy, wz), height, contact)

@@ -1,4 +1,4 @@
-"""A body without forces, in numpy only: it goes where it is told, its feet stay where they stand, and it cannot fall.
+"""A body without forces, in numpy only: it goes where it is told, its feet stick to the floor, and it cannot fall.
 
 For tests, for machines without a physics engine, and for questions that are not about walking. Nothing that it
 shows may be reported as walking performance. It passes through obstacles and reports which ones its outline
@@ -45,8 +45,8 @@ LOST_COMMAND_TICKS = 200
 """Ticks without a command (0.1 s) after which the body stops and lies down, as damped joints would let it."""
 LAG = 0.15
 """The body follows its slewed command like a first-order system with this time constant, s."""
-CLIMB = 0.25
-"""Fastest rise and descent of the body, m/s: sitting to standing takes about 1.5 s."""
+CLIMB, SINK = 0.25, 0.40
+"""Fastest rise and descent of the body, m/s: standing up takes about 1.5 s, sitting down about one."""
 WALKING_HEIGHT = 0.30
 """Below this height, m, there is no room to step: the body stands up first."""
 FASTEST_JOINT = 12.0
@@ -275,7 +275,7 @@ class KinematicBody:
         if self._mode != "walk" and (moving or not self._footwork.standing):
             return self._height
         rise = (self._asked_height - self._height) * (1.0 - exp(-dt / LAG))
-        return self._height + max(-CLIMB * dt, min(CLIMB * dt, rise))
+        return self._height + max(-SINK * dt, min(CLIMB * dt, rise))
 
     def _glide(self, dt: float, aim: Planar) -> None:
         """First-order lag towards the twist `aim`, shoves included; the pose moves with the mean of both twists."""
@@ -301,15 +301,25 @@ class KinematicBody:
         for leg, reachable in enumerate(reach.reachable):
             if not reachable and self._contact[leg]:
                 self._footwork.slip(leg, *self._to_world(*now.feet[leg][:2]))
-        speeds: list[float] = []
-        (bx, by, bz), c, s = self._velocity, cos(self._pose.yaw), sin(self._pose.yaw)
-        for leg, (fx, fy, fz) in enumerate(self._footwork.velocity):
-            x, y, _ = now.feet[leg]
-            dx, dy = fx - bx, fy - by
-            relative = (c * dx + s * dy + self._twist.yaw * y, c * dy - s * dx - self._twist.yaw * x, fz - bz)
-            speeds += joint_speeds(now.jacobians[leg], *relative)
+        speeds = [speed for leg in range(4) for speed in self._leg_speeds(leg, now)]
         self._speeds = np.array(speeds)
         self._judge(self._speeds, reach.reachable)
+
+    def _leg_speeds(self, leg: int, now: Limbs) -> Triple:
+        """Joint speeds that give one foot its velocity; a standing foot's is that of a ball rolling on its contact point."""
+        (x, y, _), (vx, vy, wz), climb = now.feet[leg], self._twist, self._velocity[2]
+        away = (wz * y - vx, -wz * x - vy, -climb)
+        if not self._contact[leg]:
+            fx, fy, fz = self._footwork.velocity[leg]
+            c, s = cos(self._pose.yaw), sin(self._pose.yaw)
+            return joint_speeds(now.jacobians[leg], away[0] + c * fx + s * fy, away[1] + c * fy - s * fx, away[2] + fz)
+        # the centre moves with w_calf x (0, 0, r), w_calf = (q1d, (q2d + q3d) cos q1, ..): linear in the joint speeds as well
+        (zero, xb, xc), (ya, yb, yc), below = now.jacobians[leg]
+        lever = FOOT_RADIUS * cos(self._joints[3 * leg])
+        rolling = ((zero, xb - lever, xc - lever), (ya + FOOT_RADIUS, yb, yc), below)
+        hip, shoulder, knee = joint_speeds(rolling, *away)
+        self._footwork.roll(leg, self._pose.yaw, lever * (shoulder + knee), -FOOT_RADIUS * hip)
+        return (hip, shoulder, knee)
 
     def _judge(self, speeds: Vector, reachable: tuple[bool, ...]) -> None:
         """Keep, and log once in a spell, a step that no leg could make."""

@@ -1,8 +1,8 @@
-"""Feet of a body that has no forces: standing feet stay where they are in the world, the others swing ahead."""
+"""Feet of a body that has no forces: standing feet roll on the spot where they stand, the others swing ahead."""
 
 from __future__ import annotations
 
-from math import cos, sin
+from math import cos, hypot, sin
 from typing import NamedTuple
 
 from robot.gait.figures import FOOT_RADIUS
@@ -36,7 +36,7 @@ class Footwork:
         self.feet: list[Triple] = [(0.0, 0.0, FOOT_RADIUS)] * 4
         """Foot centres in the world, m."""
         self.velocity: list[Triple] = [(0.0, 0.0, 0.0)] * 4
-        """Of the foot centres in the world, m/s; zero while standing."""
+        """Of the foot centres in the world, m/s; of a standing foot what `roll` said last."""
         self.contact = [True] * 4
 
     @property
@@ -54,13 +54,22 @@ class Footwork:
         """A standing foot was dragged to (x, y): the body went further than its leg reaches."""
         self._land(leg, x, y)
 
+    def roll(self, leg: int, yaw: float, forward: float, left: float) -> None:
+        """A standing foot's ball rolls under a leg that turns: its centre moves by so many m/s in axes turned by `yaw`."""
+        self.velocity[leg] = (cos(yaw) * forward - sin(yaw) * left, sin(yaw) * forward + cos(yaw) * left, 0.0)
+
     def advance(self, dt: float, pose: Planar, twist: Planar, *, stepping: bool) -> None:
         """Move the feet by `dt` seconds under a body at `pose` with `twist`; no foot lifts unless `stepping`."""
+        for leg in range(4):
+            if self.contact[leg]:
+                (x, y, z), (vx, vy, _) = self.feet[leg], self.velocity[leg]
+                self.feet[leg] = (x + vx * dt, y + vy * dt, z)
         if not self._active:
             if not stepping:
                 return
             self._clock.restart()
             self._active = True
+        self._clock.hurry(hypot(twist.x, twist.y))
         before = [self._clock.swing(leg) for leg in range(4)]
         self._clock.advance(dt)
         for leg in range(4):
@@ -73,13 +82,13 @@ class Footwork:
                 return
             self._lifted[leg] = self.feet[leg]
             self.contact[leg] = False
-        gait = self._clock.gait
         if progress < 0.0:
             self._land(leg, *self._foothold(leg, 0.0, pose, twist))
             return
-        x, y = self._foothold(leg, (1.0 - progress) * gait.swing_time, pose, twist)
+        duration, clearance = self._clock.swing_time, self._clock.gait.clearance
+        x, y = self._foothold(leg, (1.0 - progress) * duration, pose, twist)
         self.feet[leg], self.velocity[leg] = swing_path(
-            self._lifted[leg], (x, y, FOOT_RADIUS), progress, gait.swing_time, gait.clearance
+            self._lifted[leg], (x, y, FOOT_RADIUS), progress, duration, clearance
         )
 
     def _foothold(self, leg: int, ahead: float, pose: Planar, twist: Planar) -> tuple[float, float]:
@@ -87,7 +96,7 @@ class Footwork:
         yaw = pose.yaw + 0.5 * twist.yaw * ahead
         x = pose.x + (cos(yaw) * twist.x - sin(yaw) * twist.y) * ahead
         y = pose.y + (sin(yaw) * twist.x + cos(yaw) * twist.y) * ahead
-        yaw, half = pose.yaw + twist.yaw * ahead, self._clock.gait.stance_time / 2
+        yaw, half = pose.yaw + twist.yaw * ahead, self._clock.stance_time / 2
         px, py = NOMINAL[leg]
         fx, fy = px + (twist.x - twist.yaw * py) * half, py + (twist.y + twist.yaw * px) * half
         return x + cos(yaw) * fx - sin(yaw) * fy, y + sin(yaw) * fx + cos(yaw) * fy

@@ -16,7 +16,7 @@ from robot.navigation.follow import Command
 from robot.navigation.grid import signed_distance
 from robot.navigation.navigator import Motion, Navigator, State
 from robot.world.rays import cast
-from robot.world.scene import Obstacle, Pose2, Scene
+from robot.world.scene import Box, Cylinder, Obstacle, Pose2, Scene
 
 LENGTH, WIDTH = 1.1, 0.5
 LAG = 0.15
@@ -36,11 +36,16 @@ _EDGE = _edge()
 
 
 def body_clearance(scene: Scene, pose: Pose2) -> float:
-    """Exact distance (m) from the body's outline to the scene's obstacles; negative or zero means contact."""
+    """Exact distance (m) from the body's outline to the scene's obstacles (boxes: to 1 cm); zero or less means contact."""
     c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+    round_ones = np.array([(o.x, o.y, o.radius) for o in scene.obstacles if isinstance(o, Cylinder)]).reshape(-1, 3)
+    dx, dy = round_ones[:, 0] - pose.x, round_ones[:, 1] - pose.y
+    out_x, out_y = np.abs(c * dx + s * dy) - LENGTH / 2, np.abs(c * dy - s * dx) - WIDTH / 2
+    gaps = np.hypot(np.maximum(out_x, 0.0), np.maximum(out_y, 0.0)) - round_ones[:, 2]
     x = pose.x + c * _EDGE[:, 0] - s * _EDGE[:, 1]
     y = pose.y + s * _EDGE[:, 0] + c * _EDGE[:, 1]
-    return min((float(signed_distance(o, x, y).min()) for o in scene.obstacles), default=math.inf)
+    boxes = (float(signed_distance(o, x, y).min()) for o in scene.obstacles if isinstance(o, Box))
+    return min([*gaps.tolist(), *boxes], default=math.inf)
 
 
 @dataclass

@@ -350,14 +350,14 @@ def test_motor_targets_of_a_trot_push_the_body_along(vx: float, wz: float) -> No
         clock.advance(PERIOD)
         points = nominal_feet(STAND_HEIGHT)
         for leg, (px, py, _) in enumerate(points.tolist()):
-            reach = np.array([vx - wz * py, wz * px]) * gait.stance_time / 2
+            reach = np.array([vx - wz * py, wz * px]) * clock.stance_time / 2
             progress = clock.swing(leg)
             if progress < 0.0:
                 points[leg, :2] += reach * (1 - 2 * clock.leg_phase(leg) / gait.duty)
             else:
                 start = (px - reach[0], py - reach[1], -STAND_HEIGHT)
                 end = (px + reach[0], py + reach[1], -STAND_HEIGHT)
-                points[leg] = swing_path(start, end, progress, gait.swing_time, 0.06)[0]
+                points[leg] = swing_path(start, end, progress, clock.swing_time, 0.06)[0]
         body.command(targets(inverse(points).joints))
         body.advance(i * PERIOD)
         if i == 500:

@@ -69,8 +69,12 @@ def _infer_type(given: dict[str, Any], expect: dict[str, Any]) -> None:
 def _construct(given: dict[str, Any], expect: dict[str, Any]) -> None:
     value = _evaluated(given)
     kind = ParameterType.__members__.get(given["type"].upper(), given["type"])
-    found = _outcome(lambda: {"ok": True, "value": typed(Parameter("p", value, kind))})
-    _compare(found, expect)
+
+    def build() -> dict[str, Any]:
+        parameter = Parameter("p", value, kind)
+        return {"ok": True, "type": parameter.type.name.lower(), "value": typed(parameter)}
+
+    _compare(_outcome(build), expect)
 
 
 def _evaluated(given: dict[str, Any]) -> Any:
@@ -157,11 +161,11 @@ class _Script:
         return {"ok": True, "value": typed(self.store.get_or(step["name"], value_of(step["alternative"])))}
 
     def get_by_prefix(self, step: dict[str, Any]) -> Any:
-        return {"keys": sorted(self.store.get_by_prefix(step["prefix"]))}
+        return {"keys": list(self.store.get_by_prefix(step["prefix"]))}
 
     def list(self, step: dict[str, Any]) -> Any:
         found = self.store.list(step["prefixes"], step["depth"])
-        return {"ok": True, "names": sorted(found.names), "prefixes": sorted(found.prefixes)}
+        return {"ok": True, "names": list(found.names), "prefixes": list(found.prefixes)}
 
     def describe(self, step: dict[str, Any]) -> Any:
         return {"ok": True, "descriptor": described(self.store.describe(step["name"]))}
@@ -250,7 +254,7 @@ def _call(store: ParameterStore, name: str, request: dict[str, Any]) -> dict[str
         case "set_parameters_atomically":
             return {"result": shown(from_result(response.result))}
         case _:
-            listed = {"names": sorted(response.result.names), "prefixes": sorted(response.result.prefixes)}
+            listed = {"names": list(response.result.names), "prefixes": list(response.result.prefixes)}
             return {"result": listed, **listed}
 
 
@@ -323,6 +327,7 @@ def described(descriptor: ParameterDescriptor) -> dict[str, Any]:
         limits = getattr(descriptor, kind)
         if limits is not None:
             found[kind] = {"from": limits.from_value, "to": limits.to_value, "step": limits.step}
+            found[kind] |= {"from_value": limits.from_value, "to_value": limits.to_value}
     return found
 
 
@@ -346,6 +351,8 @@ def _compare(found: Any, expect: Any) -> None:
                 assert found[key].startswith(wanted), f"reason {found[key]!r} does not start with {wanted!r}"
             elif key == "error" and wanted == "any":
                 assert found[key]
+            elif key in ("names", "prefixes", "keys"):  # order free
+                _compare(sorted(found[key]), sorted(wanted))
             else:
                 _compare(found[key], wanted)
     elif isinstance(expect, list):
@@ -355,6 +362,8 @@ def _compare(found: Any, expect: Any) -> None:
             _compare(one, wanted)
     elif isinstance(found, float) and isinstance(expect, str):
         assert str(found) == expect
+    elif isinstance(found, bytes):
+        assert found == (expect.encode("latin-1") if isinstance(expect, str) else bytes([expect]))
     else:
         assert isinstance(found, bool) == isinstance(expect, bool), f"expected {expect!r}, got {found!r}"
         assert found == expect, f"expected {expect!r}, got {found!r}"
