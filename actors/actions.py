@@ -120,7 +120,13 @@ class ActionServer:
     )  # fmt: skip
 
     def __init__(
-        self, node: Host, entry: ActionEntry, action: Action[Any, Any, Any], arrivals: Limit, result_timeout: float, label: str
+        self,
+        node: Host,
+        entry: ActionEntry,
+        action: Action[Any, Any, Any],
+        arrivals: Limit,
+        result_timeout: float,
+        label: str,
     ) -> None:
         self.node = node
         self.entry = entry
@@ -271,7 +277,9 @@ class ActionServer:
         """Hand a feedback on and give the loop a turn; the next step of the body, or the interruption to throw into it."""
         if item.__class__ is not self.action.feedback:
             return body.athrow(
-                WrongType(f"{self.label} yields {self.action.feedback.__name__}, Done or Aborted, not {type(item).__name__} {item!r:.60}")
+                WrongType(
+                    f"{self.label} yields {self.action.feedback.__name__}, Done or Aborted, not {type(item).__name__} {item!r:.60}"
+                )
             )
         if run.canceling is not None:
             run.ignored += 1
@@ -290,7 +298,9 @@ class ActionServer:
 
     def _checked(self, last: Done[Any] | Aborted[Any]) -> Done[Any] | Aborted[Any]:
         if last.result.__class__ is not self.action.result:
-            raise WrongType(f"{self.label} ends with {self.action.result.__name__}, not {type(last.result).__name__} {last.result!r:.60}")
+            raise WrongType(
+                f"{self.label} ends with {self.action.result.__name__}, not {type(last.result).__name__} {last.result!r:.60}"
+            )
         return last
 
     def _outcome(self, run: GoalRun, last: Done[Any] | Aborted[Any] | None, *, canceled: bool) -> Outcome:

@@ -61,7 +61,9 @@ class PublisherDeclaration(Generic[M]):
     def __get__(self, instance: Any, owner: type) -> Topic[M] | Publisher[M]:
         if instance is None:
             return self.topic
-        raise NotStarted(f"{owner.__name__}.{self.attribute}: the node has not been started yet; publish in on_start or later")
+        raise NotStarted(
+            f"{owner.__name__}.{self.attribute}: the node has not been started yet; publish in on_start or later"
+        )
 
 
 class StreamDeclaration(Generic[M]):
@@ -87,7 +89,9 @@ class StreamDeclaration(Generic[M]):
     def __get__(self, instance: Any, owner: type) -> Topic[M] | Stream[M]:
         if instance is None:
             return self.topic
-        raise NotStarted(f"{owner.__name__}.{self.attribute}: the node has not been started yet; read it in on_start or later")
+        raise NotStarted(
+            f"{owner.__name__}.{self.attribute}: the node has not been started yet; read it in on_start or later"
+        )
 
 
 def publishes(topic: Topic[M], *, qos: QoS | int | None = None) -> PublisherDeclaration[M]:
@@ -123,7 +127,9 @@ class BackgroundDeclaration(Declaration):
         return "@background"
 
 
-def every(hz: float | str | None = None, *, period: float | None = None, late: Late = "skip") -> Callable[[Ticked], Ticked]:
+def every(
+    hz: float | str | None = None, *, period: float | None = None, late: Late = "skip"
+) -> Callable[[Ticked], Ticked]:
     """Decorate a method that runs periodically: its k-th tick is due at start + k/hz, so it never drifts.
 
     Give `hz` or `period` (seconds); `hz` may be the name of a parameter of the node. A tick that is due while the last one has not
@@ -134,7 +140,9 @@ def every(hz: float | str | None = None, *, period: float | None = None, late: L
         raise DeclarationError("every(): give either hz=, ticks per second, or period=, seconds")
     rate = hz if hz is not None else (1.0 / period if period else 0.0)
     if not isinstance(rate, str) and not 0.0 < rate < 1e6:
-        raise DeclarationError(f"every(hz={hz}, period={period}): the rate must be above 0 and below a million per second")
+        raise DeclarationError(
+            f"every(hz={hz}, period={period}): the rate must be above 0 and below a million per second"
+        )
     if late not in ("skip", "catch_up", "fault"):
         raise DeclarationError(f"every(late={late!r}): use skip, catch_up or fault")
     declaration = TimerDeclaration(rate, late)
@@ -155,7 +163,19 @@ def background(function: Callable[[Node], Coroutine[Any, Any, None]]) -> Callabl
 class Blueprint:
     """The declarations of one node class, in the order in which they were written, base classes first."""
 
-    __slots__ = ("actions", "backgrounds", "hooks", "owner", "parameters", "publishers", "services", "streams", "table", "timers", "topics")
+    __slots__ = (
+        "actions",
+        "backgrounds",
+        "hooks",
+        "owner",
+        "parameters",
+        "publishers",
+        "services",
+        "streams",
+        "table",
+        "timers",
+        "topics",
+    )
 
     def __init__(self, owner: type) -> None:
         self.owner = owner
@@ -248,7 +268,9 @@ def _refuse_twice(owner: type, served: list[tuple[object, str]]) -> None:
                 raise DeclarationError(f"{owner.__name__}.{attribute} and .{earlier} both serve {contract!r}: keep one")
 
 
-def _check_message_argument(where: str, function: Callable[..., Any], verb: str, contract: object, expected: type) -> None:
+def _check_message_argument(
+    where: str, function: Callable[..., Any], verb: str, contract: object, expected: type
+) -> None:
     """Compare the annotation of the first argument with the contract, as far as it can be read without importing anything."""
     code = function.__code__
     if code.co_argcount != 2:

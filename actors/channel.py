@@ -46,7 +46,9 @@ class Publisher(Generic[M]):
         self.count = 0
         self.suspended = False
         self.targets: tuple[Callable[[M], None], ...] = ()
-        self.history: deque[M] | None = deque(maxlen=None if qos.keep_all else qos.depth) if qos.transient_local else None
+        self.history: deque[M] | None = (
+            deque(maxlen=None if qos.keep_all else qos.depth) if qos.transient_local else None
+        )
         self._expects: object = type
         self._thread = get_ident()
 

@@ -141,7 +141,9 @@ def declarations_of(function: object) -> tuple[Declaration, ...]:
 
 def _checked_concurrency(what: str, concurrent: int) -> int:
     if concurrent < 0:
-        raise DeclarationError(f"{what}: concurrent={concurrent} must be 0 (one at a time with the node's other handlers) or more")
+        raise DeclarationError(
+            f"{what}: concurrent={concurrent} must be 0 (one at a time with the node's other handlers) or more"
+        )
     return concurrent
 
 
@@ -224,7 +226,9 @@ class Topic(Generic[M]):
         `concurrent=n` gives the handler its own tasks instead, at most n at once: for handlers that wait. `qos` overrides the
         contract's. An exception that leaves the handler ends the node's incarnation (see `Node.on_error`).
         """
-        declaration = TopicHandler(self, self.qos if qos is None else of(qos), _checked_concurrency(repr(self), concurrent))
+        declaration = TopicHandler(
+            self, self.qos if qos is None else of(qos), _checked_concurrency(repr(self), concurrent)
+        )
 
         def decorate(function: Callable[[Node, M], Nothing]) -> Callable[[Node, M], Nothing]:
             declaration.attach(function)
@@ -278,7 +282,9 @@ class Action(Generic[G, R, F]):
         self.type: Final = type
         parts = cast("Any", type)
         if not all(hasattr(type, part) for part in ("Goal", "Result", "Feedback")):
-            raise DeclarationError(f"Action({type!r}, {name!r}): not an action type; one has .Goal, .Result and .Feedback")
+            raise DeclarationError(
+                f"Action({type!r}, {name!r}): not an action type; one has .Goal, .Result and .Feedback"
+            )
         self.goal: Final[_Class[G]] = parts.Goal
         self.result: Final[_Class[R]] = parts.Result
         self.feedback: Final[_Class[F]] = parts.Feedback
@@ -297,7 +303,9 @@ class Action(Generic[G, R, F]):
         askers for `result_timeout` seconds after the end (0: not at all, negative: for ever).
         """
         if not isinstance(arrivals, Limit) and arrivals not in _ARRIVALS:
-            raise DeclarationError(f"{self!r}: arrivals={arrivals!r} is none of {', '.join(_ARRIVALS)}, queue(n), parallel(n)")
+            raise DeclarationError(
+                f"{self!r}: arrivals={arrivals!r} is none of {', '.join(_ARRIVALS)}, queue(n), parallel(n)"
+            )
         limit = arrivals if isinstance(arrivals, Limit) else _ARRIVALS[arrivals]
         declaration = ActionHandler(self, limit, result_timeout)
 
@@ -330,5 +338,7 @@ def _contract_name(kind: str, name: str) -> str:
 
 def _message_class(kind: str, name: str, candidate: type[M]) -> type[M]:
     if not (isinstance(candidate, type) and hasattr(candidate, "__struct_fields__")):
-        raise DeclarationError(f"{kind}({candidate!r}, {name!r}): the type must be a message class, such as std_msgs.msg.String")
+        raise DeclarationError(
+            f"{kind}({candidate!r}, {name!r}): the type must be a message class, such as std_msgs.msg.String"
+        )
     return candidate

@@ -52,7 +52,12 @@ class Identity:
     __slots__ = ("fqn", "name", "namespace", "overrides", "path", "remapping")
 
     def __init__(
-        self, name: str, namespace: str, path: tuple[str, ...], overrides: Mapping[str, Any], remapping: Remapping | None
+        self,
+        name: str,
+        namespace: str,
+        path: tuple[str, ...],
+        overrides: Mapping[str, Any],
+        remapping: Remapping | None,
     ) -> None:
         names.validate_node_name(name)
         namespace = names.normalize_namespace(namespace)
@@ -261,7 +266,13 @@ class Core:
         elif isinstance(feed, ConcurrentFeed):
             feed.work()
 
-    def serve(self, service: Service[Req, Resp], handler: Callable[[Req], Coroutine[Any, Any, Resp]], label: str, concurrent: int = 0) -> None:
+    def serve(
+        self,
+        service: Service[Req, Resp],
+        handler: Callable[[Req], Coroutine[Any, Any, Resp]],
+        label: str,
+        concurrent: int = 0,
+    ) -> None:
         entry = self.system.graph.service(self.identity.service(service.name))
         self._refuse_second(entry.server, entry.name, "service")
         server = Server(self, entry, service.response, label, concurrent)
@@ -374,4 +385,3 @@ class StopRequest:
 
     def run(self) -> None:
         raise StopServing(self.reason)
-

@@ -9,7 +9,17 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 from actors.actions import GoalRun, Outcome
-from actors.errors import ActionUnavailable, GoalAborted, GoalCanceled, GoalRejected, NodeRestarting, NotRunning, NotStarted, Reject, WrongType
+from actors.errors import (
+    ActionUnavailable,
+    GoalAborted,
+    GoalCanceled,
+    GoalRejected,
+    NodeRestarting,
+    NotRunning,
+    NotStarted,
+    Reject,
+    WrongType,
+)
 from actors.goals import GoalStatus
 
 if TYPE_CHECKING:
@@ -51,7 +61,18 @@ class Goal(Generic[R, F]):
     and `.reason`; it may be awaited again, and by several tasks.
     """
 
-    __slots__ = ("_action", "_changed", "_entry", "_feedback", "_message", "_node", "_run", "_timeout", "dropped", "feedback_count")
+    __slots__ = (
+        "_action",
+        "_changed",
+        "_entry",
+        "_feedback",
+        "_message",
+        "_node",
+        "_run",
+        "_timeout",
+        "dropped",
+        "feedback_count",
+    )
 
     def __init__(self, node: Starter, entry: ActionEntry, action: Action[G, R, F], message: G, timeout: float) -> None:
         if message.__class__ is not action.goal:
@@ -68,7 +89,9 @@ class Goal(Generic[R, F]):
         self.dropped = 0
 
     def __repr__(self) -> str:
-        return f"<goal {self.goal_id.hex()[:8] if self._run else 'not sent'} for {self._entry.name}: {self.status.name}>"
+        return (
+            f"<goal {self.goal_id.hex()[:8] if self._run else 'not sent'} for {self._entry.name}: {self.status.name}>"
+        )
 
     @property
     def goal_id(self) -> bytes:
@@ -122,7 +145,9 @@ class Goal(Generic[R, F]):
         await self.send()
         return self
 
-    async def __aexit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if self.done:
             return
         if await self.cancel("its client left the goal's block"):
@@ -160,7 +185,9 @@ class Goal(Generic[R, F]):
             if entry.restarting is not None:
                 raise NodeRestarting(*entry.restarting)
             if entry.stopped is not None:
-                raise NotRunning(f"{entry.stopped}, which served {entry.name}, has stopped: start it again, or ask another action")
+                raise NotRunning(
+                    f"{entry.stopped}, which served {entry.name}, has stopped: start it again, or ask another action"
+                )
             await entry.available()
         assert entry.server is not None
         run = GoalRun(entry.server, self._node.new_id(), self._message)

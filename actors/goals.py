@@ -16,6 +16,7 @@ from actors.errors import ActorError
 
 __all__ = [
     "DEFAULT_RESULT_TIMEOUT_NS",
+    "NO_GOAL_ID",
     "CancelCode",
     "CancelOutcome",
     "CancelSelection",

@@ -112,7 +112,12 @@ class TopicEntry:
         """Whether messages flow between the two; the first failure of a pair is reported on both sides."""
         if publisher.type is not queue.type and publisher.type.__ros_type__ != queue.type.__ros_type__:
             theirs, ours = publisher.type.__ros_type__, queue.type.__ros_type__
-            self._apart(publisher, queue, "type", f"it is published as {theirs} and subscribed as {ours}: one topic has one type")
+            self._apart(
+                publisher,
+                queue,
+                "type",
+                f"it is published as {theirs} and subscribed as {ours}: one topic has one type",
+            )
             return False
         if publisher.qos is queue.qos:
             return True
@@ -125,7 +130,9 @@ class TopicEntry:
     def _retarget(self, publisher: Publisher[Any]) -> None:
         publisher.targets = tuple(queue.deliver for queue in self.matched(publisher))
 
-    def _apart(self, publisher: Publisher[Any], queue: Queue[Any], kind: str, why: str, policies: tuple[str, ...] = ()) -> None:
+    def _apart(
+        self, publisher: Publisher[Any], queue: Queue[Any], kind: str, why: str, policies: tuple[str, ...] = ()
+    ) -> None:
         pair = (publisher.node.fqn, queue.node.fqn, kind)
         if pair in self.mismatches:
             return
@@ -135,16 +142,25 @@ class TopicEntry:
             publisher.node.warn(
                 f"New subscription discovered on topic '{self.name}', requesting incompatible QoS. No messages will be sent to it. "
                 f"Last incompatible policy: {policy}",
-                subscriber=queue.node.fqn, why=why, remedy="give both ends the same profile",
+                subscriber=queue.node.fqn,
+                why=why,
+                remedy="give both ends the same profile",
             )
             queue.node.warn(
                 f"New publisher discovered on topic '{self.name}', offering incompatible QoS. No messages will be received from it. "
                 f"Last incompatible policy: {policy}",
-                publisher=publisher.node.fqn, why=why, remedy="give both ends the same profile",
+                publisher=publisher.node.fqn,
+                why=why,
+                remedy="give both ends the same profile",
             )
         else:
             for node in (publisher.node, queue.node):
-                node.warn(f"Incompatible types on topic '{self.name}'", publisher=publisher.node.fqn, subscriber=queue.node.fqn, why=why)
+                node.warn(
+                    f"Incompatible types on topic '{self.name}'",
+                    publisher=publisher.node.fqn,
+                    subscriber=queue.node.fqn,
+                    why=why,
+                )
 
 
 class ServerEntry(Generic[S]):

@@ -35,7 +35,19 @@ class Item(Protocol):
 class Inbox:
     """The queue of one node. It outlives an incarnation: what is waiting when a node crashes waits for its next life."""
 
-    __slots__ = ("control", "current", "handled", "items", "loop", "on_error", "on_holding", "reported", "task", "waiter", "watch")
+    __slots__ = (
+        "control",
+        "current",
+        "handled",
+        "items",
+        "loop",
+        "on_error",
+        "on_holding",
+        "reported",
+        "task",
+        "waiter",
+        "watch",
+    )
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self.loop = loop
@@ -125,10 +137,16 @@ def awaited_in(task: asyncio.Task[Any]) -> str:
     place = ""
     waiting: Any = task.get_coro()
     while waiting is not None:
-        frame = getattr(waiting, "cr_frame", None) or getattr(waiting, "gi_frame", None) or getattr(waiting, "ag_frame", None)
+        frame = (
+            getattr(waiting, "cr_frame", None)
+            or getattr(waiting, "gi_frame", None)
+            or getattr(waiting, "ag_frame", None)
+        )
         if frame is not None:
             place = f"{frame.f_code.co_filename}:{frame.f_lineno} in {frame.f_code.co_qualname}"
         waiting = (
-            getattr(waiting, "cr_await", None) or getattr(waiting, "gi_yieldfrom", None) or getattr(waiting, "ag_await", None)
+            getattr(waiting, "cr_await", None)
+            or getattr(waiting, "gi_yieldfrom", None)
+            or getattr(waiting, "ag_await", None)
         )
     return place

@@ -78,7 +78,9 @@ class NodeLife:
     def _born(self) -> Core:
         node = self.child.factory(*self.child.args)
         if not isinstance(node, Node):
-            raise DeclarationError(f"{self.identity.fqn}: its factory made {type(node).__name__} {node!r:.60}, which is not a Node")
+            raise DeclarationError(
+                f"{self.identity.fqn}: its factory made {type(node).__name__} {node!r:.60}, which is not a Node"
+            )
         node._core = core = Core(self.system, node, type(node).blueprint, self.identity, self.mailbox)  # pyright: ignore[reportPrivateUsage]
         return core
 
@@ -107,7 +109,9 @@ def open_endpoints(core: Core) -> None:
     node, blueprint = core.node, core.blueprint
     core.inbox.on_error = core.on_error
     core.inbox.on_holding = core.on_holding
-    for name in core.mailbox.feeds.keys() - {f"{blueprint.owner.__name__}.{handler.attribute}" for handler in blueprint.topics}:
+    for name in core.mailbox.feeds.keys() - {
+        f"{blueprint.owner.__name__}.{handler.attribute}" for handler in blueprint.topics
+    }:
         core.mailbox.feeds.pop(name).close()  # a handler that the replaced class had
     for published in blueprint.publishers:
         node.__dict__[published.attribute] = core.publisher(published.topic, published.qos)
@@ -117,12 +121,18 @@ def open_endpoints(core: Core) -> None:
         core.parameters  # noqa: B018  # overrides are checked now, not at the first read
     owner = blueprint.owner.__name__
     for topic in blueprint.topics:
-        core.feed(topic.topic, topic.qos, getattr(node, topic.attribute), f"{owner}.{topic.attribute}", topic.concurrent)
+        core.feed(
+            topic.topic, topic.qos, getattr(node, topic.attribute), f"{owner}.{topic.attribute}", topic.concurrent
+        )
     for service in blueprint.services:
-        core.serve(service.service, getattr(node, service.attribute), f"{owner}.{service.attribute}", service.concurrent)
+        core.serve(
+            service.service, getattr(node, service.attribute), f"{owner}.{service.attribute}", service.concurrent
+        )
     for action in blueprint.actions:
         entry = core.system.graph.action(core.identity.service(action.action.name))
-        server = ActionServer(core, entry, action.action, action.arrivals, action.result_timeout, f"{owner}.{action.attribute}")
+        server = ActionServer(
+            core, entry, action.action, action.arrivals, action.result_timeout, f"{owner}.{action.attribute}"
+        )
         server.handler = getattr(node, action.attribute)
         for hook in blueprint.hooks:
             if hook.action is action.action:

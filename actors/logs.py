@@ -15,7 +15,20 @@ from actors.levels import Level
 if TYPE_CHECKING:
     from actors.clock import Clock
 
-__all__ = ["DEBUG", "ERROR", "FATAL", "INFO", "LEVEL_NAMES", "WARN", "LogRecord", "LogSink", "NodeLog", "console_sink", "json_sink", "structlog_sink"]
+__all__ = [
+    "DEBUG",
+    "ERROR",
+    "FATAL",
+    "INFO",
+    "LEVEL_NAMES",
+    "WARN",
+    "LogRecord",
+    "LogSink",
+    "NodeLog",
+    "console_sink",
+    "json_sink",
+    "structlog_sink",
+]
 
 DEBUG, INFO, WARN, ERROR, FATAL = Level.DEBUG, Level.INFO, Level.WARN, Level.ERROR, Level.FATAL
 LEVEL_NAMES: Final[dict[int, str]] = {DEBUG: "debug", INFO: "info", WARN: "warning", ERROR: "error", FATAL: "fatal"}
@@ -26,7 +39,9 @@ class LogRecord:
 
     __slots__ = ("event", "fields", "incarnation", "level", "node", "time")
 
-    def __init__(self, time: float, level: int, node: str, incarnation: int, event: str, fields: dict[str, Any]) -> None:
+    def __init__(
+        self, time: float, level: int, node: str, incarnation: int, event: str, fields: dict[str, Any]
+    ) -> None:
         self.time = time
         self.level = level
         self.node = node

@@ -75,7 +75,11 @@ class Node:
 
     def __repr__(self) -> str:
         core = self._core
-        return f"<{type(self).__name__} {core.fqn}, incarnation {core.incarnation}>" if core else f"<{type(self).__name__}, not started>"
+        return (
+            f"<{type(self).__name__} {core.fqn}, incarnation {core.incarnation}>"
+            if core
+            else f"<{type(self).__name__}, not started>"
+        )
 
     # -- hooks --------------------------------------------------------------------------------------------------------------
 
@@ -105,7 +109,9 @@ class Node:
     def core(self) -> Core:
         """The machinery of this incarnation."""
         if self._core is None:
-            raise NotStarted(f"{type(self).__name__} has not been started yet: use this in on_start or later, not in __init__")
+            raise NotStarted(
+                f"{type(self).__name__} has not been started yet: use this in on_start or later, not in __init__"
+            )
         return self._core
 
     @property
@@ -158,7 +164,9 @@ class Node:
         """
         return await self.core.client(service).call(request, timeout)
 
-    async def wait_for(self, *contracts: Service[Any, Any] | Action[Any, Any, Any], timeout: float | None = None) -> None:
+    async def wait_for(
+        self, *contracts: Service[Any, Any] | Action[Any, Any, Any], timeout: float | None = None
+    ) -> None:
         """Wait until somebody serves every one of these. Raises `TimeoutError` after `timeout` seconds."""
         from actors.contracts import Service
 
@@ -174,7 +182,9 @@ class Node:
         """A goal, to be entered with ``async with``; `timeout` bounds the wait for its acceptance."""
         return self.core.goal(action, goal, timeout)
 
-    def on(self, topic: Topic[M], handler: Callable[[M], Coroutine[Any, Any, None] | None], *, qos: QoS | int | None = None) -> None:
+    def on(
+        self, topic: Topic[M], handler: Callable[[M], Coroutine[Any, Any, None] | None], *, qos: QoS | int | None = None
+    ) -> None:
         """Let `handler` take the topic's messages from now on, as `Topic.on` does for a method."""
         label = f"{self.fqn} {getattr(handler, '__qualname__', repr(handler))} on {topic.name}"
         self.core.feed(topic, topic.qos if qos is None else of(qos), handler, label)
@@ -189,9 +199,7 @@ class Node:
         """Run `work` in a task of this node: canceled when the node stops; if it fails, the node fails."""
         return self.core.spawn(work, name=name)
 
-    async def offload(
-        self, function: Callable[..., T], *arguments: Any, takes: float = 0.0, thread: bool = False
-    ) -> T:
+    async def offload(self, function: Callable[..., T], *arguments: Any, takes: float = 0.0, thread: bool = False) -> T:
         """Run CPU work outside the event loop and wait for its result.
 
         It goes to a worker process (function and arguments must be picklable), or with ``thread=True`` to a thread, which pays only for
@@ -222,7 +230,6 @@ class Node:
     def set_parameters(self, values: Mapping[str, Any]) -> SetResult:
         """Set parameters of this node, all or none of them."""
         return self.core.parameters.set_values(values)
-
 
 
 Node.blueprint = Blueprint(Node)

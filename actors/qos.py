@@ -8,6 +8,7 @@ field's own names (``qos.SENSOR_DATA``, ``qos.COMMANDS``, ...), the matching rul
 
 import math
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Final, Literal, NamedTuple, cast
 
 from actors.qos_policies import (
@@ -266,6 +267,8 @@ def resolve_subscription(requested: QoS, offered: Iterable[QoS] = ()) -> QoS:
     transient_local, manual_by_topic), durations the largest specified one. ``system_default`` becomes reliable,
     volatile, automatic.
     """
+    if (alone := _resolved_alone(requested)) is not None:
+        return alone
     known = tuple(offered)
     return _resolve(
         requested,
@@ -283,6 +286,8 @@ def resolve_publisher(offered: QoS, requested: Iterable[QoS] = ()) -> QoS:
     ``best_available`` becomes reliable and transient_local, manual_by_topic if any subscription asks for it, durations
     the smallest specified one. ``system_default`` becomes reliable, volatile, automatic.
     """
+    if (alone := _resolved_alone(offered)) is not None:
+        return alone
     known = tuple(requested)
     return _resolve(
         offered,
@@ -297,6 +302,19 @@ def resolve_publisher(offered: QoS, requested: Iterable[QoS] = ()) -> QoS:
 def resolve_service(qos: QoS) -> QoS:
     """What a service or client really uses: ``best_available`` and ``system_default`` become the default's values."""
     return _resolve(qos, reliable=True, transient_local=False, manual=False, deadline=None, lease=None)
+
+
+@lru_cache(maxsize=1024)
+def _resolved_alone(qos: QoS) -> QoS | None:
+    """The resolution of a profile that does not depend on the other side; None for one that asks for the best available."""
+    if (
+        qos.reliability is Reliability.BEST_AVAILABLE
+        or qos.durability is Durability.BEST_AVAILABLE
+        or qos.liveliness is Liveliness.BEST_AVAILABLE
+        or BEST_AVAILABLE_DURATION in (qos.deadline, qos.liveliness_lease)
+    ):
+        return None
+    return resolve_service(qos)
 
 
 def _specified(durations: Iterable[float | None]) -> list[float]:

@@ -19,8 +19,14 @@ __all__ = ["OpenNode", "Run", "execute", "open_node", "run"]
 
 T = TypeVar("T")
 
+
 def run(
-    tree: Spec, *, seed: int = 0, signals: bool = True, sinks: tuple[LogSink, ...] = (structlog_sink,), level: int = INFO
+    tree: Spec,
+    *,
+    seed: int = 0,
+    signals: bool = True,
+    sinks: tuple[LogSink, ...] = (structlog_sink,),
+    level: int = INFO,
 ) -> Run:
     """Run a tree in this event loop: ``async with run(tree) as system: await system.wait()``.
 
@@ -55,7 +61,9 @@ class Run:
         system.on_end(self._tree_ended)
         return system
 
-    async def __aexit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         system = self._system
         try:
             await system.stop("the block was left")
@@ -81,7 +89,10 @@ class Run:
         for number in (signal.SIGINT, signal.SIGTERM):
             try:
                 system.loop.add_signal_handler(number, system.interrupt, number)
-            except (NotImplementedError, RuntimeError):  # a platform or a loop without signal handlers: KeyboardInterrupt remains
+            except (
+                NotImplementedError,
+                RuntimeError,
+            ):  # a platform or a loop without signal handlers: KeyboardInterrupt remains
                 return
             self._handlers.append(number)
 

@@ -11,7 +11,15 @@ from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
-from actors.errors import CallCycle, CallTimeout, NodeRestarting, NotRunning, ServiceFailed, ServiceUnavailable, WrongType
+from actors.errors import (
+    CallCycle,
+    CallTimeout,
+    NodeRestarting,
+    NotRunning,
+    ServiceFailed,
+    ServiceUnavailable,
+    WrongType,
+)
 from actors.inbox import Inbox
 
 if TYPE_CHECKING:
@@ -49,7 +57,18 @@ class Caller(Protocol):
 class Server:
     """One node's service: requests go through the node's inbox, or, `concurrent`, into tasks of their own."""
 
-    __slots__ = ("active", "calls", "concurrent", "entry", "failures", "handler", "label", "node", "response", "waiting")
+    __slots__ = (
+        "active",
+        "calls",
+        "concurrent",
+        "entry",
+        "failures",
+        "handler",
+        "label",
+        "node",
+        "response",
+        "waiting",
+    )
 
     def __init__(self, node: Caller, entry: ServiceEntry, response: type[Message], label: str, concurrent: int) -> None:
         self.node = node
@@ -143,7 +162,9 @@ class Client(Generic[Req, Resp]):
     async def call(self, message: Req, timeout: float) -> Resp:
         """Ask, and wait for the answer for at most `timeout` seconds in all."""
         if message.__class__ is not self.service.request:
-            raise WrongType(f"{self.entry.name} takes {self.service.request.__name__}, not {type(message).__name__} {message!r:.60}")
+            raise WrongType(
+                f"{self.entry.name} takes {self.service.request.__name__}, not {type(message).__name__} {message!r:.60}"
+            )
         server = self.entry.server
         if server is None:
             started = asyncio.get_running_loop().time()
@@ -179,7 +200,9 @@ class Client(Generic[Req, Resp]):
         if entry.restarting is not None:
             raise NodeRestarting(*entry.restarting)
         if entry.stopped is not None:
-            raise NotRunning(f"{entry.stopped}, which served {entry.name}, has stopped: start it again, or ask another service")
+            raise NotRunning(
+                f"{entry.stopped}, which served {entry.name}, has stopped: start it again, or ask another service"
+            )
         try:
             async with asyncio.timeout(timeout):
                 await entry.available()
@@ -194,4 +217,6 @@ class Client(Generic[Req, Resp]):
     def _late(self) -> BaseException:
         server = self.entry.server
         where = server.node.fqn if server is not None else "its server"
-        return CallTimeout(f"{where} did not answer {self.entry.name} in time: give the call more time, or make it an action")
+        return CallTimeout(
+            f"{where} did not answer {self.entry.name} in time: give the call more time, or make it an action"
+        )

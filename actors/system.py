@@ -214,7 +214,9 @@ class System:
     def _guest_ended(self, task: asyncio.Task[None]) -> None:
         life = self._guests.pop(task)
         if not task.cancelled() and (error := task.exception()) is not None:
-            self.log.error("a node beside the tree failed", node_name=life.identity.fqn, error=f"{type(error).__name__}: {error}")
+            self.log.error(
+                "a node beside the tree failed", node_name=life.identity.fqn, error=f"{type(error).__name__}: {error}"
+            )
 
     def _close(self) -> None:
         for path in list(self.nodes):
@@ -231,7 +233,9 @@ class System:
     def life(self, child: Child, path: tuple[str, ...], incarnation: int) -> NodeLife:
         """A new incarnation of `child`; the inbox and the waiting messages of the last one are handed over."""
         if child.process:
-            raise DeclarationError(f"{'/'.join(path)}: process=True needs a transport, and this system has none: place it in this process")
+            raise DeclarationError(
+                f"{'/'.join(path)}: process=True needs a transport, and this system has none: place it in this process"
+            )
         state = self.nodes.get(path)
         if state is None:
             identity = self._identity(child, path)
@@ -267,12 +271,19 @@ class System:
             state.restarts.append((self.clock.now(), str(report.reason)))
         level = {"progress": 10, "child_terminated": WARN, "shutdown": INFO}.get(report.context, ERROR)
         if level >= self.level:
-            fields: dict[str, Any] = {"child": "/".join(report.child.path), "incarnation_ended": report.child.incarnation}
+            fields: dict[str, Any] = {
+                "child": "/".join(report.child.path),
+                "incarnation_ended": report.child.incarnation,
+            }
             if report.reason is not None:
                 fields["reason"] = str(report.reason)
             if report.note:
                 fields["note"] = report.note
-            self._write(LogRecord(self.clock.now(), level, "/".join(report.supervisor), 1, report.context.replace("_", " "), fields))
+            self._write(
+                LogRecord(
+                    self.clock.now(), level, "/".join(report.supervisor), 1, report.context.replace("_", " "), fields
+                )
+            )
 
     # -- what nodes ask -----------------------------------------------------------------------------------------------------
 
@@ -303,7 +314,9 @@ class System:
         if waiting:
             self.loop.call_soon_threadsafe(self._drain_threads)
 
-    async def offload(self, function: Callable[..., Any], arguments: tuple[Any, ...], takes: float, *, thread: bool) -> Any:
+    async def offload(
+        self, function: Callable[..., Any], arguments: tuple[Any, ...], takes: float, *, thread: bool
+    ) -> Any:
         """See `Node.offload`."""
         if self.clock.virtual:
             result = function(*arguments)

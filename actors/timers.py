@@ -95,7 +95,13 @@ class TimerItem:
     )  # fmt: skip
 
     def __init__(
-        self, inbox: Inbox, handler: Callable[..., Awaitable[None] | None], hz: float, late: Late, label: str, record: TimerRecord
+        self,
+        inbox: Inbox,
+        handler: Callable[..., Awaitable[None] | None],
+        hz: float,
+        late: Late,
+        label: str,
+        record: TimerRecord,
     ) -> None:
         self.inbox = inbox
         self.handler = handler
@@ -151,7 +157,9 @@ class TimerItem:
         self.record.fired += 1
         self.record.lateness.add(late)
         if self.record.missed and self.late == "fault":
-            raise TickMissed(f"{self.label}: {self.record.missed} tick(s) were due before tick {k} had begun, {late * 1e3:.1f} ms late")
+            raise TickMissed(
+                f"{self.label}: {self.record.missed} tick(s) were due before tick {k} had begun, {late * 1e3:.1f} ms late"
+            )
         if self.backlog:
             self.k, self.due = self.backlog.popleft()
             self.inbox.put(self)

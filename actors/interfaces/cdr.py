@@ -120,6 +120,6 @@ def _unencodable(value: Any, where: str) -> str:
         parts = [(f"{where}.{field.name}", getattr(value, field.name)) for field in value.__ros_fields__]
         return next(filter(None, (_unencodable(part, path) for path, part in parts)), "")
     elif isinstance(value, tuple):
-        items = cast(tuple[Any, ...], value)
+        items: tuple[Any, ...] = value  # pyright: ignore[reportUnknownVariableType]
         return next(filter(None, (_unencodable(item, f"{where}[{i}]") for i, item in enumerate(items))), "")
     return ""

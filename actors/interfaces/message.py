@@ -297,10 +297,12 @@ class ServiceType(Generic[Req, Resp]):
 class ActionType(Generic[G, R, F]):
     """An action type: goal, result and feedback messages under one name.
 
-    class MoveToPosition(ActionType[MoveToPosition_Goal, MoveToPosition_Result, MoveToPosition_Feedback]):
-        Goal: TypeAlias = MoveToPosition_Goal
-        Result: TypeAlias = MoveToPosition_Result
-        Feedback: TypeAlias = MoveToPosition_Feedback
+        class MoveToPosition(ActionType[MoveToPosition_Goal, MoveToPosition_Result, MoveToPosition_Feedback]):
+            Goal: TypeAlias = MoveToPosition_Goal
+            Result: TypeAlias = MoveToPosition_Result
+            Feedback: TypeAlias = MoveToPosition_Feedback
+
+    It is never instantiated; its parts are.
     """
 
     __ros_type__: ClassVar[str]

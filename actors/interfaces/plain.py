@@ -22,7 +22,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Message):
         return to_plain(value)
     if isinstance(value, tuple):
-        return [_plain(item) for item in cast(tuple[Any, ...], value)]
+        return [_plain(item) for item in value]  # pyright: ignore[reportUnknownVariableType]
     return value.tolist() if hasattr(value, "dtype") else value
 
 
@@ -42,13 +42,11 @@ def _build(cls: type[M], mapping: Any, where: str) -> M:
     if mapping is None:
         mapping = {}
     if not isinstance(mapping, Mapping):
-        raise MessageTypeError(
-            f"{where}: expected the fields of {cls.__ros_type__}, got {type(mapping).__name__} {mapping!r}"
-        )
+        raise MessageTypeError(f"{where}: expected the fields of {cls.__ros_type__}, got {mapping!r}")
     fields = {field.name: field for field in cls.__ros_fields__}
     values: dict[str, Any] = {}
-    for name, value in cast(Mapping[Any, Any], mapping).items():
-        field = fields.get(str(name))
+    for name, value in mapping.items():  # pyright: ignore[reportUnknownVariableType]
+        field = fields.get(str(name))  # pyright: ignore[reportUnknownArgumentType]
         if field is None:
             names = ", ".join(fields) or "no fields at all"
             raise MessageTypeError(

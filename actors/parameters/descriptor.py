@@ -128,3 +128,33 @@ class ParameterDescriptor(msgspec.Struct, frozen=True, kw_only=True):
             allowed = ", ".join(repr(choice) for choice in self.choices)
             return f"Parameter {parameter.name} must be one of {allowed}; value {parameter.value!r}."
         return None
+
+
+def declared_type(name: str, value: object, descriptor: ParameterDescriptor) -> ParameterType:
+    """The static type of a declaration, NOT_SET for dynamic typing. Raises ValueError if there is none, or two."""
+    if isinstance(value, ParameterType):
+        if value is ParameterType.NOT_SET:
+            raise ValueError(f"parameter {name!r} cannot have NOT_SET as its type; use dynamic_typing=True instead.")
+        if descriptor.dynamic_typing:
+            raise ValueError(f"parameter {name!r} is given the type {value.name} and dynamic typing; drop one of them.")
+        return value
+    if descriptor.dynamic_typing:
+        return ParameterType.NOT_SET
+    if value is None:
+        raise ValueError(
+            f"parameter {name!r} has static typing but neither a default value nor a type; give a value, "
+            "a ParameterType, or a descriptor with dynamic_typing=True."
+        )
+    return ParameterType.of(value)
+
+
+def redescribed_type(new: ParameterDescriptor, old: ParameterDescriptor, current: Parameter) -> ParameterType:
+    """The static type of a parameter under a new descriptor: it keeps the one it has unless typing becomes dynamic."""
+    if new.dynamic_typing:
+        return ParameterType.NOT_SET
+    for kind in (current.type, old.type, new.type):
+        if kind is not ParameterType.NOT_SET:
+            return kind
+    raise ValueError(
+        f"parameter {old.name!r} has no type to keep; name one in the new descriptor, or let it be dynamic."
+    )

@@ -25,7 +25,7 @@ from actors.parameters.callbacks import (
     PreSetCallback,
 )
 from actors.parameters.declare import NO_PARAMETERS, ParameterTable
-from actors.parameters.descriptor import ParameterDescriptor
+from actors.parameters.descriptor import ParameterDescriptor, declared_type, redescribed_type
 from actors.parameters.errors import (
     InvalidParameterName,
     InvalidParameterType,
@@ -206,7 +206,7 @@ class ParameterStore(ParameterView):
                 names=[name],
             )
         current = self._present(name)
-        described = msgspec.structs.replace(descriptor, name=name, type=_redescribed_type(descriptor, old, current))
+        described = msgspec.structs.replace(descriptor, name=name, type=redescribed_type(descriptor, old, current))
         if current.type is ParameterType.NOT_SET or described.value_objection(current) is None:
             self._own()[name] = described
             return current
@@ -254,7 +254,7 @@ class ParameterStore(ParameterView):
                     stacklevel=3,
                 )
                 descriptor = _DYNAMIC
-        kind = _declared_type(name, value, descriptor)
+        kind = declared_type(name, value, descriptor)
         if not ignore_override and name in self.overrides:
             parameter = widened(name, self.overrides[name], kind)
         else:
@@ -372,33 +372,3 @@ def _unpacked(item: tuple[Any, ...]) -> tuple[str, object, ParameterDescriptor |
     if len(item) == 1:
         return item[0], None, None
     return item[0], item[1], item[2] if len(item) == 3 else UNDESCRIBED
-
-
-def _declared_type(name: str, value: object, descriptor: ParameterDescriptor) -> ParameterType:
-    """The static type of a declaration, NOT_SET for dynamic typing. Raises ValueError if there is none, or two."""
-    if isinstance(value, ParameterType):
-        if value is ParameterType.NOT_SET:
-            raise ValueError(f"parameter {name!r} cannot have NOT_SET as its type; use dynamic_typing=True instead.")
-        if descriptor.dynamic_typing:
-            raise ValueError(f"parameter {name!r} is given the type {value.name} and dynamic typing; drop one of them.")
-        return value
-    if descriptor.dynamic_typing:
-        return ParameterType.NOT_SET
-    if value is None:
-        raise ValueError(
-            f"parameter {name!r} has static typing but neither a default value nor a type; give a value, "
-            "a ParameterType, or a descriptor with dynamic_typing=True."
-        )
-    return ParameterType.of(value)
-
-
-def _redescribed_type(new: ParameterDescriptor, old: ParameterDescriptor, current: Parameter) -> ParameterType:
-    """The static type of a parameter under a new descriptor: it keeps the one it has unless typing becomes dynamic."""
-    if new.dynamic_typing:
-        return ParameterType.NOT_SET
-    for kind in (current.type, old.type, new.type):
-        if kind is not ParameterType.NOT_SET:
-            return kind
-    raise ValueError(
-        f"parameter {old.name!r} has no type to keep; name one in the new descriptor, or let it be dynamic."
-    )

@@ -101,18 +101,15 @@ def _type_of_elements(elements: Iterable[object]) -> ParameterType:
 
 
 def canonical(value: object, kind: ParameterType) -> Value:
-    """`value` in the one form that is kept: plain scalars, tuples for arrays.
+    """`value` (not None) in the one form that is kept: plain scalars, tuples for arrays.
 
     Raises ValueError when the value is not of type `kind`, when an integer needs more than 64 bits, or when an
     element of a byte array is not one byte. Subclasses (an IntEnum, a numpy.float64) become plain.
     """
-    if kind is ParameterType.NOT_SET:
-        if value is None:
-            return None
-    elif kind.is_array:
+    if kind.is_array:
         if isinstance(value, SEQUENCES):
             return cast("Value", _canonical_elements(tuple(cast("Iterable[object]", value)), kind))
-    else:
+    elif kind is not ParameterType.NOT_SET:
         python = _CLASS_OF_SCALAR[kind]
         if isinstance(value, python):
             if kind is ParameterType.INTEGER:
@@ -150,7 +147,8 @@ class Parameter(msgspec.Struct, frozen=True):
     """A named value, as it is set, stored and reported.
 
     `Parameter("speed", 0.5)` infers the type (TypeError if it cannot); `Parameter("gains", [], DOUBLE_ARRAY)` states
-    it (ValueError if value and type do not agree). Lists and arrays are kept as tuples.
+    it (ValueError if value and type do not agree). Lists and arrays are kept as tuples. `value` is the plain value;
+    `double_value` and its like are typed and raise TypeError for a parameter of another type (never 0.0).
     """
 
     name: str
@@ -173,6 +171,58 @@ class Parameter(msgspec.Struct, frozen=True):
         elif not isinstance(kind, ParameterType):
             raise TypeError(f"the type of parameter {self.name!r} must be a ParameterType, not {kind!r}.")
         msgspec.structs.force_setattr(self, "value", canonical(value, kind))
+
+    @property
+    def bool_value(self) -> bool:
+        """The value of a BOOL."""
+        return cast("bool", self._value_as(ParameterType.BOOL))
+
+    @property
+    def integer_value(self) -> int:
+        """The value of an INTEGER."""
+        return cast("int", self._value_as(ParameterType.INTEGER))
+
+    @property
+    def double_value(self) -> float:
+        """The value of a DOUBLE."""
+        return cast("float", self._value_as(ParameterType.DOUBLE))
+
+    @property
+    def string_value(self) -> str:
+        """The value of a STRING."""
+        return cast("str", self._value_as(ParameterType.STRING))
+
+    @property
+    def byte_array_value(self) -> tuple[bytes, ...]:
+        """The value of a BYTE_ARRAY."""
+        return cast("tuple[bytes, ...]", self._value_as(ParameterType.BYTE_ARRAY))
+
+    @property
+    def bool_array_value(self) -> tuple[bool, ...]:
+        """The value of a BOOL_ARRAY."""
+        return cast("tuple[bool, ...]", self._value_as(ParameterType.BOOL_ARRAY))
+
+    @property
+    def integer_array_value(self) -> tuple[int, ...]:
+        """The value of an INTEGER_ARRAY."""
+        return cast("tuple[int, ...]", self._value_as(ParameterType.INTEGER_ARRAY))
+
+    @property
+    def double_array_value(self) -> tuple[float, ...]:
+        """The value of a DOUBLE_ARRAY."""
+        return cast("tuple[float, ...]", self._value_as(ParameterType.DOUBLE_ARRAY))
+
+    @property
+    def string_array_value(self) -> tuple[str, ...]:
+        """The value of a STRING_ARRAY."""
+        return cast("tuple[str, ...]", self._value_as(ParameterType.STRING_ARRAY))
+
+    def _value_as(self, kind: ParameterType) -> object:
+        if self.type is not kind:
+            raise TypeError(
+                f"parameter {self.name!r} is {self.type.name}, not {kind.name}: its value is {self.value!r}."
+            )
+        return self.value
 
 
 def widened(name: str, value: object, kind: ParameterType) -> Parameter:

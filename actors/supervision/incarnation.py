@@ -16,10 +16,23 @@ if TYPE_CHECKING:
     from actors.supervision.entry import Entry
     from actors.supervision.seam import Life
 
-__all__ = ["GRACE", "Incarnation", "Owner"]
+__all__ = ["GRACE", "Incarnation", "LeakedChild", "Owner"]
 
 GRACE = 1.0
 """Seconds between the kill and the verdict `Leaked`."""
+
+
+class LeakedChild:
+    """A child that refused to die: `ref`, and its `task`, which is kept here until it ends after all."""
+
+    __slots__ = ("ref", "task")
+
+    def __init__(self, ref: ChildRef, task: asyncio.Task[None]) -> None:
+        self.ref = ref
+        self.task = task
+
+    def __repr__(self) -> str:
+        return f"<leaked {self.ref}: {self.task!r}>"
 
 
 class Owner(Protocol):

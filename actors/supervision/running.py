@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
 
-from actors.supervision.core import LeakedChild
 from actors.supervision.errors import NotFound
+from actors.supervision.incarnation import LeakedChild
 from actors.supervision.reasons import Gone
 from actors.supervision.refs import ChildInfo, ChildRef, Counts, Down
 from actors.supervision.requests import Path, Requests

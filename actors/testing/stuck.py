@@ -91,10 +91,10 @@ def _wrapped(awaitable: object) -> Any:
 def _describe(task: asyncio.Task[Any], since: float | None, runs: bool) -> str:
     frames = parked_frames(task)
     name = f"  {task.get_name()} ({getattr(task.get_coro(), '__qualname__', '?')})"
-    if runs:
-        head = f"{name} runs again and again"
-    elif since is None:
+    if since is None:
         head = f"{name} has not run yet"
+    elif runs:
+        head = f"{name} runs again and again"
     else:
         head = f"{name} waits since {seconds(since)} for {_awaited(task, frames)}"
     own = [frame for frame in frames if not frame.f_code.co_filename.startswith(_LIBRARIES)]

@@ -11,7 +11,11 @@ from robot.battery.model import Pack, SupplyStatus
 from robot.battery.power import electrical_power
 from robot.battery.runtime import RuntimeEstimator
 from robot.contracts import BATTERY_STATE, GET_BATTERY_STATUS, MOTOR_POWER
-from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus, GetBatteryStatus_Request, GetBatteryStatus_Response
+from robot.interfaces.my_robot_interfaces.srv import (
+    GetBatteryStatus,
+    GetBatteryStatus_Request,
+    GetBatteryStatus_Response,
+)
 from robot.interfaces.robactor_msgs.msg import MotorPower
 
 __all__ = ["Battery"]

@@ -63,7 +63,9 @@ class Gait(Node):
     odometry = publishes(ODOMETRY)
     status = publishes(GAIT_STATUS)
     backend = parameter("physics", choices=("physics", "kinematic"), read_only=True)
-    motor_delay = parameter(0.004, unit="s", ge=0.0, le=0.02, read_only=True, description="How late the drives act, as far as is known.")
+    motor_delay = parameter(
+        0.004, unit="s", ge=0.0, le=0.02, read_only=True, description="How late the drives act, as far as is known."
+    )
     gait = parameter("trot", choices=("trot", "crawl", "pace", "bound"), read_only=True)
 
     async def on_start(self) -> None:
@@ -155,7 +157,9 @@ class Gait(Node):
     @every(hz=10)
     def report(self) -> None:
         if self._joints_heard >= 0.0 and self.clock.now() - self._joints_heard > SENSOR_LIFE:
-            self.log.error("joint encoders are silent: no motor targets", seconds=round(self.clock.now() - self._joints_heard, 2))
+            self.log.error(
+                "joint encoders are silent: no motor targets", seconds=round(self.clock.now() - self._joints_heard, 2)
+            )
         self._report()
 
     def _ask(self, mode: Goal, text: str) -> Trigger_Response:
@@ -183,13 +187,20 @@ class Gait(Node):
         if self.backend == "physics":
             self.targets(
                 MotorTargetsMessage(
-                    stamp=stamp, position=targets.position, velocity=targets.velocity, effort=targets.effort, kp=targets.kp, kd=targets.kd
+                    stamp=stamp,
+                    position=targets.position,
+                    velocity=targets.velocity,
+                    effort=targets.effort,
+                    kp=targets.kp,
+                    kd=targets.kd,
                 )
             )
             return
         goal = self._controller.goal
         vx, vy, wz = self._controller.velocity_command if goal == "walk" else (0.0, 0.0, 0.0)
-        self.drive(BodyDrive(stamp=stamp, vx=vx, vy=vy, wz=wz, height=SIT_HEIGHT if goal == "sit" else STAND_HEIGHT, mode=goal))
+        self.drive(
+            BodyDrive(stamp=stamp, vx=vx, vy=vy, wz=wz, height=SIT_HEIGHT if goal == "sit" else STAND_HEIGHT, mode=goal)
+        )
 
     def _odometry(self, header: Header) -> Odometry:
         state = self._controller.state
@@ -200,7 +211,9 @@ class Gait(Node):
         return Odometry(
             header=Header(stamp=header.stamp, frame_id="odom"),
             child_frame_id="base_link",
-            pose=PoseWithCovariance(pose=Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))),
+            pose=PoseWithCovariance(
+                pose=Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+            ),
             twist=TwistWithCovariance(twist=Twist(linear=Vector3(x=vx, y=vy, z=vz), angular=Vector3(x=wx, y=wy, z=wz))),
         )
 

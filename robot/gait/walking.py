@@ -39,6 +39,8 @@ RISE_SPEED = 0.15
 HEIGHT_SPRING, HEIGHT_DAMPER = 60.0, 12.0
 MOST_PUSH = 5.0
 """Bound of the horizontal acceleration asked of the feet, m/s2."""
+STEP_SHARE = 0.5
+"""Share of the learned push that footholds give: two feet cannot push across their line without tilting the body."""
 CAPTURE = 0.12
 """How far a foot steps beyond symmetry for each m/s of wrong speed, s."""
 MOST_CAPTURE = 0.25
@@ -77,6 +79,8 @@ class Walker:
         """Of the body, odom axes, m/s2: what the forces asked for last imply, less what only makes up for losses."""
         self._legs = [_Leg() for _ in range(4)]
         self._integral = [0.0, 0.0]
+        self._back = (0.0, 0.0)
+        """How far the feet are set back so that the body leans into what the integral has learned, odom axes, m."""
         self._heading = ahead.yaw
         self.height = STAND_HEIGHT
         self.halting = False
@@ -151,14 +155,11 @@ class Walker:
             self.acceleration = np.array((0.0, 0.0, -GRAVITY))
             return
         wrench = self._wrench(dt, standing, ahead, terrain, wanted, command[2])
-        c, s = cos(ahead.yaw), sin(ahead.yaw)
         centre = ahead.rotation @ np.array(ahead.legs.centre)
         arms = ahead.feet[standing] - centre
         arms[:, 2] -= FOOT_RADIUS
         forces = distribute([(x, y, z) for x, y, z in arms.tolist()], wrench)
         self.acceleration = forces.sum(axis=0) / MASS
-        self.acceleration[0] -= c * self._integral[0] - s * self._integral[1]
-        self.acceleration[1] -= s * self._integral[0] + c * self._integral[1]
         self.acceleration[2] -= GRAVITY
         wx, wy, wz = wanted @ ahead.rotation
         for leg, (fx, fy, fz) in zip(standing, (forces @ ahead.rotation).tolist(), strict=True):
@@ -179,6 +180,9 @@ class Walker:
         ahead_error, side_error = c * error_x + s * error_y, c * error_y - s * error_x
         for axis, value in enumerate((ahead_error, side_error)):
             self._integral[axis] = _clip(self._integral[axis] + SPEED_INTEGRAL * value * dt, MOST_INTEGRAL)
+        share = STEP_SHARE * self.height / GRAVITY
+        ix, iy = self._integral
+        self._back = (share * (c * ix - s * iy), share * (s * ix + c * iy))
         push_x = _clip(SPEED_GAIN * ahead_error + self._integral[0], MOST_PUSH)
         push_y = _clip(SPEED_GAIN * side_error + self._integral[1], MOST_PUSH)
 
@@ -269,6 +273,7 @@ class Walker:
             + (vx - turn * ry) * half
             + _clip(CAPTURE * (vx - float(wanted[0])), MOST_CAPTURE)
             + lean * vy
+            - self._back[0]
         )
         y = (
             float(ahead.position[1])
@@ -277,6 +282,7 @@ class Walker:
             + (vy + turn * rx) * half
             + _clip(CAPTURE * (vy - float(wanted[1])), MOST_CAPTURE)
             - lean * vx
+            - self._back[1]
         )
         return (x, y, terrain.height(x, y))
 

@@ -117,6 +117,7 @@ class Follower:
         self._goal = Pose2(0.0, 0.0)
         self._along = 0.0
         self._turning = False
+        self._avoiding = False
         self._last = STOP
         self._fan = _fan(self.limits)
 
@@ -161,8 +162,8 @@ class Follower:
             self._last = STOP
             return Step(STOP, "arrived", to_goal, clearance, off)
         wish, phase = self._approach(pose, turn_left) if near else self._pursue(pose, clearance)
-        ramped = self.limits.ramp(wish, self._last, dt)
-        command, phase = self._checked(ramped, phase, pose, around, clearance, near)
+        command, phase = self._checked(wish, phase, pose, around, clearance, near)
+        self._avoiding = phase == "avoiding"
         command = self.limits.ramp(command, self._last, dt)
         self._last = command
         return Step(command, phase, max(remaining, to_goal), clearance, off)
@@ -203,7 +204,8 @@ class Follower:
         """The wish itself if it keeps clear, else the best command of the fan; a stop when there is none."""
         tried = np.array([[wish.vx, wish.vy, wish.wz]])
         comfort = min(_COMFORT, clearance + 0.02) if near else self._offered(around)
-        if float(_clearances(pose, tried, around).min()) >= comfort:
+        # Once off the wish, take it up again only when it is clearly good: no flutter between it and the fan.
+        if float(_clearances(pose, tried, around).min()) >= comfort + (0.03 if self._avoiding else 0.0):
             return wish, phase
         fan = np.concatenate([tried, 0.6 * tried, 0.3 * tried, self._fan])
         x, y, yaw = _rollout(pose, fan, _HORIZON)
@@ -219,7 +221,9 @@ class Follower:
             return self.limits.clip(*(float(v) for v in fan[int(least.argmax())])), "evading"
         price = self._price(x[:, -1], y[:, -1], yaw[:, -1], near)
         price += 1.5 * (np.maximum(comfort - least, 0.0) / comfort) ** 2
+        last = self._last
         price += 0.05 * np.abs(fan - tried).sum(axis=1)
+        price += 0.05 * np.abs(fan - np.array([last.vx, last.vy, last.wz])).sum(axis=1)
         price[~allowed] = np.inf
         best = int(price.argmin())
         chosen = self.limits.clip(*(float(v) for v in fan[best]))

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from robot.navigation.errors import InvalidPose
 from robot.world.scene import Box, Obstacle, Scene
 
-__all__ = ["FREE", "OCCUPIED", "UNKNOWN", "Grid", "distance_to", "signed_distance"]
+__all__ = ["FREE", "OCCUPIED", "UNKNOWN", "Grid", "block_mean", "distance_to", "signed_distance"]
 
 Floats = NDArray[np.float64]
 
@@ -175,11 +175,18 @@ class Grid:
         return self.origin_x + (column + 0.5) * self.resolution, self.origin_y + (row + 0.5) * self.resolution
 
     def coarser(self, factor: int) -> Grid:
-        """The same floor in cells `factor` times as large, each as near to obstacles as the nearest of its parts."""
+        """The same floor in cells `factor` times as large; each has the mean clearance of its parts, which is that of its middle."""
         if factor == 1:
             return self
-        rows, columns = -(-self.height // factor), -(-self.width // factor)
-        pad = ((0, rows * factor - self.height), (0, columns * factor - self.width))
-        blocks = np.pad(self.clearance, pad, constant_values=-self.resolution).reshape(rows, factor, columns, factor)
-        clearance = blocks.min(axis=(1, 3))
+        clearance = block_mean(np.minimum(self.clearance, 1e3), factor, -self.resolution)
         return Grid(clearance <= 0.0, self.resolution * factor, self.origin_x, self.origin_y, exact_clearance=clearance)
+
+
+def block_mean(field: Floats, factor: int, outside: float) -> Floats:
+    """Means over blocks of factor x factor cells; `outside` fills what the last blocks lack."""
+    if factor == 1:
+        return field
+    height, width = field.shape
+    rows, columns = -(-height // factor), -(-width // factor)
+    padded = np.pad(field, ((0, rows * factor - height), (0, columns * factor - width)), constant_values=outside)
+    return np.asarray(padded.reshape(rows, factor, columns, factor).mean(axis=(1, 3)), dtype=np.float64)

@@ -198,7 +198,7 @@ class Navigator:
         assert self.goal is not None
         self._planned_at, self._planned_changes = now, self.around.changes
         try:
-            self.path = self.planner.plan(pose, self.goal, self.around.extra(self.planner.factor))
+            self.path = self.planner.plan(pose, self.goal, self.around.extra())
         except NavigationError as error:
             self._obstruction = error
             if self.state is not State.WAITING:

@@ -160,7 +160,9 @@ class Navigation(Node):
         deadline = self.clock.now() + RISING_TIMEOUT
         while self._gait != "walk":
             if self.clock.now() > deadline:
-                raise RuntimeError(f"the robot is not walking {RISING_TIMEOUT:g} s after it was asked to: its gait is {self._gait!r}")
+                raise RuntimeError(
+                    f"the robot is not walking {RISING_TIMEOUT:g} s after it was asked to: its gait is {self._gait!r}"
+                )
             await self.clock.sleep(0.1)
 
     async def _rest(self) -> None:
@@ -263,7 +265,9 @@ class Navigation(Node):
     def _occupancy(self) -> OccupancyGrid:
         grid, stamp = self._grid, self.clock.stamp()
         origin = Pose(position=pose_stamped(Pose2(grid.origin_x, grid.origin_y), stamp).pose.position)
-        info = MapMetaData(map_load_time=stamp, resolution=grid.resolution, width=grid.width, height=grid.height, origin=origin)
+        info = MapMetaData(
+            map_load_time=stamp, resolution=grid.resolution, width=grid.width, height=grid.height, origin=origin
+        )
         return OccupancyGrid(header=Header(stamp=stamp, frame_id="map"), info=info, data=grid.to_occupancy())
 
 

@@ -131,14 +131,9 @@ class Surroundings:
 
     # --- distances --------------------------------------------------------------------------------------------------
 
-    def extra(self, factor: int) -> Floats | None:
-        """Clearance (m) from the marks alone, in cells `factor` times the map's; None when nothing is marked."""
-        if not self._marked.any():
-            return None
-        rows, columns = -(-self.grid.height // factor), -(-self.grid.width // factor)
-        pad = ((0, rows * factor - self.grid.height), (0, columns * factor - self.grid.width))
-        blocks = np.pad(self._marked, pad).reshape(rows, factor, columns, factor)
-        return distance_to(np.asarray(blocks.any(axis=(1, 3))), self.grid.resolution * factor)
+    def extra(self) -> Floats | None:
+        """Clearance (m) from the marks alone, per cell of the map; None when nothing is marked."""
+        return distance_to(self._marked, self.grid.resolution) if self._marked.any() else None
 
     def center_on(self, pose: Pose2) -> None:
         """Prepare the distances around the robot; call it before `clearance` whenever the robot moved or a scan came

@@ -164,7 +164,11 @@ class Session:
                 if left <= 0.0:
                     break
                 await asyncio.wait([ended], timeout=left)
-                if any(isinstance(state.core.node, Patrol) and state.core.node.finished for state in system.nodes.values() if state.core):
+                if any(
+                    isinstance(state.core.node, Patrol) and state.core.node.finished
+                    for state in system.nodes.values()
+                    if state.core
+                ):
                     await asyncio.wait([ended], timeout=3.0)  # the sit that ends the mission takes about two seconds
                     break
             if ended.done():

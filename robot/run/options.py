@@ -69,19 +69,54 @@ def _parser() -> argparse.ArgumentParser:
         description="Run the whole robot in a world: it stands up, walks its patrol, reports battery and pose, docks when low, and sits when told to stop.",
     )
     add: Any = parser.add_argument
-    add("--duration", type=_seconds, metavar="S", help="end after S seconds (default: run until Ctrl-C; 120 on the virtual clock)")
+    add(
+        "--duration",
+        type=_seconds,
+        metavar="S",
+        help="end after S seconds (default: run until Ctrl-C; 120 on the virtual clock)",
+    )
     add("--battery", type=float, default=90.0, metavar="PERCENT", help="charge at the start (default 90)")
-    add("--crash", action="append", default=[], metavar="NODE@T", help="make NODE fail at T seconds; may be given several times")
-    add("--clock", choices=("real", "virtual"), default="real", help="real time, or as fast as the machine can (default real)")
-    add("--world", default="warehouse", metavar="NAME", help="warehouse, empty, corridor or pillars (default warehouse)")
-    add("--backend", choices=("physics", "kinematic"), default="physics", help="MuJoCo, or numpy only, which cannot fall")
+    add(
+        "--crash",
+        action="append",
+        default=[],
+        metavar="NODE@T",
+        help="make NODE fail at T seconds; may be given several times",
+    )
+    add(
+        "--clock",
+        choices=("real", "virtual"),
+        default="real",
+        help="real time, or as fast as the machine can (default real)",
+    )
+    add(
+        "--world", default="warehouse", metavar="NAME", help="warehouse, empty, corridor or pillars (default warehouse)"
+    )
+    add(
+        "--backend",
+        choices=("physics", "kinematic"),
+        default="physics",
+        help="MuJoCo, or numpy only, which cannot fall",
+    )
     add("--seed", type=int, default=0, metavar="N", help="of all noise and randomness (default 0)")
-    add("--goal", type=float, nargs="+", metavar="X", help="X Y [THETA]: walk there once (m, m, rad) instead of the patrol, then sit and end")
+    add(
+        "--goal",
+        type=float,
+        nargs="+",
+        metavar="X",
+        help="X Y [THETA]: walk there once (m, m, rad) instead of the patrol, then sit and end",
+    )
     add("--params", metavar="FILE", help="a ROS 2 parameter file (YAML)")
     add("--log-format", choices=("console", "json"), default="console")
     add("--log-level", choices=("debug", "info", "warn", "error", "fatal"), default="info")
     add("--report", metavar="FILE", help="write a report of the run as JSON")
-    add("--motor-delay", type=float, default=4.0, metavar="MS", help="delay of the motor drives in milliseconds, 0 to 20 (default 4)")
+    add(
+        "--motor-delay",
+        type=float,
+        default=4.0,
+        metavar="MS",
+        help="delay of the motor drives in milliseconds, 0 to 20 (default 4)",
+    )
     return parser
 
 
@@ -127,5 +162,9 @@ def _writable(path: str | None) -> str | None:
     if path is not None:
         folder = os.path.dirname(os.path.abspath(path))
         if not os.path.isdir(folder) or os.path.isdir(path):
-            raise UsageError(f"--report {path}: there is no folder {folder} to write it in" if not os.path.isdir(folder) else f"--report {path}: that is a folder")
+            raise UsageError(
+                f"--report {path}: there is no folder {folder} to write it in"
+                if not os.path.isdir(folder)
+                else f"--report {path}: that is a folder"
+            )
     return path

@@ -99,8 +99,8 @@ class Status(Node):
             parts.append(f"x {self._pose.x:6.2f}  y {self._pose.y:6.2f}  heading {degrees(self._pose.yaw):4.0f} deg")
         parts.append(f"gait {self._mode}")
         if self._battery is not None:
-            charging = ", charging" if self._battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING else ""
+            charging = (
+                ", charging" if self._battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING else ""
+            )
             parts.append(f"battery {100 * self._battery.percentage:.1f} % {self._battery.voltage:.2f} V{charging}")
         return "  |  ".join(parts)
-
-

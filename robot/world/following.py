@@ -14,7 +14,7 @@ __all__ = ["Pushed", "chase", "pushed_body"]
 
 SERVO = 50.0
 """Gain with which joints follow commanded positions, 1/s."""
-STANDING_BAND = 0.01
+STANDING_BAND = 0.004
 """Feet at most this much above the lowest one stand, m."""
 
 

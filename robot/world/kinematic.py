@@ -6,7 +6,8 @@ touches.
 
 It is told what to do in one of two ways. `KinematicBody.drive` takes a body velocity, height and mode, and does the
 legs itself. `KinematicBody.command` takes motor targets like any body; without forces only joints with a position
-gain can be followed, and the body goes where their standing feet push it.
+gain can be followed, and the body goes where their standing feet push it. Either way standing feet roll on their balls as real ones do,
+so that an estimator finds what it expects.
 """
 
 from __future__ import annotations
@@ -138,7 +139,7 @@ class KinematicBody:
     def command(self, targets: MotorTargets) -> None:
         """Follow motor targets as far as they give positions: joints without position gain keep their angle.
 
-        Feet within a centimetre of the lowest one stand, and the body moves as the least squares of their motion
+        Feet within 4 mm of the lowest one stand, and the body moves as the least squares of their motion
         demand. If no joint has a position gain the body stands still.
         """
         if self._targets is None:

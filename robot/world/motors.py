@@ -107,7 +107,9 @@ class Motors(Node):
     def _sit_down(self, dt: float) -> None:
         if self._safe is None:
             self._safe = SafeStop()
-            self.log.warning("no motor targets: sitting down", silence=round(self.clock.now() - max(self._heard, 0.0), 3))
+            self.log.warning(
+                "no motor targets: sitting down", silence=round(self.clock.now() - max(self._heard, 0.0), 3)
+            )
         if self._kinematic is not None:
             self._kinematic.drive(0.0, 0.0, 0.0, SIT_HEIGHT, "sit")
             self._safe.step(dt, self._body.joints())

@@ -86,7 +86,7 @@ def test_resolution_leaves_nothing_open_and_changes_nothing_twice(one: QoS) -> N
         resolved = resolve(one)
         words = (resolved.history, resolved.reliability, resolved.durability, resolved.liveliness)
         assert not {"system_default", "best_available"} & set(words)
-        assert resolve(resolved) is resolved
+        assert resolve(resolved) == resolved
 
 
 @given(raw)

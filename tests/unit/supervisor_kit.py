@@ -208,6 +208,12 @@ async def launch(world: World, spec: Supervisor | DynamicSupervisor) -> RunningS
     return supervisor
 
 
+async def run_to_end(world: World, spec: Supervisor | DynamicSupervisor) -> None:
+    """Run a supervisor that ends by itself; raises what it raises."""
+    await launch(world, spec)
+    await world.host
+
+
 @asynccontextmanager
 async def running(world: World, spec: Supervisor | DynamicSupervisor) -> AsyncIterator[RunningSupervisor]:
     """A supervisor that is ready; stopped in order at the end of the block, unless it has ended before."""
@@ -246,6 +252,7 @@ __all__ = [
     "failure",
     "launch",
     "node",
+    "run_to_end",
     "run_virtual",
     "running",
     "settle",

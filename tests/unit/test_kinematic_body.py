@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from robot.gait.figures import FOOT_RADIUS, GRAVITY, MASS, SIT_HEIGHT, STAND_HEIGHT
 from robot.gait.kinematics import feet, inverse
+from robot.gait.limbs import foot_velocities, limbs
 from robot.gait.pattern import GAITS, GaitClock
 from robot.gait.stance import NOMINAL, nominal_feet
 from robot.gait.swing import swing_path
@@ -91,17 +92,39 @@ def test_the_command_is_slewed_and_followed_with_a_lag_of_0_15_s() -> None:
     assert hypot(*body.truth().velocity[:2]) == pytest.approx(1.5 * (0.4 - 0.15 * (1 - np.exp(-0.4 / 0.15))), abs=0.01)
 
 
-def test_standing_feet_stay_in_place_while_the_body_walks_over_them() -> None:
+def test_standing_feet_roll_on_the_spot_while_the_body_walks_over_them() -> None:
+    """The ball of a standing foot may roll under its leg, radius times the calf's turn, but never slides or lifts."""
     body = standing()
-    seen: list[tuple[np.ndarray, np.ndarray]] = []
-    walk(body, 3.0, (0.8, 0.1, 0.3), look=lambda: seen.append((world_feet(body), body.joints().contact.copy())))
+    seen: list[tuple[Vector, Vector, Vector]] = []
+
+    def look() -> None:
+        sample = body.joints()
+        seen.append((world_feet(body), sample.position, sample.contact))
+
+    walk(body, 3.0, (0.8, 0.1, 0.3), look=look)
     swung = 0
-    for (before, stood), (after, stands) in pairwise(seen):
-        pinned = stood & stands
-        assert after[pinned] == pytest.approx(before[pinned], abs=1e-9)
-        assert after[pinned][:, 2] == pytest.approx(FOOT_RADIUS, abs=1e-9)
+    for (before, angles, stood), (after, turned, stands) in pairwise(seen):
         swung += int((~stands).sum())
+        assert after[stands][:, 2] == pytest.approx(FOOT_RADIUS, abs=1e-9)
+        for leg in np.flatnonzero(stood & stands):
+            hip, shoulder, knee = (turned - angles)[3 * leg : 3 * leg + 3]
+            rolled = FOOT_RADIUS * hypot(hip, (shoulder + knee) * cos(angles[3 * leg]))
+            assert hypot(*(after - before)[leg, :2]) == pytest.approx(rolled, abs=5e-5)
     assert swung > 100
+
+
+def test_legs_tell_the_speed_of_the_body() -> None:
+    """What an estimator reads off a standing foot, rolling included, is the true velocity."""
+    body = standing()
+    walk(body, 3.0, (0.8, 0.1, 0.3))
+    for _ in range(100):
+        walk(body, PERIOD, (0.8, 0.1, 0.3))
+        sample, turn, up = body.joints(), (0.0, 0.0, float(body.imu().gyro[2])), (0.0, 0.0, 1.0)
+        angles = sample.position.tolist()
+        moving, rolling = foot_velocities(limbs(angles, up), angles, sample.velocity.tolist(), turn, up)
+        for leg in np.flatnonzero(sample.contact):
+            told = np.array(rolling[leg]) - np.array(moving[leg])
+            assert told == pytest.approx([0.8, 0.1, 0.0], abs=2e-3)
 
 
 def test_feet_swing_in_diagonal_pairs_and_at_least_two_always_stand() -> None:
@@ -154,7 +177,8 @@ def test_standing_up_and_sitting_down_are_bounded_in_rate_and_arrive() -> None:
     assert heights[-1] == pytest.approx(STAND_HEIGHT + FOOT_RADIUS, abs=1e-3)
     walk(body, 3.0, mode="sit", height=SIT_HEIGHT, look=lambda: heights.append(body.truth().position[2]))
     assert heights[-1] == pytest.approx(SIT_HEIGHT + FOOT_RADIUS, abs=1e-3)
-    assert np.abs(np.diff(heights)).max() <= 0.25 * PERIOD + 1e-9
+    assert np.diff(heights).max() <= 0.25 * PERIOD + 1e-9
+    assert np.diff(heights).min() >= -0.40 * PERIOD - 1e-9
     assert body.not_achievable is None
 
 
@@ -214,7 +238,7 @@ def test_velocities_beyond_the_limits_are_clipped_and_not_numbers_are_refused() 
 def test_a_step_no_leg_could_make_is_counted_and_logged_once(caplog: pytest.LogCaptureFixture) -> None:
     body = standing()
     with caplog.at_level(logging.WARNING):
-        walk(body, 4.0, (1.6, 0, 0))
+        walk(body, 4.0, (1.6, 0.4, 1.5), height=0.31)
     assert body.not_achievable is not None
     assert "rad/s" in body.not_achievable.reason
     assert body.not_achievable.count > 10
@@ -338,12 +362,16 @@ def test_motor_targets_raise_the_body_as_the_legs_stretch() -> None:
         body.advance(i * PERIOD)
     truth = body.truth()
     assert truth.position[2] == pytest.approx(STAND_HEIGHT + FOOT_RADIUS, abs=0.005)
-    assert truth.position[:2] == pytest.approx([1.0, -2.0], abs=1e-3)
+    # the feet roll a little under the turning calves
+    assert hypot(truth.position[0] - 1.0, truth.position[1] + 2.0) < 0.02
 
 
 @pytest.mark.parametrize(("vx", "wz"), [(0.4, 0.0), (0.0, 0.5), (0.3, 0.3)])
 def test_motor_targets_of_a_trot_push_the_body_along(vx: float, wz: float) -> None:
-    """Joint positions of a trot whose standing feet go back at vx and turn by -wz: the body must move by vx and wz."""
+    """Joint positions of a trot whose standing feet go back at vx and turn by -wz: the body must move by vx and wz.
+
+    Rolling on the feet adds their radius over the leg's height: 8 %.
+    """
     body, clock = KinematicBody(EMPTY, seed=1, noise=False), GaitClock(GAITS["trot"])
     gait = clock.gait
     for i in range(1, 1001):
@@ -364,9 +392,9 @@ def test_motor_targets_of_a_trot_push_the_body_along(vx: float, wz: float) -> No
             half = body.truth()
     end_truth = body.truth()
     yaws = [2 * np.arctan2(t.quaternion[3], t.quaternion[0]) for t in (half, end_truth)]
-    assert (yaws[1] - yaws[0]) / 2.5 == pytest.approx(wz, abs=0.15 * abs(wz) + 0.02)
+    assert (yaws[1] - yaws[0]) / 2.5 == pytest.approx(wz, abs=0.12 * abs(wz) + 0.01)
     if wz == 0.0:
-        assert np.linalg.norm(end_truth.position - half.position) / 2.5 == pytest.approx(vx, rel=0.15)
+        assert np.linalg.norm(end_truth.position - half.position) / 2.5 == pytest.approx(1.08 * vx, rel=0.1)
 
 
 def test_targets_without_position_gain_leave_it_standing_still() -> None:

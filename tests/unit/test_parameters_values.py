@@ -39,6 +39,17 @@ def test_p01_each_of_the_nine_types_is_inferred_and_kept_immutable(given: Any, k
     hash(parameter)
 
 
+@pytest.mark.parametrize(("given", "kind", "kept"), NINE)
+def test_p03_asking_for_the_wrong_type_is_an_error(given: Any, kind: ParameterType, kept: Any) -> None:
+    parameter = Parameter("p", given)
+    for asked in ParameterType:
+        if asked is kind:
+            assert getattr(parameter, f"{asked.name.lower()}_value") == kept
+        elif asked is not ParameterType.NOT_SET:
+            with pytest.raises(TypeError, match=f"parameter 'p' is {kind.name}, not {asked.name}: its value is"):
+                getattr(parameter, f"{asked.name.lower()}_value")
+
+
 def test_none_is_a_parameter_without_type_and_value() -> None:
     assert Parameter("p") == Parameter("p", None, ParameterType.NOT_SET)
 

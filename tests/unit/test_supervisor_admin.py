@@ -132,9 +132,7 @@ async def test_A06_delete_child_needs_a_stopped_child() -> None:
 @virtual
 async def test_A07_introspection() -> None:
     world = World(b=[Script(), Script(start=100)], c=Script(cleanup=1), e=Script(refuse=Skip()))
-    tree = Supervisor(
-        "root", children=[child("a"), child("b"), child("c"), child("d"), child("e"), Supervisor("sub")]
-    )
+    tree = Supervisor("root", children=[child("a"), child("b"), child("c"), child("d"), child("e"), Supervisor("sub")])
     async with running(world, tree) as supervisor:
         world.crash("b")
         stopping = asyncio.ensure_future(supervisor.terminate_child("c"))
@@ -382,7 +380,7 @@ async def test_replace_puts_the_new_in_the_place_of_the_old() -> None:
         assert await supervisor.replace("x", World) is None
         assert state(supervisor, "x") == "stopped"
         await supervisor.restart_child("x")
-        assert world["x"].child.factory is World
+        assert world["x"].child.factory == World
 
 
 @virtual

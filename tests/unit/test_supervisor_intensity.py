@@ -174,8 +174,8 @@ async def test_I07_rest_for_one_retry() -> None:
         assert [life.incarnation for life in world.alive] == [2, 3, 2]
 
 
-def broken_after_the_first(**script: float) -> list[Script]:
-    return [Script(), Script(refuse=OSError("still broken"), **script)]
+def broken_after_the_first(start: float) -> list[Script]:
+    return [Script(), Script(refuse=OSError("still broken"), start=start)]
 
 
 async def check_responsive(supervisor: RunningSupervisor, name: str) -> None:

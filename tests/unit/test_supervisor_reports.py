@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import cProfile
 import contextvars
+import cProfile
 import gc
 import weakref
 from collections.abc import Callable
@@ -27,7 +27,7 @@ from actors.supervisor import (
     temporary,
     transient,
 )
-from tests.unit.supervisor_kit import Script, World, child, node, running, run_virtual, settle, state, virtual
+from tests.unit.supervisor_kit import Script, World, child, node, run_virtual, running, settle, state, virtual
 
 OFTEN = Intensity(1000, within=1.0)
 
@@ -76,7 +76,9 @@ def test_M01_reports_and_reasons_read_well() -> None:
     assert str(report) == "robot/gaits: child_terminated: walk (incarnation 3): it raised OSError: no encoder"
     assert str(Report("progress", ("robot",), ref, "permanent", 1.0)) == "robot: progress: walk (incarnation 3)"
     assert str(Down(ref, Returned())) == "robot/gaits/walk#3: it returned"
-    assert [str(reason) for reason in (Stopped("SIGTERM"), Killed(5.0), Killed(0.0), Killed(None), Leaked(1.0), Gone())] == [
+    assert [
+        str(reason) for reason in (Stopped("SIGTERM"), Killed(5.0), Killed(0.0), Killed(None), Leaked(1.0), Gone())
+    ] == [
         "it stopped: SIGTERM",
         "it was killed after 5 s of clean-up",
         "it was killed",
@@ -170,7 +172,11 @@ def test_M03_linear_start_and_stop(kind: str) -> None:
         async def grow_and_shrink() -> None:
             world, names = World(), [f"a_{n}" for n in range(1, number + 1)]
             children = [child(name, restart=transient) for name in names] if kind == "static" else []
-            tree = Supervisor("root", children=children) if "dynamic" not in kind else DynamicSupervisor("root", child("a"))
+            tree = (
+                Supervisor("root", children=children)
+                if "dynamic" not in kind
+                else DynamicSupervisor("root", child("a"))
+            )
             supervisor = RunningSupervisor(tree, world)
             ready = asyncio.Event()
             host = asyncio.ensure_future(supervisor.run(ready.set))
@@ -189,7 +195,7 @@ def test_M03_linear_start_and_stop(kind: str) -> None:
     assert large < 2 * small
 
 
-class set_of_lives(dict[Any, None]):  # noqa: N801 (a list would make the test's own book-keeping quadratic)
+class set_of_lives(dict[Any, None]):
     def append(self, life: object) -> None:
         self[life] = None
 
@@ -308,9 +314,9 @@ async def test_linked_children_fail_together_each_under_its_own_supervisor() -> 
         assert world.errors() == ["child_terminated a", "child_terminated b"]
         with pytest.raises(NotFound, match="root/sub/a#1 has ended"):
             root.link(a, b)
+        c = root.which("c")
+        assert c is not None
         with pytest.raises(NotFound, match="root/b#1 has ended"):
-            c = root.which("c")
-            assert c is not None
             root.link(c, b)
 
 

@@ -23,7 +23,7 @@ from actors.supervisor import (
     temporary,
     transient,
 )
-from tests.unit.supervisor_kit import Script, World, child, launch, running, settle, state, virtual
+from tests.unit.supervisor_kit import Script, World, child, launch, run_to_end, running, settle, state, virtual
 
 
 @virtual
@@ -66,9 +66,7 @@ async def test_S03_failed_start_is_rolled_back() -> None:
     world = World(a=Script(cleanup=1), b=Script(cleanup=1), c=Script(start=1, refuse=broken))
     tree = Supervisor("root", children=[child("a"), child("b"), child("c"), child("d")])
     with pytest.raises(StartFailed) as failed:
-        async with running(world, tree):
-            pass
-        await world.host
+        await run_to_end(world, tree)
     assert failed.value.child == "c"
     assert failed.value.path == ("root", "c")
     assert failed.value.__cause__ is broken
@@ -86,9 +84,7 @@ async def test_S03_a_broken_factory_is_a_failed_start() -> None:
 
     world = Broken()
     with pytest.raises(StartFailed, match="TypeError: no argument 'port'"):
-        async with running(world, Supervisor("root", children=[child("a")])):
-            pass
-        await world.host
+        await run_to_end(world, Supervisor("root", children=[child("a")]))
 
 
 @pytest.mark.parametrize("end", [None, Stop("not today")])
@@ -107,9 +103,7 @@ async def test_S03_ending_before_being_ready_is_a_failed_start(end: Stop | None)
 
     world = Runtime()
     with pytest.raises(StartFailed, match="before it had started"):
-        async with running(world, Supervisor("root", children=[child("a")])):
-            pass
-        await world.host
+        await run_to_end(world, Supervisor("root", children=[child("a")]))
 
 
 @virtual
@@ -281,9 +275,7 @@ async def test_D08_a_start_failure_deep_in_the_tree_names_the_leaf() -> None:
     world = World(walk=Script(refuse=broken))
     tree = Supervisor("robot", children=[Supervisor("gaits", children=[child("stand"), child("walk")])])
     with pytest.raises(StartFailed) as failed:
-        async with running(world, tree):
-            pass
-        await world.host
+        await run_to_end(world, tree)
     assert failed.value.path == ("robot", "gaits", "walk")
     assert failed.value.__cause__ is broken
     assert "_run" in "".join(traceback.format_exception(failed.value)), "the original traceback"

@@ -1,0 +1,33 @@
+"""`python -m robot evaluate WHAT`: finds the measurement and hands it the rest of the line."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import sys
+from collections.abc import Sequence
+from typing import Final
+
+__all__ = ["main"]
+
+MEASUREMENTS: Final = {
+    "walk": "speed, pushes, endurance, top speed, energy and odometry of the gait, in physics",
+    "maps": "MovingAI benchmark maps: exact path lengths and search speed",
+}
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run one measurement; 2 when there is none of that name."""
+    if not argv or argv[0] in ("-h", "--help"):
+        print("usage: python -m robot evaluate WHAT [options]\n")
+        for name, text in MEASUREMENTS.items():
+            print(f"  {name:<8} {text}")
+        return 0 if argv else 2
+    name, rest = argv[0], list(argv[1:])
+    if name not in MEASUREMENTS:
+        close = difflib.get_close_matches(name, MEASUREMENTS, n=1)
+        hint = f"; did you mean {close[0]}?" if close else f"; there are: {', '.join(MEASUREMENTS)}"
+        print(f"robot evaluate: nothing is called {name!r}{hint}", file=sys.stderr)
+        return 2
+    code: int = importlib.import_module(f"robot.evaluate.{name}").main(rest)
+    return code
