@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.contracts import Aborted, Done, Limit
 from actors.errors import Reject, WrongType
-from actors.goals import GoalStatus
+from actors.goals import CancelOutcome, GoalEvent, GoalRecord, GoalStatus, GoalTable
 from actors.inbox import Inbox
 
 if TYPE_CHECKING:
+    from actors.clock import Clock
     from actors.contracts import Action
     from actors.graph import ActionEntry
     from actors.interfaces.message import Message
@@ -25,6 +26,13 @@ __all__ = ["ActionServer", "GoalRun", "Host", "Outcome"]
 
 IGNORED_CANCELS = 3
 """A body that goes on yielding after so many cancellations is closed and reported."""
+
+
+_EVENTS: Final = {
+    GoalStatus.SUCCEEDED: GoalEvent.SUCCEED,
+    GoalStatus.CANCELED: GoalEvent.CANCELED,
+    GoalStatus.ABORTED: GoalEvent.ABORT,
+}
 
 
 class Outcome:
@@ -50,6 +58,9 @@ class Host(Protocol):
     @property
     def inbox(self) -> Inbox: ...
 
+    @property
+    def clock(self) -> Clock: ...
+
     def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]: ...
 
     def goal_failed(self, action: str, error: Exception) -> None: ...
@@ -61,15 +72,15 @@ class GoalRun:
     """One goal at its server, from its arrival to its outcome. As an inbox item it asks whether it is accepted."""
 
     __slots__ = (
-        "accepted", "canceling", "feedback_count", "goal_id", "goal_message", "ignored", "on_feedback", "on_outcome", "outcome", "server",
-        "status", "task",
+        "accepted", "canceling", "feedback_count", "goal_id", "goal_message", "ignored", "on_feedback", "on_outcome", "outcome", "record",
+        "server", "task", "waiters",
     )  # fmt: skip
 
     def __init__(self, server: ActionServer, goal_id: bytes, message: Message) -> None:
         self.server = server
         self.goal_id = goal_id
         self.goal_message = message
-        self.status = GoalStatus.UNKNOWN
+        self.record: GoalRecord | None = None
         self.accepted: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self.task: asyncio.Task[None] | None = None
         self.canceling: str | None = None
@@ -78,6 +89,7 @@ class GoalRun:
         self.outcome: Outcome | None = None
         self.on_feedback: Callable[[Any], None] | None = None
         self.on_outcome: Callable[[Outcome], None] | None = None
+        self.waiters: list[asyncio.Future[None]] = []
 
     def __repr__(self) -> str:
         return f"<goal {self.goal_id.hex()[:8]} of {self.server.entry.name}: {self.status.name}>"
@@ -85,6 +97,11 @@ class GoalRun:
     @property
     def label(self) -> str:
         return f"{self.server.label} (acceptance)"
+
+    @property
+    def status(self) -> GoalStatus:
+        """UNKNOWN until the goal is accepted."""
+        return self.record.status if self.record is not None else GoalStatus.UNKNOWN
 
     def run(self) -> Coroutine[Any, Any, None]:
         return self.server.consider(self)
@@ -94,29 +111,39 @@ class GoalRun:
         if self.outcome is not None:
             return
         self.outcome = outcome
-        self.status = outcome.status
+        self.server.ended(self, outcome)
         if self.on_outcome is not None:
             self.on_outcome(outcome)
+        for waiter in self.waiters:
+            if not waiter.done():
+                waiter.set_result(None)
+        self.waiters.clear()
 
     def cancel(self, reason: str) -> bool:
         """Begin to cancel: False when it is too late. The body is interrupted where it waits and may clean up."""
-        if self.outcome is not None:
+        if self.outcome is not None or self.record is None:
             return False
         if self.canceling is None:
-            self.canceling = reason
-            self.status = GoalStatus.CANCELING
-            if self.task is not None:
-                self.task.cancel()
-            else:
-                self.server.forget(self)
+            self.server.table.cancel(self.goal_id)
+            self.interrupt(reason)
         return True
+
+    def interrupt(self, reason: str) -> None:
+        """Interrupt the body of a goal that has been moved to CANCELING."""
+        self.canceling = reason
+        self.server.changed()
+        if self.task is not None:
+            self.task.cancel()
+        else:
+            self.server.forget(self)
 
 
 class ActionServer:
     """One node's action: who may run, who waits, and the tasks that run them."""
 
     __slots__ = (
-        "accepts", "action", "arrivals", "arriving", "cancels", "entry", "goals", "handler", "label", "node", "result_timeout", "running", "waiting",
+        "accepts", "action", "arrivals", "arriving", "cancels", "entry", "goals", "handler", "known", "label", "node", "on_change",
+        "on_feedback", "running", "table", "waiting",
     )  # fmt: skip
 
     def __init__(
@@ -132,7 +159,13 @@ class ActionServer:
         self.entry = entry
         self.action = action
         self.arrivals = arrivals
-        self.result_timeout = result_timeout
+        self.table = GoalTable(round(result_timeout * 1e9))
+        self.known: dict[bytes, GoalRun] = {}
+        """The goals in the table, by id."""
+        self.on_change: Callable[[], None] | None = None
+        """Called after every change of a goal's status, when somebody listens to the status topic."""
+        self.on_feedback: Callable[[bytes, Any], None] | None = None
+        """Called with every feedback, when somebody listens to the feedback topic."""
         self.label = label
         self.handler: Callable[[Any], AsyncGenerator[Any, None]]
         self.accepts: Callable[[Any], Awaitable[None] | None] | None = None
@@ -157,6 +190,9 @@ class ActionServer:
             self.arriving.pop(run, None)
             return
         try:
+            self._expire()
+            if run.goal_id in self.table:
+                raise Reject(f"goal id {run.goal_id.hex()} is in use already: make a new id for each goal")
             if self.accepts is not None:
                 verdict = self.accepts(run.goal_message)
                 if verdict is not None:
@@ -171,7 +207,9 @@ class ActionServer:
             self.arriving.pop(run, None)
             if run.accepted.done():
                 return
-            run.status = GoalStatus.ACCEPTED
+            run.record = self.table.accept(run.goal_id, self.node.clock.wall_ns())
+            self.known[run.goal_id] = run
+            self.changed()
             run.accepted.set_result(None)
             self.waiting.append(run)
             self._start_next()
@@ -182,6 +220,47 @@ class ActionServer:
             return True
         verdict = self.cancels(run.goal_message)
         return verdict if isinstance(verdict, bool) else await verdict
+
+    async def result_of(self, goal_id: bytes) -> tuple[GoalStatus, Any]:
+        """Wait for a goal's end: its status and result (None where there is none); UNKNOWN at once for an id that is not known."""
+        run = self.known.get(goal_id)
+        if run is None:
+            return GoalStatus.UNKNOWN, None
+        while run.outcome is None:
+            waiter: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+            run.waiters.append(waiter)
+            await waiter
+        return run.outcome.status, run.outcome.result
+
+    async def cancel_goals(self, goal_id: bytes, stamp_ns: int, reason: str) -> CancelOutcome:
+        """A cancel request in one of its four forms (ros2-semantics 6.4); asks `cancels` for each goal it means."""
+        self._expire()
+        selection = self.table.select(goal_id, stamp_ns)
+        agreed = [record for record in selection.candidates if await self.allow_cancel(self.known[record.goal_id])]
+        outcome = self.table.begin_cancel(selection, agreed)
+        for record in outcome.goals:
+            self.known[record.goal_id].interrupt(reason)
+        return outcome
+
+    def ended(self, run: GoalRun, outcome: Outcome) -> None:
+        """Enter the outcome into the table, by legal transitions only."""
+        record = run.record
+        if record is None:
+            return
+        if record.status is GoalStatus.ACCEPTED:  # it never ran: its node ended first
+            self.table.execute(record)
+        if outcome.status is GoalStatus.CANCELED and record.status is GoalStatus.EXECUTING:
+            self.table.cancel(run.goal_id)
+        self.table.end(record, _EVENTS[outcome.status], self.node.clock.now_ns(), outcome.result, outcome.reason)
+        self.changed()
+
+    def changed(self) -> None:
+        if self.on_change is not None:
+            self.on_change()
+
+    def _expire(self) -> None:
+        for record in self.table.expire(self.node.clock.now_ns()):
+            self.known.pop(record.goal_id, None)
 
     def forget(self, run: GoalRun) -> None:
         """A goal that waited for its turn has been canceled."""
@@ -227,7 +306,9 @@ class ActionServer:
         while self.waiting and len(self.running) < limit:
             run = self.waiting.popleft()
             self.running[run] = None
-            run.status = GoalStatus.EXECUTING
+            assert run.record is not None
+            self.table.execute(run.record)
+            self.changed()
             run.task = self.node.spawn(self._drive(run), name=self.label)
 
     def _answer(self, run: GoalRun, refusal: Reject) -> None:
@@ -290,6 +371,8 @@ class ActionServer:
         run.feedback_count += 1
         if run.on_feedback is not None:
             run.on_feedback(item)
+        if self.on_feedback is not None:
+            self.on_feedback(run.goal_id, item)
         try:
             await asyncio.sleep(0)
         except BaseException as interruption:

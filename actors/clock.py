@@ -43,11 +43,19 @@ class Clock:
         """Seconds since 1970 (virtual clock: since the start)."""
         return self._epoch + self.now()
 
+    def wall_ns(self) -> int:
+        """`wall()` in whole nanoseconds."""
+        return round(self._epoch * 1e9) + self.now_ns()
+
+    def wall_ns_at(self, now: float) -> int:
+        """`wall_ns()` of the instant at which `now()` was or will be `now`."""
+        return round(self._epoch * 1e9) + round(now * 1e9)
+
     def stamp(self) -> TimeMessage:
         """`wall()` as a ``builtin_interfaces/msg/Time``, for message headers."""
         from actors.interfaces.builtin_interfaces.msg import Time
 
-        nanoseconds = round(self._epoch * 1e9) + self.now_ns()
+        nanoseconds = self.wall_ns()
         return Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
 
     def loop_time(self, now: float) -> float:

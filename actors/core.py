@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
     from actors.node import ErrorVerdict, Node
-    from actors.parameters import ParameterStore
+    from actors.parameters import ParameterChange, ParameterStore
     from actors.remap import Remapping
     from actors.system import System
 
@@ -130,7 +130,7 @@ class Core:
     """One incarnation of one node in one system."""
 
     __slots__ = (
-        "_clients", "_log", "_parameters", "_rng", "actions", "blueprint", "identity", "inbox", "incarnation", "mailbox", "node",
+        "_clients", "derived", "_log", "_parameters", "_rng", "actions", "blueprint", "identity", "inbox", "incarnation", "mailbox", "node",
         "publishers", "streams", "system", "tasks", "timers", "waits_for",
     )  # fmt: skip
 
@@ -146,6 +146,8 @@ class Core:
         self.publishers: list[Publisher[Any]] = []
         self.streams: list[Subscription[Any]] = []
         self.timers: list[TimerItem] = []
+        self.derived: list[Server] = []
+        """Services that ROS 2 gives every node, as far as somebody asked for them."""
         self.tasks: dict[asyncio.Task[Any], None] = {}
         self.waits_for: Any = None
         self._clients: dict[Any, Client[Any, Any]] = {}
@@ -187,8 +189,12 @@ class Core:
         if self._parameters is None:
             from actors.parameters import ParameterStore
 
-            self._parameters = ParameterStore(self.fqn, self.identity.overrides, table=self.blueprint.table)
+            self._parameters = ParameterStore(self.fqn, self.identity.overrides, table=self.blueprint.table, on_event=self._parameters_changed)
         return self._parameters
+
+    def _parameters_changed(self, change: ParameterChange) -> None:
+        if self.system.on_parameters is not None:
+            self.system.on_parameters(self, change)
 
     def new_id(self) -> bytes:
         return self.system.new_id()
@@ -284,6 +290,11 @@ class Core:
         self._refuse_second(server.entry.server, server.entry.name, "action")
         self.mailbox.actions[server.entry.name] = server
         server.entry.open(server)
+        graph = self.system.graph
+        for part in ("status", "feedback"):  # who listened to the last incarnation's hears this one's
+            topic = graph.topics.get(f"{server.entry.name}/_action/{part}")
+            if topic is not None and topic.subscriptions:
+                graph.derive_topic(topic)
 
     def _refuse_second(self, server: Server | ActionServer | None, name: str, kind: str) -> None:
         if server is not None:
@@ -350,6 +361,10 @@ class Core:
         self.publishers.clear()
         for queue in list(self.streams):
             queue.close()
+        for server in self.derived:
+            server.fail_all(lambda: NodeRestarting(self.fqn, self.incarnation))
+            server.entry.server = None
+        self.derived.clear()
         self.mailbox.park(self.fqn)
 
 

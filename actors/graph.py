@@ -85,6 +85,7 @@ class TopicEntry:
 
     def add_subscription(self, queue: Queue[Any]) -> None:
         """Join, and receive what matching latched publishers hold, oldest first and before anything new."""
+        self.graph.derive_topic(self)
         self.subscriptions.append(queue)
         for publisher in self.publishers:
             self._retarget(publisher)
@@ -217,9 +218,17 @@ class ServerEntry(Generic[S]):
 class ServiceEntry(ServerEntry["Server"]):
     __slots__ = ()
 
+    async def available(self) -> None:
+        self.graph.derive_service(self)
+        await super().available()
+
 
 class ActionEntry(ServerEntry["ActionServer"]):
     __slots__ = ()
+
+
+def _underived(entry: object) -> None:
+    """Where nobody derives endpoints."""
 
 
 class Graph:
@@ -232,6 +241,8 @@ class Graph:
         self.actions: dict[str, ActionEntry] = {}
         self.version = 0
         """Grows with every change."""
+        self.derive_service: Callable[[ServiceEntry], None] = _underived
+        self.derive_topic: Callable[[TopicEntry], None] = _underived
         self._listeners: list[Callable[[], None]] = []
 
     def __repr__(self) -> str:

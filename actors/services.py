@@ -197,6 +197,9 @@ class Client(Generic[Req, Resp]):
 
     async def _found(self, timeout: float) -> Server:
         entry = self.entry
+        entry.graph.derive_service(entry)
+        if entry.server is not None:
+            return entry.server
         if entry.restarting is not None:
             raise NodeRestarting(*entry.restarting)
         if entry.stopped is not None:

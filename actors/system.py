@@ -16,6 +16,7 @@ from random import Random
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
+from actors import derived
 from actors.clock import Clock
 from actors.core import Core, Identity, Mailbox
 from actors.deadlines import Deadlines
@@ -28,6 +29,7 @@ from actors.ticker import Ticker
 
 if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
+    from actors.parameters import ParameterChange
     from actors.supervision.report import Report
     from actors.supervisor import Child, DynamicSupervisor, Supervisor
 
@@ -82,6 +84,12 @@ class System:
         """The signal that stopped the system, if one did."""
         self.waiting = 0
         """How many tasks are in `wait()`."""
+        self.records: deque[LogRecord] = deque(maxlen=1000)
+        """The newest log lines."""
+        self.rosout: LogSink | None = None
+        self.on_parameters: Callable[[Core, ParameterChange], None] | None = None
+        self.graph.derive_service = lambda entry: derived.open_service(self, entry)
+        self.graph.derive_topic = lambda entry: derived.open_topic(self, entry)
         self._sinks = sinks
         self._ids = self.random("ids")
         self._host: asyncio.Task[None] | None = None
@@ -334,7 +342,15 @@ class System:
         """Send log records to `sink`, too."""
         self._sinks = (*self._sinks, sink)
 
+    def core_of(self, fqn: str) -> Core | None:
+        """The present incarnation of the node with this full name, or None."""
+        path = self._names.get(fqn)
+        return self.nodes[path].core if path is not None and path in self.nodes else None
+
     def _write(self, record: LogRecord) -> None:
+        self.records.append(record)
+        if self.rosout is not None:
+            self.rosout(record)
         for sink in self._sinks:
             sink(record)
 

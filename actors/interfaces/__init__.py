@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from actors.interfaces.cdr import decode, encode
     from actors.interfaces.consistency import flaws
     from actors.interfaces.hashes import type_description, type_hash
-    from actors.interfaces.load import load, load_folder
+    from actors.interfaces.loading import load, load_folder
     from actors.interfaces.parse import DefinitionError
     from actors.interfaces.plain import from_plain, to_plain
     from actors.interfaces.text import definition_text, schema_text, show
@@ -74,8 +74,8 @@ _LATE = {
     "encode": "cdr",
     "flaws": "consistency",
     "from_plain": "plain",
-    "load": "load",
-    "load_folder": "load",
+    "load": "loading",
+    "load_folder": "loading",
     "schema_text": "text",
     "show": "text",
     "to_plain": "plain",

@@ -2,7 +2,7 @@
 
     parse_message("int32 x 3  # metres [m]\\nint32 MAX=9", "my_pkg", "Sample")
 
-The result says what the text says; which classes the nested types are is decided later (`load`). Python and C++
+The result says what the text says; which classes the nested types are is decided later (`loading`). Python and C++
 keywords are accepted as field names, as ROS 2 does; such a field is read with `getattr`.
 """
 

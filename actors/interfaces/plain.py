@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar, cast
 
 from actors.interfaces.errors import MessageTypeError
@@ -45,8 +45,9 @@ def _build(cls: type[M], mapping: Any, where: str) -> M:
         raise MessageTypeError(f"{where}: expected the fields of {cls.__ros_type__}, got {mapping!r}")
     fields = {field.name: field for field in cls.__ros_fields__}
     values: dict[str, Any] = {}
-    for name, value in mapping.items():  # pyright: ignore[reportUnknownVariableType]
-        field = fields.get(str(name))  # pyright: ignore[reportUnknownArgumentType]
+    items: Iterable[tuple[Any, Any]] = mapping.items()  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType]
+    for name, value in items:
+        field = fields.get(str(name))
         if field is None:
             names = ", ".join(fields) or "no fields at all"
             raise MessageTypeError(

@@ -166,7 +166,7 @@ def find(name: str) -> type[Any] | None:
 
 
 def _load_once(file: str, package: str) -> None:
-    from actors.interfaces.load import load_file
+    from actors.interfaces.loading import load_file
     from actors.interfaces.parse import DefinitionError
 
     if file in _loading:

@@ -73,6 +73,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     so that the runner can cancel the tasks and clean up. Use it as `loop_factory` of `asyncio.Runner` or `anyio.run`.
     """
 
+    virtual: bool = True
+    """Tells a `Clock` that this loop's time is virtual."""
     max_spins: int = 100_000
     """Iterations of the loop without progress of virtual time before `Livelock`."""
     patience: float = 10.0

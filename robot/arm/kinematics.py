@@ -25,8 +25,8 @@ STOWED: Angles = (0.0, -3.12, 3.12, 0.0)
 
 UPPER, FORE, TOOL = 0.3385, 0.410, 0.19
 """Shoulder to elbow, elbow to wrist (0.4033 ahead and 0.075 aside taken together), wrist to tool tip, m."""
-_SLACK = 1e-9
-"""Rounding allowed at joint limits, rad, and at full stretch."""
+_SLACK, _STRETCH = 1e-7, 1e-12
+"""Rounding allowed at joint limits, rad, and in the elbow's cosine. At full stretch an angle is only known to 1e-8."""
 
 
 class Tip(NamedTuple):
@@ -65,7 +65,7 @@ def inverse(tip: Tip) -> Angles:
     for q1, r in ((yaw, distance), (yaw + pi, -distance)):
         wrist_r, wrist_z = r - TOOL * cos(pitch), -z - TOOL * sin(pitch)
         c3 = (wrist_r * wrist_r + wrist_z * wrist_z - UPPER * UPPER - FORE * FORE) / (2.0 * UPPER * FORE)
-        if abs(c3) > 1.0 + _SLACK:
+        if abs(c3) > 1.0 + _STRETCH:
             reason = reason or f"the wrist would be {hypot(wrist_r, wrist_z):.3f} m from the shoulder"
             continue
         q3 = acos(max(-1.0, min(1.0, c3)))

@@ -39,7 +39,7 @@ RISE_SPEED = 0.15
 HEIGHT_SPRING, HEIGHT_DAMPER = 60.0, 12.0
 MOST_PUSH = 5.0
 """Bound of the horizontal acceleration asked of the feet, m/s2."""
-STEP_SHARE = 0.5
+STEP_SHARE = 1.0
 """Share of the learned push that footholds give: two feet cannot push across their line without tilting the body."""
 CAPTURE = 0.12
 """How far a foot steps beyond symmetry for each m/s of wrong speed, s."""

@@ -13,6 +13,7 @@ so that an estimator finds what it expects.
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, exp, isfinite, sin
 from typing import ClassVar, Literal
@@ -22,9 +23,9 @@ import numpy as np
 from robot.battery.power import STANDING, typical_motor_power
 from robot.gait.command import CommandLimits, CommandShaper
 from robot.gait.drive import joint_speeds
-from robot.gait.figures import FOOT_RADIUS, GRAVITY, MASS, SIT_HEIGHT, STAND_HEIGHT
-from robot.gait.kinematics import inverse, within_limits
-from robot.gait.limbs import Limbs, Triple, limbs, torques
+from robot.gait.figures import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT, STAND_HEIGHT
+from robot.gait.kinematics import feet, inverse, leg_forward, leg_inverse, leg_jacobian, within_limits
+from robot.gait.limbs import Triple, limbs, torques
 from robot.gait.stance import nominal_feet
 from robot.sensors.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
 from robot.world.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Truth, Vector
@@ -32,7 +33,7 @@ from robot.world.following import chase, pushed_body
 from robot.world.rays import cast
 from robot.world.scene import Pose2, Scene
 from robot.world.stepping import Footwork, Planar
-from robot.world.touch import touching
+from robot.world.touch import Outline
 
 __all__ = ["KinematicBody", "Mode", "NotAchievable"]
 
@@ -52,6 +53,7 @@ WALKING_HEIGHT = 0.30
 """Below this height, m, there is no room to step: the body stands up first."""
 FASTEST_JOINT = 12.0
 """rad/s."""
+LEVEL: Triple = (0.0, 0.0, 1.0)
 SPELL = 1.0
 """Steps that are not achievable and less than this apart, s, are logged as one."""
 STILL = 0.03
@@ -87,13 +89,13 @@ class KinematicBody:
 
     def __init__(self, scene: Scene, *, seed: int, noise: bool = True) -> None:
         self._scene, self._noise = scene, noise
+        self._outline = Outline(scene)
         self._imu_noise, self._encoder_noise = ImuNoise(seed), EncoderNoise(seed)
         self._contact_noise, self._lidar_noise = ContactNoise(seed), LidarNoise(seed)
         self._footwork, self._shaper = Footwork(), CommandShaper(CommandLimits())
         self._targets: MotorTargets | None = None
         self._imu_read: tuple[int, ImuSample] | None = None
         self._joints_read: tuple[int, JointSample] | None = None
-        self._legs_known: tuple[Vector, Limbs] | None = None
         self._ticks = 0
         self.not_achievable: NotAchievable | None = None
         """The latest step that a real leg could not have made; `None` if there was none."""
@@ -195,7 +197,7 @@ class KinematicBody:
             angular_velocity=np.array([0.0, 0.0, self._twist.yaw]),
             joints=self._joints.copy(),
             fallen=False,
-            touching=touching(self._scene, x, y, yaw),
+            touching=self._outline.touching(x, y, yaw),
             power=self._power(),
         )
 
@@ -235,7 +237,7 @@ class KinematicBody:
     def _replant(self) -> None:
         """All feet on the floor below where they are, and the legs are ours again."""
         self._targets = None
-        self._footwork.plant([self._to_world(x, y) for x, y, _ in self._legs().feet])
+        self._footwork.plant([self._to_world(x, y) for x, y, _ in feet(self._joints).tolist()])
         self._contact = self._footwork.contact
 
     def _step(self, dt: float) -> None:
@@ -295,34 +297,40 @@ class KinematicBody:
 
     def _pose_legs(self) -> None:
         """Joint angles that put the feet where they are, and the joint speeds of that motion."""
-        feet = np.array([self._to_body(point) for point in self._footwork.feet])
-        reach = inverse(feet)
-        self._joints = reach.joints
-        now = self._legs()
-        for leg, reachable in enumerate(reach.reachable):
-            if not reachable and self._contact[leg]:
-                self._footwork.slip(leg, *self._to_world(*now.feet[leg][:2]))
-        speeds = [speed for leg in range(4) for speed in self._leg_speeds(leg, now)]
-        self._speeds = np.array(speeds)
-        self._judge(self._speeds, reach.reachable)
+        joints: list[float] = []
+        speeds: list[float] = []
+        reachable: list[bool] = []
+        for leg, (hip_x, hip_y) in enumerate(HIPS):
+            x, y, z = self._to_body(self._footwork.feet[leg])
+            *angles, within = leg_inverse(SIDES[leg], x - hip_x, y - hip_y, z)
+            if not within:
+                nearest = leg_forward(SIDES[leg], *angles)
+                x, y = hip_x + nearest[0], hip_y + nearest[1]
+                if self._contact[leg]:
+                    self._footwork.slip(leg, *self._to_world(x, y))
+            joints += angles
+            reachable.append(within)
+            speeds += self._leg_speeds(leg, x, y, angles)
+        self._joints, self._speeds = np.array(joints), np.array(speeds)
+        self._judge(self._speeds, reachable)
 
-    def _leg_speeds(self, leg: int, now: Limbs) -> Triple:
+    def _leg_speeds(self, leg: int, x: float, y: float, angles: list[float]) -> Triple:
         """Joint speeds that give one foot its velocity; a standing foot's is that of a ball rolling on its contact point."""
-        (x, y, _), (vx, vy, wz), climb = now.feet[leg], self._twist, self._velocity[2]
-        away = (wz * y - vx, -wz * x - vy, -climb)
+        jacobian = leg_jacobian(SIDES[leg], *angles)
+        vx, vy, wz = self._twist
+        away = (wz * y - vx, -wz * x - vy, -self._velocity[2])
         if not self._contact[leg]:
             fx, fy, fz = self._footwork.velocity[leg]
             c, s = cos(self._pose.yaw), sin(self._pose.yaw)
-            return joint_speeds(now.jacobians[leg], away[0] + c * fx + s * fy, away[1] + c * fy - s * fx, away[2] + fz)
+            return joint_speeds(jacobian, away[0] + c * fx + s * fy, away[1] + c * fy - s * fx, away[2] + fz)
         # the centre moves with w_calf x (0, 0, r), w_calf = (q1d, (q2d + q3d) cos q1, ..): linear in the joint speeds as well
-        (zero, xb, xc), (ya, yb, yc), below = now.jacobians[leg]
-        lever = FOOT_RADIUS * cos(self._joints[3 * leg])
-        rolling = ((zero, xb - lever, xc - lever), (ya + FOOT_RADIUS, yb, yc), below)
-        hip, shoulder, knee = joint_speeds(rolling, *away)
+        (zero, xb, xc), (ya, yb, yc), below = jacobian
+        lever = FOOT_RADIUS * cos(angles[0])
+        hip, shoulder, knee = joint_speeds(((zero, xb - lever, xc - lever), (ya + FOOT_RADIUS, yb, yc), below), *away)
         self._footwork.roll(leg, self._pose.yaw, lever * (shoulder + knee), -FOOT_RADIUS * hip)
         return (hip, shoulder, knee)
 
-    def _judge(self, speeds: Vector, reachable: tuple[bool, ...]) -> None:
+    def _judge(self, speeds: Vector, reachable: Sequence[bool]) -> None:
         """Keep, and log once in a spell, a step that no leg could make."""
         reason = None
         fastest = int(np.argmax(np.abs(speeds)))
@@ -338,15 +346,9 @@ class KinematicBody:
                 _log.warning("Step not achievable at %.3f s: %s.", self.time, reason)
             self.not_achievable = NotAchievable(self.time, reason, last.count + 1 if last else 1)
 
-    def _legs(self) -> Limbs:
-        """The legs at the present joint angles, computed once for them."""
-        if self._legs_known is None or self._legs_known[0] is not self._joints:
-            self._legs_known = (self._joints, limbs(self._joints.tolist(), (0.0, 0.0, 1.0)))
-        return self._legs_known[1]
-
     def _static_torque(self) -> Vector:
         """Torques that hold the robot still: its weight in equal shares on the standing feet, and the links' own."""
-        now = self._legs()
+        now = limbs(self._joints.tolist(), LEVEL)
         share = MASS * GRAVITY / max(1, sum(self._contact))
         effort = np.array(now.weight)
         for leg, stands in enumerate(self._contact):

@@ -3,65 +3,63 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.world.body import Vector
 from robot.world.model import obstacle_names
-from robot.world.scene import Box, Cylinder, Obstacle, Scene
+from robot.world.scene import Box, Cylinder, Scene
 
-__all__ = ["LENGTH", "WIDTH", "touching"]
+__all__ = ["LENGTH", "WIDTH", "Outline"]
 
 LENGTH, WIDTH = 1.10, 0.50
 """The robot's outline, m (data sheet)."""
 
 
-def touching(scene: Scene, x: float, y: float, yaw: float) -> tuple[str, ...]:
-    """Names of the obstacles that the robot's outline at a pose overlaps, in scene order. Heights are not looked at."""
-    boxes, cylinders, box_index, cylinder_index = _columns(scene.obstacles)
-    hits = np.concatenate((box_index[_overlap(boxes, x, y, yaw)], cylinder_index[_near(cylinders, x, y, yaw)]))
-    if not hits.size:
-        return ()
-    names = obstacle_names(scene)
-    return tuple(names[int(hit)] for hit in np.sort(hits))
+class Outline:
+    """The robot's rectangle among the obstacles of one scene. Heights are not looked at."""
 
+    __slots__ = ("_box_names", "_boxes", "_cylinder_names", "_cylinders", "_order")
 
-def _near(cylinders: Vector, x: float, y: float, yaw: float) -> NDArray[np.bool_]:
-    """Circles whose centre is nearer to the rectangle than their radius."""
-    c, s = math.cos(yaw), math.sin(yaw)
-    dx, dy = cylinders[:, 0] - x, cylinders[:, 1] - y
-    ahead = np.maximum(np.abs(c * dx + s * dy) - LENGTH / 2, 0.0)
-    aside = np.maximum(np.abs(c * dy - s * dx) - WIDTH / 2, 0.0)
-    return np.asarray(ahead * ahead + aside * aside < cylinders[:, 2] ** 2, dtype=np.bool_)
+    def __init__(self, scene: Scene) -> None:
+        named = list(zip(obstacle_names(scene), scene.obstacles, strict=True))
+        boxes = [(name, o) for name, o in named if isinstance(o, Box)]
+        cylinders = [(name, o) for name, o in named if isinstance(o, Cylinder)]
+        self._order = {name: place for place, (name, _) in enumerate(named)}
+        self._box_names = [name for name, _ in boxes]
+        self._cylinder_names = [name for name, _ in cylinders]
+        rows = [(b.x, b.y, b.length / 2, b.width / 2, math.cos(b.yaw), math.sin(b.yaw)) for _, b in boxes]
+        self._boxes = np.array(rows, dtype=np.float64).reshape(-1, 6).T
+        self._cylinders = np.array([(c.x, c.y, c.radius) for _, c in cylinders], dtype=np.float64).reshape(-1, 3).T
 
+    def touching(self, x: float, y: float, yaw: float) -> tuple[str, ...]:
+        """Names of the obstacles that the rectangle at this pose overlaps, in scene order."""
+        names: list[str] = []
+        if self._box_names:
+            names += [self._box_names[i] for i in np.flatnonzero(self._on_boxes(x, y, yaw)).tolist()]
+        if self._cylinder_names:
+            names += [self._cylinder_names[i] for i in np.flatnonzero(self._on_cylinders(x, y, yaw)).tolist()]
+        return tuple(sorted(names, key=self._order.__getitem__))
 
-def _overlap(boxes: Vector, x: float, y: float, yaw: float) -> NDArray[np.bool_]:
-    """Separating axes: two rectangles are apart if the axes of one of them show a gap."""
-    dx, dy = boxes[:, 0] - x, boxes[:, 1] - y
-    half_l, half_w = boxes[:, 2], boxes[:, 3]
-    c, s = math.cos(yaw), math.sin(yaw)
-    bc, bs = boxes[:, 4], boxes[:, 5]
-    along, across = np.abs(bc * c + bs * s), np.abs(bs * c - bc * s)
-    return np.asarray(
-        (np.abs(c * dx + s * dy) < LENGTH / 2 + half_l * along + half_w * across)
-        & (np.abs(c * dy - s * dx) < WIDTH / 2 + half_l * across + half_w * along)
-        & (np.abs(bc * dx + bs * dy) < half_l + LENGTH / 2 * along + WIDTH / 2 * across)
-        & (np.abs(bc * dy - bs * dx) < half_w + LENGTH / 2 * across + WIDTH / 2 * along),
-        dtype=np.bool_,
-    )
+    def _on_cylinders(self, x: float, y: float, yaw: float) -> NDArray[np.bool_]:
+        """Circles whose centre is nearer to the rectangle than their radius."""
+        c, s = math.cos(yaw), math.sin(yaw)
+        cx, cy, radius = self._cylinders
+        dx, dy = cx - x, cy - y
+        ahead = np.maximum(np.abs(c * dx + s * dy) - LENGTH / 2, 0.0)
+        aside = np.maximum(np.abs(c * dy - s * dx) - WIDTH / 2, 0.0)
+        return np.asarray(ahead * ahead + aside * aside < radius * radius, dtype=np.bool_)
 
-
-@lru_cache(maxsize=8)
-def _columns(obstacles: tuple[Obstacle, ...]) -> tuple[Vector, Vector, NDArray[np.intp], NDArray[np.intp]]:
-    """Boxes (x, y, half length, half width, cos, sin), cylinders (x, y, radius), and the scene indices of both."""
-    boxes = [(i, o) for i, o in enumerate(obstacles) if isinstance(o, Box)]
-    cylinders = [(i, o) for i, o in enumerate(obstacles) if isinstance(o, Cylinder)]
-    rows = [(b.x, b.y, b.length / 2, b.width / 2, math.cos(b.yaw), math.sin(b.yaw)) for _, b in boxes]
-    return (
-        np.array(rows, dtype=np.float64).reshape(-1, 6),
-        np.array([(c.x, c.y, c.radius) for _, c in cylinders], dtype=np.float64).reshape(-1, 3),
-        np.array([i for i, _ in boxes], dtype=np.intp),
-        np.array([i for i, _ in cylinders], dtype=np.intp),
-    )
+    def _on_boxes(self, x: float, y: float, yaw: float) -> NDArray[np.bool_]:
+        """Separating axes: two rectangles are apart if the axes of one of them show a gap."""
+        c, s = math.cos(yaw), math.sin(yaw)
+        bx, by, half_l, half_w, bc, bs = self._boxes
+        dx, dy = bx - x, by - y
+        along, across = np.abs(bc * c + bs * s), np.abs(bs * c - bc * s)
+        return np.asarray(
+            (np.abs(c * dx + s * dy) < LENGTH / 2 + half_l * along + half_w * across)
+            & (np.abs(c * dy - s * dx) < WIDTH / 2 + half_l * across + half_w * along)
+            & (np.abs(bc * dx + bs * dy) < half_l + LENGTH / 2 * along + WIDTH / 2 * across)
+            & (np.abs(bc * dy - bs * dx) < half_w + LENGTH / 2 * across + WIDTH / 2 * along),
+            dtype=np.bool_,
+        )

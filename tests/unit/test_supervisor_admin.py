@@ -30,7 +30,7 @@ from actors.supervisor import (
     temporary,
     transient,
 )
-from tests.unit.supervisor_kit import Script, World, child, launch, running, settle, state, virtual
+from tests.unit.supervisor_kit import Script, World, child, launch, node, running, settle, state, virtual
 
 OFTEN = Intensity(1000, within=1.0)
 
@@ -377,10 +377,10 @@ async def test_replace_puts_the_new_in_the_place_of_the_old() -> None:
         assert world["x"].incarnation == 2
         assert world.errors() == []
         await supervisor.terminate_child("x")
-        assert await supervisor.replace("x", World) is None
+        assert await supervisor.replace("x", node) is None
         assert state(supervisor, "x") == "stopped"
         await supervisor.restart_child("x")
-        assert world["x"].child.factory == World
+        assert world["x"].child.factory is node
 
 
 @virtual

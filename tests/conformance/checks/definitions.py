@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ def _all_known(folder: Path) -> bool:
 
 
 @contextmanager
-def jazzy(vectors: Path) -> Iterator[None]:
+def jazzy(vectors: Path) -> Generator[None]:
     """All types anew, loaded from their definitions, with those of Jazzy first."""
     load_definitions(vectors)
     folders = [registry.Folder(path, None) for path in (str(JAZZY), *(folder.path for folder in registry.folders()))]

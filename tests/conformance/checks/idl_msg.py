@@ -22,15 +22,8 @@ NAMES: dict[str, Callable[[str], bool]] = {
 
 
 def cases(path: Path) -> Iterator[Case]:
-    checks = {
-        "msg": definition,
-        "srv": definition,
-        "action": definition,
-        "type": type_text,
-        "value": value,
-        "name": name,
-    }
-    return by_kind(path, checks)
+    checks: dict[str, Callable[[Vector], None]] = {"msg": definition, "srv": definition, "action": definition}
+    return by_kind(path, checks | {"type": type_text, "value": value, "name": name})
 
 
 def _refused(expect: Vector, call: Callable[[], object]) -> None:

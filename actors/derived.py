@@ -1,0 +1,257 @@
+"""What ROS 2 gives every node and every action besides what they declare: opened when somebody asks, so that nobody pays for silence.
+
+Services `<node>/get_parameters` and its five siblings; `<action>/_action/send_goal`, `.../get_result`, `.../cancel_goal`; topics
+`<action>/_action/status`, `<action>/_action/feedback`, `/parameter_events`, `/rosout`. They behave as if they had been there from the node's
+start on: what is latched is filled in.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.channel import Publisher
+from actors.errors import Reject
+from actors.services import Server
+
+if TYPE_CHECKING:
+    from actors.actions import ActionServer
+    from actors.core import Core
+    from actors.graph import ServiceEntry, TopicEntry
+    from actors.logs import LogRecord
+    from actors.parameters import ParameterChange
+    from actors.system import System
+
+__all__ = ["PARAMETER_EVENTS", "PARAMETER_SERVICES", "ROSOUT", "open_service", "open_topic"]
+
+PARAMETER_SERVICES: Final = (
+    "describe_parameters",
+    "get_parameter_types",
+    "get_parameters",
+    "list_parameters",
+    "set_parameters",
+    "set_parameters_atomically",
+)
+PARAMETER_EVENTS: Final = "/parameter_events"
+ROSOUT: Final = "/rosout"
+ACTION: Final = "/_action/"
+AT_ONCE: Final = 1000
+"""How many requests to one derived service may be open at once; a `get_result` waits for its goal's end."""
+
+
+def open_service(system: System, entry: ServiceEntry) -> None:
+    """Open `entry` if it is a derived service of a node or an action that lives now; else do nothing."""
+    base, _, last = entry.name.rpartition("/")
+    if last in PARAMETER_SERVICES:
+        core = system.core_of(base)
+        if core is not None:
+            _open_parameter_service(core, entry, last)
+    elif ACTION in entry.name:
+        action, _, verb = entry.name.rpartition(ACTION)
+        known = system.graph.actions.get(action)
+        if known is not None and known.server is not None:
+            core = system.core_of(known.server.node.fqn)
+            if core is not None:
+                _open_action_service(core, known.server, entry, verb)
+
+
+def open_topic(system: System, entry: TopicEntry) -> None:
+    """Begin to publish on `entry` if it is a derived topic; else do nothing."""
+    if entry.name == PARAMETER_EVENTS:
+        system.on_parameters = lambda core, change: _publish_change(core, entry, change)
+    elif entry.name == ROSOUT:
+        _open_rosout(system, entry)
+    elif ACTION in entry.name:
+        action, _, part = entry.name.rpartition(ACTION)
+        known = system.graph.actions.get(action)
+        if known is not None and known.server is not None:
+            core = system.core_of(known.server.node.fqn)
+            if core is not None and part == "status":
+                _open_status(core, known.server, entry)
+            elif core is not None and part == "feedback":
+                _open_feedback(core, known.server, entry)
+
+
+def _serve(core: Core, entry: ServiceEntry, type: Any, handler: Any, label: str, concurrent: int) -> None:
+    server = Server(core, entry, type.Response, label, concurrent)
+    server.handler = handler
+    core.derived.append(server)
+    entry.open(server)
+
+
+# -- parameters -----------------------------------------------------------------------------------------------------------------
+
+
+def _open_parameter_service(core: Core, entry: ServiceEntry, name: str) -> None:
+    from actors.parameters.messages import PARAMETER_SERVICES as SERVICES
+
+    service = next(service for service in SERVICES if service.name == name)
+
+    async def answer(request: Any) -> Any:
+        if service.name.startswith("set_"):
+            return service.answer(core.parameters, request, lambda error: core.service_failed(entry.name, error))
+        return service.answer(core.parameters, request)
+
+    _serve(core, entry, service.type, answer, entry.name, 0)
+
+
+def _publish_change(core: Core, entry: TopicEntry, change: ParameterChange) -> None:
+    from actors.parameters.messages import to_event
+
+    _publisher(core, entry).publish(to_event(change, core.fqn, core.clock.stamp()))
+
+
+def _publisher(core: Core, entry: TopicEntry) -> Publisher[Any]:
+    """The node's publisher on a derived topic, made at its first use."""
+    for publisher in core.publishers:
+        if publisher.entry is entry:
+            return publisher
+    from actors import qos
+    from actors.contracts import Topic
+    from actors.interfaces.action_msgs.msg import GoalStatusArray
+    from actors.interfaces.rcl_interfaces.msg import Log, ParameterEvent
+
+    topic: Topic[Any]
+    if entry.name == PARAMETER_EVENTS:
+        topic = Topic(ParameterEvent, PARAMETER_EVENTS, qos.PARAMETER_EVENTS)
+    elif entry.name == ROSOUT:
+        topic = Topic(Log, ROSOUT, qos.ROSOUT)
+    else:
+        topic = Topic(GoalStatusArray, entry.name, qos.ACTION_STATUS)
+    return core.publisher(topic, topic.qos)
+
+
+# -- logs -----------------------------------------------------------------------------------------------------------------------
+
+
+def _open_rosout(system: System, entry: TopicEntry) -> None:
+    """Publish every log line from now on, and let late joiners have the newest ones."""
+    if system.rosout is not None:
+        return
+    from actors.interfaces.builtin_interfaces.msg import Time
+    from actors.interfaces.rcl_interfaces.msg import Log
+
+    def publish(record: LogRecord) -> None:
+        core = system.core_of(record.node)
+        if core is None:
+            return
+        nanoseconds = system.clock.wall_ns_at(record.time)
+        fields = "".join(f" {key}={value}" for key, value in record.fields.items())
+        _publisher(core, entry).publish(
+            Log(
+                stamp=Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000),
+                level=int(record.level),
+                name=record.node.lstrip("/").replace("/", "."),
+                msg=record.event + fields,
+            )
+        )
+
+    system.rosout = publish
+    for record in system.records:
+        publish(record)
+
+
+# -- actions --------------------------------------------------------------------------------------------------------------------
+
+
+def _open_action_service(core: Core, server: ActionServer, entry: ServiceEntry, verb: str) -> None:
+    from actors.actions import GoalRun
+    from actors.interfaces import derived as types
+    from actors.interfaces.action_msgs.srv import CancelGoal
+    from actors.interfaces.builtin_interfaces.msg import Time
+
+    def time(nanoseconds: int) -> Time:
+        return Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
+
+    async def send_goal(request: Any) -> Any:
+        run = GoalRun(server, request.goal_id.uuid.tobytes(), request.goal)
+        server.submit(run)
+        try:
+            await run.accepted
+        except Reject:
+            return type.Response(accepted=False)
+        assert run.record is not None
+        return type.Response(accepted=True, stamp=time(run.record.stamp_ns))
+
+    async def get_result(request: Any) -> Any:
+        status, result = await server.result_of(request.goal_id.uuid.tobytes())
+        return type.Response(status=int(status), result=server.action.result() if result is None else result)
+
+    async def cancel_goal(request: Any) -> Any:
+        info = request.goal_info
+        stamp = info.stamp.sec * 1_000_000_000 + info.stamp.nanosec
+        outcome = await server.cancel_goals(info.goal_id.uuid.tobytes(), stamp, "canceled by a client")
+        goals = tuple(_goal_info(record.goal_id, time(record.stamp_ns)) for record in outcome.goals)
+        return CancelGoal.Response(return_code=int(outcome.code), goals_canceling=goals)
+
+    handlers: dict[str, tuple[Any, Any]] = {
+        "send_goal": (types.send_goal_service, send_goal),
+        "get_result": (types.get_result_service, get_result),
+        "cancel_goal": (lambda _: CancelGoal, cancel_goal),
+    }
+    if verb in handlers:
+        make, handler = handlers[verb]
+        type: Any = make(server.action.type)
+        _serve(core, entry, type, handler, entry.name, AT_ONCE)
+
+
+def _goal_info(goal_id: bytes, stamp: Any) -> Any:
+    from actors.interfaces.action_msgs.msg import GoalInfo
+    from actors.interfaces.unique_identifier_msgs.msg import UUID
+
+    return GoalInfo(goal_id=UUID(uuid=goal_id), stamp=stamp)
+
+
+def _open_status(core: Core, server: ActionServer, entry: TopicEntry) -> None:
+    """Publish the list of goals after every change; changes of one instant are told together."""
+    if server.on_change is not None:
+        return
+    from actors.interfaces.action_msgs.msg import GoalStatus, GoalStatusArray
+    from actors.interfaces.builtin_interfaces.msg import Time
+
+    publisher = _publisher(core, entry)
+    pending = False
+
+    def tell() -> None:
+        nonlocal pending
+        pending = False
+        if publisher not in core.publishers:
+            return
+        publisher.publish(
+            GoalStatusArray(
+                status_list=tuple(
+                    GoalStatus(
+                        goal_info=_goal_info(
+                            record.goal_id, Time(sec=record.stamp_ns // 1_000_000_000, nanosec=record.stamp_ns % 1_000_000_000)
+                        ),
+                        status=int(record.status),
+                    )
+                    for record in server.table.records()
+                )
+            )
+        )
+
+    def changed() -> None:
+        nonlocal pending
+        if not pending:
+            pending = True
+            core.system.loop.call_soon(tell)
+
+    server.on_change = changed
+    tell()
+
+
+def _open_feedback(core: Core, server: ActionServer, entry: TopicEntry) -> None:
+    if server.on_feedback is not None:
+        return
+    from actors import qos
+    from actors.contracts import Topic
+    from actors.interfaces import derived as types
+    from actors.interfaces.unique_identifier_msgs.msg import UUID
+
+    message: Any = types.feedback_message(server.action.type)
+    publisher: Publisher[Any] = core.publisher(Topic(message, entry.name, qos.ACTION_FEEDBACK), qos.ACTION_FEEDBACK)
+
+    def feed(goal_id: bytes, feedback: Any) -> None:
+        publisher.publish(message(goal_id=UUID(uuid=goal_id), feedback=feedback))
+
+    server.on_feedback = feed

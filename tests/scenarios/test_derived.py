@@ -1,0 +1,155 @@
+"""What ROS 2 gives every node and action without being declared: parameter services and events, /rosout, the action's own endpoints."""
+
+from __future__ import annotations
+
+import pytest
+
+from actors import Action, Done, Node, Reject, Service, ServiceUnavailable, Steps, Topic, every, parameter, qos
+from actors.goals import CancelCode, GoalStatus
+from actors.interfaces import derived
+from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
+from actors.interfaces.action_msgs.srv import CancelGoal
+from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Feedback, Fibonacci_Goal, Fibonacci_Result
+from actors.interfaces.rcl_interfaces.msg import Log, ParameterEvent
+from actors.interfaces.rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
+from actors.interfaces.unique_identifier_msgs.msg import UUID
+from actors.parameters import Parameter
+from actors.parameters.messages import to_parameter
+from actors.testing import Rig
+
+FIBONACCI = Action(Fibonacci, "fibonacci")
+STATUS = Topic(GoalStatusArray, "/fibonacci/_action/status", qos.ACTION_STATUS)
+FEEDBACK = Topic(derived.feedback_message(Fibonacci), "/fibonacci/_action/feedback", qos.ACTION_FEEDBACK)
+SEND_GOAL = Service(derived.send_goal_service(Fibonacci), "/fibonacci/_action/send_goal")
+GET_RESULT = Service(derived.get_result_service(Fibonacci), "/fibonacci/_action/get_result")
+CANCEL = Service(CancelGoal, "/fibonacci/_action/cancel_goal")
+ROSOUT = Topic(Log, "/rosout", qos.ROSOUT)
+EVENTS = Topic(ParameterEvent, "/parameter_events", qos.PARAMETER_EVENTS)
+ID = bytes(range(1, 17))
+
+
+class Arm(Node):
+    speed = parameter(0.5, ge=0.0, le=2.0)
+
+    @every(hz=1)
+    def talk(self) -> None:
+        self.log.info("tick", speed=self.speed)
+
+    @FIBONACCI.accepts
+    def check(self, goal: Fibonacci_Goal) -> None:
+        if goal.order < 0:
+            raise Reject("order is negative")
+
+    @FIBONACCI.serve(arrivals="parallel")
+    async def work(self, goal: Fibonacci_Goal) -> Steps[Fibonacci_Feedback, Fibonacci_Result]:
+        numbers = [0, 1]
+        for _ in range(goal.order):
+            await self.clock.sleep(1.0)
+            numbers.append(numbers[-1] + numbers[-2])
+            yield Fibonacci.Feedback(sequence=numbers)
+        yield Done(Fibonacci.Result(sequence=numbers))
+
+
+async def test_parameters_are_read_and_set_over_their_services(rig: Rig) -> None:
+    await rig.start(Arm)
+    listed = await rig.call(Service(ListParameters, "/arm/list_parameters"), ListParameters.Request())
+    assert "speed" in listed.result.names
+    wanted = SetParameters.Request(parameters=[to_parameter(Parameter("speed", 1.5)), to_parameter(Parameter("speed", 9.0))])
+    good, bad = (await rig.call(Service(SetParameters, "/arm/set_parameters"), wanted)).results
+    assert good.successful
+    assert not bad.successful
+    assert "speed" in bad.reason
+    read = await rig.call(Service(GetParameters, "/arm/get_parameters"), GetParameters.Request(names=["speed"]))
+    assert read.values[0].double_value == 1.5
+    assert rig.node(Arm).speed == 1.5
+
+
+async def test_a_change_is_told_on_parameter_events(rig: Rig) -> None:
+    await rig.start(Arm)
+    events = rig.probe(EVENTS)
+    assert rig.node(Arm).set_parameter("speed", 1.0).successful
+    assert not rig.node(Arm).set_parameter("speed", 3.0).successful
+    (event,) = events.messages
+    assert event.node == "/arm"
+    assert [changed.name for changed in event.changed_parameters] == ["speed"]
+
+
+async def test_a_late_listener_of_rosout_gets_what_was_said_before(rig: Rig) -> None:
+    await rig.start(Arm)
+    await rig.advance(3.0)
+    heard = rig.probe(ROSOUT)
+    assert [log.msg for log in heard.messages if log.name == "arm"] == ["tick speed=0.5"] * 3
+    await rig.advance(1.0)
+    last = heard.last
+    assert last is not None
+    assert (last.name, last.level, last.stamp.sec) == ("arm", Log.INFO, 4)
+
+
+async def test_services_of_a_node_that_is_not_there_are_not_there(rig: Rig) -> None:
+    await rig.start(Arm)
+    with pytest.raises(ServiceUnavailable, match="/leg/list_parameters"):
+        await rig.call(Service(ListParameters, "/leg/list_parameters"), ListParameters.Request())
+
+
+async def test_derived_services_work_again_after_a_restart(rig: Rig) -> None:
+    await rig.start(Arm)
+    service = Service(ListParameters, "/arm/list_parameters")
+    await rig.call(service, ListParameters.Request())
+    rig.crash(Arm)
+    await rig.settled()
+    assert "speed" in (await rig.call(service, ListParameters.Request())).result.names
+
+
+async def test_a_goal_goes_over_the_five_endpoints_of_its_action(rig: Rig) -> None:
+    await rig.start(Arm)
+    status, feedback = rig.probe(STATUS), rig.probe(FEEDBACK)
+    goal = SEND_GOAL.request(goal_id=UUID(uuid=ID), goal=Fibonacci.Goal(order=3))
+    accepted = await rig.call(SEND_GOAL, goal)
+    assert accepted.accepted
+    result = await rig.call(GET_RESULT, GET_RESULT.request(goal_id=UUID(uuid=ID)), timeout=10.0)
+    assert result.status == GoalStatus.SUCCEEDED
+    assert result.result.sequence.tolist() == [0, 1, 1, 2, 3]
+    await rig.quiet()
+    assert [message.feedback.sequence.tolist()[-1] for message in feedback.messages] == [1, 2, 3]
+    seen = [[one.status for one in message.status_list] for message in status.messages]
+    assert seen[0] == []
+    assert seen[-1] == [GoalStatus.SUCCEEDED]
+    assert [GoalStatus.EXECUTING] in seen
+
+
+async def test_goal_ids_are_used_once_and_rejections_have_no_stamp(rig: Rig) -> None:
+    await rig.start(Arm)
+    assert (await rig.call(SEND_GOAL, SEND_GOAL.request(goal_id=UUID(uuid=ID), goal=Fibonacci.Goal(order=1)))).accepted
+    again = await rig.call(SEND_GOAL, SEND_GOAL.request(goal_id=UUID(uuid=ID), goal=Fibonacci.Goal(order=1)))
+    assert not again.accepted
+    negative = await rig.call(SEND_GOAL, SEND_GOAL.request(goal_id=UUID(uuid=bytes(16)[:-1] + b"x"), goal=Fibonacci.Goal(order=-1)))
+    assert not negative.accepted
+    assert negative.stamp.sec == 0
+
+
+async def test_a_result_is_kept_for_ten_seconds_and_then_unknown(rig: Rig) -> None:
+    await rig.start(Arm)
+    async with rig.me.start(FIBONACCI, Fibonacci.Goal(order=1)) as goal:
+        await goal
+    ask = GET_RESULT.request(goal_id=UUID(uuid=goal.goal_id))
+    assert (await rig.call(GET_RESULT, ask)).status == GoalStatus.SUCCEEDED
+    await rig.advance(10.5)
+    async with rig.me.start(FIBONACCI, Fibonacci.Goal(order=0)) as other:
+        await other
+    late = await rig.call(GET_RESULT, ask)
+    assert late.status == GoalStatus.UNKNOWN
+    assert late.result.sequence.tolist() == []
+
+
+async def test_all_goals_are_canceled_by_a_request_without_id(rig: Rig) -> None:
+    await rig.start(Arm)
+    first = await rig.start_goal(FIBONACCI, Fibonacci.Goal(order=100))
+    second = await rig.start_goal(FIBONACCI, Fibonacci.Goal(order=100))
+    await rig.advance(2.5)
+    answer = await rig.call(CANCEL, CancelGoal.Request(goal_info=GoalInfo()))
+    assert answer.return_code == CancelCode.NONE
+    assert [goal.goal_id.uuid.tobytes() for goal in answer.goals_canceling] == [first.goal_id, second.goal_id]
+    await rig.advance(0.0)
+    assert (first.status, second.status) == (GoalStatus.CANCELED, GoalStatus.CANCELED)
+    late = await rig.call(CANCEL, CancelGoal.Request(goal_info=GoalInfo(goal_id=UUID(uuid=first.goal_id))))
+    assert late.return_code == CancelCode.GOAL_TERMINATED
