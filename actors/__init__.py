@@ -10,6 +10,7 @@ from actors import qos
 from actors.actions import Outcome
 from actors.blueprint import background, every, publishes, subscribes
 from actors.channel import Publisher, Stream
+from actors.checker import check_node, check_tree
 from actors.clock import Clock
 from actors.contracts import Aborted, Action, Done, Service, Steps, Topic, parallel, queue
 from actors.errors import (
@@ -33,6 +34,8 @@ from actors.errors import (
 )
 from actors.goal_client import Goal
 from actors.goals import GoalStatus
+from actors.lifecycle import HookResult, LifecycleState, TransitionRefused
+from actors.lifecycle_node import LifecycleNode, bring_down, bring_up
 from actors.node import Node
 from actors.parameters import parameter
 from actors.qos import QoS
@@ -56,11 +59,77 @@ from actors.system import System
 from actors.timers import Tick, TickMissed
 
 __all__ = [
-    "Aborted", "Action", "ActionUnavailable", "ActorError", "Backoff", "CallCycle", "CallTimeout", "Child", "Clock", "DeclarationError",
-    "Done", "DynamicSupervisor", "Failed", "Goal", "GoalAborted", "GoalCanceled", "GoalFailed", "GoalRejected", "GoalStatus", "Intensity",
-    "Killed", "Leaked", "Node", "NodeRestarting", "NotRunning", "NotStarted", "Outcome", "Publisher", "QoS", "Reject", "Returned",
-    "Service", "ServiceFailed", "ServiceUnavailable", "Skip", "StartFailed", "Steps", "Stop", "Stopped", "Stream", "Supervisor",
-    "SupervisorGaveUp", "System", "Tick", "TickMissed", "Topic", "WrongThread", "WrongType", "background", "every", "execute",
-    "one_for_all", "one_for_one", "open_node", "parallel", "parameter", "permanent", "publishes", "qos", "queue", "rest_for_one", "run",
-    "subscribes", "temporary", "transient",
-]  # fmt: skip
+    "Aborted",
+    "Action",
+    "ActionUnavailable",
+    "ActorError",
+    "Backoff",
+    "CallCycle",
+    "CallTimeout",
+    "Child",
+    "Clock",
+    "DeclarationError",
+    "Done",
+    "DynamicSupervisor",
+    "Failed",
+    "Goal",
+    "GoalAborted",
+    "GoalCanceled",
+    "GoalFailed",
+    "GoalRejected",
+    "GoalStatus",
+    "HookResult",
+    "Intensity",
+    "Killed",
+    "Leaked",
+    "LifecycleNode",
+    "LifecycleState",
+    "Node",
+    "NodeRestarting",
+    "NotRunning",
+    "NotStarted",
+    "Outcome",
+    "Publisher",
+    "QoS",
+    "Reject",
+    "Returned",
+    "Service",
+    "ServiceFailed",
+    "ServiceUnavailable",
+    "Skip",
+    "StartFailed",
+    "Steps",
+    "Stop",
+    "Stopped",
+    "Stream",
+    "Supervisor",
+    "SupervisorGaveUp",
+    "System",
+    "Tick",
+    "TickMissed",
+    "Topic",
+    "TransitionRefused",
+    "WrongThread",
+    "WrongType",
+    "background",
+    "bring_down",
+    "bring_up",
+    "check_node",
+    "check_tree",
+    "every",
+    "execute",
+    "one_for_all",
+    "one_for_one",
+    "open_node",
+    "parallel",
+    "parameter",
+    "permanent",
+    "publishes",
+    "qos",
+    "queue",
+    "rest_for_one",
+    "run",
+    "subscribes",
+    "temporary",
+    "transient",
+]

@@ -36,7 +36,19 @@ class Publisher(Generic[M]):
     `count` is the number of messages published so far.
     """
 
-    __slots__ = ("_expects", "_thread", "count", "entry", "history", "node", "qos", "suspended", "targets", "type")
+    __slots__ = (
+        "_expects",
+        "_thread",
+        "count",
+        "entry",
+        "gated",
+        "history",
+        "node",
+        "qos",
+        "suspended",
+        "targets",
+        "type",
+    )
 
     def __init__(self, node: Participant, entry: TopicEntry, type: type[M], qos: QoS) -> None:
         self.node = node
@@ -45,6 +57,8 @@ class Publisher(Generic[M]):
         self.qos = qos
         self.count = 0
         self.suspended = False
+        self.gated = True
+        """Whether a lifecycle node's state counts for this publisher."""
         self.targets: tuple[Callable[[M], None], ...] = ()
         self.history: deque[M] | None = (
             deque(maxlen=None if qos.keep_all else qos.depth) if qos.transient_local else None

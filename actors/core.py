@@ -9,7 +9,7 @@ import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors import names
 from actors.actions import ActionServer
@@ -17,7 +17,16 @@ from actors.channel import ConcurrentFeed, Feed, Publisher, Stream, Subscription
 from actors.errors import DeclarationError, NodeRestarting, WrongThread
 from actors.goal_client import Goal
 from actors.inbox import Inbox, Item, awaited_in
-from actors.qos import QoS, resolve_publisher, resolve_subscription
+from actors.qos import (
+    ACTION_FEEDBACK,
+    ACTION_STATUS,
+    DEFAULT,
+    PARAMETER_EVENTS,
+    ROSOUT,
+    QoS,
+    resolve_publisher,
+    resolve_subscription,
+)
 from actors.services import Client, Server
 from actors.supervision.reasons import Stop
 from actors.timers import TimerItem, TimerRecord
@@ -29,6 +38,7 @@ if TYPE_CHECKING:
     from actors.clock import Clock
     from actors.contracts import Action, Service, Topic
     from actors.deadlines import Deadlines
+    from actors.graph import TopicEntry
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
     from actors.node import ErrorVerdict, Node
@@ -44,6 +54,14 @@ R = TypeVar("R", bound="Message")
 F = TypeVar("F", bound="Message")
 Req = TypeVar("Req", bound="Message")
 Resp = TypeVar("Resp", bound="Message")
+
+
+_EVENT_QOS: Final = {
+    "parameter_events": PARAMETER_EVENTS,
+    "rosout": ROSOUT,
+    "status": ACTION_STATUS,
+    "feedback": ACTION_FEEDBACK,
+}
 
 
 class Identity:
@@ -86,12 +104,14 @@ class Identity:
 class Mailbox:
     """What outlives an incarnation: the inbox, and the subscriptions and servers whose messages wait for the next life."""
 
-    __slots__ = ("actions", "feeds", "inbox", "incarnation", "saved", "services", "timers")
+    __slots__ = ("actions", "asked_state", "feeds", "inbox", "incarnation", "saved", "services", "timers")
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self.timers: dict[str, TimerRecord] = {}
         self.inbox = Inbox(loop)
         self.incarnation = 0
+        self.asked_state: str | None = None
+        """The primary state that was last asked of a lifecycle node."""
         self.saved: Any = None
         """What the node left for its next incarnation."""
         self.feeds: dict[str, Feed[Any]] = {}
@@ -131,7 +151,7 @@ class Core:
 
     __slots__ = (
         "_clients", "derived", "_log", "_parameters", "_rng", "actions", "blueprint", "identity", "inbox", "incarnation", "mailbox", "node",
-        "publishers", "streams", "system", "tasks", "timers", "waits_for",
+        "publishers", "publishing", "streams", "system", "tasks", "timers", "waits_for",
     )  # fmt: skip
 
     def __init__(self, system: System, node: Node, blueprint: Blueprint, identity: Identity, mailbox: Mailbox) -> None:
@@ -149,6 +169,7 @@ class Core:
         self.derived: list[Server] = []
         """Services that ROS 2 gives every node, as far as somebody asked for them."""
         self.tasks: dict[asyncio.Task[Any], None] = {}
+        self.publishing = True
         self.waits_for: Any = None
         self._clients: dict[Any, Client[Any, Any]] = {}
         self._log: NodeLog | None = None
@@ -189,7 +210,9 @@ class Core:
         if self._parameters is None:
             from actors.parameters import ParameterStore
 
-            self._parameters = ParameterStore(self.fqn, self.identity.overrides, table=self.blueprint.table, on_event=self._parameters_changed)
+            self._parameters = ParameterStore(
+                self.fqn, self.identity.overrides, table=self.blueprint.table, on_event=self._parameters_changed
+            )
         return self._parameters
 
     def _parameters_changed(self, change: ParameterChange) -> None:
@@ -220,7 +243,9 @@ class Core:
         offered = resolve_publisher(qos, [queue.qos for queue in entry.subscriptions])
         publisher = Publisher(self, entry, topic.type, offered)
         self.publishers.append(publisher)
-        publisher.entry.add_publisher(publisher)
+        entry.add_publisher(publisher)
+        if not self.publishing:
+            publisher.suspend()
         return publisher
 
     def subscribe(self, topic: Topic[M], qos: QoS) -> Stream[M]:
@@ -303,6 +328,47 @@ class Core:
                 "give one of them another name or namespace"
             )
 
+    # -- timers and publishing ------------------------------------------------------------------------------------------------
+
+    def start_timers(self) -> None:
+        """Let every `@every` of the class tick from now on."""
+        node, owner = self.node, self.blueprint.owner.__name__
+        for timer in self.blueprint.timers:
+            hz = self.parameters.value(timer.hz) if isinstance(timer.hz, str) else timer.hz
+            record = self.mailbox.timers.get(timer.attribute)
+            if record is None:
+                record = self.mailbox.timers[timer.attribute] = TimerRecord(hz)
+            label = f"{owner}.{timer.attribute}"
+            item = TimerItem(self.inbox, getattr(node, timer.attribute), hz, timer.late, label, record)
+            self.timers.append(item)
+            item.begin(self.system.ticker)
+
+    def stop_timers(self) -> None:
+        for timer in self.timers:
+            timer.stop()
+        self.timers.clear()
+
+    def let_publish(self, allowed: bool) -> None:
+        """Whether the node's own publishers deliver or discard; those that ROS 2 gives every node always deliver."""
+        self.publishing = allowed
+        for publisher in self.publishers:
+            if publisher.gated:
+                if allowed:
+                    publisher.resume()
+                else:
+                    publisher.suspend()
+
+    def event_publisher(self, type: type[M], entry: TopicEntry) -> Publisher[M]:
+        """The node's publisher on a topic that ROS 2 gives every node of its kind, made at its first use."""
+        for publisher in self.publishers:
+            if publisher.entry is entry:
+                return publisher
+        publisher = Publisher(self, entry, type, _EVENT_QOS.get(entry.name.rpartition("/")[2], DEFAULT))
+        publisher.gated = False
+        self.publishers.append(publisher)
+        entry.add_publisher(publisher)
+        return publisher
+
     # -- tasks --------------------------------------------------------------------------------------------------------------
 
     def spawn(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
@@ -352,8 +418,7 @@ class Core:
 
     def release(self) -> None:
         """Give up, at once and without waiting, all that belongs to this incarnation only."""
-        for timer in self.timers:
-            timer.stop()
+        self.stop_timers()
         for task in reversed(self.tasks):
             task.cancel()
         for publisher in self.publishers:

@@ -9,19 +9,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.channel import Publisher
 from actors.errors import Reject
 from actors.services import Server
 
 if TYPE_CHECKING:
     from actors.actions import ActionServer
+    from actors.channel import Publisher
     from actors.core import Core
     from actors.graph import ServiceEntry, TopicEntry
     from actors.logs import LogRecord
     from actors.parameters import ParameterChange
     from actors.system import System
 
-__all__ = ["PARAMETER_EVENTS", "PARAMETER_SERVICES", "ROSOUT", "open_service", "open_topic"]
+__all__ = ["LIFECYCLE_SERVICES", "PARAMETER_EVENTS", "PARAMETER_SERVICES", "ROSOUT", "open_service", "open_topic"]
 
 PARAMETER_SERVICES: Final = (
     "describe_parameters",
@@ -30,6 +30,13 @@ PARAMETER_SERVICES: Final = (
     "list_parameters",
     "set_parameters",
     "set_parameters_atomically",
+)
+LIFECYCLE_SERVICES: Final = (
+    "change_state",
+    "get_state",
+    "get_available_states",
+    "get_available_transitions",
+    "get_transition_graph",
 )
 PARAMETER_EVENTS: Final = "/parameter_events"
 ROSOUT: Final = "/rosout"
@@ -45,6 +52,13 @@ def open_service(system: System, entry: ServiceEntry) -> None:
         core = system.core_of(base)
         if core is not None:
             _open_parameter_service(core, entry, last)
+    elif last in LIFECYCLE_SERVICES:
+        core = system.core_of(base)
+        if core is not None and core.node.managed:
+            from actors.lifecycle_node import lifecycle_service
+
+            type, handler = lifecycle_service(core.node, last)  # type: ignore[arg-type]
+            _serve(core, entry, type, handler, entry.name, 0)
     elif ACTION in entry.name:
         action, _, verb = entry.name.rpartition(ACTION)
         known = system.graph.actions.get(action)
@@ -95,29 +109,10 @@ def _open_parameter_service(core: Core, entry: ServiceEntry, name: str) -> None:
 
 
 def _publish_change(core: Core, entry: TopicEntry, change: ParameterChange) -> None:
+    from actors.interfaces.rcl_interfaces.msg import ParameterEvent
     from actors.parameters.messages import to_event
 
-    _publisher(core, entry).publish(to_event(change, core.fqn, core.clock.stamp()))
-
-
-def _publisher(core: Core, entry: TopicEntry) -> Publisher[Any]:
-    """The node's publisher on a derived topic, made at its first use."""
-    for publisher in core.publishers:
-        if publisher.entry is entry:
-            return publisher
-    from actors import qos
-    from actors.contracts import Topic
-    from actors.interfaces.action_msgs.msg import GoalStatusArray
-    from actors.interfaces.rcl_interfaces.msg import Log, ParameterEvent
-
-    topic: Topic[Any]
-    if entry.name == PARAMETER_EVENTS:
-        topic = Topic(ParameterEvent, PARAMETER_EVENTS, qos.PARAMETER_EVENTS)
-    elif entry.name == ROSOUT:
-        topic = Topic(Log, ROSOUT, qos.ROSOUT)
-    else:
-        topic = Topic(GoalStatusArray, entry.name, qos.ACTION_STATUS)
-    return core.publisher(topic, topic.qos)
+    core.event_publisher(ParameterEvent, entry).publish(to_event(change, core.fqn, core.clock.stamp()))
 
 
 # -- logs -----------------------------------------------------------------------------------------------------------------------
@@ -136,7 +131,7 @@ def _open_rosout(system: System, entry: TopicEntry) -> None:
             return
         nanoseconds = system.clock.wall_ns_at(record.time)
         fields = "".join(f" {key}={value}" for key, value in record.fields.items())
-        _publisher(core, entry).publish(
+        core.event_publisher(Log, entry).publish(
             Log(
                 stamp=Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000),
                 level=int(record.level),
@@ -208,7 +203,7 @@ def _open_status(core: Core, server: ActionServer, entry: TopicEntry) -> None:
     from actors.interfaces.action_msgs.msg import GoalStatus, GoalStatusArray
     from actors.interfaces.builtin_interfaces.msg import Time
 
-    publisher = _publisher(core, entry)
+    publisher = core.event_publisher(GoalStatusArray, entry)
     pending = False
 
     def tell() -> None:
@@ -221,7 +216,8 @@ def _open_status(core: Core, server: ActionServer, entry: TopicEntry) -> None:
                 status_list=tuple(
                     GoalStatus(
                         goal_info=_goal_info(
-                            record.goal_id, Time(sec=record.stamp_ns // 1_000_000_000, nanosec=record.stamp_ns % 1_000_000_000)
+                            record.goal_id,
+                            Time(sec=record.stamp_ns // 1_000_000_000, nanosec=record.stamp_ns % 1_000_000_000),
                         ),
                         status=int(record.status),
                     )
@@ -243,13 +239,11 @@ def _open_status(core: Core, server: ActionServer, entry: TopicEntry) -> None:
 def _open_feedback(core: Core, server: ActionServer, entry: TopicEntry) -> None:
     if server.on_feedback is not None:
         return
-    from actors import qos
-    from actors.contracts import Topic
     from actors.interfaces import derived as types
     from actors.interfaces.unique_identifier_msgs.msg import UUID
 
     message: Any = types.feedback_message(server.action.type)
-    publisher: Publisher[Any] = core.publisher(Topic(message, entry.name, qos.ACTION_FEEDBACK), qos.ACTION_FEEDBACK)
+    publisher: Publisher[Any] = core.event_publisher(message, entry)
 
     def feed(goal_id: bytes, feedback: Any) -> None:
         publisher.publish(message(goal_id=UUID(uuid=goal_id), feedback=feedback))

@@ -11,7 +11,6 @@ from actors.core import Core, Identity, Mailbox, StopServing
 from actors.errors import DeclarationError
 from actors.node import Node
 from actors.supervision.reasons import Failed, Skip, Stop, Stopped
-from actors.timers import TimerItem, TimerRecord
 
 if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
@@ -46,7 +45,10 @@ class NodeLife:
                 if self.mailbox.saved is not None:
                     core.node.resume(self.mailbox.saved)
                 await core.node.on_start()
-                open_timers(core)
+                await core.node._begin()  # pyright: ignore[reportPrivateUsage]
+                if not core.node.managed:
+                    core.start_timers()
+                start_backgrounds(core)
                 started()
                 self.system.running_now(core)
                 if self.asked is not None:
@@ -92,6 +94,7 @@ class NodeLife:
         if cleaning:
             await asyncio.wait(cleaning)
         await core.cancel_tasks()
+        await core.node._finish()  # pyright: ignore[reportPrivateUsage]
         await core.node.on_stop(reason)
         if isinstance(reason, Stopped) and (state := core.node.handover()) is not None:
             self.mailbox.saved = state
@@ -140,17 +143,7 @@ def open_endpoints(core: Core) -> None:
         core.serve_action(server)
 
 
-def open_timers(core: Core) -> None:
-    """Start the node's own time: its timers and background tasks."""
-    node, blueprint = core.node, core.blueprint
-    for timer in blueprint.timers:
-        hz = core.parameters.value(timer.hz) if isinstance(timer.hz, str) else timer.hz
-        label = f"{blueprint.owner.__name__}.{timer.attribute}"
-        record = core.mailbox.timers.get(timer.attribute)
-        if record is None:
-            record = core.mailbox.timers[timer.attribute] = TimerRecord(hz)
-        item = TimerItem(core.inbox, getattr(node, timer.attribute), hz, timer.late, label, record)
-        core.timers.append(item)
-        item.begin(core.system.ticker)
-    for background in blueprint.backgrounds:
-        core.spawn(getattr(node, background.attribute)(), name=background.attribute)
+def start_backgrounds(core: Core) -> None:
+    """Start the node's own tasks."""
+    for background in core.blueprint.backgrounds:
+        core.spawn(getattr(core.node, background.attribute)(), name=background.attribute)

@@ -103,6 +103,15 @@ class Node:
         """
         return None
 
+    managed: ClassVar[bool] = False
+    """Whether timers wait for a lifecycle transition: True for lifecycle nodes."""
+
+    async def _begin(self) -> None:
+        """The framework's own part of the start phase, after `on_start`."""
+
+    async def _finish(self) -> None:
+        """The framework's own part of an orderly end, before `on_stop`."""
+
     # -- who and when -------------------------------------------------------------------------------------------------------
 
     @property

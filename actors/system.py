@@ -30,6 +30,7 @@ from actors.ticker import Ticker
 if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
     from actors.parameters import ParameterChange
+    from actors.snapshot import Snapshot
     from actors.supervision.report import Report
     from actors.supervisor import Child, DynamicSupervisor, Supervisor
 
@@ -292,6 +293,12 @@ class System:
                     self.clock.now(), level, "/".join(report.supervisor), 1, report.context.replace("_", " "), fields
                 )
             )
+
+    def snapshot(self) -> Snapshot:
+        """The graph at this instant, as a value: see `actors.snapshot`."""
+        from actors.snapshot import take
+
+        return take(self)
 
     # -- what nodes ask -----------------------------------------------------------------------------------------------------
 

@@ -58,8 +58,9 @@ class Ticker:
 
     Each callback gets `(k, due)`: the number of its tick, from 1, and the loop time at which it is due. Ticks come in
     order of their due times; those due within the same nanosecond in the order in which they were added. On a busy
-    loop all ticks that are due are delivered, one after the other: the late policy is the callback's business (see
-    `TickHandle.missed`). A callback that raises is reported to the loop's exception handler and ticks on.
+    loop every tick that is due is delivered, late, and the loop gets its turns in between: the late policy is the
+    callback's business (see `TickHandle.missed`). A callback that raises is reported to the loop's exception handler
+    and ticks on. Callbacks run in the context in which the ticker was made.
 
     On a virtual loop the ticks of one instant are delivered, then everything they woke runs, then time moves on.
     """
@@ -137,7 +138,10 @@ class Ticker:
                     instant = key
                 tick.k = k = tick.k + 1
                 following = tick.start + (k + 1) / tick.hz
-                heapreplace(heap, (int(following * 1e9 + 0.5), order, following, tick))
+                following_key = int(following * 1e9 + 0.5)
+                heapreplace(heap, (following_key, order, following, tick))
+                if following_key <= instant:  # it is late by periods: give the loop a turn after each of them
+                    instant = key
                 try:
                     tick.callback(k, due)
                 except Exception as error:

@@ -106,7 +106,7 @@ class Module:
         lines = [f"class {name}(Message, frozen=True, kw_only=True):", f'    """{part.name}{_doc(part.comment)}"""', ""]
         for constant in part.constants:
             self.typing.add("ClassVar")
-            lines.append(f"    {constant.name}: ClassVar[{self._alias(constant.type.base)}] = {constant.value!r}")
+            lines.append(f"    {constant.name}: ClassVar[{self._alias(constant.type.base)}] = {_literal(constant.value)}")
         if part.constants and part.fields:
             lines.append("")
         for field in part.fields:

@@ -172,8 +172,9 @@ def _annotation(kind: FieldType, line: int, file: str | None) -> Any:
 
 
 def _check_same(known: type[Message], definition: MessageDefinition, file: str | None) -> None:
-    mine = [(field.name, field.type, plain_default(field.type, field.default)) for field in definition.fields]
-    theirs = [(field.name, field.type, field.default) for field in known.__ros_fields__]
+    # Compared as text, in which even a NaN equals itself.
+    mine = [f"{field.name} {field.type} {plain_default(field.type, field.default)!r}" for field in definition.fields]
+    theirs = [f"{field.name} {field.type} {field.default!r}" for field in known.__ros_fields__]
     if theirs != mine:
         source = getattr(known, "__ros_source__", f"module {known.__module__}")
         raise BadDeclaration(

@@ -20,14 +20,17 @@ EAGER_GAIN, EAGER_TIME = 10.0, 0.4
 """The same in the first moments (1/s, s): the very first sample may have been taken in a bump."""
 BIAS_GAIN = 0.01
 """How fast the gyro's bias follows the same error, 1/s2."""
-STILL_TIME = 1.0
-"""Time constant (s) with which the bias follows the gyro while the robot stands still."""
+STILL_RATE = 0.02
+"""A robot that is said to stand still and shows more than this (rad/s) does not."""
+LEAST_MEAN, LONGEST_MEAN, FORGET = 0.05, 20.0, 60.0
+"""The bias is the mean over this many seconds of standing still: at first (as good as the sensor's bias is known beforehand),
+at most, and the time constant with which a walk forgets it."""
 
 
 class AttitudeFilter:
     """Orientation body to odom, as quaternion and rotation matrix, and the gyro's bias. Plain floats throughout."""
 
-    __slots__ = ("age", "bias", "quaternion", "rotation", "still_for", "turn", "up")
+    __slots__ = ("age", "bias", "learned", "quaternion", "rotation", "turn", "up")
 
     def __init__(self) -> None:
         self.quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
@@ -38,8 +41,8 @@ class AttitudeFilter:
         """The world's vertical in body axes: the third row of the rotation."""
         self.rotation: tuple[Triple, Triple, Triple] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         self.age = 0.0
-        self.still_for = 0.0
-        """Seconds of standing still that the bias has been learned from, forgotten when walking on."""
+        self.learned = LEAST_MEAN
+        """Seconds of standing still that the bias has been learned from and that still count."""
 
     @property
     def yaw(self) -> float:
@@ -72,12 +75,13 @@ class AttitudeFilter:
         self.age += dt
         gain = EAGER_GAIN if self.age < EAGER_TIME else GRAVITY_GAIN
         bx, by, bz = self.bias
-        if still:
-            self.still_for = min(self.still_for + dt, 60.0)
-            rate = dt / max(STILL_TIME, self.still_for)
-            bx, by, bz = bx + rate * (gyro[0] - bx), by + rate * (gyro[1] - by), bz + rate * (gyro[2] - bz)
+        dx, dy, dz = gyro[0] - bx, gyro[1] - by, gyro[2] - bz
+        if still and max(abs(dx), abs(dy), abs(dz)) < STILL_RATE:
+            self.learned = min(self.learned + dt, LONGEST_MEAN)
+            rate = dt / self.learned
+            bx, by, bz = bx + rate * dx, by + rate * dy, bz + rate * dz
         else:
-            self.still_for = 0.0
+            self.learned = max(LEAST_MEAN, self.learned - self.learned * dt / FORGET)
             bx, by = bx - BIAS_GAIN * ex * dt, by - BIAS_GAIN * ey * dt
         self.bias = (bx, by, bz)
         wx, wy, wz = gyro[0] - bx, gyro[1] - by, gyro[2] - bz

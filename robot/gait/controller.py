@@ -28,6 +28,8 @@ Goal = Literal["sit", "stand", "walk"]
 
 RISE_TIME = 2.0
 """Seconds from sitting to standing and back."""
+SETTLE_TIME = 0.5
+"""Seconds from planting the feet after a walk to the standing height."""
 GATHER_SPEED = 1.5
 """How fast joints move to the sitting pose, rad/s."""
 GATHERED = 0.35
@@ -232,7 +234,7 @@ class GaitController:
     def _plant(self, mode: Mode, ahead: Ahead, height: float, weight: float) -> None:
         self._mode = mode
         self._planted = Planted(ahead, weight)
-        self._planted.go(height, RISE_TIME if mode == "rising" else 0.3)
+        self._planted.go(height, RISE_TIME if mode == "rising" else SETTLE_TIME)
 
 
 def _gait(name: str) -> Gait:

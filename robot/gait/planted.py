@@ -27,6 +27,8 @@ SPRING, DAMPER = 120.0, 4.0
 """Joint gains, N m/rad and N m s/rad."""
 ATTITUDE_SPRING, ATTITUDE_DAMPER = 60.0, 8.0
 """Roll and pitch, 1/s2 and 1/s, times the inertia."""
+SWAY_DAMPER = 6.0
+"""Force against moving sideways or forwards over the feet, 1/s times the mass."""
 INERTIA = (0.68, 2.83)
 """Of the standing robot about its centre of mass, roll and pitch, kg m2."""
 CENTRING = 0.6
@@ -78,7 +80,10 @@ class Planted:
         c, s = cos(ahead.yaw), sin(ahead.yaw)
         moment_x = INERTIA[0] * (ATTITUDE_SPRING * (roll - ahead.roll) - ATTITUDE_DAMPER * ahead.turn[0])
         moment_y = INERTIA[1] * (ATTITUDE_SPRING * (pitch - ahead.pitch) - ATTITUDE_DAMPER * ahead.turn[1])
-        wrench = np.array((0.0, 0.0, MASS * GRAVITY, c * moment_x - s * moment_y, s * moment_x + c * moment_y, 0.0))
+        brake_x, brake_y, _ = (-MASS * SWAY_DAMPER * ahead.velocity).tolist()
+        wrench = np.array(
+            (brake_x, brake_y, MASS * GRAVITY, c * moment_x - s * moment_y, s * moment_x + c * moment_y, 0.0)
+        )
         arms = ahead.feet - ahead.rotation @ np.array(ahead.legs.centre)
         arms[:, 2] -= FOOT_RADIUS
         return distribute([(x, y, z) for x, y, z in arms.tolist()], wrench)

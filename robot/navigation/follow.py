@@ -234,7 +234,8 @@ class Follower:
     def _offered(self, around: Surroundings) -> float:
         """The clearance (m) to insist on: a little less than the body has when it slides along the path as drawn.
 
-        In the open that is the full comfort. In a narrow passage nothing better is to be had, and insisting would stop there.
+        In the open that is the full comfort. In a narrow passage nothing better is to be had, and insisting would stop
+        there.
         """
         points = self.ahead(1.2)
         if len(points) < 2:

@@ -175,7 +175,9 @@ class Grid:
         return self.origin_x + (column + 0.5) * self.resolution, self.origin_y + (row + 0.5) * self.resolution
 
     def coarser(self, factor: int) -> Grid:
-        """The same floor in cells `factor` times as large; each has the mean clearance of its parts, which is that of its middle."""
+        """The same floor in cells `factor` times as large; each has the mean clearance of its parts, which is that of
+        its middle.
+        """
         if factor == 1:
             return self
         clearance = block_mean(np.minimum(self.clearance, 1e3), factor, -self.resolution)

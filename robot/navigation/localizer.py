@@ -18,7 +18,8 @@ JUMP = 0.5
 
 
 class Localizer(Node):
-    """Publishes pose (frame map) at the rate of odom. Starts at the pose it is given; knows its last pose after a restart.
+    """Publishes pose (frame map) at the rate of odom. Starts at the pose it is given; knows its last pose after a
+    restart.
 
     Parameters: gain, the share of each scan's correction that is taken at once.
     """

@@ -60,9 +60,11 @@ STOP = Twist()
 
 
 class Navigation(Node):
-    """Walks to goals. Serves navigate_to_goal, move_to_position (a new goal preempts, whichever of the two it comes by) and plan_path.
+    """Walks to goals. Serves navigate_to_goal, move_to_position (a new goal preempts, whichever of the two it comes by)
+    and plan_path.
 
-    Takes pose, odom, lidar/scan, gait_status, battery_state; publishes cmd_vel (20 Hz while it walks), plan, map. Parameters: max_speed.
+    Takes pose, odom, lidar/scan, gait_status, battery_state; publishes cmd_vel (20 Hz while it walks), plan, map.
+    Parameters: max_speed.
     """
 
     cmd = publishes(CMD_VEL)
@@ -87,7 +89,8 @@ class Navigation(Node):
         self._charge = 1.0
         self.map(self._occupancy())
 
-    # -- what it hears ------------------------------------------------------------------------------------------------------
+    # -- what it hears
+    # ------------------------------------------------------------------------------------------------------
 
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:
@@ -113,7 +116,8 @@ class Navigation(Node):
     def battery(self, message: BatteryState) -> None:
         self._charge = message.percentage if isfinite(message.percentage) else 1.0
 
-    # -- control ------------------------------------------------------------------------------------------------------------
+    # -- control
+    # ------------------------------------------------------------------------------------------------------------
 
     @every(hz=20)
     def steer(self) -> None:
@@ -183,7 +187,8 @@ class Navigation(Node):
         except NavigationError as error:
             raise Reject(f"{error.name}: {error}") from None
 
-    # -- navigate_to_goal ---------------------------------------------------------------------------------------------------
+    # -- navigate_to_goal
+    # ---------------------------------------------------------------------------------------------------
 
     @NAVIGATE_TO_GOAL.accepts
     def check_navigation(self, goal: NavigateToGoal_Goal) -> None:
@@ -210,7 +215,8 @@ class Navigation(Node):
         result = NavigateToGoal.Result(success=ok, message=text, total_distance=self._walked - walked)
         yield Done(result) if ok else Aborted(result, text)
 
-    # -- move_to_position ---------------------------------------------------------------------------------------------------
+    # -- move_to_position
+    # ---------------------------------------------------------------------------------------------------
 
     @MOVE_TO_POSITION.accepts
     def check_move(self, goal: MoveToPosition_Goal) -> None:
@@ -240,7 +246,8 @@ class Navigation(Node):
         )
         yield Done(result) if ok else Aborted(result, text)
 
-    # -- plan_path ----------------------------------------------------------------------------------------------------------
+    # -- plan_path
+    # ----------------------------------------------------------------------------------------------------------
 
     @PLAN_PATH.serve()
     async def plan_path(self, request: PlanPath_Request) -> PlanPath_Response:

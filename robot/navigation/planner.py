@@ -35,7 +35,9 @@ def check_finite(pose: Pose2, what: str) -> None:
 
 
 class Planner:
-    """Plans for the middle of the robot: on cells of about 10 cm with room to spare, else on the map's own cells without."""
+    """Plans for the middle of the robot: on cells of about 10 cm with room to spare, else on the map's own cells
+    without.
+    """
 
     def __init__(self, grid: Grid) -> None:
         factor = max(1, round(_COARSE / grid.resolution))

@@ -47,7 +47,8 @@ class GridPath:
 
 
 class OctileSearch:
-    """Shortest paths on one map. Building it costs some 50 ns per cell; then a question is answered in low milliseconds.
+    """Shortest paths on one map. Building it costs some 50 ns per cell; then a question is answered in low
+    milliseconds.
 
     `free` has shape (height, width); True is passable. Everything outside is blocked.
     """
@@ -59,8 +60,7 @@ class OctileSearch:
         self._stride = stride = self.width + 2
         self._free = padded.tobytes()
         self._offsets = tuple(rows * stride + columns for rows, columns in _STEPS)
-        tables = _jump_tables(padded)
-        self._jumps = tuple(array(table.dtype.char, table.tobytes()) for table in tables)
+        self._jumps = tuple(map(_as_array, _jump_tables(padded)))
 
     def __repr__(self) -> str:
         return f"OctileSearch({self.width} x {self.height} cells)"
@@ -160,6 +160,13 @@ def _next_directions(node: int, came: int, free: bytes, offsets: tuple[int, ...]
     return _RIGHT[came] if open_right else _STRAIGHT_ON[came]
 
 
+def _as_array(table: _Steps) -> array[int]:
+    """The same numbers where plain Python reads one of them three times as fast."""
+    values = array(table.dtype.char)
+    values.frombytes(memoryview(table).cast("B"))
+    return values
+
+
 # --- the tables ----------------------------------------------------------------------------------------------------
 
 
@@ -175,9 +182,7 @@ def _jump_tables(free: _Mask) -> list[_Steps]:
     }
     finds = {d: table > 0 for d, table in straight.items()}
     return [
-        straight[d]
-        if d % 2 == 0
-        else _diagonal(free, finds[d - 1] | finds[(d + 1) % 8], down, right, kind)
+        straight[d] if d % 2 == 0 else _diagonal(free, finds[d - 1] | finds[(d + 1) % 8], down, right, kind)
         for d, (down, right) in enumerate(_STEPS)
     ]
 
@@ -206,7 +211,8 @@ def _diagonal(free: _Mask, finds: _Mask, down: int, right: int, kind: type) -> _
 def _sweep(enterable: _Mask, points: _Mask, down: int, right: int, kind: type) -> _Steps:
     """Count the steps for all cells, one row at a time, each from the row that the move leads to.
 
-    A cell before a point counts 1, a cell before a wall -1; any other cell counts one more, away from zero, than the next.
+    A cell before a point counts 1, a cell before a wall -1; any other cell counts one more, away from zero, than the
+    next.
     """
     height, width = enterable.shape
     begins = np.where(enterable, points, np.int8(-1))

@@ -54,7 +54,9 @@ async def test_parameters_are_read_and_set_over_their_services(rig: Rig) -> None
     await rig.start(Arm)
     listed = await rig.call(Service(ListParameters, "/arm/list_parameters"), ListParameters.Request())
     assert "speed" in listed.result.names
-    wanted = SetParameters.Request(parameters=[to_parameter(Parameter("speed", 1.5)), to_parameter(Parameter("speed", 9.0))])
+    wanted = SetParameters.Request(
+        parameters=[to_parameter(Parameter("speed", 1.5)), to_parameter(Parameter("speed", 9.0))]
+    )
     good, bad = (await rig.call(Service(SetParameters, "/arm/set_parameters"), wanted)).results
     assert good.successful
     assert not bad.successful
@@ -122,7 +124,9 @@ async def test_goal_ids_are_used_once_and_rejections_have_no_stamp(rig: Rig) -> 
     assert (await rig.call(SEND_GOAL, SEND_GOAL.request(goal_id=UUID(uuid=ID), goal=Fibonacci.Goal(order=1)))).accepted
     again = await rig.call(SEND_GOAL, SEND_GOAL.request(goal_id=UUID(uuid=ID), goal=Fibonacci.Goal(order=1)))
     assert not again.accepted
-    negative = await rig.call(SEND_GOAL, SEND_GOAL.request(goal_id=UUID(uuid=bytes(16)[:-1] + b"x"), goal=Fibonacci.Goal(order=-1)))
+    negative = await rig.call(
+        SEND_GOAL, SEND_GOAL.request(goal_id=UUID(uuid=bytes(16)[:-1] + b"x"), goal=Fibonacci.Goal(order=-1))
+    )
     assert not negative.accepted
     assert negative.stamp.sec == 0
 
