@@ -87,7 +87,13 @@ class Publisher(Generic[M]):
     __call__ = publish
 
     async def send(self, message: M) -> None:
-        """Publish, but first wait until every KEEP_ALL subscription has room: back-pressure instead of loss."""
+        """Publish, but first wait until every KEEP_ALL subscription has room: back-pressure instead of loss.
+
+        Raises what `publish` raises, and what is wrong with the message before it waits.
+        """
+        if message.__class__ is not self._expects:
+            self._refuse(message)
+            return
         while True:
             for queue in self.entry.matched(self):
                 if queue.keep_all and len(queue.messages) >= queue.depth:
@@ -167,7 +173,11 @@ class Queue(Generic[M]):
         if self.rooms is None:
             self.rooms = []
         self.rooms.append(future)
-        await future
+        try:
+            await future
+        finally:
+            if self.rooms is not None and future in self.rooms:
+                self.rooms.remove(future)
 
     def made_room(self) -> None:
         """Wake the senders that wait for room."""

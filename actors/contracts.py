@@ -327,10 +327,10 @@ class Action(Generic[G, R, F]):
 
 
 def _contract_name(kind: str, name: str) -> str:
-    from actors.names import InvalidName, validate_name
+    from actors.names import InvalidName, expand
 
     try:
-        validate_name(name)
+        expand(name, "node", "/ns")  # what is wrong for every node is wrong here; `a//b` shows only in the full name
     except InvalidName as problem:
         raise DeclarationError(f"{kind}(..., {name!r}): {problem}") from None
     return name

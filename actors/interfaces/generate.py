@@ -106,7 +106,9 @@ class Module:
         lines = [f"class {name}(Message, frozen=True, kw_only=True):", f'    """{part.name}{_doc(part.comment)}"""', ""]
         for constant in part.constants:
             self.typing.add("ClassVar")
-            lines.append(f"    {constant.name}: ClassVar[{self._alias(constant.type.base)}] = {_literal(constant.value)}")
+            lines.append(
+                f"    {constant.name}: ClassVar[{self._alias(constant.type.base)}] = {_literal(constant.value)}"
+            )
         if part.constants and part.fields:
             lines.append("")
         for field in part.fields:
@@ -220,8 +222,8 @@ def _literal(value: Any) -> str:
         return f'float("{value}")'
     if isinstance(value, list):
         return f"[{', '.join(_literal(item) for item in value)}]"  # pyright: ignore[reportUnknownVariableType]
-    if isinstance(value, str):
-        return '"' + repr("'" + value)[2:-1].replace('"', '\\"') + '"'
+    if isinstance(value, str) and '"' not in value and "'" not in value:
+        return f'"{repr(value)[1:-1]}"'
     return repr(value)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar, cast
 
 from actors.interfaces.errors import MessageTypeError
@@ -43,16 +43,15 @@ def _build(cls: type[M], mapping: Any, where: str) -> M:
         mapping = {}
     if not isinstance(mapping, Mapping):
         raise MessageTypeError(f"{where}: expected the fields of {cls.__ros_type__}, got {mapping!r}")
+    given: Mapping[Any, Any] = mapping  # pyright: ignore[reportUnknownVariableType]
     fields = {field.name: field for field in cls.__ros_fields__}
     values: dict[str, Any] = {}
-    items: Iterable[tuple[Any, Any]] = mapping.items()  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType]
-    for name, value in items:
-        field = fields.get(str(name))
+    for name, value in given.items():
+        field = fields.get(name)
         if field is None:
             names = ", ".join(fields) or "no fields at all"
-            raise MessageTypeError(
-                f"{where}: {cls.__ros_type__} has no field {name!r}; it has {names}.{closest(str(name), fields)}"
-            )
+            hint = closest(str(name), fields)
+            raise MessageTypeError(f"{where}: {cls.__ros_type__} has no field {name!r}; it has {names}.{hint}")
         values[field.name] = _value(field, value, f"{where}.{field.name}")
     return cls(**values)
 

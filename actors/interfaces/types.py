@@ -80,7 +80,8 @@ if TYPE_CHECKING:
 
     import numpy as np
     from numpy.typing import NDArray
-    from typing_extensions import Buffer
+
+    Raw: TypeAlias = bytes | bytearray | memoryview
 
     D = TypeVar("D", bound=np.generic)
     E = TypeVar("E", bound=float)
@@ -103,7 +104,7 @@ if TYPE_CHECKING:
         @overload
         def __get__(self, obj: object, owner: type, /) -> NDArray[np.uint8]: ...
         def __get__(self, obj: object, owner: type, /) -> Any: ...
-        def __set__(self, obj: object, value: Buffer | Sequence[int], /) -> None: ...
+        def __set__(self, obj: object, value: Raw | NDArray[Any] | Sequence[int], /) -> None: ...
 
     class Many(Generic[T]):
         """How a checker sees a sequence of messages or strings: read as a tuple, given as any iterable."""

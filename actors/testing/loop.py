@@ -29,7 +29,7 @@ import time
 from asyncio import Future
 from asyncio.log import logger
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import Executor
 from contextvars import Context
 from heapq import heapify, heappop, heappush
@@ -166,7 +166,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         between two of them.
         """
         timers = self._timers
-        if self._ready or self._stopping or self._debug or (timers and timers[0][0] <= when) or self._watching():
+        if self._ready or self._stopping or self._debug or when < self._now:
+            return False
+        if (timers and timers[0][0] <= when) or self._watching():
             return False
         self._now = self._instant = when
         return True
@@ -337,7 +339,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     async def _make_subprocess_transport(self, *args: Any, **kwargs: Any) -> asyncio.SubprocessTransport:
         with self._outside.during("start of a process"):
-            transport: Any = await super()._make_subprocess_transport(*args, **kwargs)  # type: ignore[misc]
+            make: Callable[..., Awaitable[asyncio.SubprocessTransport]] = super()._make_subprocess_transport  # type: ignore[misc]
+            transport = await make(*args, **kwargs)
         self._outside.add_process(transport)
         return transport
 

@@ -9,11 +9,11 @@ import asyncio
 import contextvars
 import functools
 import os
-import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import Any
 
+from anyio import to_process
 from anyio._backends import _asyncio as anyio_backend
 from anyio.lowlevel import _run_vars
 
@@ -78,10 +78,7 @@ class OutsideWork:
         return True
 
     def _idle_anyio_processes(self) -> set[int]:
-        pool = sys.modules.get("anyio.to_process")
-        if pool is None:
-            return set()
-        return {process.pid for process, _ in self.anyio.get(pool._process_pool_idle_workers, ())}
+        return {process.pid for process, _ in self.anyio.get(to_process._process_pool_idle_workers, ())}
 
     def _busy_anyio_threads(self) -> bool:
         workers = self.anyio.get(anyio_backend._threadpool_workers, ())

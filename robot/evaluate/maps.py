@@ -14,6 +14,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -143,7 +144,7 @@ def _pulled(answer: GridPath, weights: NDArray[np.float64]) -> float:
 def _each_cell(turns: Sequence[Cell]) -> Iterator[Cell]:
     """Every cell of a path given by its turning cells."""
     yield turns[0]
-    for (row, column), (to_row, to_column) in zip(turns, turns[1:], strict=False):
+    for (row, column), (to_row, to_column) in pairwise(turns):
         steps = max(abs(to_row - row), abs(to_column - column))
         for k in range(1, steps + 1):
             yield row + (to_row - row) * k // steps, column + (to_column - column) * k // steps

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, cos, sin, tau
+from math import atan2, cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from robot.world.body import Truth, Vector
 from robot.world.physics import PhysicsBody
 from robot.world.scene import Pose2, Scene
 
-__all__ = ["FLAT", "PERIOD", "Record", "Trial"]
+__all__ = ["FLAT", "PERIOD", "Record", "Trial", "heading"]
 
 PERIOD = 0.005
 """Of control, s: the rate of the sensors."""
@@ -113,6 +113,16 @@ class Trial:
             touched=frozenset(touched),
         )
 
+    def pose(self) -> tuple[float, float, float]:
+        """The true x, y, yaw."""
+        truth = self.body.truth()
+        return (float(truth.position[0]), float(truth.position[1]), heading(truth.quaternion))
+
+    def believed(self) -> tuple[float, float, float]:
+        """x, y, yaw as the controller's odometry has them."""
+        state = self.gait.state
+        return (float(state.position[0]), float(state.position[1]), heading(state.quaternion))
+
     def _row(self, truth: Truth) -> tuple[float, ...]:
         yaw = heading(truth.quaternion)
         c, s = cos(yaw), sin(yaw)
@@ -142,7 +152,3 @@ def heading(quaternion: NDArray[np.float64]) -> float:
     w, x, y, z = quaternion.tolist()
     return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
-
-def turned(start: float, end: float) -> float:
-    """The angle from one heading to another, in [-pi, pi]."""
-    return (end - start + tau / 2) % tau - tau / 2

@@ -89,8 +89,7 @@ class Navigation(Node):
         self._charge = 1.0
         self.map(self._occupancy())
 
-    # -- what it hears
-    # ------------------------------------------------------------------------------------------------------
+    # -- what it hears -----------------------------------------------------------------------------------------------
 
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:
@@ -116,8 +115,7 @@ class Navigation(Node):
     def battery(self, message: BatteryState) -> None:
         self._charge = message.percentage if isfinite(message.percentage) else 1.0
 
-    # -- control
-    # ------------------------------------------------------------------------------------------------------------
+    # -- control -----------------------------------------------------------------------------------------------------
 
     @every(hz=20)
     def steer(self) -> None:
@@ -187,8 +185,7 @@ class Navigation(Node):
         except NavigationError as error:
             raise Reject(f"{error.name}: {error}") from None
 
-    # -- navigate_to_goal
-    # ---------------------------------------------------------------------------------------------------
+    # -- navigate_to_goal --------------------------------------------------------------------------------------------
 
     @NAVIGATE_TO_GOAL.accepts
     def check_navigation(self, goal: NavigateToGoal_Goal) -> None:
@@ -215,8 +212,7 @@ class Navigation(Node):
         result = NavigateToGoal.Result(success=ok, message=text, total_distance=self._walked - walked)
         yield Done(result) if ok else Aborted(result, text)
 
-    # -- move_to_position
-    # ---------------------------------------------------------------------------------------------------
+    # -- move_to_position --------------------------------------------------------------------------------------------
 
     @MOVE_TO_POSITION.accepts
     def check_move(self, goal: MoveToPosition_Goal) -> None:
@@ -246,8 +242,7 @@ class Navigation(Node):
         )
         yield Done(result) if ok else Aborted(result, text)
 
-    # -- plan_path
-    # ----------------------------------------------------------------------------------------------------------
+    # -- plan_path ---------------------------------------------------------------------------------------------------
 
     @PLAN_PATH.serve()
     async def plan_path(self, request: PlanPath_Request) -> PlanPath_Response:

@@ -103,9 +103,14 @@ def pull(cells: Sequence[tuple[int, int]], weights: Floats, slack: float = 0.01)
 
     kept, here, last = [0], 0, len(cells) - 1
     while here < last:
-        there = here + 1
-        while there < last and worth(here, there + 1):
-            there += 1
+        # Longer and longer leaps while they are worth it, then shorter and shorter ones: a few dozen lines instead of hundreds.
+        there, leap, growing = here + 1, 1, True
+        while leap:
+            if there + leap <= last and worth(here, there + leap):
+                there += leap
+                leap = leap * 2 if growing else leap // 2
+            else:
+                growing, leap = False, leap // 2
         kept.append(there)
         here = there
     return [cells[k] for k in kept]

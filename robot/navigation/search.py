@@ -30,9 +30,11 @@ _STEPS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))
 """(rows, columns) of the eight directions in turning order; even ones are straight, odd ones diagonal."""
 
 _LENGTHS = (1.0, _SQRT2) * 4
+_LONGEST = 32_000
+"""Cells a side, so that steps fit into 16 bits."""
 
 _Mask = NDArray[np.bool_]
-_Steps = NDArray[np.signedinteger]
+_Steps = NDArray[np.int16]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +57,8 @@ class OctileSearch:
 
     def __init__(self, free: _Mask) -> None:
         self.height, self.width = (int(n) for n in free.shape)
+        if max(self.height, self.width) > _LONGEST:
+            raise ValueError(f"a map of {self.width} x {self.height} cells is too large: {_LONGEST} a side at most")
         # One blocked cell all round, so that no walk along the flat array can leave a row unnoticed.
         padded = np.pad(np.asarray(free, dtype=np.bool_), 1)
         self._stride = stride = self.width + 2
@@ -162,8 +166,8 @@ def _next_directions(node: int, came: int, free: bytes, offsets: tuple[int, ...]
 
 def _as_array(table: _Steps) -> array[int]:
     """The same numbers where plain Python reads one of them three times as fast."""
-    values = array(table.dtype.char)
-    values.frombytes(memoryview(table).cast("B"))
+    values = array("h")
+    values.frombytes(table.data.cast("B"))
     return values
 
 
@@ -172,22 +176,21 @@ def _as_array(table: _Steps) -> array[int]:
 
 def _jump_tables(free: _Mask) -> list[_Steps]:
     """For each direction and cell: steps n to the next jump point as n, or steps n to the last free cell as -1 - n."""
-    kind = np.int16 if max(free.shape) < 30_000 else np.int32
     turned = np.ascontiguousarray(free.T)
     straight = {
-        0: np.ascontiguousarray(_straight(turned, 1, kind).T),
-        2: _straight(free, 1, kind),
-        4: np.ascontiguousarray(_straight(turned, -1, kind).T),
-        6: _straight(free, -1, kind),
+        0: np.ascontiguousarray(_straight(turned, 1).T),
+        2: _straight(free, 1),
+        4: np.ascontiguousarray(_straight(turned, -1).T),
+        6: _straight(free, -1),
     }
     finds = {d: table > 0 for d, table in straight.items()}
     return [
-        straight[d] if d % 2 == 0 else _diagonal(free, finds[d - 1] | finds[(d + 1) % 8], down, right, kind)
+        straight[d] if d % 2 == 0 else _diagonal(free, finds[d - 1] | finds[(d + 1) % 8], down, right)
         for d, (down, right) in enumerate(_STEPS)
     ]
 
 
-def _straight(free: _Mask, down: int, kind: type) -> _Steps:
+def _straight(free: _Mask, down: int) -> _Steps:
     """Jumps along columns: a cell is a jump point when a wall beside it has just ended."""
     here, back = (slice(1, None), slice(None, -1))[::down]
     ended = np.zeros_like(free)
@@ -195,20 +198,20 @@ def _straight(free: _Mask, down: int, kind: type) -> _Steps:
     points = np.zeros_like(free)
     points[:, :-1] |= ended[:, 1:]
     points[:, 1:] |= ended[:, :-1]
-    return _sweep(free, points, down, 0, kind)
+    return _sweep(free, points, down, 0)
 
 
-def _diagonal(free: _Mask, finds: _Mask, down: int, right: int, kind: type) -> _Steps:
+def _diagonal(free: _Mask, finds: _Mask, down: int, right: int) -> _Steps:
     """Jumps across: to where a straight part of the move finds something. A step needs both orthogonal neighbors free."""
     enterable = free.copy()
     here, back = (slice(1, None), slice(None, -1))[::down]
     enterable[here] &= free[back]
     here, back = (slice(1, None), slice(None, -1))[::right]
     enterable[:, here] &= free[:, back]
-    return _sweep(enterable, finds, down, right, kind)
+    return _sweep(enterable, finds, down, right)
 
 
-def _sweep(enterable: _Mask, points: _Mask, down: int, right: int, kind: type) -> _Steps:
+def _sweep(enterable: _Mask, points: _Mask, down: int, right: int) -> _Steps:
     """Count the steps for all cells, one row at a time, each from the row that the move leads to.
 
     A cell before a point counts 1, a cell before a wall -1; any other cell counts one more, away from zero, than the
@@ -217,13 +220,12 @@ def _sweep(enterable: _Mask, points: _Mask, down: int, right: int, kind: type) -
     height, width = enterable.shape
     begins = np.where(enterable, points, np.int8(-1))
     known = begins != 0
-    steps = np.full((height, width), -1, dtype=kind)
+    steps: _Steps = np.full((height, width), -1, dtype=np.int16)
     to = slice(None, -1) if right > 0 else slice(1, None) if right < 0 else slice(None)
     at = slice(1, None) if right > 0 else slice(None, -1) if right < 0 else slice(None)
-    sign_bit = steps.itemsize * 8 - 1
     for row in range(height - 2, -1, -1) if down > 0 else range(1, height):
         ahead, counted = steps[row + down, at], steps[row, to]
-        np.right_shift(ahead, sign_bit, out=counted)  # -1 below zero, else 0
+        np.right_shift(ahead, 15, out=counted)  # -1 below zero, else 0
         np.bitwise_or(counted, 1, out=counted)
         np.add(counted, ahead, out=counted)
         np.copyto(counted, begins[row + down, at], where=known[row + down, at])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,10 @@ TYPES = shipped_types()
 PRIMITIVES = (*DTYPES, "string", "wstring")
 ALL_KINDS = "\n".join(
     [
-        *(f"{base} one{i}\n{base}[] many{i}\n{base}[3] three{i}\n{base}[<=2] few{i}" for i, base in enumerate(PRIMITIVES)),
+        *(
+            f"{base} one{i}\n{base}[] many{i}\n{base}[3] three{i}\n{base}[<=2] few{i}"
+            for i, base in enumerate(PRIMITIVES)
+        ),
         "string<=3 short",
         "string<=3[<=2] short_few",
         "wstring<=3[] short_wide",
@@ -78,7 +82,7 @@ def test_a_message_with_every_kind_of_field_survives_both_forms_of_wide_strings(
     cls = load(ALL_KINDS, "tests/msg/AllKinds")
     message = data.draw(messages(cls))
     for wstrings in ("zenoh", "cyclone"):
-        encoded = encode(message, wstrings=wstrings)  # type: ignore[arg-type]
+        encoded = encode(message, wstrings=wstrings)
         assert decode(cls, encoded, wstrings=wstrings) == message  # type: ignore[arg-type]
     assert from_plain(cls, to_plain(message)) == message
 
@@ -97,10 +101,8 @@ def test_every_prefix_of_an_encoding_is_refused_or_read_but_never_worse(data: st
     cls = data.draw(st.sampled_from(TYPES))
     encoded = encode(random_message(cls, random.Random(data.draw(st.integers(0, 99)))))
     cut = data.draw(st.integers(0, len(encoded)))
-    try:
+    with suppress(CdrError):  # and no other error
         decode(cls, encoded[:cut])
-    except CdrError as error:
-        assert str(error)
 
 
 @given(st.data())
@@ -108,10 +110,8 @@ def test_every_prefix_of_an_encoding_is_refused_or_read_but_never_worse(data: st
 def test_any_bytes_are_refused_or_read_but_never_worse(data: st.DataObject) -> None:
     cls = data.draw(st.sampled_from(TYPES))
     for order in (b"\x00\x01\x00\x00", b"\x00\x00\x00\x00"):
-        try:
+        with suppress(CdrError):  # and no other error
             decode(cls, order + data.draw(st.binary(max_size=200)))
-        except CdrError as error:
-            assert str(error)
 
 
 ORACLE = get_typestore(Stores.EMPTY)

@@ -29,7 +29,7 @@ def truth(pack: Pack, load: float) -> float:
 
 @pytest.mark.parametrize("before", [202.0, 330.0, 561.0])
 @pytest.mark.parametrize("load", [80.0, 202.0, 330.0, 424.0, 561.0])
-@pytest.mark.parametrize("percent", [25.0, 60.0, 100.0])
+@pytest.mark.parametrize("percent", [25.0, 60.0])
 def test_estimate_is_within_5_percent_after_two_minutes_of_steady_load(
     before: float, load: float, percent: float
 ) -> None:

@@ -62,7 +62,7 @@ def test_data_without_a_whole_header_are_refused(data: bytes) -> None:
 
 @pytest.mark.parametrize("header", ["00030000", "00070000", "01000000", "ffff0000"])
 def test_other_encodings_are_refused_by_their_header(header: str) -> None:
-    with pytest.raises(CdrError, match="header .* is not that of plain CDR"):
+    with pytest.raises(CdrError, match=r"header .* is not that of plain CDR"):
         decode(Int32, bytes.fromhex(header) + bytes(4))
 
 
@@ -72,7 +72,9 @@ def test_data_that_end_too_early_are_refused() -> None:
 
 
 def test_a_length_beyond_the_data_is_refused_with_field_and_place() -> None:
-    with pytest.raises(CdrError, match=r"String\.data: a length of 4294967295 at byte 4 goes beyond the end of the data \(9 bytes\)"):
+    with pytest.raises(
+        CdrError, match=r"String\.data: a length of 4294967295 at byte 4 goes beyond the end of the data \(9 bytes\)"
+    ):
         decode(String, LITTLE + struct.pack("<I", 2**32 - 1) + b"\0")
     with pytest.raises(CdrError, match=r"PoseArray\.poses: a length of 1000000"):
         decode(PoseArray, encode(PoseArray())[:-4] + struct.pack("<I", 1_000_000))
@@ -83,7 +85,9 @@ def test_a_length_beyond_the_data_is_refused_with_field_and_place() -> None:
 def test_a_bound_that_is_broken_is_refused() -> None:
     fine = encode(ParameterDescriptor(floating_point_range=[FloatingPointRange()]))
     lie = fine.replace(struct.pack("<I", 1) + bytes(4) + bytes(24), struct.pack("<I", 2) + bytes(4) + bytes(48))
-    with pytest.raises(CdrError, match=r"ParameterDescriptor\.floating_point_range: 2 elements, but at most 1 are allowed"):
+    with pytest.raises(
+        CdrError, match=r"ParameterDescriptor\.floating_point_range: 2 elements, but at most 1 are allowed"
+    ):
         decode(ParameterDescriptor, lie)
     cls: Any = load("string<=3 word\nwstring<=2 wide", "tests/msg/Short")
     with pytest.raises(CdrError, match=r"Short\.word: string<=3 holds at most 3 characters, got 4"):

@@ -11,7 +11,9 @@ import pytest
 def modules_after(code: str) -> set[str]:
     """The modules that a fresh interpreter holds after this code."""
     script = f"{code}\nimport sys\nprint(*sys.modules)"
-    return set(subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True).stdout.split())
+    return set(
+        subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True).stdout.split()
+    )
 
 
 @pytest.mark.parametrize(

@@ -9,14 +9,27 @@ from unittest.mock import patch
 
 import pytest
 
-from actors.interfaces import BadDeclaration, DefinitionError, decode, encode, get_action, get_message, load, load_folder, registry
+from actors.interfaces import (
+    BadDeclaration,
+    DefinitionError,
+    decode,
+    encode,
+    get_action,
+    get_message,
+    load,
+    load_folder,
+    registry,
+)
 from actors.interfaces.std_msgs.msg import Header
 
 
 @pytest.fixture(autouse=True)
 def _own_registry() -> Iterator[None]:
     """What a test loads is gone after it."""
-    with patch.object(registry, "_types", dict(registry._types)), patch.object(registry, "_folders", list(registry._folders)):
+    with (
+        patch.object(registry, "_types", dict(registry._types)),
+        patch.object(registry, "_folders", list(registry._folders)),
+    ):
         yield
 
 
@@ -91,13 +104,17 @@ def test_I50_a_wrong_number_of_separators_is_refused_with_file_and_line(tmp_path
 
 def test_I51_an_unknown_nested_type_is_refused_when_loading(tmp_path: Path) -> None:
     path = write(tmp_path, "my_pkg/msg/Bad", "# a comment\n\nstd_msgs/Heder header\n")
-    with pytest.raises(DefinitionError, match=rf"{path}, line 3: type std_msgs/Heder is not known\. Did you mean 'std_msgs/msg/Header'"):
+    with pytest.raises(
+        DefinitionError, match=rf"{path}, line 3: type std_msgs/Heder is not known\. Did you mean 'std_msgs/msg/Header'"
+    ):
         load(path)
 
 
 def test_a_bad_file_in_a_folder_leaves_nothing_half_loaded(folder: Path) -> None:
     write(folder, "my_pkg/msg/Zero", "int33 x\n")
-    with pytest.raises(DefinitionError, match=r"Zero\.msg, line 1: 'int33' is neither a primitive type nor 'package/Name'"):
+    with pytest.raises(
+        DefinitionError, match=r"Zero\.msg, line 1: 'int33' is neither a primitive type nor 'package/Name'"
+    ):
         load_folder(folder)
     assert registry.known("my_pkg/msg/Reading") is None
 

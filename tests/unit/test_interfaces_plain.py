@@ -24,7 +24,13 @@ def test_plain_data_are_dicts_lists_numbers_and_text() -> None:
 
 
 @pytest.mark.parametrize(
-    "message", [Path(poses=[PoseStamped()]), JointState(name=["a"], position=[1]), Imu(), DiagnosticStatus(values=[KeyValue(key="k")])]
+    "message",
+    [
+        Path(poses=[PoseStamped()]),
+        JointState(name=["a"], position=[1]),
+        Imu(),
+        DiagnosticStatus(values=[KeyValue(key="k")]),
+    ],
 )
 def test_there_and_back(message: Any) -> None:
     assert from_plain(type(message), to_plain(message)) == message
@@ -40,10 +46,18 @@ def test_what_is_left_out_keeps_its_default() -> None:
 @pytest.mark.parametrize(
     ("cls", "data", "text"),
     [
-        (Twist, {"linaer": {}}, r"Twist: geometry_msgs/msg/Twist has no field 'linaer'; it has linear, angular\. Did you mean 'linear'"),
+        (
+            Twist,
+            {"linaer": {}},
+            r"Twist: geometry_msgs/msg/Twist has no field 'linaer'; it has linear, angular\. Did you mean 'linear'",
+        ),
         (Twist, {"linear": {"x": "fast"}}, r"Twist\.linear\.x: expected float64 .* got str 'fast'"),
         (Twist, {"linear": 3}, r"Twist\.linear: expected the fields of geometry_msgs/msg/Vector3, got 3"),
-        (Path, {"poses": [{}, {"pose": {"position": {"x": []}}}]}, r"Path\.poses\[1\]\.pose\.position\.x: expected float64"),
+        (
+            Path,
+            {"poses": [{}, {"pose": {"position": {"x": []}}}]},
+            r"Path\.poses\[1\]\.pose\.position\.x: expected float64",
+        ),
         (Path, {"poses": 3}, r"Path\.poses: expected geometry_msgs/PoseStamped\[\]"),
         (Empty, {"a": 1}, "has no field 'a'; it has no fields at all"),
     ],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-import robot.interfaces as _  # noqa: F401
+import robot.interfaces  # noqa: F401  # makes the types of the tutorials known
 from actors.interfaces import UnknownInterface, definition_text, schema_text, show
 from actors.interfaces.std_srvs.srv import SetBool
 from actors.interfaces.text import show_text
@@ -30,7 +30,9 @@ def test_I30_the_fields_of_the_sensor_data_are_shown_in_order() -> None:
 
 
 def test_nested_types_are_expanded_one_tab_a_level() -> None:
-    assert show("std_msgs/msg/Header") == "builtin_interfaces/Time stamp\n\tint32 sec\n\tuint32 nanosec\nstring frame_id\n"
+    assert (
+        show("std_msgs/msg/Header") == "builtin_interfaces/Time stamp\n\tint32 sec\n\tuint32 nanosec\nstring frame_id\n"
+    )
     assert show("std_srvs/srv/SetBool_Event").splitlines()[-5:] == [
         "std_srvs/SetBool_Request[<=1] request",
         "\tbool data",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import ctypes
+import runpy
 import selectors
 import signal
 import socket
@@ -131,7 +132,8 @@ def test_a_process_with_very_many_open_files_gets_asyncios_milliseconds() -> Non
 
 def test_elsewhere_the_plain_selector_loop_serves(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "darwin")
-    loop = new_event_loop()
+    elsewhere = runpy.run_path(loops.__file__)
+    loop = elsewhere["new_event_loop"]()
     assert type(loop) is asyncio.SelectorEventLoop
     loop.close()
 

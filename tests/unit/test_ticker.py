@@ -168,6 +168,20 @@ class TestHandles:
 
         assert run(main) == ["first", "added, due 1.25", "added, due 1.5"]
 
+    def test_a_tick_may_end_itself(self) -> None:
+        async def main() -> list[int]:
+            log: list[int] = []
+
+            def once(k: int, due: float) -> None:
+                log.append(k)
+                handle.cancel()
+
+            handle = ticker().add(1, once)
+            await asyncio.sleep(5)
+            return log
+
+        assert run(main) == [1]
+
     def test_only_the_next_due_time_holds_a_timer_of_the_loop(self) -> None:
         async def main() -> int:
             loop = asyncio.get_running_loop()
@@ -287,6 +301,16 @@ class TestLateness:
             return ticks
 
         assert run(main, new_event_loop)[:3] == [1, 2, 3]
+
+    def test_ticks_that_were_due_before_the_beginning_come_now(self) -> None:
+        async def main() -> list[tuple[int, float]]:
+            log: list[tuple[int, float]] = []
+            await asyncio.sleep(10)
+            ticker().add(1, lambda k, due: log.append((k, now())), start=7.5)
+            await asyncio.sleep(1.75)
+            return log
+
+        assert run(main) == [(1, 10.0), (2, 10.0), (3, 10.5), (4, 11.5)]
 
     def test_missed_ticks_are_counted_and_may_be_skipped(self) -> None:
         async def main() -> list[tuple[int, int, int, int]]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
+import robot.interfaces  # noqa: F401  # makes the types of the tutorials known
 from actors.interfaces import Field, Message, load_folder, registry
 
 VECTORS = Path(__file__).parents[1] / "vectors"
@@ -17,8 +18,6 @@ JAZZY = VECTORS / "interfaces_jazzy"
 
 def load_definitions(vectors: Path) -> None:
     """Makes the definitions known that stand beside a vector file, after those of this repository."""
-    import robot.interfaces as _  # noqa: F401  # the tutorial packages
-
     for folder in (VECTORS / "interfaces", vectors.parent / "interfaces"):
         if folder.is_dir() and not _all_known(folder):
             load_folder(folder)
