@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Coroutine
-from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, Generic, Literal, Never, NoReturn, ParamSpec, TypeVar, cast, overload
 
 from actors.contracts import ActionHandler, Declaration, GoalHook, ServiceHandler, Topic, TopicHandler, declarations_of
 from actors.errors import DeclarationError, NotStarted
@@ -33,7 +33,8 @@ __all__ = [
 
 M = TypeVar("M", bound="Message")
 Node = TypeVar("Node")
-Ticked = TypeVar("Ticked", bound="Callable[..., Coroutine[Any, Any, None] | None]")
+P = ParamSpec("P")
+Nothing = TypeVar("Nothing", bound="Coroutine[Any, Any, None] | None")
 
 Late = Literal["skip", "catch_up", "fault"]
 
@@ -65,6 +66,10 @@ class PublisherDeclaration(Generic[M]):
             f"{owner.__name__}.{self.attribute}: the node has not been started yet; publish in on_start or later"
         )
 
+    if TYPE_CHECKING:  # only there: a `__set__` at run time would keep the instance's own attribute from being found
+
+        def __set__(self, instance: object, value: Never) -> NoReturn: ...
+
 
 class StreamDeclaration(Generic[M]):
     """``odometry = subscribes(ODOMETRY)``: the contract on the class, a `Stream` on the instance, listening from the start on."""
@@ -92,6 +97,10 @@ class StreamDeclaration(Generic[M]):
         raise NotStarted(
             f"{owner.__name__}.{self.attribute}: the node has not been started yet; read it in on_start or later"
         )
+
+    if TYPE_CHECKING:  # as above
+
+        def __set__(self, instance: object, value: Never) -> NoReturn: ...
 
 
 def publishes(topic: Topic[M], *, qos: QoS | int | None = None) -> PublisherDeclaration[M]:
@@ -129,7 +138,7 @@ class BackgroundDeclaration(Declaration):
 
 def every(
     hz: float | str | None = None, *, period: float | None = None, late: Late = "skip"
-) -> Callable[[Ticked], Ticked]:
+) -> Callable[[Callable[P, Nothing]], Callable[P, Nothing]]:
     """Decorate a method that runs periodically: its k-th tick is due at start + k/hz, so it never drifts.
 
     Give `hz` or `period` (seconds); `hz` may be the name of a parameter of the node. A tick that is due while the last one has not
@@ -147,7 +156,7 @@ def every(
         raise DeclarationError(f"every(late={late!r}): use skip, catch_up or fault")
     declaration = TimerDeclaration(rate, late)
 
-    def decorate(function: Ticked) -> Ticked:
+    def decorate(function: Callable[P, Nothing]) -> Callable[P, Nothing]:
         declaration.attach(function)
         return function
 

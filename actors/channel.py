@@ -257,16 +257,18 @@ class ConcurrentFeed(Feed[M]):
         """Begin another task if one is free and a message waits. Between two lives of the node nothing is begun."""
         if self.messages and self.active < self.concurrent and self.spawn is not None:
             self.active += 1
-            self.spawn(self._work())
+            self.spawn(self._work(self.spawn))
 
-    async def _work(self) -> None:
+    async def _work(self, spawn: object) -> None:
+        """One task's work, for as long as the incarnation lasts to which `spawn` belongs."""
         try:
-            while self.messages:
+            while self.messages and self.spawn is spawn:
                 pending = self.run()
                 if pending is not None:
                     await pending
         finally:
-            self.active -= 1
+            if self.spawn is spawn:
+                self.active -= 1
 
 
 class Subscription(Queue[M]):

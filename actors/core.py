@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from actors import names
 from actors.actions import ActionServer
 from actors.channel import ConcurrentFeed, Feed, Publisher, Stream, Subscription
-from actors.errors import DeclarationError, NodeRestarting, WrongThread
+from actors.errors import DeclarationError, NodeRestarting, NotRunning, NotStarted, WrongThread
 from actors.goal_client import Goal
 from actors.inbox import Inbox, Item, awaited_in
 from actors.qos import (
@@ -104,53 +103,72 @@ class Identity:
 class Mailbox:
     """What outlives an incarnation: the inbox, and the subscriptions and servers whose messages wait for the next life."""
 
-    __slots__ = ("actions", "asked_state", "feeds", "inbox", "incarnation", "saved", "services", "timers")
+    __slots__ = ("actions", "asked_state", "core", "feeds", "inbox", "incarnation", "saved", "services", "timers")
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self.timers: dict[str, TimerRecord] = {}
         self.inbox = Inbox(loop)
         self.incarnation = 0
+        self.core: Core | None = None
+        """The incarnation that works from this mailbox now."""
         self.asked_state: str | None = None
         """The primary state that was last asked of a lifecycle node."""
         self.saved: Any = None
         """What the node left for its next incarnation."""
-        self.feeds: dict[str, Feed[Any]] = {}
+        self.feeds: list[Feed[Any]] = []
         self.services: dict[str, Server] = {}
         self.actions: dict[str, ActionServer] = {}
 
-    def park(self, fqn: str) -> None:
+    def park(self, fqn: str, error: Callable[[], Exception]) -> None:
         """The incarnation has ended: fail who waits for an answer, keep the messages, and let callers know."""
         incarnation = self.incarnation
         inbox = self.inbox
-        for feed in self.feeds.values():
+        for feed in self.feeds:
             if isinstance(feed, ConcurrentFeed):
                 feed.spawn = None
         servers: list[Server | ActionServer] = [*self.services.values(), *self.actions.values()]
         for server in servers:
-            server.fail_all(lambda: NodeRestarting(fqn, incarnation))
-            server.entry.pause(fqn, incarnation)
-        inbox.control.clear()
-        inbox.items = deque(item for item in inbox.items if isinstance(item, Feed))
+            server.fail_all(error)
+            if server.entry.server is server:
+                server.entry.pause(fqn, incarnation)
+        inbox.clear(keep=lambda item: isinstance(item, Feed))
         inbox.on_error = inbox.on_holding = None
+        inbox.leave()
+
+    def sweep(self, core: Core) -> None:
+        """Forget what the last incarnation took and served and this one, `core`, does not."""
+        for feed in self.feeds:
+            if feed.node is not core:
+                feed.close()
+        self.inbox.clear(keep=lambda item: not isinstance(item, Feed) or item.node is core)
+        self.feeds = [feed for feed in self.feeds if feed.node is core]
+        held: tuple[dict[str, Any], ...] = (self.services, self.actions)
+        for servers in held:
+            for name, server in list(servers.items()):
+                if server.node is not core:
+                    del servers[name]
+                    if server.entry.server is None:
+                        server.entry.close(core.fqn)
 
     def close(self, fqn: str) -> None:
         """There will be no next life: leave the graph."""
-        for feed in self.feeds.values():
+        for feed in self.feeds:
             feed.close()
         self.feeds.clear()
         servers: list[Server | ActionServer] = [*self.services.values(), *self.actions.values()]
         for server in servers:
-            server.entry.close(fqn)
+            if server.entry.server is None:
+                server.entry.close(fqn)
         self.services.clear()
         self.actions.clear()
-        self.inbox.items.clear()
+        self.inbox.clear(keep=lambda item: False)
 
 
 class Core:
     """One incarnation of one node in one system."""
 
     __slots__ = (
-        "_clients", "derived", "_log", "_parameters", "_rng", "actions", "blueprint", "identity", "inbox", "incarnation", "mailbox", "node",
+        "_clients", "_log", "_parameters", "_rng", "blueprint", "derived", "ended", "identity", "inbox", "incarnation", "mailbox", "node",
         "publishers", "publishing", "streams", "system", "tasks", "timers", "waits_for",
     )  # fmt: skip
 
@@ -161,6 +179,9 @@ class Core:
         self.identity = identity
         self.mailbox = mailbox
         self.inbox: Inbox = mailbox.inbox
+        if mailbox.core is not None:  # one that refused to die: nothing of it may go on under the new one's name
+            mailbox.core.release()
+        mailbox.core = self
         mailbox.incarnation += 1
         self.incarnation = mailbox.incarnation
         self.publishers: list[Publisher[Any]] = []
@@ -170,6 +191,7 @@ class Core:
         """Services that ROS 2 gives every node, as far as somebody asked for them."""
         self.tasks: dict[asyncio.Task[Any], None] = {}
         self.publishing = True
+        self.ended = False
         self.waits_for: Any = None
         self._clients: dict[Any, Client[Any, Any]] = {}
         self._log: NodeLog | None = None
@@ -226,19 +248,37 @@ class Core:
         self.log.warning(event, **fields)
 
     def service_failed(self, service: str, error: Exception) -> None:
-        self.log.error("service handler failed", handler=service, error=f"{type(error).__name__}: {error}")
-        if self.node.on_error(error, service) == "fail":
-            self.inbox.put_control(Failure(error, service))
+        """An exception left a service handler; its caller hears of it, the node only if it says so."""
+        self._answered(error, service, "service handler failed")
 
     def goal_failed(self, action: str, error: Exception) -> None:
-        self.log.error("goal failed", handler=action, error=f"{type(error).__name__}: {error}")
-        if self.node.on_error(error, action) == "fail":
-            self.inbox.put_control(Failure(error, action))
+        """An exception left an action body; its client hears of it, the node only if it says so."""
+        self._answered(error, action, "goal failed")
+
+    def _answered(self, error: Exception, handler: str, event: str) -> None:
+        if isinstance(error, Stop):
+            self.fail(error, handler, decided=True)
+            return
+        self.log.error(event, handler=handler, error=described(error))
+        try:
+            verdict = self.node.on_error(error, handler)
+        except Exception as problem:  # the verdict on a verdict: nobody may wait for ever because of it
+            self.fail(problem, f"on_error for {handler}", decided=True)
+            return
+        if verdict == "fail":
+            self.fail(error, handler, decided=True)
+
+    def fail(self, error: BaseException, label: str, *, decided: bool = False) -> None:
+        """Let `error` end this incarnation at its next turn, unless it is `decided` not yet and `on_error` says otherwise."""
+        if self.ended:  # the next incarnation is not to blame
+            self.log.error("failed after the end of its node", handler=label, error=described(error))
+        else:
+            self.inbox.put_control(Failure(error, label, decided=decided))
 
     # -- making endpoints ---------------------------------------------------------------------------------------------------
 
     def publisher(self, topic: Topic[M], qos: QoS) -> Publisher[M]:
-        self.check_thread()
+        self.check_use()
         entry = self.system.graph.topic(self.identity.topic(topic.name))
         offered = resolve_publisher(qos, [queue.qos for queue in entry.subscriptions])
         publisher = Publisher(self, entry, topic.type, offered)
@@ -249,7 +289,7 @@ class Core:
         return publisher
 
     def subscribe(self, topic: Topic[M], qos: QoS) -> Stream[M]:
-        self.check_thread()
+        self.check_use()
         entry = self.system.graph.topic(self.identity.topic(topic.name))
         queue = Subscription(self, entry, topic.type, resolve_subscription(qos, [one.qos for one in entry.publishers]))
         self.streams.append(queue)
@@ -274,11 +314,9 @@ class Core:
         self, topic: Topic[M], qos: QoS, handler: Callable[[M], Awaitable[None] | None], label: str, concurrent: int = 0
     ) -> None:
         """Let `handler` take the messages of `topic`; a queue that is left over from the last incarnation is taken over."""
-        feed = self.mailbox.feeds.get(label)
+        self.check_use()
         entry = self.system.graph.topic(self.identity.topic(topic.name))
-        if feed is not None and (feed.entry is not entry or feed.type is not topic.type):
-            feed.close()
-            feed = None
+        feed = self._left_over(entry, topic.type, label, concurrent)
         fresh = feed is None
         if feed is None:
             qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
@@ -286,7 +324,7 @@ class Core:
                 feed = ConcurrentFeed(self, entry, topic.type, qos, self.inbox, label, concurrent)
             else:
                 feed = Feed(self, entry, topic.type, qos, self.inbox, label)
-            self.mailbox.feeds[label] = feed
+            self.mailbox.feeds.append(feed)
         feed.node = self
         feed.handler = handler
         if isinstance(feed, ConcurrentFeed):
@@ -295,7 +333,16 @@ class Core:
         if fresh:
             entry.add_subscription(feed)
         elif isinstance(feed, ConcurrentFeed):
-            feed.work()
+            for _ in range(min(concurrent, len(feed.messages))):
+                feed.work()
+
+    def _left_over(self, entry: TopicEntry, type: type[M], label: str, concurrent: int) -> Feed[M] | None:
+        """The first queue of this handler that the last incarnation had and this one has not yet."""
+        for feed in self.mailbox.feeds:
+            if feed.node is not self and feed.label == label and feed.entry is entry and feed.type is type:
+                if concurrent == (feed.concurrent if isinstance(feed, ConcurrentFeed) else 0):
+                    return feed
+        return None
 
     def serve(
         self,
@@ -304,6 +351,7 @@ class Core:
         label: str,
         concurrent: int = 0,
     ) -> None:
+        self.check_use()
         entry = self.system.graph.service(self.identity.service(service.name))
         self._refuse_second(entry.server, entry.name, "service")
         server = Server(self, entry, service.response, label, concurrent)
@@ -373,6 +421,9 @@ class Core:
 
     def spawn(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
         """Run `work` in a task that this node owns: its failure is the node's failure, the node's stop cancels it."""
+        if self.ended:
+            work.close()
+            raise self._over()
         task = self.system.loop.create_task(work, name=f"{self.fqn} {name or getattr(work, '__qualname__', work)}")
         self.tasks[task] = None
         task.add_done_callback(self._task_ended)
@@ -381,7 +432,18 @@ class Core:
     def _task_ended(self, task: asyncio.Task[Any]) -> None:
         self.tasks.pop(task, None)
         if not task.cancelled() and (error := task.exception()) is not None:
-            self.inbox.put_control(Failure(error, task.get_name()))
+            self.fail(error, task.get_name())
+
+    def threadsafe(self, function: Callable[[], object]) -> None:
+        """From any thread: call `function` in the loop; what it raises is this node's failure."""
+
+        def call() -> None:
+            try:
+                function()
+            except Exception as error:
+                self.fail(error, "a call from another thread")
+
+        self.system.threadsafe(call)
 
     async def cancel_tasks(self) -> None:
         """Cancel what this node runs, newest first, and wait until it has ended."""
@@ -393,7 +455,8 @@ class Core:
 
     def on_error(self, error: Exception, handler: str) -> ErrorVerdict:
         """An exception left a timer or topic handler: what the node says; `Stop` is no error but the node's own word."""
-        if isinstance(error, Stop):
+        current = self.inbox.current
+        if isinstance(error, Stop) or (isinstance(current, Failure) and current.decided):
             return "fail"
         return self.node.on_error(error, handler)
 
@@ -406,9 +469,15 @@ class Core:
             ticks_lost=lost, remedy="declare it concurrent=n, make it an action, or self.offload() its work",
         )  # fmt: skip
 
-    def check_thread(self) -> None:
+    def check_use(self) -> None:
+        """Refuse a foreign thread, and what comes after the end of this incarnation."""
         if get_ident() != self.system.thread:
             raise WrongThread(f"{self.fqn} was used from a foreign thread: use node.threadsafe(function, *arguments)")
+        if self.ended:
+            raise self._over()
+
+    def _over(self) -> NotStarted:
+        return NotStarted(f"{self.fqn}, incarnation {self.incarnation}, has ended: ask its successor, if there is one")
 
     def request_stop(self, reason: str) -> None:
         """Have the inbox raise `StopServing` when the present handler has ended."""
@@ -417,7 +486,11 @@ class Core:
     # -- the end ------------------------------------------------------------------------------------------------------------
 
     def release(self) -> None:
-        """Give up, at once and without waiting, all that belongs to this incarnation only."""
+        """Give up, at once and without waiting, all that belongs to this incarnation only. Twice is fine."""
+        if self.ended:
+            return
+        self.ended = True
+        self.mailbox.core = None
         self.stop_timers()
         for task in reversed(self.tasks):
             task.cancel()
@@ -427,23 +500,35 @@ class Core:
         for queue in list(self.streams):
             queue.close()
         for server in self.derived:
-            server.fail_all(lambda: NodeRestarting(self.fqn, self.incarnation))
+            server.fail_all(self._absent)
             server.entry.server = None
         self.derived.clear()
-        self.mailbox.park(self.fqn)
+        self.mailbox.park(self.fqn, self._absent)
+
+    def _absent(self) -> Exception:
+        """What those hear who wait for an answer of this incarnation when it ends."""
+        if self.system.stop_reason is not None:
+            return NotRunning(f"{self.fqn} has stopped: {self.system.stop_reason}")
+        return NodeRestarting(self.fqn, self.incarnation)
 
 
 class Failure:
-    """An inbox item that ends the incarnation with the error of a task."""
+    """An inbox item that ends the incarnation with the error of a task; `decided`: `on_error` has had its say."""
 
-    __slots__ = ("error", "label")
+    __slots__ = ("decided", "error", "label")
 
-    def __init__(self, error: BaseException, label: str) -> None:
+    def __init__(self, error: BaseException, label: str, *, decided: bool = False) -> None:
         self.error = error
         self.label = label
+        self.decided = decided
 
     def run(self) -> None:
         raise self.error
+
+
+def described(error: BaseException) -> str:
+    """An error in a log line: its type and its text."""
+    return f"{type(error).__name__}: {error}"
 
 
 class StopServing(BaseException):

@@ -178,7 +178,7 @@ class ServerEntry(Generic[S]):
         self.stopped: str | None = None
         """The node that used to serve this and has stopped for good."""
         self.clients: dict[str, int] = {}
-        """How many calls each node made."""
+        """The nodes that ask here; for an action, how many goals each one started."""
         self.waiters: list[asyncio.Future[None]] = []
 
     def open(self, server: S) -> None:

@@ -82,10 +82,17 @@ class Inbox:
         elif self.watch is None and self.current is not None:
             self.watch = self.loop.call_later(HOLDING_SECONDS, self._look, self.handled)
 
+    def clear(self, keep: Callable[[Item], bool]) -> None:
+        """Drop what waits, but for what `keep` accepts. Who still serves here finds nothing more to do."""
+        items, control = self.items, self.control
+        self.items, self.control = deque(filter(keep, items)), deque(filter(keep, control))
+        items.clear()
+        control.clear()
+
     async def serve(self) -> None:
         """Run items until one of them raises and `on_error` does not say "continue": that ends the incarnation. Cancel to stop."""
         items, control = self.items, self.control
-        self.task = asyncio.current_task()
+        self.task = task = asyncio.current_task()
         try:
             while True:
                 budget = TURN
@@ -96,23 +103,42 @@ class Inbox:
                         pending = item.run()
                         if pending is not None:
                             await pending
-                    except Exception as error:
-                        if self.on_error is None or self.on_error(error, item.label) != "continue":
-                            raise
+                    except (Exception, asyncio.CancelledError) as error:
+                        self._failed(item, error)
                     self.handled += 1
                     budget -= 1
                     if not budget:
                         self.current = None
                         await asyncio.sleep(0)
                         budget = TURN
+                if self.task is not task:  # it refused to die when it was told to, and another one serves here now
+                    return
                 self.current = None
                 self.waiter = waiter = self.loop.create_future()
                 await waiter
         finally:
-            self.waiter = self.current = self.task = None
-            if self.watch is not None:
-                self.watch.cancel()
-                self.watch = None
+            if self.task is task:
+                self.leave()
+
+    def leave(self) -> None:
+        """Nobody serves here any more."""
+        self.waiter = self.current = self.task = None
+        if self.watch is not None:
+            self.watch.cancel()
+            self.watch = None
+
+    def _failed(self, item: Item, error: Exception | asyncio.CancelledError) -> None:
+        """Raise what ends the incarnation: the error of an item, unless `on_error` says "continue"."""
+        if isinstance(error, asyncio.CancelledError):
+            if self.task is None or self.task.cancelling():
+                raise error
+            stray, error = (
+                error,
+                RuntimeError(f"{item.label} awaited something that was canceled, and did not handle it"),
+            )
+            error.__cause__ = stray
+        if self.on_error is None or self.on_error(error, item.label) != "continue":
+            raise error
 
     def _look(self, handled: int) -> None:
         """Half a second after somebody found the node busy: is it still busy with the same item?"""

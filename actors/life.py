@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from actors.actions import ActionServer
 from actors.core import Core, Identity, Mailbox, StopServing
@@ -23,7 +23,7 @@ __all__ = ["NodeLife"]
 class NodeLife:
     """One incarnation of one node: what a supervisor starts, stops and watches."""
 
-    __slots__ = ("asked", "child", "core", "identity", "mailbox", "system")
+    __slots__ = ("asked", "child", "core", "identity", "mailbox", "phase", "system")
 
     def __init__(self, system: System, child: Child, identity: Identity, mailbox: Mailbox) -> None:
         self.system = system
@@ -32,6 +32,7 @@ class NodeLife:
         self.mailbox = mailbox
         self.core: Core | None = None
         self.asked: str | None = None
+        self.phase: Literal["new", "on_start", "begin", "running"] = "new"
 
     def __repr__(self) -> str:
         return f"<life of {self.identity.fqn}>"
@@ -41,14 +42,8 @@ class NodeLife:
         core = self.core = self._born()
         try:
             try:
-                open_endpoints(core)
-                if self.mailbox.saved is not None:
-                    core.node.resume(self.mailbox.saved)
-                await core.node.on_start()
-                await core.node._begin()  # pyright: ignore[reportPrivateUsage]
-                if not core.node.managed:
-                    core.start_timers()
-                start_backgrounds(core)
+                await self._start(core)
+                self.phase = "running"
                 started()
                 self.system.running_now(core)
                 if self.asked is not None:
@@ -61,20 +56,27 @@ class NodeLife:
             except Stop as request:
                 await self._clean_up(core, Stopped(request.reason))
                 raise
-            except Skip:
-                await core.cancel_tasks()
+            except asyncio.CancelledError:
+                if (
+                    self.phase != "running" and self.asked is not None
+                ):  # its start is broken off: there is time for a clean-up
+                    await self._clean_up_after(core, Stopped(self.asked))
                 raise
             except Exception as error:
-                await self._clean_up_after(core, Failed(error))
+                if isinstance(error, Skip) and self.phase != "running":
+                    await core.cancel_tasks()
+                else:
+                    await self._clean_up_after(core, Failed(error))
                 raise
         finally:
-            core.release()
-            self.system.ended(core)
+            if not core.ended:  # else it had been abandoned, and another incarnation may live
+                core.release()
+                self.system.ended(core)
 
     def stop(self, reason: str) -> None:
         """Ask for an orderly end: after the present handler, before anything else that waits."""
         self.asked = reason
-        if self.core is not None:
+        if self.core is not None and not self.core.ended:
             self.core.request_stop(reason)
 
     def _born(self) -> Core:
@@ -86,20 +88,42 @@ class NodeLife:
         node._core = core = Core(self.system, node, type(node).blueprint, self.identity, self.mailbox)  # pyright: ignore[reportPrivateUsage]
         return core
 
+    async def _start(self, core: Core) -> None:
+        """The start phase. Calls out of it count as a handler's, so that a call to itself is refused and not waited for."""
+        node = core.node
+        core.inbox.task = asyncio.current_task()
+        open_endpoints(core)
+        if self.mailbox.saved is not None:
+            node.resume(self.mailbox.saved)
+        self.phase = "on_start"
+        await node.on_start()
+        self.phase = "begin"
+        await node._begin()  # pyright: ignore[reportPrivateUsage]
+        self.mailbox.sweep(core)
+        if not node.managed:
+            core.start_timers()
+        start_backgrounds(core)
+
     async def _clean_up(self, core: Core, reason: ExitReason) -> None:
-        """Goals first, they may still talk; then the node's tasks; then its own last word."""
+        """Goals first, they may still talk; then the node's tasks; then its own last word, if it had its first."""
+        core.inbox.task = asyncio.current_task()
+        self.system.stopping(core)
         cleaning: list[asyncio.Task[None]] = []
         for action in core.mailbox.actions.values():
             cleaning += action.stop(f"{core.fqn} stops: {reason}")
         if cleaning:
             await asyncio.wait(cleaning)
         await core.cancel_tasks()
-        await core.node._finish()  # pyright: ignore[reportPrivateUsage]
-        await core.node.on_stop(reason)
-        if isinstance(reason, Stopped) and (state := core.node.handover()) is not None:
+        try:
+            if self.phase in ("begin", "running"):
+                await core.node._finish()  # pyright: ignore[reportPrivateUsage]
+        finally:
+            if self.phase != "new":
+                await core.node.on_stop(reason)
+        if self.phase == "running" and isinstance(reason, Stopped) and (state := core.node.handover()) is not None:
             self.mailbox.saved = state
 
-    async def _clean_up_after(self, core: Core, reason: Failed) -> None:
+    async def _clean_up_after(self, core: Core, reason: Failed | Stopped) -> None:
         """The same after a failure; nothing that goes wrong now may hide what went wrong first."""
         try:
             await self._clean_up(core, reason)
@@ -112,10 +136,6 @@ def open_endpoints(core: Core) -> None:
     node, blueprint = core.node, core.blueprint
     core.inbox.on_error = core.on_error
     core.inbox.on_holding = core.on_holding
-    for name in core.mailbox.feeds.keys() - {
-        f"{blueprint.owner.__name__}.{handler.attribute}" for handler in blueprint.topics
-    }:
-        core.mailbox.feeds.pop(name).close()  # a handler that the replaced class had
     for published in blueprint.publishers:
         node.__dict__[published.attribute] = core.publisher(published.topic, published.qos)
     for stream in blueprint.streams:

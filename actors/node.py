@@ -206,7 +206,13 @@ class Node:
 
     def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
         """Run `work` in a task of this node: canceled when the node stops; if it fails, the node fails."""
-        return self.core.spawn(work, name=name)
+        core = self.core
+        try:
+            core.check_use()
+        except BaseException:
+            work.close()
+            raise
+        return core.spawn(work, name=name)
 
     async def offload(self, function: Callable[..., T], *arguments: Any, takes: float = 0.0, thread: bool = False) -> T:
         """Run CPU work outside the event loop and wait for its result.
@@ -219,10 +225,13 @@ class Node:
         return result
 
     def threadsafe(self, function: Callable[P, object], *arguments: P.args, **keywords: P.kwargs) -> None:
-        """From any thread: have the event loop call `function` soon, in the order of submission."""
+        """From any thread: have the event loop call `function` soon, in the order of submission.
+
+        What it raises is this node's failure, as if a handler had raised it.
+        """
         if self._core is None:
             raise NotStarted(f"{type(self).__name__} has not been started yet")
-        self._core.system.threadsafe(lambda: function(*arguments, **keywords))
+        self._core.threadsafe(lambda: function(*arguments, **keywords))
 
     def checkpoint(self, state: Any) -> None:
         """Keep `state`, a value that is not changed afterwards, for the next incarnation, also if this one crashes. See `resume`."""
@@ -230,7 +239,9 @@ class Node:
 
     def stop(self, reason: str = "stopped itself") -> None:
         """Ask for this node's own orderly end. Its supervisor sees `Stopped(reason)`."""
-        self.core.request_stop(reason)
+        core = self.core
+        core.check_use()
+        core.request_stop(reason)
 
     def set_parameter(self, name: str, value: Any) -> SetResult:
         """Set one parameter of this node; a refusal is a result that says why, not an exception."""

@@ -8,6 +8,7 @@ out.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, Self, TypeAlias, TypeVar, cast
 
@@ -69,7 +70,7 @@ __all__ = [
 D = TypeVar("D", bound="Declaration")
 
 
-class Declaration:
+class Declaration(ABC):
     """Base of the tree's values: immutable, equal by content, printed without what is default."""
 
     __slots__ = ()
@@ -105,8 +106,8 @@ class Declaration:
         names: tuple[str, ...] = self.__slots__
         return {name: getattr(self, name) for name in names}
 
-    def _positional(self) -> list[str]:
-        raise NotImplementedError
+    @abstractmethod
+    def _positional(self) -> list[str]: ...
 
     def _set(self, **values: object) -> None:
         for name, value in values.items():

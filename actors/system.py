@@ -9,21 +9,24 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import signal
 from collections import deque
 from collections.abc import Callable
 from random import Random
-from threading import get_ident
+from threading import Lock, get_ident
 from typing import TYPE_CHECKING, Any
 
 from actors import derived
 from actors.clock import Clock
-from actors.core import Core, Identity, Mailbox
+from actors.core import Core, Identity, Mailbox, described
 from actors.deadlines import Deadlines
-from actors.errors import DeclarationError, NotStarted
+from actors.errors import DeclarationError, NotRunning, NotStarted
 from actors.graph import Graph
 from actors.life import NodeLife
 from actors.logs import ERROR, INFO, WARN, LogRecord, LogSink, NodeLog, structlog_sink
+from actors.supervision.incarnation import GRACE
+from actors.supervision.reasons import Stop
 from actors.supervision.running import RunningSupervisor
 from actors.ticker import Ticker
 
@@ -44,16 +47,17 @@ SECOND_SIGNAL_SECONDS = 2.0
 class NodeState:
     """What the system knows of one node over all its incarnations: for reports and tools."""
 
-    __slots__ = ("core", "identity", "mailbox", "node_class", "path", "restarts", "state")
+    __slots__ = ("child", "core", "identity", "mailbox", "node_class", "path", "restarts", "state")
 
     def __init__(self, identity: Identity, mailbox: Mailbox) -> None:
+        self.child: Child | None = None
         self.identity = identity
         self.mailbox = mailbox
         self.path = identity.path
         self.core: Core | None = None
         self.node_class: type | None = None
         self.state = "starting"
-        """starting, running, restarting or stopped."""
+        """starting, running, stopping (it cleans up), restarting or stopped (for good)."""
         self.restarts: list[tuple[float, str]] = []
         """(seconds on the system's clock, why) of each end that a restart follows or followed."""
 
@@ -96,9 +100,10 @@ class System:
         self._host: asyncio.Task[None] | None = None
         self._on_end: list[Callable[[System], None]] = []
         self._interrupted_at = 0.0
-        self._guests: dict[asyncio.Task[None], NodeLife] = {}
+        self._guests: dict[NodeLife, asyncio.Task[None]] = {}
         self._names: dict[str, tuple[str, ...]] = {}
-        self._from_threads: deque[Callable[[], object]] = deque()
+        self._from_threads: list[Callable[[], object]] = []
+        self._threads_lock = Lock()
         self.log = self.node_log("system", 1)
 
     def __repr__(self) -> str:
@@ -113,7 +118,10 @@ class System:
             here.append(self)
 
     async def start(self, tree: Supervisor | DynamicSupervisor) -> None:
-        """Start the tree and return when all of it is ready. Raises `StartFailed` when a child cannot start; nothing runs then."""
+        """Start the tree and return when all of it is ready.
+
+        Raises `StartFailed` when a child cannot start, `NotRunning` when the system is stopped meanwhile; nothing runs then.
+        """
         if self._host is not None:
             raise RuntimeError("this system runs a tree already: make another system")
         self.open()
@@ -126,10 +134,9 @@ class System:
             await self.stop("the start was canceled")
             raise
         if not ready.is_set():
-            try:
-                await self._host
-            finally:
-                self._close()
+            await self.stop("the start failed")
+            await self._host
+            raise NotRunning(f"{self!r} was stopped while it started: {self.stop_reason}")
         self._host.add_done_callback(self._tree_ended)
 
     async def wait(self) -> None:
@@ -175,14 +182,12 @@ class System:
         """
         if self.stop_reason is None:
             self.stop_reason = reason
-        for task, life in list(reversed(self._guests.items())):
-            life.stop(reason)
-            await asyncio.wait([task])
-        if self._host is not None and self.supervisor is not None:
-            if not self._host.done():
-                self.supervisor.stop(reason)
-                await asyncio.wait([self._host])
-            self._close()
+        for life in reversed(list(self._guests)):
+            await self._end_guest(life, reason)
+        if self._host is not None and self.supervisor is not None and not self._host.done():
+            self.supervisor.stop(reason)
+            await asyncio.wait([self._host])
+        self._close()
 
     @property
     def running(self) -> bool:
@@ -190,29 +195,51 @@ class System:
         return self._host is not None and not self._host.done()
 
     async def join(self, child: Child) -> NodeLife:
-        """Run one more node beside the tree, not supervised by it, and return when it is ready."""
+        """Run one more node beside the tree, not supervised by it, and return when it is ready. Raises what its start raises."""
+        if self.stop_reason is not None:
+            raise NotRunning(f"{self!r} has been stopped ({self.stop_reason}): no node can join it any more")
         name = child.name if not child.namespace else f"{child.namespace.strip('/')}/{child.name}"
         life = self.life(child, ("guests", name), 1)
         ready = asyncio.Event()
-        task = self.loop.create_task(life.run(ready.set), name=f"guest {name}")
-        self._guests[task] = life
-        task.add_done_callback(self._guest_ended)
-        await _ready_or_over(ready, task)
+        task = self._guests[life] = self.loop.create_task(life.run(ready.set), name=f"guest {name}")
+        task.add_done_callback(lambda task: self._guest_ended(life, task))
+        try:
+            await _ready_or_over(ready, task)
+        except asyncio.CancelledError:
+            await self.leave(life, "the start was canceled")
+            raise
         if not ready.is_set():
-            await task
+            await self.leave(life)
+            raise NotRunning(f"{life.identity.fqn} ended before it was ready")
         return life
 
     async def leave(self, life: NodeLife, reason: str = "left") -> None:
-        """End a node that joined."""
-        for task, guest in list(self._guests.items()):
-            if guest is life:
-                life.stop(reason)
-                await asyncio.wait([task])
-                self.gone(life.identity.path)
-                if self._host is None and not self._guests:
-                    self._close()
-                if not task.cancelled() and (error := task.exception()) is not None:
-                    raise error
+        """End a node that joined, within its stop timeout. Raises the error that ended it before, if one did."""
+        task = self._guests.get(life)
+        if task is None:
+            return
+        await self._end_guest(life, reason)
+        if self._host is None and not self._guests:
+            self.stop_reason = "its last node left"
+            self._close()
+        if task.done() and not task.cancelled() and (error := task.exception()) is not None:
+            raise error
+
+    async def _end_guest(self, life: NodeLife, reason: str) -> None:
+        """Ask, then kill, then give up: nobody else watches over a node beside the tree."""
+        task = self._guests[life]
+        timeout = 0.0 if life.child.stop == "kill" else life.child.stop
+        if not task.done():
+            life.stop(reason)
+            await asyncio.wait([task], timeout=None if timeout == math.inf else timeout)
+        if not task.done():
+            task.cancel()
+            await asyncio.wait([task], timeout=GRACE)
+        if not task.done():
+            self.log.error("a node beside the tree refused to die and was abandoned", node_name=life.identity.fqn)
+        del self._guests[life]
+        self.gone(life.identity.path)
+        del self.nodes[life.identity.path]
 
     def _tree_ended(self, host: asyncio.Task[None]) -> None:
         if not host.cancelled():
@@ -220,16 +247,16 @@ class System:
         for callback in self._on_end:
             callback(self)
 
-    def _guest_ended(self, task: asyncio.Task[None]) -> None:
-        life = self._guests.pop(task)
-        if not task.cancelled() and (error := task.exception()) is not None:
-            self.log.error(
-                "a node beside the tree failed", node_name=life.identity.fqn, error=f"{type(error).__name__}: {error}"
-            )
+    def _guest_ended(self, life: NodeLife, task: asyncio.Task[None]) -> None:
+        if life in self._guests:  # by itself: nobody will start it again
+            self.gone(life.identity.path)
+        error = None if task.cancelled() else task.exception()
+        if error is not None and not isinstance(error, Stop):
+            self.log.error("a node beside the tree failed", node_name=life.identity.fqn, error=described(error))
 
     def _close(self) -> None:
-        for path in list(self.nodes):
-            self.gone(path)
+        for state in self.nodes.values():
+            self._dismiss(state)
         self.deadlines.close()
         here = _systems.get(self.loop, [])
         if self in here:
@@ -246,9 +273,11 @@ class System:
                 f"{'/'.join(path)}: process=True needs a transport, and this system has none: place it in this process"
             )
         state = self.nodes.get(path)
-        if state is None:
+        if state is None or state.child is not child or state.state == "stopped":
             identity = self._identity(child, path)
-            state = self.nodes[path] = NodeState(identity, Mailbox(self.loop))
+            if state is None:
+                state = self.nodes[path] = NodeState(identity, Mailbox(self.loop))
+            state.child, state.identity, state.state = child, identity, "starting"
         return NodeLife(self, child, state.identity, state.mailbox)
 
     def running_now(self, core: Core) -> None:
@@ -258,19 +287,35 @@ class System:
         state.node_class = type(core.node)
         state.state = "running"
 
+    def stopping(self, core: Core) -> None:
+        """A node has begun to clean up."""
+        self.nodes[core.identity.path].state = "stopping"
+
     def ended(self, core: Core) -> None:
-        """An incarnation is over."""
+        """An incarnation is over. The supervisor will say whether another one follows, unless everything ends."""
         state = self.nodes[core.identity.path]
         state.core = None
         state.state = "restarting"
+        if self.stop_reason is not None:
+            self._dismiss(state)
 
     def gone(self, path: tuple[str, ...]) -> None:
-        """A node has ended for good: it leaves the graph, and calls to it fail at once."""
+        """A node, or all nodes below a supervisor, have ended for good: they leave the graph, and calls to them fail at once."""
         state = self.nodes.get(path)
-        if state is not None and state.core is None:
-            state.state = "stopped"
-            state.mailbox.close(state.identity.fqn)
-            self._names.pop(state.identity.fqn, None)
+        if state is not None:
+            self._dismiss(state)
+            return
+        for below, state in self.nodes.items():
+            if below[: len(path)] == path:
+                self._dismiss(state)
+
+    def _dismiss(self, state: NodeState) -> None:
+        if state.mailbox.core is not None:  # it refused to die; what it holds is taken from it
+            state.mailbox.core.release()
+        state.core = None
+        state.state = "stopped"
+        state.mailbox.close(state.identity.fqn)
+        self._names.pop(state.identity.fqn, None)
 
     def report(self, report: Report) -> None:
         """Take notice of a supervisor's event: kept, and logged in words."""
@@ -317,17 +362,18 @@ class System:
         return bytes(raw)
 
     def threadsafe(self, function: Callable[[], object]) -> None:
-        """From any thread: call `function` in the loop. One wake-up serves all that is waiting."""
-        self._from_threads.append(function)
-        if len(self._from_threads) == 1:
+        """From any thread: call `function`, which must not raise, in the loop. One wake-up serves all that is waiting."""
+        with self._threads_lock:
+            self._from_threads.append(function)
+            first = len(self._from_threads) == 1
+        if first:
             self.loop.call_soon_threadsafe(self._drain_threads)
 
     def _drain_threads(self) -> None:
-        waiting = self._from_threads
-        for _ in range(len(waiting)):
-            waiting.popleft()()
-        if waiting:
-            self.loop.call_soon_threadsafe(self._drain_threads)
+        with self._threads_lock:
+            waiting, self._from_threads = self._from_threads, []
+        for function in waiting:
+            function()
 
     async def offload(
         self, function: Callable[..., Any], arguments: tuple[Any, ...], takes: float, *, thread: bool
@@ -374,6 +420,9 @@ class System:
                 f"{'/'.join(path)} would be the second node named {identity.fqn}, the first being {'/'.join(other)}: "
                 "give it another name= or namespace="
             )
+        old = self.nodes.get(path)
+        if old is not None and self._names.get(old.identity.fqn) == path:
+            del self._names[old.identity.fqn]
         self._names[identity.fqn] = path
         return identity
 

@@ -72,7 +72,7 @@ class Lateness:
 class TimerRecord:
     """What is known of one timer over all incarnations of its node."""
 
-    __slots__ = ("alive", "fired", "hz", "lateness", "missed", "since")
+    __slots__ = ("alive", "fired", "hz", "lateness", "latest", "missed", "since")
 
     def __init__(self, hz: float) -> None:
         self.hz = hz
@@ -81,10 +81,19 @@ class TimerRecord:
         self.lateness = Lateness()
         self.alive = 0.0
         self.since: float | None = None
+        self.latest = 0.0
+        """Loop time at which the newest tick began."""
 
     def seconds(self, now: float) -> float:
-        """For how long the timer has been ticking, at loop time `now`."""
-        return self.alive + (now - self.since if self.since is not None else 0.0)
+        """For how long the timer has been ticking, at loop time `now`. The wait for a tick that is not due yet does not count."""
+        if self.since is None:
+            return self.alive
+        return self.alive + max(self.latest - self.since, now - self.since - 1.0 / self.hz, 0.0)
+
+    def rate(self, now: float) -> float:
+        """Ticks per second so far; 0 before the first."""
+        seconds = self.seconds(now)
+        return self.fired / seconds if self.fired and seconds > 0.0 else 0.0
 
 
 class TimerItem:
@@ -153,7 +162,8 @@ class TimerItem:
 
     def run(self) -> Awaitable[None] | None:
         k, due = self.k, self.due
-        late = self.loop_time() - due
+        now = self.record.latest = self.loop_time()
+        late = now - due
         self.record.fired += 1
         self.record.lateness.add(late)
         if self.record.missed and self.late == "fault":

@@ -167,17 +167,28 @@ def shown(values: NDArray[Any]) -> str:
 def reader(kind: FieldType, order: str) -> Callable[[bytes, int, int], NDArray[Any]]:
     """A function `(data, start, stop) -> array` for the elements of a field on the wire, in byte order `<` or `>`.
 
-    Arrays of 8-byte numbers are copies, since they would not be aligned in the data; so are short fixed ones, which would
-    keep the whole message alive. Octets and long arrays of smaller numbers are views.
+    Arrays of 8-byte numbers are copies, since they would not be aligned in the data; the others are views of the data.
     """
     dtype = DTYPES[kind.base]
-    frombuffer = np.frombuffer
-    if kind.base == "bool":
-        return lambda data, start, stop: frozen(frombuffer(data[start:stop], np.uint8) != 0)
-    if order == ">" and dtype.itemsize > 1:
-        swapped = dtype.newbyteorder(">")
-        return lambda data, start, stop: frozen(frombuffer(data[start:stop], swapped).astype(dtype))
-    if dtype.itemsize == 8 or (kind.array == "fixed" and dtype.itemsize > 1):
-        return lambda data, start, stop: frombuffer(data[start:stop], dtype)
     size = dtype.itemsize
-    return lambda data, start, stop: frombuffer(data, dtype, (stop - start) // size, start)
+    frombuffer = np.frombuffer
+    swapped = dtype.newbyteorder(">")
+    empty = frozen(np.empty(0, dtype))  # shared: most sequences of most messages are empty
+
+    def read(data: bytes, start: int, stop: int) -> NDArray[Any]:
+        return frombuffer(data, dtype, (stop - start) // size, start) if stop > start else empty
+
+    def read_copy(data: bytes, start: int, stop: int) -> NDArray[Any]:
+        return frombuffer(data[start:stop], dtype) if stop > start else empty
+
+    def read_swapped(data: bytes, start: int, stop: int) -> NDArray[Any]:
+        return frozen(frombuffer(data[start:stop], swapped).astype(dtype))
+
+    def read_bools(data: bytes, start: int, stop: int) -> NDArray[Any]:
+        return frozen(frombuffer(data[start:stop], np.uint8) != 0)
+
+    if kind.base == "bool":
+        return read_bools
+    if order == ">" and size > 1:
+        return read_swapped
+    return read_copy if size == 8 else read

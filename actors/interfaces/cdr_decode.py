@@ -19,9 +19,9 @@ from actors.interfaces.cdr_layout import (
     START,
     UNKNOWN,
     Position,
-    first_alignment,
+    alignment_of_element,
     least_of_element,
-    stable_start,
+    loop,
 )
 from actors.interfaces.cdr_text import WStrings, decode_wide, wide_size
 from actors.interfaces.errors import CdrError
@@ -199,7 +199,7 @@ class _Decoder:
         self.flush()
         self.line(f"if {count} * {least_of_element(field)} > e - i: TOO_LONG({where!r}, {count}, i, e)")
         entry = self.at
-        alignment = first_alignment(field.message) if field.message is not None else 4
+        alignment = alignment_of_element(field)
         if entry.padding(alignment) != 0:
             self.line(f"if {count}:")
             self.indent += 1
@@ -208,19 +208,12 @@ class _Decoder:
             self.indent -= 1
         name = self.name("l")
         self.line(f"{name} = []")
-        first, kept = self.at, len(self.lines)
-
-        def body(start: Position) -> Position:
-            del self.lines[kept:]
-            self.at = start
-            self.line(f"for _ in range({count}):")
-            self.indent += 1
-            item = self.element(field, f"{where}[]")
-            self.flush()
-            self.line(f"{name}.append({item})")
-            self.indent -= 1
-            return self.at
-
-        _, end = stable_start(first, body)
-        self.at = end if field.type.array == "fixed" else entry.meet(end)
+        self.at, _ = loop(field, entry)
+        self.line(f"for _ in range({count}):")
+        self.indent += 1
+        item = self.element(field, f"{where}[]")
+        self.flush()
+        self.line(f"{name}.append({item})")
+        self.indent -= 1
+        self.at = self.at if field.type.array == "fixed" else entry.meet(self.at)
         return f"tuple({name})"

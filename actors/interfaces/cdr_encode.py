@@ -8,7 +8,7 @@ from functools import partial
 from keyword import iskeyword
 from typing import Any
 
-from actors.interfaces.cdr_layout import CODES, SIZES, START, UNKNOWN, Position, first_alignment, has_loop, stable_start
+from actors.interfaces.cdr_layout import CODES, SIZES, START, UNKNOWN, Position, alignment_of_element, has_loop, loop
 from actors.interfaces.cdr_text import WStrings, encode_wide
 from actors.interfaces.fields import STRINGS, Field
 from actors.interfaces.message import Message
@@ -180,25 +180,18 @@ class _Encoder:
         """The elements of a sequence of strings or messages."""
         self.flush()
         entry = self.at
-        alignment = first_alignment(field.message) if field.message is not None else 4
+        alignment = alignment_of_element(field)
         if entry.padding(alignment) != 0:  # aligned once before the loop, often no pass needs to do it
             self.line(f"if {value}:")
             self.indent += 1
             self.align(alignment)
             self.flush()
             self.indent -= 1
-        first, item = self.at, self.name("e")
-        kept = len(self.lines)
-
-        def body(start: Position) -> Position:
-            del self.lines[kept:]
-            self.at = start
-            self.line(f"for {item} in {value}:")
-            self.indent += 1
-            self.element(field, item)
-            self.flush()
-            self.indent -= 1
-            return self.at
-
-        _, end = stable_start(first, body)
-        self.at = end if field.type.array == "fixed" else entry.meet(end)
+        item = self.name("e")
+        self.at, _ = loop(field, entry)
+        self.line(f"for {item} in {value}:")
+        self.indent += 1
+        self.element(field, item)
+        self.flush()
+        self.indent -= 1
+        self.at = self.at if field.type.array == "fixed" else entry.meet(self.at)

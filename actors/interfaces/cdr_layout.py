@@ -6,8 +6,8 @@ code is generated the exact position is unknown after a string, but often its re
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Final, NamedTuple, TypeVar
+from functools import cache
+from typing import Final, NamedTuple
 
 from actors.interfaces.fields import STRINGS, Field
 from actors.interfaces.message import Message
@@ -34,8 +34,6 @@ SIZES: Final = {"?": 1, "B": 1, "b": 1, "h": 2, "H": 2, "i": 4, "I": 4, "q": 8, 
 EMPTY_SIZE: Final = 1
 """A type without fields travels as one zero byte, the dummy member upstream gives it."""
 
-T = TypeVar("T")
-
 
 class Position(NamedTuple):
     """The position in the body is known to be `remainder` modulo `modulus` (a power of two up to 8)."""
@@ -50,6 +48,11 @@ class Position(NamedTuple):
     def after(self, count: int) -> Position:
         """The position `count` bytes on."""
         return Position(self.modulus, (self.remainder + count) % self.modulus)
+
+    def aligned(self, size: int) -> Position:
+        """The next multiple of `size`."""
+        padding = self.padding(size)
+        return Position(size, 0) if padding is None else self.after(padding)
 
     def meet(self, other: Position) -> Position:
         """What is known when it may be either."""
@@ -72,14 +75,16 @@ def has_loop(cls: type[Message]) -> bool:
     )
 
 
-def first_alignment(cls: type[Message]) -> int:
-    """The alignment of the first primitive of a message of this type."""
-    if not cls.__ros_fields__:
-        return 1
-    first = cls.__ros_fields__[0]
-    if first.type.base in STRINGS or first.type.array in {"bounded", "unbounded"}:
+def alignment_of_element(field: Field) -> int:
+    """The alignment of the first primitive of an element of a field."""
+    if field.type.base in STRINGS:
         return 4
-    return first_alignment(first.message) if first.message is not None else SIZES[CODES[first.type.base]]
+    if field.message is None:
+        return SIZES[CODES[field.type.base]]
+    first = next(iter(field.message.__ros_fields__), None)
+    if first is None:
+        return 1
+    return 4 if first.type.array in {"bounded", "unbounded"} else alignment_of_element(first)
 
 
 def least_size(cls: type[Message]) -> int:
@@ -100,13 +105,44 @@ def least_of_element(field: Field) -> int:
     return 4 if field.type.base in STRINGS else SIZES[CODES[field.type.base]]
 
 
-def stable_start(start: Position, body: Callable[[Position], Position]) -> tuple[Position, Position]:
-    """Generates the body of a loop until its start is right for the first pass and for all others.
+def after_message(cls: type[Message], at: Position) -> Position:
+    """The position after a message of this type that begins at `at`."""
+    for field in cls.__ros_fields__:
+        at = after_field(field, at)
+    return at if cls.__ros_fields__ else at.after(EMPTY_SIZE)
 
-    `body` (re)generates the code for a start and returns its end. Returns both.
-    """
+
+@cache
+def after_field(field: Field, at: Position) -> Position:
+    """The position after a field."""
+    kind = field.type
+    if not kind.is_array:
+        return after_element(field, at)
+    if kind.array != "fixed":
+        at = at.aligned(4).after(4)
+    if not kind.is_numeric_array:
+        _, end = loop(field, at)
+        return end if kind.array == "fixed" else at.meet(end)
+    size = SIZES[CODES[kind.base]]
+    # Of no elements not even the alignment is left, so after a sequence no more is known than its count had.
+    return at.aligned(size).after(size * kind.size) if kind.array == "fixed" else Position(min(size, 4), 0)
+
+
+def after_element(field: Field, at: Position) -> Position:
+    """The position after one element of a field."""
+    if field.message is not None:
+        return after_message(field.message, at)
+    if field.type.base in STRINGS:
+        return UNKNOWN
+    size = SIZES[CODES[field.type.base]]
+    return at.aligned(size).after(size)
+
+
+def loop(field: Field, at: Position) -> tuple[Position, Position]:
+    """What is known at the start and at the end of every pass over the elements of a field whose first stands at `at`."""
+    start = at.aligned(alignment_of_element(field))
     while True:
-        end = body(start)
+        end = after_element(field, start)
         both = start.meet(end)
         if both == start:
             return start, end

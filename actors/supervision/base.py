@@ -159,6 +159,11 @@ class Base(ABC):
         report = Report(context, self.path, incarnation.ref, restart, self.loop.time(), reason, note)
         self._guard("report()", self.runtime.report, report)
 
+    def _tell_gone(self, entry: Entry) -> None:
+        """Nothing but a request will start this child again. Whoever ends as a whole need not say so of each child."""
+        if self._phase in ("starting", "running"):
+            self._guard("gone()", self.runtime.gone, (*self.path, entry.spec.name))
+
     def _guard(self, hook: str, call: Callable[[*Args], object], *args: *Args) -> None:
         """Call somebody else's code. What it raises must not keep the supervisor from its work."""
         try:

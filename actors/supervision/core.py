@@ -54,7 +54,7 @@ class Core(Restarts):
         """Ask for an orderly end: retries are dropped, then the children stop in reverse order."""
         if self._phase == "new":
             self._why = reason or "shutdown"
-        elif self._phase in ("starting", "running"):
+        elif self._phase != "over":
             self.post(self._shut_down, reason)
 
     def _begin(self) -> None:
@@ -90,6 +90,8 @@ class Core(Restarts):
             self._declined(entry)
         else:
             self._failed_to_start(incarnation, reason)
+        if entry.now is None and not entry.intent:
+            self._tell_gone(entry)
         self._notify(incarnation, reason)
         self._done_in_lane(entry)
 

@@ -24,21 +24,19 @@ class Ending(Base):
     _over: asyncio.Future[None]
     _why = ""
     _failure: BaseException | None = None
-    _last: list[Entry]
+    _last: list[Incarnation]
 
     def _shut_down(self, why: str) -> None:
-        if self._phase not in ("starting", "running"):
-            return
-        alive = [entry for entry in self._entries.values() if entry.now is not None]
-        self._enter_shutdown(why, alive)
-        if self.dynamic:  # instances stop together
-            for entry in reversed(alive):
-                if entry.now is not None:
-                    self._ask(entry.now, why)
-        self._stop_next()
+        if self._phase in ("starting", "running"):
+            self._enter_shutdown(why)
+            if self.dynamic:  # instances stop together
+                for incarnation in reversed(self._last):
+                    self._ask(incarnation, why)
+            self._stop_next()
 
-    def _enter_shutdown(self, why: str, alive: list[Entry]) -> None:
-        self._phase, self._why, self._last = "stopping", why, alive
+    def _enter_shutdown(self, why: str) -> None:
+        self._phase, self._why = "stopping", why
+        self._last = [entry.now for entry in self._entries.values() if entry.now is not None]
         self._lane.clear()
         for entry in self._entries.values():
             self._drop_plans(entry, f"{self.name} is shutting down")
@@ -54,15 +52,14 @@ class Ending(Base):
 
     def _stop_next(self) -> None:
         last = self._last
-        while last:
-            now = last[-1].now
-            if now is not None:
-                self._ask(now, self._why)
-                return
+        while last and last[-1].over:
             last.pop()
-        self._phase = "over"
-        if not self._over.done():
-            self._over.set_result(None)
+        if last:
+            self._ask(last[-1], self._why)
+        else:
+            self._phase = "over"
+            if not self._over.done():  # it is when we have been cancelled in this very turn of the loop
+                self._over.set_result(None)
 
     def _ended_in_shutdown(self, incarnation: Incarnation, reason: ExitReason) -> None:
         by_itself = incarnation.asked is None and incarnation.killed is None
@@ -93,12 +90,10 @@ class Ending(Base):
                     await asyncio.wait([self._over])
 
     def _on_kill(self) -> None:
-        alive = [entry for entry in self._entries.values() if entry.now is not None]
         if self._phase != "stopping":
-            self._enter_shutdown("killed", alive)
-        for entry in reversed(alive):
-            if entry.now is not None:
-                entry.now.kill()
+            self._enter_shutdown("killed")
+        for incarnation in reversed(self._last):
+            incarnation.kill()
         self._stop_next()
 
     def _ends_with(self, entry: Entry) -> bool:

@@ -96,6 +96,7 @@ class Requests(Core):
         entry.parked = True
         if entry.now is None:
             self._forget(entry)
+            self._tell_gone(entry)
             answer.set_result(None)
         else:
             entry.now.watch(lambda _: None if answer.done() else answer.set_result(None))

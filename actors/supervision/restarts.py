@@ -37,8 +37,7 @@ class Restarts(Ending):
 
     def _on_retry(self, entry: Entry) -> None:
         entry.timer = None
-        if entry.intent and entry.now is None:
-            self._start(entry)
+        self._start(entry)
 
     def _restart_group(self, failed: Entry, delay: float) -> None:
         """Mark the others of the group for a stop and a start. Merges with a restart that is under way."""

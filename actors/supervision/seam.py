@@ -44,6 +44,11 @@ class Runtime(Protocol):
         is a failed start of that child."""
         ...
 
+    def gone(self, path: tuple[str, ...], /) -> None:
+        """The child at `path` has ended, and nothing will start it again but a request. If it is a supervisor, that
+        holds for all below it. Not told for the children of a supervisor that is itself ending. Must not block."""
+        ...
+
     def report(self, report: Report, /) -> None:
         """Take notice of an event. Must not block; what it raises goes to the event loop's exception handler."""
         ...

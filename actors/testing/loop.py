@@ -29,11 +29,11 @@ import time
 from asyncio import Future
 from asyncio.log import logger
 from collections import deque
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from contextvars import Context
 from heapq import heapify, heappop, heappush
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, TypeVarTuple
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, TypeVarTuple, cast
 
 from actors.testing import stuck
 from actors.testing.handles import SoonHandle, Timer
@@ -339,8 +339,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     async def _make_subprocess_transport(self, *args: Any, **kwargs: Any) -> asyncio.SubprocessTransport:
         with self._outside.during("start of a process"):
-            make: Callable[..., Awaitable[asyncio.SubprocessTransport]] = super()._make_subprocess_transport  # type: ignore[misc]
-            transport = await make(*args, **kwargs)
+            made = await super()._make_subprocess_transport(*args, **kwargs)  # type: ignore[misc]
+        transport = cast("asyncio.SubprocessTransport", made)
         self._outside.add_process(transport)
         return transport
 

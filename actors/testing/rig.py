@@ -63,6 +63,7 @@ class Probe(Queue[M], Generic[M]):
 
     def __init__(self, rig_node: Any, entry: Any, type: type[M], qos: QoS, now: Callable[[], float]) -> None:
         super().__init__(rig_node, entry, type, qos)
+        self.keep_all = False  # it has room for everything, so nobody needs to wait for it
         self.times: list[float] = []
         self._now = now
 

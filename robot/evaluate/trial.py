@@ -151,4 +151,3 @@ def heading(quaternion: NDArray[np.float64]) -> float:
     """Yaw of a quaternion (w, x, y, z), rad in (-pi, pi]."""
     w, x, y, z = quaternion.tolist()
     return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-

@@ -192,7 +192,9 @@ def odometry_error(seed: int, delay: float, distance: float = 100.0) -> float:
     trial.stand_up()
     start, believed, walked = trial.pose(), trial.believed(), 0.0
     while walked < distance and not trial.fallen:
-        walked += trial.run(4.0, (random.uniform(0.4, 1.0), random.uniform(-0.1, 0.1), random.uniform(-0.4, 0.4))).distance
+        walked += trial.run(
+            4.0, (random.uniform(0.4, 1.0), random.uniform(-0.1, 0.1), random.uniform(-0.4, 0.4))
+        ).distance
     if trial.fallen:
         return float("inf")
     end, thought = trial.pose(), trial.believed()

@@ -185,7 +185,12 @@ class GaitController:
         """Take the next step towards the mode asked for, if this one is finished."""
         mode, goal, planted = self._mode, self._goal, self._planted
         if mode == "sit":
-            if goal != "sit" and self._held is not None and self._lying >= SETTLE_TIME and np.abs(joints.position - self._sitting).max() < GATHERED:
+            if (
+                goal != "sit"
+                and self._held is not None
+                and self._lying >= SETTLE_TIME
+                and np.abs(joints.position - self._sitting).max() < GATHERED
+            ):
                 self._plant("rising", ahead, STAND_HEIGHT, weight=0.0)
         elif mode in ("rising", "lowering") and planted is not None:
             if goal == "sit" and mode == "rising":

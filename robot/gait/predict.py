@@ -23,8 +23,8 @@ class Ahead:
     __slots__ = (
         "angles",
         "feet",
-        "legs",
         "lead",
+        "legs",
         "pitch",
         "position",
         "roll",

@@ -188,7 +188,9 @@ class Walker:
 
         slope_x, slope_y = terrain.slope_x, terrain.slope_y
         feet: list[list[float]] = ahead.feet.tolist()
-        height = -sum(feet[leg][2] - slope_x * feet[leg][0] - slope_y * feet[leg][1] for leg in standing) / len(standing)
+        height = -sum(feet[leg][2] - slope_x * feet[leg][0] - slope_y * feet[leg][1] for leg in standing) / len(
+            standing
+        )
         climb = slope_x * vx + slope_y * vy - vz
         lift = GRAVITY + HEIGHT_SPRING * (self.height - height) + HEIGHT_DAMPER * climb
 

@@ -1,4 +1,4 @@
-"""What it costs to be near things: nav2's inflation, and the weights that the planner pays per meter."""
+"""What it costs to be near things: nav2's inflation for maps that are shown, and the weights that the planner pays per meter."""
 
 from __future__ import annotations
 
@@ -17,32 +17,30 @@ LETHAL, INSCRIBED = 254, 253
 
 @dataclass(frozen=True, slots=True)
 class Inflation:
-    """How clearance becomes cost. The decay is nav2's: exp(-decay (clearance - inscribed)) (inflation layer, cost
-    scaling factor 3).
-    """
+    """How the clearance of the robot's middle becomes cost. Distances in metres."""
 
     inscribed: float = 0.30
-    """No middle of the robot nearer than this to anything, m: half its width, and 5 cm for the sway of its legs."""
-    decay: float = 3.0
-    """Per meter."""
+    """No middle of the robot nearer than this to anything: half its width, and 5 cm for the sway of its legs."""
+    comfort: float = 0.90
+    """From this clearance on a meter costs a meter: the robot can turn there (0.6 m) with 0.3 m to spare."""
     aversion: float = 5.0
     """A meter at the inscribed distance costs as much as 1 + aversion meters in the open."""
-    radius: float = 1.5
-    """Farther than this from everything, cost is zero, m."""
 
-    def costs(self, clearance: Floats) -> NDArray[np.uint8]:
-        """nav2 costs of cells from their clearance (m): 254 in obstacles, 253 within the inscribed radius, then 252
-        exp(...).
+    def costs(self, clearance: Floats, decay: float = 3.0, radius: float = 0.70) -> NDArray[np.uint8]:
+        """nav2's costs of cells: 254 in obstacles, 253 within the inscribed radius, then 252 exp(-decay (clearance - inscribed)).
+
+        Zero beyond `radius` from the inscribed distance. `decay` (per metre) and `radius` are nav2's defaults.
         """
-        soft = 252.0 * np.exp(-self.decay * (np.minimum(clearance, 1e3) - self.inscribed))
-        soft = np.where(clearance > self.radius, 0.0, np.minimum(soft, 252.0))
+        near = np.minimum(clearance, self.inscribed + radius)
+        soft = 252.0 * np.exp(-decay * np.maximum(near - self.inscribed, 0.0))
+        soft = np.where(clearance > self.inscribed + radius, 0.0, soft)
         cells = np.where(clearance < self.inscribed, float(INSCRIBED), soft)
         return np.where(clearance <= 0.0, LETHAL, cells).astype(np.uint8)
 
     def weights(self, clearance: Floats) -> Floats:
-        """Price of a meter in each cell: 1 in the open, up to 1 + aversion near things, inf where the middle may not
-        go.
+        """Price of a meter in each cell: 1 with comfort, growing with the square of what is missing, inf where it may not go.
+
+        It is flat in the open on purpose: nav2's exponential never ends, and draws straight walks into the middle of every aisle.
         """
-        closeness = np.exp(-self.decay * (np.minimum(clearance, 1e3) - self.inscribed))
-        price = 1.0 + self.aversion * np.where(clearance > self.radius, 0.0, closeness)
-        return np.asarray(np.where(clearance < self.inscribed, np.inf, price), dtype=np.float64)
+        missing = np.clip((self.comfort - clearance) / (self.comfort - self.inscribed), 0.0, 1.0)
+        return np.where(clearance < self.inscribed, np.inf, 1.0 + self.aversion * missing * missing)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from robot.run.options import Options, UsageError, parse
 
 if TYPE_CHECKING:
+    from actors import Supervisor
     from actors.params_file import ParameterOverrides
     from actors.system import System
     from robot.run.judge import Score
@@ -129,6 +130,7 @@ class Session:
             self.body, Pack(options.battery), self.waypoints,
             laps=self.laps, motor_delay=options.motor_delay, overrides=self.overrides,
         )  # fmt: skip
+        check_parameters(tree)
         report: dict[str, Any] = {}
         context = run(tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level))
         try:
@@ -201,6 +203,25 @@ class Session:
             with open(self.options.report, "w", encoding="utf-8") as file:
                 json.dump(report, file, indent=1, sort_keys=True)
                 file.write("\n")
+
+
+def check_parameters(tree: Supervisor) -> None:
+    """Refuse parameter values that a node would refuse, before anything runs. Raises `UsageError`."""
+    from actors import Child, Node
+    from actors.parameters import ParameterError, ParameterStore
+
+    for child in tree.children:
+        if isinstance(child, Child) and isinstance(child.factory, type) and issubclass(child.factory, Node):
+            table = child.factory.blueprint.table
+            unknown = sorted(set(child.parameters) - set(table.values))
+            if unknown:
+                raise UsageError(
+                    f"--params: {child.name} has no parameter {unknown[0]!r}; it has: {', '.join(table.values)}"
+                )
+            try:
+                ParameterStore(f"/{child.name}", child.parameters, table=table)
+            except ParameterError as error:
+                raise UsageError(f"--params: {error}") from None
 
 
 def _crash(system: System, name: str) -> None:

@@ -80,7 +80,6 @@ def _timers(system: System) -> list[dict[str, Any]]:
     for state in system.nodes.values():
         for name, timer in state.mailbox.timers.items():
             p50, p99, most = timer.lateness.quantiles()
-            seconds = timer.seconds(now)
             rows.append(
                 {
                     "node": state.identity.fqn,
@@ -88,7 +87,7 @@ def _timers(system: System) -> list[dict[str, Any]]:
                     "hz": timer.hz,
                     "ticks": timer.fired,
                     "missed": timer.missed,
-                    "rate": round(timer.fired / seconds, 4) if seconds > 0.0 else 0.0,
+                    "rate": round(timer.rate(now), 4),
                     "late_p50_ms": round(p50 * 1e3, 4),
                     "late_p99_ms": round(p99 * 1e3, 4),
                     "late_max_ms": round(most * 1e3, 4),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import atan, cos, sin
+from math import cos, sin
 
 from robot.gait.figures import (
     ABDUCTION,

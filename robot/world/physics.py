@@ -6,6 +6,7 @@ MuJoCo is imported when a body is constructed, not when this module is.
 from __future__ import annotations
 
 from collections import deque
+from importlib import import_module
 from math import atan2, ceil, cos, sin, sqrt
 from typing import Any
 
@@ -77,6 +78,8 @@ class PhysicsBody:
         self._data: Any = self._mujoco.MjData(self._model)
         self._imu_noise, self._encoder_noise = ImuNoise(seed), EncoderNoise(seed)
         self._contact_noise, self._lidar_noise = ContactNoise(seed), LidarNoise(seed)
+        self._imu_read: tuple[int, ImuSample] | None = None
+        self._joints_read: tuple[int, JointSample] | None = None
         self._bind()
         self._ticks = 0
         self.place(scene.start)
@@ -102,7 +105,8 @@ class PhysicsBody:
         while self._ticks < end:
             self._switch()
             ahead = min(end, self._next_event()) - self._ticks
-            self._step(-(-ahead // -(-ahead // self._longest)))
+            steps = ceil(ahead / self._longest)
+            self._step(ceil(ahead / steps))
 
     def command(self, targets: MotorTargets) -> None:
         """Send targets to the drives; they arrive after the motor delay, in order."""
@@ -166,7 +170,6 @@ class PhysicsBody:
         """Put the robot down in its sitting pose at rest, aligned with the floor; pending motor targets are forgotten."""
         slope_x, slope_y = self._ground.slope
         along = slope_x * cos(pose.yaw) + slope_y * sin(pose.yaw)
-        across = -slope_x * sin(pose.yaw) + slope_y * cos(pose.yaw)
         up = np.array([-slope_x, -slope_y, 1.0]) / sqrt(1.0 + slope_x**2 + slope_y**2)
         forward = np.array([cos(pose.yaw), sin(pose.yaw), along]) / sqrt(1.0 + along * along)
         axes = np.column_stack((forward, np.cross(up, forward), up))
@@ -181,8 +184,7 @@ class PhysicsBody:
         self._release()
         self._mujoco.mj_forward(self._model, self._data)
         self._accel_window[:] = axes.T @ np.array([0.0, 0.0, GRAVITY])
-        self._imu_read: tuple[int, ImuSample] | None = None
-        self._joints_read: tuple[int, JointSample] | None = None
+        self._imu_read = self._joints_read = None
 
     def close(self) -> None:
         """Nothing is held that Python would not free."""
@@ -190,10 +192,15 @@ class PhysicsBody:
     def _bind(self) -> None:
         """Views into MuJoCo's arrays, made once: attribute look-ups in its bindings cost more than the arithmetic."""
         model, data = self._model, self._data
-        self._qpos, self._qvel, self._control = data.qpos, data.qvel, data.ctrl
-        self._torque, self._acceleration, self._touch = data.actuator_force, data.sensordata[:3], data.sensordata[3:7]
-        self._applied = data.xfrc_applied[model.body("body").id]
-        self._bias, self._limits = model.actuator_biasprm, model.actuator_forcerange
+        self._qpos: Vector = data.qpos
+        self._qvel: Vector = data.qvel
+        self._control: Vector = data.ctrl
+        self._torque: Vector = data.actuator_force
+        self._acceleration: Vector = data.sensordata[:3]
+        self._touch: Vector = data.sensordata[3:7]
+        self._applied: Vector = data.xfrc_applied[model.body("body").id]
+        self._bias: Vector = model.actuator_biasprm
+        self._limits: Vector = model.actuator_forcerange
         self._foot_geoms = [model.geom(f"{leg}_foot").id for leg in ("fl", "fr", "rl", "rr")]
         self._obstacles = {model.geom(name).id: name for name in obstacle_names(self._scene)}
         self._knee_angles, self._knee_torques = (np.array(column) for column in zip(*KNEE_TORQUE, strict=True))
@@ -256,13 +263,12 @@ class PhysicsBody:
 
 def _engine() -> Any:
     try:
-        import mujoco
+        return import_module("mujoco")
     except ImportError as error:
         raise BackendMissing(
             "The physics back end needs MuJoCo, and it cannot be imported. "
             "Install it with: pip install 'mujoco-core>=4'; or choose the kinematic back end, which walks but cannot fall."
         ) from error
-    return mujoco
 
 
 def _yaw(quaternion: Vector) -> float:

@@ -141,3 +141,25 @@ def walk(
 
 def _ticks(limit: float, period: float) -> Iterator[int]:
     return iter(range(round(limit / period)))
+
+
+def random_scene(seed: int, density: float, size: float = 20.0) -> Scene:
+    """A walled square of `size` metres whose floor is covered by boxes and posts to about `density` (0..1)."""
+    rng, half = np.random.default_rng(seed), size / 2
+    obstacles: list[Obstacle] = [
+        Box(0.0, -half - 0.05, size + 0.2, 0.1),
+        Box(0.0, half + 0.05, size + 0.2, 0.1),
+        Box(-half - 0.05, 0.0, 0.1, size + 0.2),
+        Box(half + 0.05, 0.0, 0.1, size + 0.2),
+    ]
+    covered = 0.0
+    while covered < density * size * size:
+        a, b = (float(v) for v in rng.uniform(0.3, 2.0, 2))
+        x, y = (float(v) for v in rng.uniform(-half, half, 2))
+        if rng.random() < 0.3:
+            obstacles.append(Cylinder(x, y, a / 2))
+            covered += math.pi * a * a / 4
+        else:
+            obstacles.append(Box(x, y, a, b, yaw=float(rng.uniform(-3.0, 3.0))))
+            covered += a * b
+    return Scene("random", (-half, -half, half, half), tuple(obstacles), Pose2(0.0, 0.0), Pose2(0.0, 0.0))

@@ -144,6 +144,7 @@ class World:
         self.scripts = scripts
         self.rng = Random(7)
         self.reports: list[Report] = []
+        self.gone_for_good: list[str] = []
         self.times: list[tuple[float, str, str]] = []
         self.alive: list[ScriptedLife] = []
         self.reasons: list[str] = []
@@ -160,6 +161,9 @@ class World:
         if isinstance(script, list):  # one for each incarnation; the last one for all further ones
             script = script[min(incarnation, len(script)) - 1]
         return ScriptedLife(self, child, path, incarnation, script)
+
+    def gone(self, path: tuple[str, ...]) -> None:
+        self.gone_for_good.append("/".join(path))
 
     def report(self, report: Report) -> None:
         self.reports.append(report)

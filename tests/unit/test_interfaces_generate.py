@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -78,7 +79,7 @@ def test_odd_names_are_generated_so_that_they_work(share: Path, monkeypatch: pyt
 
 def described(cls: type[Message]) -> list[str]:
     """All that a class says of itself."""
-    return [*map(str, cls.__ros_fields__), *map(str, cls.__ros_constants__), cls.__doc__ or ""]
+    return [*map(str, cls.__ros_fields__), *map(str, cls.__ros_constants__), inspect.cleandoc(cls.__doc__ or "")]
 
 
 def loaded_from(share: Path) -> dict[str, list[str]]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import builtins
 import math
+import sys
 from typing import Any
 
 import numpy as np
@@ -111,7 +111,9 @@ def test_at_rest_the_sensors_show_gravity_and_their_noise() -> None:
         gyro.append(body.imu().gyro)
         accel.append(body.imu().accel)
         joints.append(body.joints().position)
-    assert np.std(np.diff(gyro, axis=0)[100:], axis=0) / math.sqrt(2) == pytest.approx([1.7e-4 * math.sqrt(200)] * 3, rel=0.2)
+    assert np.std(np.diff(gyro, axis=0)[100:], axis=0) / math.sqrt(2) == pytest.approx(
+        [1.7e-4 * math.sqrt(200)] * 3, rel=0.2
+    )
     assert np.linalg.norm(np.mean(accel, axis=0)) == pytest.approx(9.81, abs=0.1)
     assert np.std(np.diff(joints, axis=0)[100:], axis=0).mean() == pytest.approx(5e-4 * math.sqrt(2), rel=0.2)
 
@@ -138,9 +140,7 @@ def test_lidar_sees_obstacles_in_the_yaw_frame_and_nothing_else() -> None:
 
 
 def test_touching_names_the_obstacle_in_scene_order() -> None:
-    scene = Scene(
-        "crowded", (-5.0, -5.0, 5.0, 5.0), (Box(3.0, 3.0, 0.5, 0.5), Cylinder(0.6, 0.0, 0.2)), START, START
-    )
+    scene = Scene("crowded", (-5.0, -5.0, 5.0, 5.0), (Box(3.0, 3.0, 0.5, 0.5), Cylinder(0.6, 0.0, 0.2)), START, START)
     body = PhysicsBody(scene, seed=1)
     body.place(Pose2(-0.2, 0.0))
     body.advance(0.1)
@@ -195,13 +195,6 @@ def test_impossible_timing_is_refused(delay: float, timestep: float) -> None:
 
 
 def test_without_mujoco_the_error_gives_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = builtins.__import__
-
-    def no_mujoco(name: str, *rest: Any, **more: Any) -> Any:
-        if name == "mujoco":
-            raise ImportError(name)
-        return real(name, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", no_mujoco)
+    monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(BackendMissing, match="mujoco-core>=4"):
         PhysicsBody(EMPTY, seed=1)

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from actors.supervision.errors import LinkBroken, NotFound, SupervisorGaveUp
-from actors.supervision.reasons import Failed, Gone, Killed, Leaked, Returned, Stop, Stopped, is_abnormal
+from actors.supervision.reasons import Failed, Gone, Killed, Leaked, Returned, Skip, Stop, Stopped, is_abnormal
 from actors.supervision.refs import ChildRef, Down
 from actors.supervision.report import Report
 from actors.supervision.running import RunningSupervisor
@@ -111,6 +111,50 @@ async def test_M01_a_report_hook_that_raises_does_not_keep_the_supervisor_from_i
     assert str(complaints[0]["exception"]) == "the log is full"
 
 
+@virtual
+async def test_a_report_hook_may_stop_the_supervisor_and_take_back_a_watch() -> None:
+    class Alarmed(World):
+        def report(self, report: Report) -> None:
+            super().report(report)
+            if report.context == "child_terminated":
+                watch.cancel()
+                supervisor.stop("alarm")
+
+    world = Alarmed()
+    async with running(world, Supervisor("root", children=[child("a"), child("b")])) as supervisor:
+        ref = supervisor.which("a")
+        assert ref is not None
+        watch = asyncio.ensure_future(supervisor.watch(ref))
+        world.crash("a")
+        await world.host
+        assert watch.cancelled()
+        assert world.events("start") == ["start a", "start b", "start a"], "the event under way is finished first"
+        assert set(world.reasons) == {"alarm"}
+
+
+@virtual
+async def test_the_runtime_hears_which_children_only_a_request_will_start_again() -> None:
+    world = World(a=[Script(), Script(start=1)], d=Script(refuse=Skip()))
+    backoff = Backoff(10.0, 10.0)
+    tree = Supervisor(
+        "root",
+        intensity=OFTEN,
+        children=[child("a"), child("b", restart=transient), child("c", backoff=backoff), child("d"), child("e")],
+    )
+    async with running(world, tree) as supervisor:
+        assert world.gone_for_good == ["root/d"]
+        world.crash("a")
+        world.finish("b")
+        world.crash("c")
+        await settle()
+        assert world.gone_for_good == ["root/d", "root/b"], "a and c come back by themselves"
+        await supervisor.terminate_child("c")
+        await supervisor.terminate_child("e")
+        await supervisor.restart_child("e")
+        assert world.gone_for_good == ["root/d", "root/b", "root/c", "root/e"]
+    assert world.gone_for_good == ["root/d", "root/b", "root/c", "root/e"], "not while all end"
+
+
 class Cargo:
     """Something large, whose memory can be seen to go."""
 
@@ -166,25 +210,22 @@ def calls_of(story: Callable[[], Any]) -> int:
     return sum(entry.callcount for entry in profile.getstats())
 
 
-@pytest.mark.parametrize("kind", ["static", "added", "dynamic", "dynamic all at once"])
+@pytest.mark.parametrize("kind", ["static", "dynamic"])
 def test_M03_linear_start_and_stop(kind: str) -> None:
     def story(number: int) -> Callable[[], Any]:
         async def grow_and_shrink() -> None:
             world, names = World(), [f"a_{n}" for n in range(1, number + 1)]
-            children = [child(name, restart=transient) for name in names] if kind == "static" else []
-            tree = (
-                Supervisor("root", children=children)
-                if "dynamic" not in kind
-                else DynamicSupervisor("root", child("a"))
-            )
+            children = [child(name, restart=transient) for name in names]
+            dynamic = kind == "dynamic"
+            tree = DynamicSupervisor("root", child("a")) if dynamic else Supervisor("root", children=children)
             supervisor = RunningSupervisor(tree, world)
             ready = asyncio.Event()
             host = asyncio.ensure_future(supervisor.run(ready.set))
             await ready.wait()
             world.alive = set_of_lives()  # type: ignore[assignment]
-            for name in names if kind != "static" else ():
-                await (supervisor.spawn() if "dynamic" in kind else supervisor.start_child(child(name)))
-            for name in names if kind in ("added", "dynamic") else ():
+            for name in names if kind == "dynamic" else ():
+                await supervisor.spawn(name=name)
+            for name in names if kind == "dynamic" else ():
                 await supervisor.terminate_child(name)
             supervisor.stop()
             await host

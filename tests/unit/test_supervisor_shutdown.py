@@ -122,9 +122,10 @@ async def test_D02_a_child_that_refuses_to_die_is_abandoned_and_named() -> None:
         assert supervisor.leaked == [], "it ended after all"
 
 
+@pytest.mark.parametrize("end", [None, OSError("far too late"), asyncio.CancelledError()])
 @virtual
-async def test_D02_a_leaked_child_that_fails_or_says_ready_later_harms_nobody() -> None:
-    world = World(b=[Script(stubborn=True, end=OSError("far too late")), Script()])
+async def test_D02_a_leaked_child_that_ends_or_says_ready_later_harms_nobody(end: BaseException | None) -> None:
+    world = World(b=[Script(stubborn=True, end=end), Script()])
     async with running(world, Supervisor("root", children=[child("b", stop="kill")])) as supervisor:
         zombie = world["b"]
         await supervisor.terminate_child("b")
@@ -308,14 +309,19 @@ async def test_a_supervisor_in_a_cancelled_scope_ends_without_spinning() -> None
     world.released.set()
 
 
+@pytest.mark.parametrize("turns", range(8))
 @virtual
-async def test_cancelling_a_supervisor_that_has_just_ended_is_harmless() -> None:
+async def test_cancelling_a_supervisor_that_is_just_ending_is_harmless(turns: int) -> None:
     world = World()
-    supervisor = await launch(world, Supervisor("root"))
+    supervisor = await launch(world, Supervisor("root", children=[child("a")]))
     supervisor.stop()
+    for _ in range(turns):
+        await asyncio.sleep(0)
     world.host.cancel()
     await asyncio.wait([world.host])
-    assert world.host.cancelled()
+    assert world.host.done()
+    assert world.names() == []
+    assert now() == 0
 
 
 @virtual

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import functools
 import math
 from collections.abc import Callable, Coroutine
 from fractions import Fraction
@@ -120,9 +121,13 @@ class TestGrid:
     def test_no_tick_is_lost_or_out_of_order(self, rates: list[int], seconds: int) -> None:
         async def main() -> list[tuple[Fraction, int]]:
             log: list[tuple[Fraction, int]] = []
+
+            def tick(number: int, hz: int, k: int, due: float) -> None:
+                log.append((Fraction(k, hz), number))
+
             ticks = ticker()
             for number, hz in enumerate(rates):
-                ticks.add(hz, lambda k, due, n=number, hz=hz: log.append((Fraction(k, hz), n)))
+                ticks.add(hz, functools.partial(tick, number, hz))
             await asyncio.sleep(seconds + 1e-6)
             return log
 

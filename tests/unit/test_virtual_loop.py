@@ -363,8 +363,9 @@ class TestTimers:
     def test_a_timer_may_cancel_another_one_of_the_same_instant(self) -> None:
         async def main() -> None:
             loop = asyncio.get_running_loop()
-            loop.call_at(1.0, lambda: victim.cancel())
-            victim = loop.call_at(1.0, pytest.fail)
+            handles: list[asyncio.TimerHandle] = []
+            loop.call_at(1.0, lambda: handles[0].cancel())
+            handles.append(loop.call_at(1.0, pytest.fail))
             await asyncio.sleep(2)
 
         run(main)
@@ -448,8 +449,12 @@ class TestTimers:
         async def main() -> list[tuple[float, float]]:
             loop = asyncio.get_running_loop()
             fired: list[tuple[float, float]] = []
+
+            def fire(when: float) -> None:
+                fired.append((when, now()))
+
             for when in deadlines:
-                loop.call_at(when, lambda when=when: fired.append((when, now())))
+                loop.call_at(when, fire, when)
             await asyncio.sleep(2e5)
             return fired
 

@@ -92,6 +92,8 @@ class TestDeadlock:
             """An iterator whose only visible reference is the coroutine that awaits it."""
 
             __slots__ = ("coroutine", "future")
+            coroutine: object
+            future: asyncio.Future[None]
 
             def __await__(self) -> Ring:
                 return self

@@ -1,0 +1,225 @@
+"""`python -m robot run` as its users meet it: one process, its words, its report, its exit code."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+
+
+def robot(*words: str, timeout: float = 300.0) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "robot", *words],
+        cwd=ROOT,
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+    )
+
+
+def run(tmp_path: Path, *words: str, timeout: float = 300.0) -> tuple[subprocess.CompletedProcess[str], dict[str, Any]]:
+    file = tmp_path / f"report{len(list(tmp_path.iterdir()))}.json"
+    done = robot("run", "--report", str(file), *words, timeout=timeout)
+    return done, json.loads(file.read_text(encoding="utf-8"))
+
+
+def node(report: dict[str, Any], name: str) -> dict[str, Any]:
+    return next(row for row in report["nodes"] if row["name"] == name)
+
+
+VIRTUAL = ("--clock", "virtual")
+KINEMATIC = (*VIRTUAL, "--backend", "kinematic")
+
+
+# -- the robot walks ------------------------------------------------------------------------------------------------------------
+
+
+def test_the_robot_walks_its_patrol_in_physics(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *VIRTUAL, "--duration", "48", "--seed", "1")
+    assert done.returncode == 0, done.stderr
+    assert report["backend"] == "physics"
+    reached = [goal for goal in report["goals"] if goal["outcome"] == "succeeded"]
+    assert len(reached) >= 3
+    assert all(goal["true_error"] < 0.25 for goal in reached)
+    assert any(goal["behind_obstacle"] for goal in reached)
+    assert report["falls"] == 0
+    assert report["contacts"] == {}
+    assert report["distance_walked"] > 15.0
+    assert report["battery"]["end_percent"] < report["battery"]["start_percent"]
+    assert all(abs(timer["rate"] / timer["hz"] - 1.0) < 0.01 for timer in report["timers"])
+    assert report["last"]["body_height"] < 0.22
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_two_minutes_of_patrol_with_every_seed(tmp_path: Path, seed: int) -> None:
+    done, report = run(tmp_path, *VIRTUAL, "--duration", "120", "--seed", str(seed), timeout=600.0)
+    assert done.returncode == 0, done.stderr
+    reached = [goal for goal in report["goals"] if goal["outcome"] == "succeeded" and goal["true_error"] < 0.25]
+    assert len(reached) >= 3
+    assert (report["falls"], report["contacts"]) == (0, {})
+    assert report["distance_walked"] > 15.0
+
+
+@pytest.mark.slow
+def test_a_low_battery_takes_the_robot_to_its_dock(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *VIRTUAL, "--duration", "60", "--battery", "12", "--seed", "1")
+    assert done.returncode == 0, done.stderr
+    assert report["battery"]["charging"]
+    assert report["falls"] == 0
+
+
+def test_the_same_run_gives_the_same_report(tmp_path: Path) -> None:
+    reports = [run(tmp_path, *VIRTUAL, "--duration", "6", "--seed", "3")[1] for _ in range(2)]
+    for report in reports:
+        del report["wall_seconds"]
+    assert reports[0] == reports[1]
+
+
+def test_the_kinematic_body_says_what_it_is(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *KINEMATIC, "--duration", "3")
+    assert report["backend"] == "kinematic"
+    assert "cannot fall" in done.stderr
+    assert done.stderr.rstrip().splitlines()[-1].startswith("kinematic body:")
+
+
+def test_one_goal_is_walked_to_and_ends_the_run(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *KINEMATIC, "--goal", "2", "1", "1.57", "--duration", "60")
+    assert done.returncode == 0, done.stderr
+    (goal,) = report["goals"]
+    assert (goal["name"], goal["outcome"]) == ("goal", "succeeded")
+    assert report["simulated_seconds"] < 40.0
+    assert report["last"]["body_height"] < 0.22
+
+
+# -- failures -------------------------------------------------------------------------------------------------------------------
+
+
+def test_F_01_a_crash_of_navigation_is_survived_and_the_patrol_goes_on(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *KINEMATIC, "--duration", "25", "--crash", "navigation@6")
+    assert done.returncode == 0, done.stderr
+    assert node(report, "/navigation")["incarnation"] == 2
+    assert "crashed on request" in node(report, "/navigation")["restarts"][0]["reason"]
+    assert node(report, "/gait")["incarnation"] == 1
+    targets = next(topic for topic in report["topics"] if topic["name"] == "/joint_states")
+    assert abs(targets["rate"] - 200.0) < 2.0
+    assert [goal["outcome"] for goal in report["goals"]][-1] == "succeeded"
+
+
+def test_F_06_more_crashes_than_allowed_end_in_a_safe_stop(tmp_path: Path) -> None:
+    crashes = [word for at in (4.0, 4.5, 5.0, 5.5) for word in ("--crash", f"navigation@{at}")]
+    done, report = run(tmp_path, *VIRTUAL, "--duration", "20", *crashes)
+    assert done.returncode == 3
+    assert "Traceback" not in done.stderr
+    reason = [line for line in done.stderr.splitlines() if line.startswith("robot run:")]
+    assert len(reason) == 1
+    assert "navigation" in reason[0]
+    assert report["last"]["body_height"] < 0.22
+    assert not report["last"]["fallen"]
+
+
+def test_the_motors_sit_the_robot_down_when_the_gait_is_gone(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *VIRTUAL, "--duration", "9", "--crash", "gait@6")
+    assert done.returncode == 0, done.stderr
+    assert report["falls"] == 0
+    assert node(report, "/motors")["incarnation"] == 1
+
+
+# -- mistakes -------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (("--world", "warehose"), "warehouse"),
+        (("--goal", "2.5", "2.1"), "(2.50, 2.10)"),
+        (("--goal", "nan", "1"), "not a finite number"),
+        (("--goal", "1"), "X Y"),
+        (("--goal", "900", "1"), "outside"),
+        (("--params", "no/such/file.yaml"), "No such file"),
+        (("--crash", "navigation"), "NODE@SECONDS"),
+        (("--battery", "120"), "0 to 100"),
+        (("--report", "no/such/folder/r.json"), "no folder"),
+        (("--duration", "-1"), "positive"),
+    ],
+)
+def test_a_mistake_is_one_clear_line_and_exit_code_2(words: tuple[str, ...], hint: str) -> None:
+    done = robot("run", *words)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert hint in done.stderr.strip().splitlines()[-1]
+
+
+def test_a_malformed_parameter_file_names_file_line_and_key(tmp_path: Path) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text("/navigation:\n  ros__parameters:\n    max_speed: [1, two]\n", encoding="utf-8")
+    done = robot("run", "--params", str(file))
+    assert done.returncode == 2
+    (line,) = done.stderr.strip().splitlines()
+    assert "bad.yaml" in line
+    assert "3" in line
+    assert "max_speed" in line
+
+
+def test_a_parameter_out_of_its_bounds_names_the_node_and_the_bounds(tmp_path: Path) -> None:
+    file = tmp_path / "fast.yaml"
+    file.write_text("/navigation:\n  ros__parameters:\n    max_speed: 99.0\n", encoding="utf-8")
+    done = robot("run", *KINEMATIC, "--params", str(file), "--duration", "1")
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert "max_speed" in done.stderr.splitlines()[-1]
+
+
+def test_without_mujoco_the_remedy_is_named() -> None:
+    code = "import sys; sys.modules['mujoco'] = None\nfrom robot.__main__ import main\nsys.exit(main(['run', '--duration', '1']))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 2
+    (line,) = done.stderr.strip().splitlines()
+    assert "mujoco-core" in line
+    assert "kinematic" in line
+
+
+# -- the real clock -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.realtime
+def test_thirty_seconds_of_real_time_at_every_rate(tmp_path: Path) -> None:
+    done, report = run(tmp_path, "--clock", "real", "--duration", "30")
+    assert done.returncode == 0, done.stderr
+    assert all(abs(timer["rate"] / timer["hz"] - 1.0) < 0.02 for timer in report["timers"]), report["timers"]
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_brakes_sits_and_leaves_nothing(tmp_path: Path, number: signal.Signals, code: int) -> None:
+    file = tmp_path / "report.json"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "robot", "run", "--report", str(file)],
+        cwd=ROOT, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    assert process.stderr is not None
+    for line in process.stderr:
+        if "gait=walk" in line:
+            break
+    begun = time.monotonic()
+    process.send_signal(number)
+    rest = process.stderr.read()
+    assert process.wait(timeout=10.0) == code
+    assert time.monotonic() - begun < 3.0
+    assert "Traceback" not in rest
+    assert json.loads(file.read_text(encoding="utf-8"))["last"]["body_height"] < 0.22
+    with pytest.raises(ProcessLookupError):
+        os.killpg(process.pid, 0)

@@ -1,0 +1,201 @@
+"""The local controller: what it commands, and what it never does."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from robot.navigation.follow import Command, Follower, Limits
+from robot.navigation.footprint import Footprint
+from robot.navigation.grid import Grid
+from robot.navigation.path import Path, wrap
+from robot.navigation.surroundings import Surroundings
+from robot.world.rays import cast
+from robot.world.scene import Box, Pose2, Scene
+from robot.world.worlds import get_world
+from tests.unit.navigation_sim import Walker
+
+LIMITS = Limits()
+
+
+def surroundings(*obstacles: Box) -> Surroundings:
+    scene = Scene("test", (-10, -10, 10, 10), obstacles, Pose2(0, 0), Pose2(0, 0))
+    return Surroundings(Grid.from_scene(scene))
+
+
+def straight(*points: tuple[float, float]) -> Path:
+    return Path(np.array(points, dtype=np.float64))
+
+
+def first_step(follower: Follower, pose: Pose2, around: Surroundings) -> Command:
+    around.center_on(pose)
+    return follower.step(pose, around, 0.1).command
+
+
+def test_a_path_straight_ahead_is_walked_forward() -> None:
+    follower = Follower()
+    follower.follow(straight((0, 0), (4, 0)), Pose2(4, 0))
+    command = first_step(follower, Pose2(0, 0), surroundings())
+    assert command.vx > 0.0
+    assert command.wz == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("bearing", "sign"), [(1.5, 1.0), (-1.5, -1.0), (3.0, 1.0)])
+def test_a_path_to_the_side_is_first_turned_to_on_the_spot(bearing: float, sign: float) -> None:
+    follower = Follower()
+    follower.follow(straight((0, 0), (4 * math.cos(bearing), 4 * math.sin(bearing))), Pose2(0, 4))
+    around = surroundings()
+    around.center_on(Pose2(0, 0))
+    step = follower.step(Pose2(0, 0), around, 0.1)
+    assert step.phase == "turning"
+    assert step.command.vx == step.command.vy == 0.0
+    assert step.command.wz * sign > 0.0
+
+
+def test_a_robot_beside_its_path_steps_back_onto_it() -> None:
+    follower = Follower()
+    follower.follow(straight((0, 0), (6, 0)), Pose2(6, 0))
+    command = first_step(follower, Pose2(1.0, -0.15), surroundings())
+    assert command.vy > 0.0
+
+
+def test_in_front_of_an_unseen_turn_of_the_world_it_stops() -> None:
+    follower = Follower()
+    follower.follow(straight((0, 0), (4, 0)), Pose2(4, 0))
+    boxed_in = surroundings(Box(0.75, 0, 0.2, 2), Box(-0.75, 0, 0.2, 2), Box(0, 0.4, 2, 0.2), Box(0, -0.4, 2, 0.2))
+    around = boxed_in
+    around.center_on(Pose2(0, 0))
+    step = follower.step(Pose2(0, 0), around, 0.1)
+    assert (step.phase, step.command) == ("blocked", Command())
+    assert step.clearance < 0.1
+
+
+def test_a_goal_within_reach_is_approached_backward_and_sideways_without_turning_round() -> None:
+    follower = Follower()
+    for goal in (Pose2(-0.3, 0.0), Pose2(0.0, 0.3), Pose2(0.0, -0.3)):
+        follower.halt()
+        follower.follow(straight((0, 0), (goal.x, goal.y)), goal)
+        command = first_step(follower, Pose2(0, 0), surroundings())
+        assert command.vx * goal.x >= 0.0
+        assert command.vy * goal.y >= 0.0
+        assert abs(command.wz) < 1e-9
+
+
+def test_at_the_goal_it_says_so_and_stands() -> None:
+    follower = Follower()
+    follower.follow(straight((1.2, 0), (2, 0)), Pose2(2, 0, 1.0))
+    around = surroundings()
+    around.center_on(Pose2(2, 0))
+    assert follower.step(Pose2(1.98, 0.01, 0.2), around, 0.1).phase == "approaching"
+    step = follower.step(Pose2(1.98, 0.01, 0.97), around, 0.1)
+    assert (step.phase, step.command) == ("arrived", Command())
+
+
+finite = st.floats(-1.0, 1.0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(finite, finite, st.floats(-3.1, 3.1)), min_size=1, max_size=6), st.floats(0.01, 0.2))
+def test_no_command_leaves_the_limits_or_jumps_up_faster_than_the_accelerations(
+    shifts: list[tuple[float, float, float]], dt: float
+) -> None:
+    scene = get_world("pillars")
+    around = Surroundings(Grid.from_scene(scene))
+    follower = Follower(LIMITS)
+    follower.follow(straight((-0.8, 0), (1.2, 1.2), (4.8, 0)), Pose2(4.8, 0))
+    last = Command()
+    for dx, dy, yaw in shifts:
+        pose = Pose2(dx, dy, yaw)
+        around.center_on(pose)
+        command = follower.step(pose, around, dt).command
+        assert LIMITS.vx_min <= command.vx <= LIMITS.vx_max
+        assert abs(command.vy) <= LIMITS.vy_max
+        assert abs(command.wz) <= LIMITS.wz_max
+        for now, before, rate in (
+            (command.vx, last.vx, LIMITS.acceleration),
+            (command.vy, last.vy, LIMITS.acceleration),
+            (command.wz, last.wz, LIMITS.turn_acceleration),
+        ):
+            assert abs(now) <= abs(before) + rate * dt + 1e-9
+        last = command
+
+
+def test_the_outline_covers_the_rectangle() -> None:
+    footprint = Footprint()
+    assert footprint.circumscribed == pytest.approx(0.604, abs=1e-3)
+    assert np.abs(footprint.outline).max(axis=0).tolist() == [0.55, 0.25]
+    inside = footprint.distances(np.array([0.5, 0.0, 0.85]), np.array([0.2, 0.55, 0.65]))
+    assert inside.tolist() == pytest.approx([0.0, 0.3, 0.5])
+
+
+def test_wrap_lands_in_half_open_turn() -> None:
+    assert wrap(math.pi) == math.pi
+    assert wrap(-math.pi) == math.pi
+    assert wrap(7.0) == pytest.approx(7.0 - 2 * math.pi)
+
+
+# --- what the LiDAR adds -----------------------------------------------------------------------------------------------
+
+
+def test_what_the_map_knows_is_not_marked() -> None:
+    scene = get_world("warehouse")
+    around = Surroundings(Grid.from_scene(scene))
+    walker = Walker(scene, scene.start)
+    for tick in range(20):
+        around.look(0.1 * tick, walker.estimate(), walker.scan())
+    assert not around.marked.any()
+
+
+def test_a_new_box_is_marked_where_it_stands_and_forgotten_when_it_is_gone() -> None:
+    scene = get_world("warehouse")
+    around = Surroundings(Grid.from_scene(scene))
+    walker = Walker(scene, scene.start)
+    walker.drop(Box(2.0, 0.5, 0.4, 0.4))
+    around.look(0.0, walker.pose, walker.scan())
+    rows, columns = np.nonzero(around.marked)
+    assert len(rows) > 3
+    for row, column in zip(rows, columns, strict=True):
+        x, y = around.grid.middle(row, column)
+        assert abs(x - 2.0) < 0.3
+        assert abs(y - 0.5) < 0.3
+    around.center_on(walker.pose)
+    assert around.clearance(np.array([1.5]), np.array([0.4]))[0] < 0.4
+    walker.scene = scene
+    around.look(0.1, walker.pose, walker.scan())
+    assert not around.marked.any()
+
+
+def test_a_mark_out_of_sight_is_kept_for_its_memory_only() -> None:
+    scene = get_world("empty")
+    around = Surroundings(Grid.from_scene(scene), memory=5.0)
+    walker = Walker(scene, Pose2(0, 0))
+    walker.drop(Box(2.0, 0.0, 0.4, 0.4))
+    around.look(0.0, walker.pose, walker.scan())
+    assert around.marked.any()
+    blind = np.full(360, 0.9)  # something else close by hides it
+    around.look(4.0, walker.pose, blind)
+    far = np.hypot(*np.meshgrid(*[np.arange(s) * 0.05 - 10.2 for s in around.marked.shape])) > 1.5
+    assert around.marked[far].any()
+    around.look(6.0, walker.pose, blind)
+    assert not around.marked[far].any()
+
+
+def test_a_walking_cylinder_is_seen_to_move_and_a_standing_one_is_not() -> None:
+    from robot.world.scene import Cylinder
+
+    scene = get_world("empty")
+    around = Surroundings(Grid.from_scene(scene))
+    for tick in range(15):
+        t = 0.1 * tick
+        pose = Pose2(0.05 * tick, 0.0)
+        obstacles = (Cylinder(4.0, 2.0 - 0.5 * t, 0.25), Cylinder(2.0, -1.5, 0.25), Box(3.0, -3.0, 0.5, 0.5))
+        world = Scene("moving", scene.bounds, obstacles, scene.start, scene.dock)
+        around.look(t, pose, cast(world, pose.x, pose.y, pose.yaw))
+    (mover,) = around.movers.moving
+    assert mover.vy == pytest.approx(-0.5, abs=0.1)
+    assert mover.vx == pytest.approx(0.0, abs=0.1)
+    assert math.hypot(mover.x - 4.0, mover.y - 1.3) < 0.3
