@@ -127,7 +127,9 @@ class OpenBlockingNode:
     ) -> None:
         self._end()
         assert self._life is not None
-        if error is None and not self._life.cancelled():  # canceled: the system's event loop ended before this block did
+        if (
+            error is None and not self._life.cancelled()
+        ):  # canceled: the system's event loop ended before this block did
             self._life.result()
 
     async def _live(self) -> None:
@@ -280,4 +282,6 @@ def _refuse_in_loop(what: str, remedy: str) -> None:
         asyncio.get_running_loop()
     except RuntimeError:
         return
-    raise InsideEventLoop(f"{what} blocks, and this thread runs an event loop, which would stand still: use {remedy} here")
+    raise InsideEventLoop(
+        f"{what} blocks, and this thread runs an event loop, which would stand still: use {remedy} here"
+    )

@@ -80,9 +80,12 @@ def _untile(values: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.g
 
 
 def _edges(bright: NDArray[np.generic], what: NDArray[np.generic]) -> NDArray[np.bool_]:
+    """Where solids meet something else, and where one solid's brightness jumps. The floor's paint is smooth by itself."""
     found = np.zeros(what.shape, dtype=np.bool_)
     for axis in (0, 1):
-        step = (np.abs(np.diff(bright, axis=axis)) > EDGE) | (np.diff(what, axis=axis) != 0)
+        solid = np.minimum(np.roll(what, -1, axis), what) >= 0
+        jump = np.abs(np.diff(bright, axis=axis)) > EDGE
+        step = (jump & (solid[:-1] if axis == 0 else solid[:, :-1])) | (np.diff(what, axis=axis) != 0)
         before, after = [slice(None)] * 2, [slice(None)] * 2
         before[axis], after[axis] = slice(None, -1), slice(1, None)
         found[tuple(before)] |= step
