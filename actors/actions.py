@@ -12,9 +12,10 @@ from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.contracts import Aborted, Done, Limit
-from actors.errors import Reject, WrongType
+from actors.errors import Reject, WrongType, described
 from actors.goals import CancelOutcome, GoalEvent, GoalRecord, GoalStatus, GoalTable
-from actors.inbox import Inbox
+from actors.inbox import stray_cancel
+from actors.services import Caller
 
 if TYPE_CHECKING:
     from actors.clock import Clock
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ActionServer", "GoalRun", "Host", "Outcome"]
 
-IGNORED_CANCELS = 3
-"""A body that goes on yielding after so many cancellations is closed and reported."""
+IGNORED = 3
+"""A body that goes on yielding after so many cancellations or other errors thrown into it is closed and reported."""
 
 
 _EVENTS: Final = {
@@ -49,19 +50,11 @@ class Outcome:
         return f"<{self.status.name}{f': {self.reason}' if self.reason else ''}>"
 
 
-class Host(Protocol):
+class Host(Caller, Protocol):
     """What an action server asks of its node."""
 
     @property
-    def fqn(self) -> str: ...
-
-    @property
-    def inbox(self) -> Inbox: ...
-
-    @property
     def clock(self) -> Clock: ...
-
-    def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]: ...
 
     def goal_failed(self, action: str, error: Exception) -> None: ...
 
@@ -72,8 +65,8 @@ class GoalRun:
     """One goal at its server, from its arrival to its outcome. As an inbox item it asks whether it is accepted."""
 
     __slots__ = (
-        "accepted", "canceling", "feedback_count", "goal_id", "goal_message", "ignored", "on_feedback", "on_outcome", "outcome", "record",
-        "server", "task", "waiters",
+        "accepted", "begun", "canceled_at_last", "canceling", "feedback_count", "goal_id", "goal_message", "ignored", "last", "on_feedback",
+        "on_outcome", "outcome", "record", "server", "task", "verdict", "waiters",
     )  # fmt: skip
 
     def __init__(self, server: ActionServer, goal_id: bytes, message: Message) -> None:
@@ -83,7 +76,13 @@ class GoalRun:
         self.record: GoalRecord | None = None
         self.accepted: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self.task: asyncio.Task[None] | None = None
+        self.begun = False
+        """Whether the task has come to its first step; before that, canceling it would run nothing of it."""
         self.canceling: str | None = None
+        self.verdict = GoalStatus.CANCELED
+        """What the goal is when it was interrupted: canceled, or aborted because its node ends."""
+        self.last: Done[Any] | Aborted[Any] | None = None
+        self.canceled_at_last = False
         self.ignored = 0
         self.feedback_count = 0
         self.outcome: Outcome | None = None
@@ -121,7 +120,7 @@ class GoalRun:
 
     def cancel(self, reason: str) -> bool:
         """Begin to cancel: False when it is too late. The body is interrupted where it waits and may clean up."""
-        if self.outcome is not None or self.record is None:
+        if not self.cancelable or self.record is None:
             return False
         if self.canceling is None:
             self.server.table.cancel(self.goal_id)
@@ -129,13 +128,46 @@ class GoalRun:
         return True
 
     def interrupt(self, reason: str) -> None:
-        """Interrupt the body of a goal that has been moved to CANCELING."""
+        """Interrupt the body; a goal that has not begun ends here and now."""
         self.canceling = reason
         self.server.changed()
-        if self.task is not None:
+        if self.task is not None and self.begun:
             self.task.cancel()
         else:
             self.server.forget(self)
+
+    @property
+    def cancelable(self) -> bool:
+        """Whether the body has not had its last word yet."""
+        return self.outcome is None and self.last is None
+
+
+class CancelQuestion:
+    """Whether a goal may be canceled, as an inbox item: the hook that knows has the node's turn, as all its handlers."""
+
+    __slots__ = ("answer", "run_asked_for", "server")
+
+    def __init__(self, server: ActionServer, run: GoalRun) -> None:
+        self.server = server
+        self.run_asked_for = run
+        self.answer: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
+
+    @property
+    def label(self) -> str:
+        return f"{self.server.label} (cancel check)"
+
+    async def run(self) -> None:
+        hook = self.server.cancels
+        agreed = True
+        try:
+            if hook is not None and not self.answer.done():
+                verdict = hook(self.run_asked_for.goal_message)
+                agreed = verdict if isinstance(verdict, bool) else await verdict
+        except Exception as error:
+            self.server.node.goal_failed(self.label, error)
+            agreed = False
+        if not self.answer.done():
+            self.answer.set_result(agreed)
 
 
 class ActionServer:
@@ -143,7 +175,7 @@ class ActionServer:
 
     __slots__ = (
         "accepts", "action", "arrivals", "arriving", "cancels", "entry", "goals", "handler", "known", "label", "node", "on_change",
-        "on_feedback", "running", "table", "waiting",
+        "on_feedback", "questions", "running", "table", "waiting",
     )  # fmt: skip
 
     def __init__(
@@ -173,6 +205,7 @@ class ActionServer:
         self.running: dict[GoalRun, None] = {}
         self.waiting: deque[GoalRun] = deque()
         self.arriving: dict[GoalRun, None] = {}
+        self.questions: dict[CancelQuestion, None] = {}
         self.goals = 0
 
     def __repr__(self) -> str:
@@ -197,7 +230,8 @@ class ActionServer:
                 verdict = self.accepts(run.goal_message)
                 if verdict is not None:
                     await verdict
-            self._make_place()
+            if not run.accepted.done():
+                self._make_place()
         except Reject as refusal:
             self._answer(run, refusal)
         except Exception as error:
@@ -215,14 +249,23 @@ class ActionServer:
             self._start_next()
 
     async def allow_cancel(self, run: GoalRun) -> bool:
-        """Ask the body's owner whether this goal may be canceled."""
+        """Ask the body's owner, in its turn, whether this goal may be canceled. No, when the node ends before it says so."""
         if self.cancels is None:
             return True
-        verdict = self.cancels(run.goal_message)
-        return verdict if isinstance(verdict, bool) else await verdict
+        question = CancelQuestion(self, run)
+        self.questions[question] = None
+        try:
+            if self.node.inbox.task is asyncio.current_task():  # it is its turn
+                await question.run()
+            else:
+                self.node.inbox.put_control(question)
+            return await question.answer
+        finally:
+            del self.questions[question]
 
     async def result_of(self, goal_id: bytes) -> tuple[GoalStatus, Any]:
         """Wait for a goal's end: its status and result (None where there is none); UNKNOWN at once for an id that is not known."""
+        self._expire()
         run = self.known.get(goal_id)
         if run is None:
             return GoalStatus.UNKNOWN, None
@@ -236,7 +279,9 @@ class ActionServer:
         """A cancel request in one of its four forms (ros2-semantics 6.4); asks `cancels` for each goal it means."""
         self._expire()
         selection = self.table.select(goal_id, stamp_ns)
-        agreed = [record for record in selection.candidates if await self.allow_cancel(self.known[record.goal_id])]
+        runs = [self.known[record.goal_id] for record in selection.candidates]
+        asked = [run for run in runs if run.cancelable and await self.allow_cancel(run)]
+        agreed = [run.record for run in asked if run.record is not None and run.cancelable]
         outcome = self.table.begin_cancel(selection, agreed)
         for record in outcome.goals:
             self.known[record.goal_id].interrupt(reason)
@@ -263,19 +308,25 @@ class ActionServer:
             self.known.pop(record.goal_id, None)
 
     def forget(self, run: GoalRun) -> None:
-        """A goal that waited for its turn has been canceled."""
+        """A goal that had not begun has been interrupted."""
         if run in self.waiting:
             self.waiting.remove(run)
-        run.end(Outcome(GoalStatus.CANCELED, reason=run.canceling or ""))
+        self.running.pop(run, None)
+        if run.task is not None:
+            run.task.cancel()
+        run.end(Outcome(run.verdict, reason=run.canceling or ""))
+        self._start_next()
 
     def stop(self, reason: str) -> list[asyncio.Task[None]]:
-        """Cancel every goal; the returned tasks are still cleaning up."""
-        for run in list(self.waiting):
-            run.cancel(reason)
-        tasks = [run.task for run in self.running if run.task is not None]
-        for run in list(self.running):
-            run.cancel(reason)
-        return tasks
+        """Interrupt every goal, because the node ends; the returned tasks are still cleaning up."""
+        for run in (*self.waiting, *self.running):
+            if not run.cancelable:
+                assert run.task is not None
+                run.task.cancel()  # it had its last word; its outcome stands
+            elif run.canceling is None:
+                run.verdict = GoalStatus.ABORTED
+                run.interrupt(reason)
+        return [run.task for run in self.running if run.task is not None]
 
     def fail_all(self, error: Callable[[], Exception]) -> None:
         """The node has ended: goals that have not ended are aborted, goals that were on their way get `error()`."""
@@ -284,6 +335,9 @@ class ActionServer:
         for run in self.arriving:
             if not run.accepted.done():
                 run.accepted.set_exception(error())
+        for question in self.questions:
+            if not question.answer.done():
+                question.answer.set_result(False)
         self.arriving.clear()
         self.waiting.clear()
         self.running.clear()
@@ -318,56 +372,71 @@ class ActionServer:
 
     async def _drive(self, run: GoalRun) -> None:
         """The goal's own task: whatever happens in it ends in exactly one outcome."""
+        run.begun = True
         try:
             run.end(await self._work(run))
-        except asyncio.CancelledError:
-            if run.canceling is None:  # not the goal, its node was ended
+        except asyncio.CancelledError as interruption:
+            if (stray := stray_cancel(interruption, self.label)) is not None:
+                self._fail(run, stray)
+            elif run.last is not None:
+                run.end(self._outcome(run))
+            elif run.canceling is not None:
+                run.end(Outcome(run.verdict, reason=run.canceling))
+            else:  # not the goal, its node was ended
                 run.end(Outcome(GoalStatus.ABORTED, reason=f"{self.node.fqn} ended while the goal ran"))
                 raise
-            run.end(Outcome(GoalStatus.CANCELED, reason=run.canceling))
         except Reject as refusal:
             run.end(Outcome(GoalStatus.ABORTED, reason=refusal.reason))
         except Exception as error:
-            self.node.goal_failed(self.label, error)
-            run.end(Outcome(GoalStatus.ABORTED, reason=f"{type(error).__name__}: {error}"))
+            self._fail(run, error)
         finally:
             self.running.pop(run, None)
             self._start_next()
 
+    def _fail(self, run: GoalRun, error: Exception) -> None:
+        result = run.last.result if run.last is not None else None
+        run.end(Outcome(GoalStatus.ABORTED, result, f"{type(error).__name__}: {error}"))
+        self.node.goal_failed(self.label, error)
+
     async def _work(self, run: GoalRun) -> Outcome:
         """Step the body to its end."""
         body = self.handler(run.goal_message)
-        last: Done[Any] | Aborted[Any] | None = None
-        canceled_at_last = False
         step: Awaitable[Any] = body.__anext__()
         while True:
             try:
                 item = await step
             except StopAsyncIteration:
-                return self._outcome(run, last, canceled=canceled_at_last)
-            if last is not None:
-                step = body.athrow(RuntimeError(f"{self.label} yielded again after its last item {last!r}"))
-            elif isinstance(item, Done | Aborted):
-                last = self._checked(item)  # pyright: ignore[reportUnknownArgumentType]
-                canceled_at_last = run.canceling is not None
+                return self._outcome(run)
+            if (wrong := self._refused(run, item)) is not None:
+                run.ignored += 1
+                if run.ignored > IGNORED:
+                    await body.aclose()
+                    raise RuntimeError(
+                        f"{self.label} went on after {IGNORED} errors thrown into it; it was closed. The last: {described(wrong)}"
+                    )
+                step = body.athrow(wrong)
+            elif run.last is not None:
                 step = body.__anext__()
             else:
                 step = await self._feed(run, body, item)
 
+    def _refused(self, run: GoalRun, item: Any) -> BaseException | None:
+        """What is wrong with an item; a last item without fault is taken."""
+        if run.last is not None:
+            return RuntimeError(f"{self.label} yielded again after its last item {run.last!r}")
+        if isinstance(item, Done | Aborted):
+            last: Done[Any] | Aborted[Any] = item  # pyright: ignore[reportUnknownVariableType]
+            if last.result.__class__ is not self.action.result:
+                return WrongType(f"{self.label} ends with {self.action.result.__name__}, not {described(last.result)}")
+            run.last = last
+            run.canceled_at_last = run.canceling is not None
+            return None
+        if item.__class__ is not self.action.feedback:
+            return WrongType(f"{self.label} yields {self.action.feedback.__name__}, Done or Aborted, not {described(item)}")
+        return asyncio.CancelledError(run.canceling) if run.canceling is not None else None
+
     async def _feed(self, run: GoalRun, body: AsyncGenerator[Any, None], item: Any) -> Awaitable[Any]:
         """Hand a feedback on and give the loop a turn; the next step of the body, or the interruption to throw into it."""
-        if item.__class__ is not self.action.feedback:
-            return body.athrow(
-                WrongType(
-                    f"{self.label} yields {self.action.feedback.__name__}, Done or Aborted, not {type(item).__name__} {item!r:.60}"
-                )
-            )
-        if run.canceling is not None:
-            run.ignored += 1
-            if run.ignored > IGNORED_CANCELS:
-                await body.aclose()
-                raise RuntimeError(f"{self.label} ignored {IGNORED_CANCELS} cancellations; it was closed")
-            return body.athrow(asyncio.CancelledError(run.canceling))
         run.feedback_count += 1
         if run.on_feedback is not None:
             run.on_feedback(item)
@@ -375,23 +444,17 @@ class ActionServer:
             self.on_feedback(run.goal_id, item)
         try:
             await asyncio.sleep(0)
-        except BaseException as interruption:
+        except asyncio.CancelledError as interruption:
             return body.athrow(interruption)
         return body.__anext__()
 
-    def _checked(self, last: Done[Any] | Aborted[Any]) -> Done[Any] | Aborted[Any]:
-        if last.result.__class__ is not self.action.result:
-            raise WrongType(
-                f"{self.label} ends with {self.action.result.__name__}, not {type(last.result).__name__} {last.result!r:.60}"
-            )
-        return last
-
-    def _outcome(self, run: GoalRun, last: Done[Any] | Aborted[Any] | None, *, canceled: bool) -> Outcome:
+    def _outcome(self, run: GoalRun) -> Outcome:
+        last = run.last
         if isinstance(last, Aborted):
             return Outcome(GoalStatus.ABORTED, last.result, last.reason)
         if last is not None:
-            return Outcome(GoalStatus.CANCELED if canceled else GoalStatus.SUCCEEDED, last.result, run.canceling or "")
+            return Outcome(run.verdict if run.canceled_at_last else GoalStatus.SUCCEEDED, last.result, run.canceling or "")
         if run.canceling is not None:
-            return Outcome(GoalStatus.CANCELED, reason=run.canceling)
+            return Outcome(run.verdict, reason=run.canceling)
         self.node.warn("an action body ended without Done or Aborted", handler=self.label)
         return Outcome(GoalStatus.ABORTED, reason="its body ended without a result: end it with `yield Done(result)`")

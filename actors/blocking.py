@@ -142,8 +142,7 @@ class OpenBlockingNode:
             await asyncio.wrap_future(self._left)
 
     def _end(self) -> None:
-        with contextlib.suppress(InvalidStateError):  # it has ended by itself
-            self._left.set_result(None)
+        _set(self._left)
         if self._life is not None:
             wait([self._life])
         if self._thread is not None:
@@ -214,26 +213,28 @@ class BlockingNode:
     ) -> R:
         """Send a goal, wait for its end and give its result; `timeout` bounds the wait for its acceptance.
 
-        `on_feedback` is called in this thread; the slower it is, the more feedback it misses (KEEP_LAST 10). What it raises, and Ctrl-C,
-        cancels the goal. Raises `GoalRejected`, `GoalCanceled`, `GoalAborted`, `ActionUnavailable`, `NodeRestarting` or `NotRunning`.
+        `on_feedback` is called in this thread; while it works the newest ten wait and older ones are lost. What it raises, and Ctrl-C,
+        cancels the goal. Raises `GoalRejected`, `GoalCanceled`, `GoalAborted`, `ActionUnavailable`, `NodeRestarting`, `NotRunning`.
         """
-        turns: SimpleQueue[F | None] = SimpleQueue()
+        turns: SimpleQueue[tuple[F, Future[None]] | None] = SimpleQueue()
 
         async def work(node: Node) -> R:
             async with node.start(action, goal, timeout=timeout) as running:
-                async for feedback in running:
-                    if on_feedback is not None:
-                        turns.put(feedback)
+                if on_feedback is not None:
+                    async for feedback in running:
+                        taken: Future[None] = Future()
+                        turns.put((feedback, taken))
+                        await asyncio.wrap_future(taken)
                 return await running
 
         future = self._begin(work, "`async with node.start(...) as goal`")
         future.add_done_callback(lambda _: turns.put(None))
         try:
-            while (feedback := turns.get()) is not None:
-                assert on_feedback is not None
-                on_feedback(feedback)
+            while on_feedback is not None and (turn := turns.get()) is not None:
+                on_feedback(turn[0])
+                _set(turn[1])
         except BaseException:
-            future.cancel()
+            self._forget(future)
             raise
         return self._finish(future)
 
@@ -242,7 +243,7 @@ class BlockingNode:
 
         ``node.run(lambda node: node.wait_for(ADD, timeout=5.0))``
         """
-        return self._do(work, "`await` itself")
+        return self._do(work, "the coroutine itself")
 
     def _stream(self, node: Node, topic: Topic[M]) -> Stream[M]:
         stream = self._streams.get(topic)
@@ -269,12 +270,20 @@ class BlockingNode:
         except CancelledError:
             raise NotRunning(f"{self!r}: its system ended while this thread waited for it; open another one") from None
         finally:
-            future.cancel()  # Ctrl-C: what nobody waits for any more; else it is done already
-            self._open.pop(future, None)
+            self._forget(future)
+
+    def _forget(self, future: Future[Any]) -> None:
+        future.cancel()  # Ctrl-C: nobody waits for it any more; else it is done already
+        self._open.pop(future, None)
 
     def _ended(self, life: Future[None]) -> None:
         for future in list(self._open):
             future.cancel()
+
+
+def _set(future: Future[None]) -> None:
+    with contextlib.suppress(InvalidStateError):  # who waited for it has been canceled
+        future.set_result(None)
 
 
 def _refuse_in_loop(what: str, remedy: str) -> None:
@@ -282,6 +291,4 @@ def _refuse_in_loop(what: str, remedy: str) -> None:
         asyncio.get_running_loop()
     except RuntimeError:
         return
-    raise InsideEventLoop(
-        f"{what} blocks, and this thread runs an event loop, which would stand still: use {remedy} here"
-    )
+    raise InsideEventLoop(f"{what} would block the event loop that runs in this thread: await instead, with {remedy}")

@@ -13,7 +13,7 @@ from collections.abc import Awaitable, Callable, Coroutine
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
-from actors.errors import CallTimeout, NotStarted, WrongThread, WrongType
+from actors.errors import CallTimeout, NotStarted, WrongThread, WrongType, described
 from actors.inbox import Inbox
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ class Publisher(Generic[M]):
             )
         if message.__class__ is not self.type:
             raise WrongType(
-                f"{self.node.fqn} publishes {self.type.__name__} on {self.entry.name}, not {_described(message)}"
+                f"{self.node.fqn} publishes {self.type.__name__} on {self.entry.name}, not {described(message)}"
             )
         if not self.suspended:
             raise NotStarted(f"{self.node.fqn} has ended: it can no longer publish on {self.entry.name}")
@@ -392,7 +392,3 @@ class Stream(Generic[M]):
             await queue.waiter
         finally:
             queue.waiter = None
-
-
-def _described(value: object) -> str:
-    return f"{type(value).__name__} {value!r:.60}"

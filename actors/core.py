@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from actors import names
 from actors.actions import ActionServer
 from actors.channel import ConcurrentFeed, Feed, Publisher, Stream, Subscription
-from actors.errors import DeclarationError, NodeRestarting, NotRunning, NotStarted, WrongThread
+from actors.errors import DeclarationError, NodeRestarting, NotRunning, NotStarted, WrongThread, described
 from actors.goal_client import Goal
 from actors.inbox import Inbox, Item, awaited_in
 from actors.qos import (
@@ -169,7 +169,7 @@ class Core:
 
     __slots__ = (
         "_clients", "_log", "_parameters", "_rng", "blueprint", "derived", "ended", "identity", "inbox", "incarnation", "mailbox", "node",
-        "publishers", "publishing", "streams", "system", "tasks", "timers", "waits_for",
+        "publishers", "publishing", "serving", "streams", "system", "tasks", "timers", "waits_for",
     )  # fmt: skip
 
     def __init__(self, system: System, node: Node, blueprint: Blueprint, identity: Identity, mailbox: Mailbox) -> None:
@@ -191,6 +191,8 @@ class Core:
         """Services that ROS 2 gives every node, as far as somebody asked for them."""
         self.tasks: dict[asyncio.Task[Any], None] = {}
         self.publishing = True
+        self.serving = False
+        """Whether the start phase is over: what came meanwhile has waited for that."""
         self.ended = False
         self.waits_for: Any = None
         self._clients: dict[Any, Client[Any, Any]] = {}
@@ -329,12 +331,20 @@ class Core:
         feed.handler = handler
         if isinstance(feed, ConcurrentFeed):
             feed.active = 0
-            feed.spawn = self.spawn
+            feed.spawn = self.spawn if self.serving else None
         if fresh:
             entry.add_subscription(feed)
-        elif isinstance(feed, ConcurrentFeed):
-            for _ in range(min(concurrent, len(feed.messages))):
-                feed.work()
+
+    def serve_concurrently(self) -> None:
+        """The node has started: begin with the messages and requests that have come meanwhile for concurrent handlers."""
+        self.serving = True
+        for feed in self.mailbox.feeds:
+            if isinstance(feed, ConcurrentFeed):
+                feed.spawn = self.spawn
+                for _ in range(min(feed.concurrent, len(feed.messages))):
+                    feed.work()
+        for server in self.mailbox.services.values():
+            server.begin()
 
     def _left_over(self, entry: TopicEntry, type: type[M], label: str, concurrent: int) -> Feed[M] | None:
         """The first queue of this handler that the last incarnation had and this one has not yet."""
@@ -524,11 +534,6 @@ class Failure:
 
     def run(self) -> None:
         raise self.error
-
-
-def described(error: BaseException) -> str:
-    """An error in a log line: its type and its text."""
-    return f"{type(error).__name__}: {error}"
 
 
 class StopServing(BaseException):

@@ -23,6 +23,11 @@ __all__ = [
 ]
 
 
+def described(value: object) -> str:
+    """A value or an error in a sentence: its type and its text, the text of a value kept short."""
+    return f"{type(value).__name__}: {value}" if isinstance(value, BaseException) else f"{type(value).__name__} {value!r:.60}"
+
+
 class ActorError(Exception):
     """Base of all errors that `actors` raises about the running system."""
 
@@ -90,7 +95,7 @@ class ActionUnavailable(ActorError, TimeoutError):
 
 
 class Reject(Exception):
-    """Raise it in an ``@ACTION.accepts`` method (or first thing in the action itself) to reject a goal with a reason."""
+    """Raise it in an ``@ACTION.accepts`` method to reject a goal with a reason. Out of the action itself it aborts the goal."""
 
     def __init__(self, reason: str = "") -> None:
         super().__init__(reason)

@@ -21,6 +21,7 @@ from actors.errors import (
     WrongType,
 )
 from actors.goals import GoalStatus
+from actors.services import Caller, refuse_cycle
 
 if TYPE_CHECKING:
     from actors.contracts import Action
@@ -40,11 +41,8 @@ CLEANUP_SECONDS = 5.0
 """How long leaving a goal's block waits for the canceled body to clean up."""
 
 
-class Starter(Protocol):
+class Starter(Caller, Protocol):
     """What a goal asks of the node that starts it."""
-
-    @property
-    def fqn(self) -> str: ...
 
     def new_id(self) -> bytes: ...
 
@@ -128,9 +126,9 @@ class Goal(Generic[R, F]):
         run = self._run
         if run is None:
             raise NotStarted(f"{self!r}: there is nothing to cancel")
-        if run.outcome is not None or not await run.server.allow_cancel(run):
-            return False
-        return run.cancel(reason)
+        if run.canceling is not None:
+            return run.outcome is None
+        return run.cancelable and await run.server.allow_cancel(run) and run.cancel(reason)
 
     async def ended(self) -> Outcome:
         """Wait for the end and give it as a value: never raises for a goal that failed."""
@@ -193,13 +191,21 @@ class Goal(Generic[R, F]):
         run = GoalRun(entry.server, self._node.new_id(), self._message)
         run.on_feedback = self._on_feedback
         run.on_outcome = self._on_outcome
+        node, host = self._node, entry.server.node
+        holding = node.inbox.task is asyncio.current_task()
+        if holding:
+            refuse_cycle(node, host)
+            node.waits_for = host
         entry.server.submit(run)
         try:
             await run.accepted
         except asyncio.CancelledError:
-            if not run.accepted.cancelled():  # it was accepted in this very moment: nobody will look after it
+            if not run.accepted.cancelled() and run.accepted.exception() is None:  # accepted in this very moment, and nobody looks after it
                 run.cancel("its client was canceled")
             raise
+        finally:
+            if holding:
+                node.waits_for = None
         self._run = run
 
     def _on_feedback(self, feedback: F) -> None:

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import Any, Protocol
 
-__all__ = ["HOLDING_SECONDS", "Inbox", "Item", "awaited_in"]
+__all__ = ["HOLDING_SECONDS", "Inbox", "Item", "awaited_in", "stray_cancel"]
 
 HOLDING_SECONDS = 0.5
 """A plain handler that keeps the others waiting for longer than this is reported once (architecture section 5)."""
@@ -129,16 +129,9 @@ class Inbox:
 
     def _failed(self, item: Item, error: Exception | asyncio.CancelledError) -> None:
         """Raise what ends the incarnation: the error of an item, unless `on_error` says "continue"."""
-        if isinstance(error, asyncio.CancelledError):
-            if self.task is None or self.task.cancelling():
-                raise error
-            stray, error = (
-                error,
-                RuntimeError(f"{item.label} awaited something that was canceled, and did not handle it"),
-            )
-            error.__cause__ = stray
-        if self.on_error is None or self.on_error(error, item.label) != "continue":
-            raise error
+        failure = stray_cancel(error, item.label) if isinstance(error, asyncio.CancelledError) else error
+        if failure is None or self.on_error is None or self.on_error(failure, item.label) != "continue":
+            raise failure or error
 
     def _look(self, handled: int) -> None:
         """Half a second after somebody found the node busy: is it still busy with the same item?"""
@@ -156,6 +149,19 @@ class Inbox:
         if item.label not in self.reported and self.on_holding is not None:
             self.reported.add(item.label)
             self.on_holding(item, seconds)
+
+
+def stray_cancel(error: asyncio.CancelledError, label: str) -> RuntimeError | None:
+    """A cancellation that was not meant for the running task, as the error of the handler that let it out; else None.
+
+    A handler that awaits a task or future which somebody cancels meets it: that is its failure, not the end of its node's task.
+    """
+    task = asyncio.current_task()
+    if task is None or task.cancelling():
+        return None
+    failure = RuntimeError(f"{label} awaited something that was canceled, and did not handle it")
+    failure.__cause__ = error
+    return failure
 
 
 def awaited_in(task: asyncio.Task[Any]) -> str:

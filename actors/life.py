@@ -48,6 +48,7 @@ class NodeLife:
                 self.system.running_now(core)
                 if self.asked is not None:
                     core.request_stop(self.asked)
+                core.serve_concurrently()
                 await core.inbox.serve()
             except StopServing as request:
                 await self._clean_up(core, Stopped(request.reason))

@@ -17,7 +17,7 @@ from collections.abc import Callable, Coroutine, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar
 
 from actors.blueprint import Blueprint
-from actors.errors import NotStarted
+from actors.errors import ActionUnavailable, NotStarted, ServiceUnavailable
 from actors.qos import QoS, of
 
 if TYPE_CHECKING:
@@ -176,16 +176,26 @@ class Node:
     async def wait_for(
         self, *contracts: Service[Any, Any] | Action[Any, Any, Any], timeout: float | None = None
     ) -> None:
-        """Wait until somebody serves every one of these. Raises `TimeoutError` after `timeout` seconds."""
+        """Wait until somebody serves every one of these, `timeout` seconds at most in all.
+
+        Raises `ServiceUnavailable` or `ActionUnavailable`, both of them `TimeoutError`s, for the first one that nobody serves by then.
+        """
         from actors.contracts import Service
 
         core = self.core
-        async with asyncio.timeout(timeout):
-            for contract in contracts:
-                if isinstance(contract, Service):
-                    await core.system.graph.service(core.identity.service(contract.name)).available()
-                else:
-                    await core.system.graph.action(core.identity.service(contract.name)).available()
+        end = None if timeout is None else core.system.loop.time() + timeout
+        for contract in contracts:
+            name = core.identity.service(contract.name)
+            graph = core.system.graph
+            entry = graph.service(name) if isinstance(contract, Service) else graph.action(name)
+            try:
+                async with asyncio.timeout_at(end):
+                    await entry.available()
+            except TimeoutError:
+                missing = ServiceUnavailable if isinstance(contract, Service) else ActionUnavailable
+                raise missing(
+                    f"nobody serves {name} after {timeout:g} s: start its node, or check the name and namespace"
+                ) from None
 
     def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
         """A goal, to be entered with ``async with``; `timeout` bounds the wait for its acceptance."""

@@ -20,7 +20,7 @@ from actors.errors import (
     ServiceUnavailable,
     WrongType,
 )
-from actors.inbox import Inbox
+from actors.inbox import Inbox, stray_cancel
 
 if TYPE_CHECKING:
     from actors.contracts import Service
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from actors.graph import ServiceEntry
     from actors.interfaces.message import Message
 
-__all__ = ["Caller", "Client", "Request", "Server"]
+__all__ = ["Caller", "Client", "Request", "Server", "refuse_cycle"]
 
 Req = TypeVar("Req", bound="Message")
 Resp = TypeVar("Resp", bound="Message")
@@ -38,6 +38,7 @@ class Caller(Protocol):
     """What a call asks of the node that makes it, and of the node that serves it."""
 
     incarnation: int
+    serving: bool
     waits_for: Caller | None
 
     @property
@@ -91,10 +92,15 @@ class Server:
         self.active[request] = None
         if not self.concurrent:
             self.node.inbox.put(request)
-        elif len(self.active) - len(self.waiting) <= self.concurrent:
+        elif self.node.serving and len(self.active) - len(self.waiting) <= self.concurrent:
             self.node.spawn(self._work(request), name=self.label)
         else:
             self.waiting.append(request)
+
+    def begin(self) -> None:
+        """The node has started: work off what has come meanwhile."""
+        for _ in range(min(self.concurrent, len(self.waiting))):
+            self.node.spawn(self._work(self.waiting.popleft()), name=self.label)
 
     def fail_all(self, error: Callable[[], Exception]) -> None:
         """The node has ended: nobody waits on a corpse."""
@@ -138,15 +144,33 @@ class Request:
                 reply = await server.handler(self.message)
                 if reply.__class__ is not server.response:
                     raise WrongType(f"{server.label} answered {type(reply).__name__}, not {server.response.__name__}")
+            except asyncio.CancelledError as error:
+                if (stray := stray_cancel(error, server.label)) is None:
+                    raise
+                self._fail(stray)
             except Exception as error:
-                server.failures += 1
-                server.node.service_failed(server.label, error)
-                if not future.done():
-                    future.set_exception(ServiceFailed(server.node.fqn, type(error).__name__, str(error)))
+                self._fail(error)
             else:
                 if not future.done():
                     future.set_result(reply)
         server.active.pop(self, None)
+
+    def _fail(self, error: Exception) -> None:
+        server = self.server
+        server.failures += 1
+        if not self.future.done():
+            self.future.set_exception(ServiceFailed(server.node.fqn, type(error).__name__, str(error)))
+        server.node.service_failed(server.label, error)
+
+
+def refuse_cycle(node: Caller, other: Caller | None) -> None:
+    """Raise `CallCycle` if `node`, whose handler holds its inbox, is about to wait for `other`, which waits for `node`."""
+    chain: list[str] = [node.fqn]
+    while other is not None:
+        if other is node:
+            raise CallCycle(tuple(chain))
+        chain.append(other.fqn)
+        other = other.waits_for
 
 
 class Client(Generic[Req, Resp]):
@@ -181,13 +205,7 @@ class Client(Generic[Req, Resp]):
     async def _exclusively(self, server: Server, message: Req, future: asyncio.Future[Resp]) -> Resp:
         """Call out of a handler that holds its inbox: refuse what would wait for itself."""
         node = self.node
-        chain: list[str] = [node.fqn]
-        other: Caller | None = server.node
-        while other is not None:
-            if other is node:
-                raise CallCycle(tuple(chain))
-            chain.append(other.fqn)
-            other = other.waits_for
+        refuse_cycle(node, server.node)
         node.waits_for = server.node
         try:
             server.submit(Request(server, message, future, node))

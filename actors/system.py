@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any
 
 from actors import derived
 from actors.clock import Clock
-from actors.core import Core, Identity, Mailbox, described
+from actors.core import Core, Identity, Mailbox
 from actors.deadlines import Deadlines
-from actors.errors import DeclarationError, NotRunning, NotStarted
+from actors.errors import DeclarationError, NotRunning, NotStarted, described
 from actors.graph import Graph
 from actors.life import NodeLife
 from actors.logs import ERROR, INFO, WARN, LogRecord, LogSink, NodeLog, structlog_sink

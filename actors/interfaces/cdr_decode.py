@@ -59,10 +59,10 @@ class _Decoder:
         self.wide_factor = wide_size(1, wstrings)
         self.lines: list[str] = []
         self.indent = 1
-        self.at = START
-        self.layout = ""
+        self.at: Position = START
+        self.layout: str = ""
         self.names: list[str] = []
-        self.size = 0
+        self.size: int = 0
         self.count = 0
 
     def text(self, cls: type[Message]) -> str:
@@ -77,8 +77,15 @@ class _Decoder:
         self.lines.append("    " * self.indent + text)
 
     def name(self, prefix: str) -> str:
+        """A variable of the generated code."""
         self.count += 1
         return f"{prefix}{self.count}"
+
+    def constant(self, prefix: str, value: Any) -> str:
+        """A name that the generated code has for `value`."""
+        name = f"{prefix}{len(self.scope)}"
+        self.scope[name] = value
+        return name
 
     def primitive(self, code: str) -> str:
         """Adds one primitive to the run that will be unpacked at once; returns the variable it will be in."""
@@ -105,8 +112,7 @@ class _Decoder:
     def flush(self) -> None:
         """Unpacks the run collected so far."""
         if self.names:
-            unpack = self.name("S")
-            self.scope[unpack] = struct.Struct(self.order + self.layout).unpack_from
+            unpack = self.constant("S", struct.Struct(self.order + self.layout).unpack_from)
             self.line(f"{', '.join(self.names)}, = {unpack}(d, i)")
         if self.size:
             self.line(f"i += {self.size}")
@@ -124,9 +130,8 @@ class _Decoder:
                 plain.append(f"{field.name}={value}")
         if not cls.__ros_fields__:
             self.skip("x", EMPTY_SIZE)
-            self.scope[name := self.name("C")] = cls()  # one for all, however many a sequence claims to hold
-            return name
-        self.scope[name := self.name("C")] = cls
+            return self.constant("C", cls())  # one for all, however many a sequence claims to hold
+        name = self.constant("C", cls)
         if odd:
             plain.append("**{" + ", ".join(odd) + "}")
         return f"{name}({', '.join(plain)})"
@@ -186,8 +191,7 @@ class _Decoder:
         elif (padding := self.at.padding(size)) != 0:
             step = "(4 - i & 7)" if padding is None else str(padding)
             self.line(f"if {count}: i += {step}")
-        name, read = self.name("a"), self.name("R")
-        self.scope[read] = reader(field.type, self.order)
+        name, read = self.name("a"), self.constant("R", reader(field.type, self.order))
         self.line(f"j = i + {count} * {size}")
         self.line(f"if j > e: TOO_LONG({where!r}, {count}, i, e)")
         self.line(f"{name} = {read}(d, i, j)")
@@ -209,11 +213,13 @@ class _Decoder:
         name = self.name("l")
         self.line(f"{name} = []")
         self.at, _ = loop(field, entry)
+        outside = self.count
         self.line(f"for _ in range({count}):")
         self.indent += 1
         item = self.element(field, f"{where}[]")
         self.flush()
         self.line(f"{name}.append({item})")
         self.indent -= 1
+        self.count = outside  # the variables of the loop are free again: a frame with hundreds of them costs memory
         self.at = self.at if field.type.array == "fixed" else entry.meet(self.at)
         return f"tuple({name})"

@@ -37,10 +37,10 @@ class _Encoder:
         self.scope["WIDE"] = partial(encode_wide, form=wstrings)
         self.lines: list[str] = []
         self.indent = 1
-        self.at = START
-        self.layout = "I"
+        self.at: Position = START
+        self.layout: str = "I"
         self.values = [str(LITTLE_ENDIAN)]
-        self.size = 0  # of the run that is being collected, without the header
+        self.size: int = 0  # of the run that is being collected, without the header
         self.listed = has_loop(cls)  # parts go to a list; without loops their number is known, and they are variables
         self.parts: list[str] = []
         self.count = 0
@@ -62,8 +62,15 @@ class _Encoder:
         self.lines.append("    " * self.indent + text)
 
     def name(self, prefix: str) -> str:
+        """A variable of the generated code."""
         self.count += 1
         return f"{prefix}{self.count}"
+
+    def constant(self, prefix: str, value: Any) -> str:
+        """A name that the generated code has for `value`."""
+        name = f"{prefix}{len(self.scope)}"
+        self.scope[name] = value
+        return name
 
     def part(self, expression: str) -> None:
         """Adds bytes to the result."""
@@ -97,8 +104,7 @@ class _Encoder:
     def flush(self) -> None:
         """Packs the run collected so far."""
         if self.layout:
-            pack = self.name("S")
-            self.scope[pack] = struct.Struct(f"<{self.layout}").pack
+            pack = self.constant("S", struct.Struct(f"<{self.layout}").pack)
             self.part(f"{pack}({', '.join(self.values)})")
         if self.size:
             self.line(f"n += {self.size}")
@@ -187,6 +193,7 @@ class _Encoder:
             self.align(alignment)
             self.flush()
             self.indent -= 1
+        outside = self.count
         item = self.name("e")
         self.at, _ = loop(field, entry)
         self.line(f"for {item} in {value}:")
@@ -194,4 +201,5 @@ class _Encoder:
         self.element(field, item)
         self.flush()
         self.indent -= 1
+        self.count = outside  # the variables of the loop are free again
         self.at = self.at if field.type.array == "fixed" else entry.meet(self.at)

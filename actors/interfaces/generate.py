@@ -17,6 +17,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from actors.interfaces.errors import BadDeclaration, InterfaceError
 from actors.interfaces.fields import INTEGER_RANGES, PRIMITIVES, STRINGS, FieldType
 from actors.interfaces.naming import KINDS, Kind
 from actors.interfaces.parse import PARTS, Definition, FieldDefinition, MessageDefinition, parse
@@ -41,6 +42,7 @@ def generate(path: Path, home: str) -> dict[str, str]:
 
     Raises:
         DefinitionError: a file cannot be read.
+        BadDeclaration: a field has a name that Python cannot spell.
     """
     modules: dict[str, str] = {}
     ours = read_folder(path)
@@ -119,7 +121,7 @@ class Module:
 
     def _field(self, field: FieldDefinition) -> list[str]:
         if keyword.iskeyword(field.name):
-            raise SystemExit(
+            raise BadDeclaration(
                 f"{self.package}: field {field.name!r} is a Python keyword, which a class body cannot spell; "
                 "load this package at run time instead (actors.interfaces.load_folder)"
             )
@@ -239,7 +241,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     out: Path = options.out or options.folder.resolve().parent
     home = options.home or ".".join(Path(os.path.relpath(out)).parts)
-    modules = generate(options.folder, home)
+    try:
+        modules = generate(options.folder, home)
+    except InterfaceError as error:
+        parser.exit(1, f"{error}\n")
     if not modules:
         parser.error(f"no definition in {options.folder}; expected <package>/<msg|srv|action>/<Name>.<msg|srv|action>")
     stale = [name for name, text in modules.items() if not _same(out / name, text)]

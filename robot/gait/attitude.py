@@ -9,40 +9,31 @@ from __future__ import annotations
 from math import asin, atan2, cos, sin, sqrt
 
 from robot.gait.figures import GRAVITY
+from robot.gait.gyro_bias import GyroBias
+from robot.gait.limbs import Triple
 
 __all__ = ["AttitudeFilter"]
-
-Triple = tuple[float, float, float]
 
 GRAVITY_GAIN = 0.4
 """How fast the horizon follows the accelerometer, 1/s."""
 EAGER_GAIN, EAGER_TIME = 10.0, 0.4
 """The same in the first moments (1/s, s): the very first sample may have been taken in a bump."""
-BIAS_GAIN = 0.01
-"""How fast the gyro's bias follows the same error, 1/s2."""
-STILL_RATE = 0.02
-"""A robot that is said to stand still and shows more than this (rad/s) does not."""
-LEAST_MEAN, LONGEST_MEAN, FORGET = 0.05, 20.0, 60.0
-"""The bias is the mean over this many seconds of standing still: at first (as good as the sensor's bias is known beforehand),
-at most, and the time constant with which a walk forgets it."""
 
 
 class AttitudeFilter:
     """Orientation body to odom, as quaternion and rotation matrix, and the gyro's bias. Plain floats throughout."""
 
-    __slots__ = ("age", "bias", "learned", "quaternion", "rotation", "turn", "up")
+    __slots__ = ("age", "bias", "quaternion", "rotation", "turn", "up")
 
     def __init__(self) -> None:
         self.quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
-        self.bias: Triple = (0.0, 0.0, 0.0)
+        self.bias = GyroBias()
         self.turn: Triple = (0.0, 0.0, 0.0)
         """Angular velocity without the bias, body axes, rad/s."""
         self.up: Triple = (0.0, 0.0, 1.0)
         """The world's vertical in body axes: the third row of the rotation."""
         self.rotation: tuple[Triple, Triple, Triple] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         self.age = 0.0
-        self.learned = LEAST_MEAN
-        """Seconds of standing still that the bias has been learned from and that still count."""
 
     @property
     def yaw(self) -> float:
@@ -74,16 +65,12 @@ class AttitudeFilter:
         ex, ey, ez = (ay * uz - az * uy) / GRAVITY, (az * ux - ax * uz) / GRAVITY, (ax * uy - ay * ux) / GRAVITY
         self.age += dt
         gain = EAGER_GAIN if self.age < EAGER_TIME else GRAVITY_GAIN
-        bx, by, bz = self.bias
-        dx, dy, dz = gyro[0] - bx, gyro[1] - by, gyro[2] - bz
-        if still and max(abs(dx), abs(dy), abs(dz)) < STILL_RATE:
-            self.learned = min(self.learned + dt, LONGEST_MEAN)
-            rate = dt / self.learned
-            bx, by, bz = bx + rate * dx, by + rate * dy, bz + rate * dz
+        self.bias.wander(dt)
+        if still and self.age > EAGER_TIME:
+            self.bias.rest(gyro)
         else:
-            self.learned = max(LEAST_MEAN, self.learned - self.learned * dt / FORGET)
-            bx, by = bx - BIAS_GAIN * ex * dt, by - BIAS_GAIN * ey * dt
-        self.bias = (bx, by, bz)
+            self.bias.lean(dt, ex, ey)
+        bx, by, bz = self.bias.value
         wx, wy, wz = gyro[0] - bx, gyro[1] - by, gyro[2] - bz
         self.turn = (wx, wy, wz)
         self._rotate((wx + gain * ex) * dt, (wy + gain * ey) * dt, (wz + gain * ez) * dt)

@@ -126,7 +126,7 @@ class GaitController:
             velocity=np.array((cos(yaw) * vx + sin(yaw) * vy, cos(yaw) * vy - sin(yaw) * vx, vz)),
             angular_velocity=np.array(estimate.attitude.turn),
             contact=estimate.contact,
-            gyro_bias=np.array(estimate.attitude.bias),
+            gyro_bias=np.array(estimate.attitude.bias.value),
             slope=(self._terrain.slope_x, self._terrain.slope_y),
         )
 

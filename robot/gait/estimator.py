@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from robot.gait.attitude import AttitudeFilter
 from robot.gait.figures import FOOT_RADIUS, GRAVITY
-from robot.gait.limbs import Limbs, foot_velocities, limbs
+from robot.gait.gyro_bias import FootLine
+from robot.gait.limbs import Limbs, Triple, foot_velocities, limbs
 from robot.world.body import ImuSample, JointSample, Vector
 
 __all__ = ["Estimator"]
@@ -34,6 +35,11 @@ DOUBT = 31.0
 """Factor on the variance of a foot that has just landed, is about to lift or seems to slip."""
 SETTLING = 0.02
 """Seconds a foot counts as just landed."""
+FIRM = 0.03
+"""Seconds after which a landed foot stands firmly enough to tell about turning."""
+SLOW_TURN = 0.3
+"""A robot that turns faster (rad/s) twists its feet on the ground: they say nothing about the gyro then."""
+_NOWHERE: Triple = (0.0, 0.0, 0.0)
 SLIP = 0.35
 """A standing foot that differs from the rest by this speed (m/s) is doubted."""
 FLOOR_TIME = 0.5
@@ -66,6 +72,7 @@ class Estimator:
         self._spread = np.diag([1e-6, 1e-4, 1e-4, 1e-4, 1e-4, 1e-4])
         self._standing_for = [0.0] * 4
         self._smooth_velocity = np.zeros(3)
+        self._line = FootLine()
         self._started = False
 
     def update(
@@ -104,6 +111,7 @@ class Estimator:
             self._rest()
         self._pin_height(dt)
         self._watch_acceleration(dt, told)
+        self._watch_heading(dt, arms, roll, leaving)
 
     def _begin(self, arms: Vector) -> None:
         self._started = True
@@ -191,7 +199,19 @@ class Estimator:
         self.own_acceleration = change
 
 
-def _triple(values: Vector) -> tuple[float, float, float]:
+    def _watch_heading(self, dt: float, arms: Vector, roll: Vector, leaving: Sequence[bool]) -> None:
+        """Learn the gyro's bias about the vertical from the line between two firmly standing feet."""
+        firm = [leg for leg in range(4) if self._standing_for[leg] > FIRM and not leaving[leg]]
+        pair, arm, rolls = (-1, -1), _NOWHERE, _NOWHERE
+        if len(firm) == 2 and abs(self.attitude.turn[2]) < SLOW_TURN:
+            pair = (firm[0], firm[1])
+            arm, rolls = _triple(arms[pair[1]] - arms[pair[0]]), _triple(roll[pair[1]] - roll[pair[0]])
+        told = self._line.update(dt, pair, arm, rolls)
+        if told is not None:
+            self.attitude.bias.turning(*told)
+
+
+def _triple(values: Vector) -> Triple:
     x, y, z = values.tolist()
     return (x, y, z)
 

@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 
 _REACH = 3.0
 """Half side of the square around the robot in which motion is checked, m."""
+_NEAR = 1.0
+"""Distances to marks beyond this do not matter, m."""
 _SETTLED = 0.4
 """A place marked for longer than this holds something that stands, s."""
 _FAR = 10.0
@@ -48,8 +50,6 @@ class Surroundings:
         self._corner = (0, 0)
         self.changes = 0
         """Counts the scans that added or removed marks."""
-        # The first distance transform imports scipy (0.3 s): now, not while the robot walks toward its first surprise.
-        distance_to(np.eye(2, dtype=np.bool_), 1.0)
 
     def __repr__(self) -> str:
         return f"Surroundings({self.grid!r}, {int(self._marked.sum())} cells marked by the LiDAR)"
@@ -98,6 +98,8 @@ class Surroundings:
         # beam.
         unexplained = grid.clearance[rows, columns] > 0.10 + 0.02 * ranges[inside]
         rows, columns = rows[unexplained], columns[unexplained]
+        if not len(rows) and not self._marked.any():
+            return
         known = self._known(now, rows, columns)
         self.movers.update(now, x[inside][unexplained], y[inside][unexplained], known)
         self._since[rows, columns] = np.minimum(self._since[rows, columns], now)
@@ -132,8 +134,8 @@ class Surroundings:
     # --- distances --------------------------------------------------------------------------------------------------
 
     def extra(self) -> Floats | None:
-        """Clearance (m) from the marks alone, per cell of the map; None when nothing is marked."""
-        return distance_to(self._marked, self.grid.resolution) if self._marked.any() else None
+        """Clearance (m) from the marks alone, per cell of the map, 1 m at most; None when nothing is marked."""
+        return distance_to(self._marked, self.grid.resolution, _NEAR) if self._marked.any() else None
 
     def center_on(self, pose: Pose2) -> None:
         """Prepare the distances around the robot; call it before `clearance` whenever the robot moved or a scan came
@@ -149,7 +151,7 @@ class Surroundings:
         part = slice(top, max(row + reach, top + 1)), slice(left, max(column + reach, left + 1))
         window = np.minimum(grid.clearance[part], _FAR)
         if self._marked[part].any():
-            window = np.minimum(window, distance_to(self._marked[part], grid.resolution))
+            window = np.minimum(window, distance_to(self._marked[part], grid.resolution, _NEAR))
         self._window, self._corner = window, (top, left)
 
     def clearance(self, x: Floats, y: Floats) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 from robot.gait.figures import ABDUCTION, CALF, FOOT_RADIUS, HIPS, SIDES, THIGH
 from robot.gait.kinematics import leg_forward
 from robot.picture import palette
-from robot.picture.record import rotation
+from robot.picture.recording import rotation
 from robot.picture.solids import Solid, ball, box, capsule, stick
 from robot.world.body import Truth, Vector
 
@@ -55,7 +55,8 @@ def _trunk(origin: Vector, axes: Vector) -> list[Solid]:
     length, width, height = TRUNK
 
     def at(x: float, y: float, z: float) -> Vector:
-        return origin + axes @ np.array((x, y, z))
+        place: Vector = origin + axes @ np.array((x, y, z))
+        return place
 
     nose = length / 2.0
     solids = [

@@ -1,4 +1,4 @@
-"""The floor: concrete in one-metre slabs, and what is painted on it. Everything is filtered over the pixel's footprint, so nothing flickers.
+"""The floor: concrete in one-metre slabs, and what is painted on it. All of it is filtered over the pixel's width.
 
 Paint comes in layers of bars. A bar is a straight piece of paint, `length` long and `width` wide around its middle.
 """
@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robot.picture import palette
-from robot.picture.record import Recording
+from robot.picture.recording import Recording
 from robot.picture.solids import Colour, Floats
 from robot.picture.tracer import CHUNK
 from robot.world.scene import Pose2, Scene
@@ -101,7 +102,7 @@ def _bars(rows: Iterable[tuple[float, float, float, float, float]]) -> NDArray[n
 def _line(points: Points, width: float) -> NDArray[np.float64]:
     return _bars(
         ((ax + bx) / 2.0, (ay + by) / 2.0, atan2(by - ay, bx - ax), hypot(bx - ax, by - ay), width)
-        for (ax, ay), (bx, by) in zip(points, points[1:], strict=False)
+        for (ax, ay), (bx, by) in pairwise(points)
     )
 
 
@@ -169,7 +170,7 @@ def _every(points: Points, spacing: float, first: float) -> list[tuple[float, fl
     """Points at equal spacing along a line, with the line's direction there."""
     found: list[tuple[float, float, float]] = []
     left = first
-    for (ax, ay), (bx, by) in zip(points, points[1:], strict=False):
+    for (ax, ay), (bx, by) in pairwise(points):
         length = hypot(bx - ax, by - ay)
         while left <= length and length > 0.0:
             share = left / length

@@ -5,8 +5,9 @@ from __future__ import annotations
 from robot.picture.solids import Colour
 
 __all__ = [
-    "BLACK", "BOARD", "CARTONS", "CHARGE", "CONCRETE", "CRATE", "DADO", "DARK", "FRAME", "GLASS", "GRAPHITE", "HAZARD", "HAZE", "INK", "JOINT", "LINE",
-    "PATH", "PILLAR", "PRINT", "ROBOT", "RUBBER", "SKY", "STEEL", "TRAIL", "WALL", "WHITE", "linear", "srgb",
+    "BLACK", "BOARD", "CARTONS", "CHARGE", "CONCRETE", "CRATE", "DADO", "DARK", "FRAME", "GLASS", "GRAPHITE",
+    "HAZARD", "HAZE", "JOINT", "LINE", "PATH", "PILLAR", "PRINT", "ROBOT", "RUBBER", "SKY", "STEEL", "TRAIL",
+    "WALL", "WHITE", "Colour", "linear", "srgb",
 ]  # fmt: skip
 
 
@@ -50,8 +51,6 @@ HAZE = linear("e9dfcd")
 SKY = linear("dfe6ea")
 
 # What is drawn on the floor.
-PATH = linear("0f6fd6")
+PATH = linear("0a5fc4")
 TRAIL = linear("d9540e")
 PRINT = linear("7a3a12")
-
-INK = srgb("2b2a28")

@@ -6,25 +6,25 @@ The watcher reads the true body, which pictures may and controllers may not.
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass, field
 from math import cos, sin
 
 import numpy as np
 
 from actors import Child, Node, every, execute, run
 from actors.interfaces.geometry_msgs.msg import Twist
-from actors.interfaces.nav_msgs.msg import Path
+from actors.interfaces.nav_msgs.msg import OccupancyGrid, Path
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from robot.battery.model import Pack
-from robot.contracts import CMD_VEL, PATH, SCAN
+from robot.contracts import CMD_VEL, MAP, PATH, SCAN
 from robot.gait.figures import FOOT_RADIUS
 from robot.gait.kinematics import feet
+from robot.navigation.grid import Grid
+from robot.picture.recording import Recording, rotation
 from robot.tree import robot_tree
 from robot.world.body import Body, Truth, Vector
 from robot.world.dock import heading
-from robot.world.scene import Pose2, Scene
 
-__all__ = ["Recording", "record", "rotation"]
+__all__ = ["record"]
 
 RATE = 50.0
 STRIDE = 0.5
@@ -32,37 +32,6 @@ STRIDE = 0.5
 GROUNDED = FOOT_RADIUS + 0.004
 """A foot whose centre is lower than this has come down, m; lifted again above `RAISED`."""
 RAISED = FOOT_RADIUS + 0.02
-
-
-@dataclass(slots=True)
-class Recording:
-    """A run up to the instant of the picture. World frame, SI units; lists hold one entry per watched instant, 50 a second."""
-
-    scene: Scene
-    backend: str
-    truth: Truth
-    """The body at the instant of the picture."""
-    time: float = 0.0
-    """That instant, s."""
-    times: list[float] = field(default_factory=lambda: [])
-    trail: list[tuple[float, float]] = field(default_factory=lambda: [])
-    heights: list[float] = field(default_factory=lambda: [])
-    """Of the body's origin over the floor, m."""
-    speeds: list[float] = field(default_factory=lambda: [])
-    """Forward, in the body's heading, m/s."""
-    commands: list[float] = field(default_factory=lambda: [])
-    """The forward speed asked for on /cmd_vel, m/s; it is forgotten after 0.5 s."""
-    footprints: list[tuple[float, float]] = field(default_factory=lambda: [])
-    """Where a foot came down, in the order of time."""
-    path: tuple[tuple[float, float], ...] = ()
-    """The newest /plan, frame `map`; empty without one."""
-    returns: tuple[tuple[float, float], ...] = ()
-    """Ends of the beams of the newest scan that met something, as seen from the true pose at that time."""
-
-    @property
-    def pose(self) -> Pose2:
-        """The body on the floor at the instant of the picture."""
-        return Pose2(float(self.truth.position[0]), float(self.truth.position[1]), heading(self.truth))
 
 
 def record(body: Body, *, seed: int, at: float) -> Recording:
@@ -75,7 +44,7 @@ def record(body: Body, *, seed: int, at: float) -> Recording:
 
 async def _watch(body: Body, seed: int, at: float) -> Recording:
     patrol = [(f"patrol_{number}", pose) for number, pose in enumerate(body.scene.patrol, start=1)]
-    recording = Recording(body.scene, body.backend, body.truth())
+    recording = Recording(body.scene, body.backend, body.truth(), Grid.from_scene(body.scene))
     async with run(robot_tree(body, Pack(90.0), patrol), seed=seed, sinks=()) as system:
         await system.join(Child(Watcher, args=(body, recording, at)))
         ended = asyncio.ensure_future(system.wait())
@@ -99,6 +68,13 @@ class Watcher(Node):
         self._command, self._commanded = 0.0, float("-inf")
         self._down = np.ones(4, dtype=np.bool_)
         self._lift = -1.0
+
+    @MAP.on()
+    def map(self, message: OccupancyGrid) -> None:
+        info, corner = message.info, message.info.origin.position
+        self._recording.grid = Grid.from_occupancy(
+            message.data, info.width, info.height, info.resolution, corner.x, corner.y
+        )
 
     @PATH.on()
     def path(self, message: Path) -> None:
@@ -156,15 +132,3 @@ def _cut(recording: Recording) -> None:
     seen = sum(time <= recording.time for time in recording.times)
     for series in (recording.times, recording.trail, recording.heights, recording.speeds, recording.commands):
         del series[seen:]
-
-
-def rotation(quaternion: Vector) -> Vector:
-    """The matrix that turns body axes into the world's, shape (3, 3), for a unit quaternion (w, x, y, z)."""
-    w, x, y, z = quaternion.tolist()
-    return np.array(
-        (
-            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
-            (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
-            (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
-        )
-    )

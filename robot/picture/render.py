@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +20,14 @@ __all__ = ["Stage", "render"]
 
 TILE = 16
 """A chunk of rays is a tile of 16 x 16 pixels."""
-SAMPLES = ((0.0625, 0.4375), (0.1875, 0.8125), (0.3125, 0.1875), (0.4375, 0.6875), (0.5625, 0.0625), (0.6875, 0.5625), (0.8125, 0.9375), (0.9375, 0.3125))  # fmt: skip
+SAMPLES = (
+    (0.0625, 0.4375), (0.1875, 0.8125), (0.3125, 0.1875), (0.4375, 0.6875),
+    (0.5625, 0.0625), (0.6875, 0.5625), (0.8125, 0.9375), (0.9375, 0.3125),
+)  # fmt: skip
 """Where a pixel on an edge is looked at: eight places, no two in one row or column."""
 EDGE = 0.035
 """Neighbouring pixels that differ by more than this in brightness (0..1) are an edge."""
-BLOCK = 4096 * CHUNK
+BLOCK = 2048 * CHUNK
 """At most so many rays at once: keeps the memory bounded."""
 
 LAMP = np.array((-0.42, -0.55, 0.90), dtype=np.float32) / np.linalg.norm((-0.42, -0.55, 0.90)).astype(np.float32)
@@ -31,8 +35,8 @@ LAMP_LIGHT = np.array((2.55, 2.28, 1.9), dtype=np.float32)[:, None]
 SOFTNESS = 0.05
 SKY_LIGHT = np.array((0.62, 0.67, 0.74), dtype=np.float32)[:, None]
 FLOOR_LIGHT = np.array((0.46, 0.38, 0.29), dtype=np.float32)[:, None]
-MIRROR = 0.35
-"""How much of Fresnel's reflection the floor's polish keeps."""
+MIRROR, MIRROR_REACH = 0.4, 0.5
+"""How much of Fresnel's reflection the floor's polish keeps, and the distance (m) over which 63 % of an image blurs away."""
 HAZE_FROM, HAZE_OVER = 6.0, 26.0
 """Distance (m) where the air begins to be seen, and over which it takes 63 %."""
 
@@ -48,38 +52,33 @@ class Stage:
 def render(stage: Stage, camera: Camera) -> Image:
     """The image the camera sees, the same for the same stage. Pixels on edges are looked at eight times, others once."""
     columns, rows = -(-camera.width // TILE), -(-camera.height // TILE)
-    y, x = np.mgrid[0 : rows * TILE, 0 : columns * TILE]
-    order = _tiles(np.arange(x.size).reshape(x.shape)).ravel()
-    px, py = x.ravel()[order], y.ravel()[order]
-    half = np.float32(0.5)
-    light, what = _look(stage, camera, px.astype(np.float32) + half, py.astype(np.float32) + half)
-    edges = _edges(_untile(_tone(light).mean(axis=0), x.shape), _untile(what, x.shape))
-    flagged = np.flatnonzero(edges.ravel()[order] & (px < camera.width) & (py < camera.height))
-    if flagged.size:
+    shape = (rows * TILE, columns * TILE)
+    y, x = (_tiled(grid).astype(np.float32) for grid in np.indices(shape))
+    light, what = _look(stage, camera, x + np.float32(0.5), y + np.float32(0.5))
+    shown = _tone(light)
+    edges = _tiled(_edges(_untiled(shown.mean(axis=0), shape), _untiled(what, shape)))
+    fine = np.flatnonzero(edges & (x < camera.width) & (y < camera.height))
+    if fine.size:
         offsets = np.array(SAMPLES, dtype=np.float32)
-        many_x = (px[flagged].astype(np.float32)[:, None] + offsets[:, 0]).ravel()
-        many_y = (py[flagged].astype(np.float32)[:, None] + offsets[:, 1]).ravel()
-        fine, _ = _look(stage, camera, many_x, many_y)
-        shown = _tone(light)
-        shown[:, flagged] = _tone(fine).reshape(3, -1, len(SAMPLES)).mean(axis=2)
-    else:
-        shown = _tone(light)
-    image = np.stack([_untile(channel, x.shape) for channel in shown], axis=2)
+        light, _ = _look(stage, camera, *((v[fine, None] + offsets[:, k]).ravel() for k, v in enumerate((x, y))))
+        shown[:, fine] = _tone(light).reshape(3, -1, len(SAMPLES)).mean(axis=2)
+    image = np.stack([_untiled(channel, shape) for channel in shown], axis=2)
     result: Image = (image[: camera.height, : camera.width] * 255.0 + 0.5).astype(np.uint8)
     return result
 
 
-def _tiles(grid: NDArray[np.int64]) -> NDArray[np.int64]:
+def _tiled(grid: NDArray[Any]) -> NDArray[Any]:
+    """The pixels of an image, tile after tile."""
     height, width = grid.shape
-    return grid.reshape(height // TILE, TILE, width // TILE, TILE).swapaxes(1, 2)
+    return grid.reshape(height // TILE, TILE, width // TILE, TILE).swapaxes(1, 2).ravel()
 
 
-def _untile(values: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.generic]:
+def _untiled(values: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
     height, width = shape
     return values.reshape(height // TILE, width // TILE, TILE, TILE).swapaxes(1, 2).reshape(shape)
 
 
-def _edges(bright: NDArray[np.generic], what: NDArray[np.generic]) -> NDArray[np.bool_]:
+def _edges(bright: Floats, what: NDArray[np.int16]) -> NDArray[np.bool_]:
     """Where solids meet something else, and where one solid's brightness jumps. The floor's paint is smooth by itself."""
     found = np.zeros(what.shape, dtype=np.bool_)
     for axis in (0, 1):
@@ -116,7 +115,8 @@ def _shade(stage: Stage, hits: Hits, rays: Floats, pixel: float) -> Floats:
     light = _mirrored(stage, hits, rays, light)
     away = np.clip((hits.along - HAZE_FROM) / HAZE_OVER, 0.0, 8.0)
     haze = (1.0 - np.exp(-away)).astype(np.float32)
-    return light + haze * (_background(rays) - light)
+    light += haze * (_background(rays) - light)
+    return light
 
 
 def _light(stage: Stage, hits: Hits, rays: Floats, width: Floats, shadow: Floats, free: Floats) -> Floats:
@@ -125,7 +125,7 @@ def _light(stage: Stage, hits: Hits, rays: Floats, width: Floats, shadow: Floats
     facing = np.maximum((hits.normals * LAMP[:, None]).sum(axis=0), 0.0) * shadow
     upward = hits.normals[2] * np.float32(0.5) + np.float32(0.5)
     ambient = (FLOOR_LIGHT + upward * (SKY_LIGHT - FLOOR_LIGHT)) * free
-    light = colour * (LAMP_LIGHT * facing + ambient)
+    light: Floats = colour * (LAMP_LIGHT * facing + ambient)
     halfway = LAMP[:, None] - rays
     halfway /= np.sqrt((halfway * halfway).sum(axis=0))
     shine = np.clip((hits.normals * halfway).sum(axis=0), 0.0, 1.0) ** 48
@@ -175,6 +175,7 @@ def _mirrored(stage: Stage, hits: Hits, rays: Floats, light: Floats) -> Floats:
     seen = nearest(stage.solids, points, up)
     ones = np.ones(seen.what.shape, dtype=np.float32)
     shown = _light(stage, seen, up, seen.along, ones * np.float32(0.6), ones * np.float32(0.7))
+    shown = _background(up) + np.exp(-seen.along / np.float32(MIRROR_REACH)) * (shown - _background(up))
     strength = np.float32(MIRROR) * (np.float32(0.04) + np.float32(0.96) * (1.0 - up[2]) ** 5)
     mine = (hits.what == FLOOR).reshape(-1, CHUNK)[floor].ravel()
     places = (floor[:, None] * CHUNK + np.arange(CHUNK)).ravel()[mine]

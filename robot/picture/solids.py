@@ -1,11 +1,12 @@
 """What the renderer can draw: boxes and cylinders with rounded edges. A ball and a capsule are such boxes, rounded all the way.
 
-Points and directions are float32 arrays whose first axis is x, y, z. Distances are exact, metres, negative inside.
+Points and directions are arrays whose first axis is x, y, z. Distances are exact, metres, negative inside.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,8 @@ from robot.world.body import Vector
 
 __all__ = ["Colour", "Floats", "Solid", "ball", "box", "capsule", "distance", "enter", "normal", "slab", "stick"]
 
-Floats = NDArray[np.float32]
+Floats = NDArray[np.floating[Any]]
+"""float32 wherever there is one for every ray."""
 Colour = tuple[float, float, float]
 
 MARCH_STEPS = 32
@@ -87,10 +89,12 @@ def _axes_along(direction: Vector) -> Vector:
     length = float(np.linalg.norm(direction))
     if length < 1e-9:
         return np.eye(3)
-    z = direction / length
-    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
-    x /= np.linalg.norm(x)
-    return np.column_stack((x, np.cross(z, x), z))
+    z: Vector = direction / length
+    aside = np.eye(3)[int(np.argmin(np.abs(z)))]
+    x = np.asarray(np.cross(z, aside), dtype=np.float64)
+    x = x / float(np.linalg.norm(x))
+    y: Vector = np.cross(z, x)
+    return np.column_stack((x, y, z))
 
 
 def distance(solid: Solid, points: Floats) -> Floats:

@@ -98,7 +98,8 @@ def _rack(rack: Box, axes: Vector, rng: np.random.Generator) -> list[Solid]:
     base = np.array((rack.x, rack.y, 0.0))
 
     def at(along: float, across: float, z: float) -> Vector:
-        return base + axes @ np.array((along, across, z))
+        place: Vector = base + axes @ np.array((along, across, z))
+        return place
 
     solids: list[Solid] = []
     bays = max(1, round(rack.length / 1.3))

@@ -90,7 +90,10 @@ def _rays_of(chunks: Ints) -> Ints:
 
 
 def nearest(solids: Sequence[Solid], origins: Floats, rays: Floats) -> Hits:
-    """The first surface every ray meets, the floor z = 0 included. Origins (3, n) or (3, 1), unit rays (3, n), n a multiple of CHUNK."""
+    """The first surface every ray meets, the floor z = 0 included.
+
+    Origins have shape (3, n) or (3, 1), unit rays (3, n), n a multiple of CHUNK.
+    """
     count = rays.shape[1]
     with np.errstate(divide="ignore", invalid="ignore"):
         along = np.where(rays[2] < 0.0, -origins[2] / rays[2], np.float32(np.inf)).astype(np.float32)
@@ -112,7 +115,7 @@ def nearest(solids: Sequence[Solid], origins: Floats, rays: Floats) -> Hits:
     points = origins + rays * np.where(np.isfinite(along), along, np.float32(0.0))
     normals = np.zeros((3, count), dtype=np.float32)
     normals[2, what == FLOOR] = 1.0
-    for index in np.unique(what[what >= 0]).tolist():
+    for index in sorted({int(number) for number in np.unique(what) if number >= 0}):
         mine = np.flatnonzero(what == index)
         normals[:, mine] = normal(solids[index], solids[index].local(points[:, mine]))
     return Hits(along, what, points, normals)
@@ -189,7 +192,9 @@ def openness(solids: Sequence[Solid], hits: Hits) -> Floats:
         start, rays, gap = start[:, close], rays[close], gap[close]
         up = solid.turned(hits.normals[:, rays])
         for tap, height in enumerate(TAPS):
-            near = np.flatnonzero(gap < np.float32(2.0 * height))  # others cannot come closer than `height` within `height`
+            near = np.flatnonzero(
+                gap < np.float32(2.0 * height)
+            )  # others cannot come closer than `height` within `height`
             places = rays[near]
             reached = distance(solid, start[:, near] + up[:, near] * np.float32(height))
             gaps[tap, places] = np.minimum(gaps[tap, places], reached)

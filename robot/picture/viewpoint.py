@@ -1,4 +1,4 @@
-"""Where to stand for a picture of the robot: before it and a little to one side, where nothing is in the way and there is depth behind it."""
+"""Where to stand for a picture of the robot: before it and to one side, with nothing in the way and depth behind it."""
 
 from __future__ import annotations
 

@@ -20,7 +20,6 @@ import tracemalloc
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from actors.interfaces import CdrError, Message, decode, encode
 from actors.interfaces.cdr_layout import has_loop

@@ -8,12 +8,12 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robot.navigation.follow import Command
-from robot.navigation.grid import signed_distance
 from robot.navigation.navigator import Motion, Navigator, State
 from robot.world.rays import cast
 from robot.world.scene import Box, Cylinder, Obstacle, Pose2, Scene
@@ -35,17 +35,32 @@ def _edge() -> NDArray[np.float64]:
 _EDGE = _edge()
 
 
+@lru_cache(maxsize=64)
+def _columns(obstacles: tuple[Obstacle, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    boxes = [
+        (o.x, o.y, math.cos(o.yaw), math.sin(o.yaw), o.length / 2, o.width / 2) for o in obstacles if isinstance(o, Box)
+    ]
+    posts = [(o.x, o.y, o.radius) for o in obstacles if isinstance(o, Cylinder)]
+    return np.array(boxes).reshape(-1, 6), np.array(posts).reshape(-1, 3)
+
+
 def body_clearance(scene: Scene, pose: Pose2) -> float:
     """Exact distance (m) from the body's outline to the scene's obstacles (boxes: to 1 cm); zero or less means contact."""
     c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-    round_ones = np.array([(o.x, o.y, o.radius) for o in scene.obstacles if isinstance(o, Cylinder)]).reshape(-1, 3)
-    dx, dy = round_ones[:, 0] - pose.x, round_ones[:, 1] - pose.y
+    boxes, posts = _columns(scene.obstacles)
+    dx, dy = posts[:, 0] - pose.x, posts[:, 1] - pose.y
     out_x, out_y = np.abs(c * dx + s * dy) - LENGTH / 2, np.abs(c * dy - s * dx) - WIDTH / 2
-    gaps = np.hypot(np.maximum(out_x, 0.0), np.maximum(out_y, 0.0)) - round_ones[:, 2]
-    x = pose.x + c * _EDGE[:, 0] - s * _EDGE[:, 1]
-    y = pose.y + s * _EDGE[:, 0] + c * _EDGE[:, 1]
-    boxes = (float(signed_distance(o, x, y).min()) for o in scene.obstacles if isinstance(o, Box))
-    return min([*gaps.tolist(), *boxes], default=math.inf)
+    gaps = np.hypot(np.maximum(out_x, 0.0), np.maximum(out_y, 0.0)) - posts[:, 2]
+    # Boxes: only those whose circle comes near, by points along the outline.
+    far = np.hypot(boxes[:, 0] - pose.x, boxes[:, 1] - pose.y) - np.hypot(boxes[:, 4], boxes[:, 5])
+    bx, by, bc, bs, half_l, half_w = (
+        column[:, None] for column in boxes[far <= max(far.min(initial=9.0), 0.0) + 1.0].T
+    )
+    x = pose.x + c * _EDGE[:, 0] - s * _EDGE[:, 1] - bx
+    y = pose.y + s * _EDGE[:, 0] + c * _EDGE[:, 1] - by
+    out_x, out_y = np.abs(bc * x + bs * y) - half_l, np.abs(bc * y - bs * x) - half_w
+    sides = np.hypot(np.maximum(out_x, 0.0), np.maximum(out_y, 0.0)) + np.minimum(np.maximum(out_x, out_y), 0.0)
+    return float(min(gaps.min(initial=math.inf), sides.min(initial=math.inf)))
 
 
 @dataclass

@@ -105,20 +105,22 @@ class ScriptedLife:
             self._hide()
         if script.after is not None:
             asyncio.get_running_loop().call_later(script.after, self.end, script.end)
-        while script.stubborn:
-            try:
-                await self.world.released.wait()
-                if script.end is not None:
-                    raise script.end
-                return
-            except asyncio.CancelledError:
-                self.world.note("refused", self)
+        if script.stubborn:
+            await self._refuse_to_die()
         fate = await self.fate
         if script.cleanup:
             await asyncio.sleep(script.cleanup)
         self.world.note("end", self)
         if fate is not None:
             raise fate
+
+    async def _refuse_to_die(self) -> None:
+        while not self.world.released.is_set():
+            try:
+                await self.world.released.wait()
+            except asyncio.CancelledError:
+                self.world.note("refused", self)
+        self.end(self.script.end)
 
     def _hide(self) -> None:
         task: Any = asyncio.current_task()

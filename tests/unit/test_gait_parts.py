@@ -183,7 +183,7 @@ def test_attitude_keeps_the_horizon_and_learns_the_bias_at_rest() -> None:
     bias = (0.002, -0.001, 0.003)
     for _ in range(800):
         attitude.update(0.005, bias, (0.0, 0.0, GRAVITY), (0.0, 0.0, 0.0), still=True)
-    assert attitude.bias == pytest.approx(bias, abs=2e-4)
+    assert attitude.bias.value == pytest.approx(bias, abs=2e-4)
     assert abs(attitude.roll) < 0.01
     assert abs(attitude.pitch) < 0.01
 

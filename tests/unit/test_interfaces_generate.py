@@ -12,7 +12,7 @@ from unittest.mock import patch
 
 import pytest
 
-from actors.interfaces import Message, load_folder, registry
+from actors.interfaces import BadDeclaration, Message, load_folder, registry
 from actors.interfaces.generate import generate, main
 
 ROOT = Path(__file__).parents[2]
@@ -102,6 +102,15 @@ def test_check_names_what_is_old_and_writes_nothing(share: Path, capsys: pytest.
     assert "4 modules, 1 written" in capsys.readouterr().out
 
 
+def test_a_definition_that_cannot_be_read_ends_the_command_with_file_and_line(
+    share: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(share, "odd_pkg/msg/Bad", "int33 x\n")
+    with pytest.raises(SystemExit):
+        main([str(share)])
+    assert "Bad.msg, line 1: 'int33' is neither" in capsys.readouterr().err
+
+
 def test_an_empty_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main([str(tmp_path)])
@@ -110,5 +119,5 @@ def test_an_empty_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 def test_a_keyword_as_a_field_name_cannot_be_generated_and_says_what_to_do(share: Path) -> None:
     write(share, "odd_pkg/msg/Keyword", "int32 from\n")
-    with pytest.raises(SystemExit, match=r"field 'from' is a Python keyword.*load this package at run time"):
+    with pytest.raises(BadDeclaration, match=r"field 'from' is a Python keyword.*load this package at run time"):
         generate(share, "made_here")

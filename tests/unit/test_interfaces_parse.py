@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from actors.interfaces.parse import DefinitionError, parse, parse_message, parse_type, parse_value
@@ -71,6 +71,7 @@ def test_a_decimal_number_may_have_leading_zeros() -> None:
     st.text(alphabet="abAB_09 =#[]<>'\"\\,.-/\n\tint32string<=4", max_size=60),
     st.sampled_from(["msg", "srv", "action"]),
 )
+@settings(deadline=None)
 def test_any_text_is_read_or_refused_with_the_one_error(text: str, kind: str) -> None:
     with suppress(DefinitionError):  # and no other error
         assert parse(text, "my_pkg", "Sample", kind).name == f"my_pkg/{kind}/Sample"  # type: ignore[arg-type]

@@ -88,7 +88,7 @@ def test_derived_types_are_made_once_and_found_by_name() -> None:
     assert feedback is get_message("example_interfaces/action/Fibonacci_FeedbackMessage")
     assert feedback(feedback=Fibonacci.Feedback(sequence=[1, 1])).feedback.sequence.tolist() == [1, 1]  # type: ignore[attr-defined]
     send: Any = send_goal_service(Fibonacci)
-    assert get_service("example_interfaces/action/Fibonacci_SendGoal") is send
+    assert get_service("example_interfaces/action/Fibonacci_SendGoal") == send
     assert send.Request(goal=Fibonacci.Goal(order=5)).goal.order == 5
     result: Any = get_result_service(Fibonacci)
     assert result.Response(status=GoalStatus.STATUS_SUCCEEDED).status == 4

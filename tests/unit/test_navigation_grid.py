@@ -68,7 +68,8 @@ def test_a_scene_survives_the_way_over_the_message(name: str) -> None:
     )
     assert (received.occupied == drawn.occupied).all()
     # Outside of obstacles, distances measured on cells agree with the exact ones to a cell's diagonal.
-    assert np.abs(received.clearance - drawn.clearance)[~drawn.occupied].max() <= 0.05 * math.sqrt(2.0)
+    near = ~drawn.occupied & (drawn.clearance < 2.9)
+    assert np.abs(received.clearance - drawn.clearance)[near].max() <= 0.05 * math.sqrt(2.0)
 
 
 def test_the_clearance_of_a_scene_is_exact() -> None:
@@ -94,17 +95,19 @@ def test_a_coarser_grid_covers_the_same_floor() -> None:
 
 
 @settings(max_examples=50, deadline=None)
-@given(arrays(np.bool_, st.tuples(st.integers(1, 12), st.integers(1, 12))))
-def test_distances_agree_with_brute_force(occupied: np.ndarray) -> None:
-    found = distance_to(occupied, 0.1)
+@given(arrays(np.bool_, st.tuples(st.integers(1, 12), st.integers(1, 12))), st.sampled_from([0.2, 0.5, 3.0]))
+def test_distances_agree_with_brute_force(occupied: np.ndarray, reach: float) -> None:
+    found = distance_to(occupied, 0.1, reach)
     cells, free = np.argwhere(occupied), np.argwhere(~occupied)
     for row, column in np.ndindex(occupied.shape):
         others = free if occupied[row, column] else cells
-        if not len(others):
-            assert abs(found[row, column]) == math.inf
-            continue
-        expected = 0.1 * (np.hypot(*(others - (row, column)).T).min() - 0.5)
-        assert found[row, column] == pytest.approx(-expected if occupied[row, column] else expected)
+        gap = np.hypot(*(others - (row, column)).T).min(initial=math.inf)
+        said = abs(found[row, column]) / 0.1 + 0.5
+        assert (found[row, column] < 0) == occupied[row, column]
+        if gap * 0.1 <= reach:
+            assert said == pytest.approx(gap)
+        else:
+            assert said * 0.1 > reach
 
 
 def test_inflation_follows_nav2() -> None:

@@ -93,6 +93,16 @@ def test_M01_reports_and_reasons_read_well() -> None:
 
 
 @virtual
+async def test_what_a_debugger_shows_reads_well() -> None:
+    async with running(World(), Supervisor("root", children=[child("a")])) as supervisor:
+        entry = supervisor._entries["a"]
+        assert repr(entry) == "<entry a running#1>"
+        assert repr(entry.now) == "<incarnation root/a#1>"
+        assert entry.now is not None
+        assert entry.now.task.get_name() == "root/a#1"
+
+
+@virtual
 async def test_M01_a_report_hook_that_raises_does_not_keep_the_supervisor_from_its_work() -> None:
     class Deaf(World):
         def report(self, report: Report) -> None:

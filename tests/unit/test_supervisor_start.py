@@ -7,6 +7,8 @@ import subprocess
 import sys
 import textwrap
 import traceback
+from collections.abc import Callable
+from contextlib import suppress
 
 import pytest
 
@@ -247,6 +249,31 @@ async def test_stopping_breaks_off_the_start_of_a_whole_subtree_in_order() -> No
 
 
 @virtual
+async def test_a_child_that_says_it_is_ready_while_it_is_being_stopped_does_not_count_as_ready() -> None:
+    class Persistent:
+        async def run(self, started: Callable[[], None]) -> None:
+            with suppress(asyncio.CancelledError):
+                await asyncio.sleep(10)
+            started()
+
+        def stop(self, reason: str) -> None: ...
+
+    class Runtime(World):
+        def life(self, *_: object) -> Persistent:  # type: ignore[override]
+            return Persistent()
+
+    world = Runtime()
+    async with running(world, Supervisor("root")) as supervisor:
+        starting = asyncio.ensure_future(supervisor.start_child(child("a")))
+        await asyncio.sleep(1)
+        await supervisor.terminate_child("a")
+        with pytest.raises(StartFailed, match="terminated"):
+            await starting
+        assert world.reports == []
+        assert state(supervisor, "a") == "stopped"
+
+
+@virtual
 async def test_a_supervisor_runs_once() -> None:
     world = World()
     async with running(world, Supervisor("root")) as supervisor:
@@ -264,7 +291,8 @@ async def test_a_supervisor_that_is_stopped_before_it_runs_starts_nothing() -> N
     supervisor.stop("again")
     await supervisor.run(lambda: None)
     assert world.log == []
-    assert "over" in repr(supervisor)
+    supervisor.stop("too late")
+    assert repr(supervisor) == "<supervisor root: over, 1 children>"
     with pytest.raises(SupervisorDown, match="it is over"):
         await supervisor.terminate_child("a")
 

@@ -1,0 +1,118 @@
+"""The words of `python -m robot picture`: parsed and checked before anything runs. A mistake is one line and exit code 2."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any, Literal
+
+from robot.run.options import UsageError
+
+__all__ = ["Options", "UsageError", "parse"]
+
+SMALLEST, LARGEST = 64, 4096
+"""Pixels on a side."""
+LONGEST = 3600.0
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """Everything a picture can be told."""
+
+    file: str
+    world: str
+    seed: int
+    at: float
+    size: tuple[int, int]
+    view: Literal["robot", "map", "plots"]
+    backend: Literal["physics", "kinematic"]
+    renderer: Literal["builtin", "mujoco"]
+
+
+def parse(argv: Sequence[str]) -> Options:
+    """Raises `UsageError`; `--help` and grammar mistakes end in argparse's own way (exit 0 and 2)."""
+    given = _parser().parse_args(argv)
+    if given.renderer == "mujoco" and given.view != "robot":
+        raise UsageError(f"--renderer mujoco draws the robot, not --view {given.view}: leave one of the two out")
+    return Options(
+        file=_writable(given.file),
+        world=given.world,
+        seed=given.seed,
+        at=_at(given.at),
+        size=_size(given.size),
+        view=given.view,
+        backend=given.backend,
+        renderer=given.renderer,
+    )
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m robot picture",
+        description="Run the whole robot on its patrol, catch it in mid-stride and draw it to a PNG file; same seed, same picture.",
+    )
+    add: Any = parser.add_argument
+    add("file", nargs="?", default="robot.png", metavar="FILE", help="the PNG file to write (default robot.png)")
+    add(
+        "--world", default="warehouse", metavar="NAME", help="warehouse, empty, corridor or pillars (default warehouse)"
+    )
+    add("--seed", type=int, default=0, metavar="N", help="of all noise and randomness (default 0)")
+    add(
+        "--at",
+        type=float,
+        default=24.0,
+        metavar="SECONDS",
+        help="when: it is caught at the next mid-stride, within half a second (default 24)",
+    )
+    add("--size", default="1200x675", metavar="WxH", help="width and height in pixels (default 1200x675)")
+    add(
+        "--view",
+        choices=("robot", "map", "plots"),
+        default="robot",
+        help="the robot in its world, the floor from above, or speed and height over time (default robot)",
+    )
+    add(
+        "--backend",
+        choices=("physics", "kinematic"),
+        default="physics",
+        help="the body that is run: MuJoCo, or numpy only, which cannot fall (default physics)",
+    )
+    add(
+        "--renderer",
+        choices=("builtin", "mujoco"),
+        default="builtin",
+        help="what draws the robot: numpy, or MuJoCo, which needs OpenGL (default builtin)",
+    )
+    return parser
+
+
+def _at(seconds: float) -> float:
+    if not (isfinite(seconds) and 0.0 <= seconds <= LONGEST):
+        raise UsageError(f"--at {seconds:g}: give 0 to {LONGEST:g} seconds")
+    return seconds
+
+
+def _size(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d{1,6})[xX](\d{1,6})", text)
+    if match is None:
+        raise UsageError(f"--size {text}: write WIDTHxHEIGHT in pixels, such as 1200x675")
+    width, height = int(match[1]), int(match[2])
+    if not (SMALLEST <= width <= LARGEST and SMALLEST <= height <= LARGEST):
+        raise UsageError(f"--size {text}: give {SMALLEST} to {LARGEST} pixels on each side")
+    return width, height
+
+
+def _writable(path: str) -> str:
+    """The path, if a file can be written there as far as can be seen without writing one."""
+    folder = os.path.dirname(os.path.abspath(path))
+    if os.path.isdir(path):
+        raise UsageError(f"{path}: that is a folder; name a file")
+    if not os.path.isdir(folder):
+        raise UsageError(f"{path}: there is no folder {folder} to write it in")
+    if not os.access(path if os.path.exists(path) else folder, os.W_OK):
+        raise UsageError(f"{path}: no permission to write it")
+    return path

@@ -1,0 +1,59 @@
+"""What was seen of a run, as plain values: all that the pictures are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robot.navigation.grid import Grid
+from robot.world.body import Truth, Vector
+from robot.world.dock import heading
+from robot.world.scene import Pose2, Scene
+
+__all__ = ["Recording", "rotation"]
+
+
+@dataclass(slots=True)
+class Recording:
+    """A run up to the instant of the picture. World frame, SI units; lists hold one entry per watched instant, 50 a second."""
+
+    scene: Scene
+    backend: str
+    truth: Truth
+    """The body at the instant of the picture."""
+    grid: Grid
+    """The newest /map."""
+    time: float = 0.0
+    """That instant, s."""
+    times: list[float] = field(default_factory=lambda: [])
+    trail: list[tuple[float, float]] = field(default_factory=lambda: [])
+    heights: list[float] = field(default_factory=lambda: [])
+    """Of the body's origin over the floor, m."""
+    speeds: list[float] = field(default_factory=lambda: [])
+    """Forward, in the body's heading, m/s."""
+    commands: list[float] = field(default_factory=lambda: [])
+    """The forward speed asked for on /cmd_vel, m/s; it is forgotten after 0.5 s."""
+    footprints: list[tuple[float, float]] = field(default_factory=lambda: [])
+    """Where a foot came down, in the order of time."""
+    path: tuple[tuple[float, float], ...] = ()
+    """The newest /plan, frame `map`; empty without one."""
+    returns: tuple[tuple[float, float], ...] = ()
+    """Ends of the beams of the newest scan that met something, as seen from the true pose at that time."""
+
+    @property
+    def pose(self) -> Pose2:
+        """The body on the floor at the instant of the picture."""
+        return Pose2(float(self.truth.position[0]), float(self.truth.position[1]), heading(self.truth))
+
+
+def rotation(quaternion: Vector) -> Vector:
+    """The matrix that turns body axes into the world's, shape (3, 3), for a unit quaternion (w, x, y, z)."""
+    w, x, y, z = quaternion.tolist()
+    return np.array(
+        (
+            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+            (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+            (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
+        )
+    )

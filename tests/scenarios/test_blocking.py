@@ -1,0 +1,340 @@
+"""The blocking face (S-04): scripts and threads without an event loop; inside one it is refused at once."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from actors import (
+    Action,
+    ActionUnavailable,
+    CallTimeout,
+    Child,
+    Done,
+    GoalAborted,
+    GoalRejected,
+    Intensity,
+    Node,
+    NotRunning,
+    NotStarted,
+    Reject,
+    Service,
+    ServiceUnavailable,
+    StartFailed,
+    Steps,
+    Supervisor,
+    SupervisorGaveUp,
+    Topic,
+    blocking,
+    publishes,
+    qos,
+    run,
+)
+from actors.blocking import InsideEventLoop
+from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_msgs.msg import Int32, String
+from actors.system import System
+from actors.testing import Rig
+from tests.stage import ADD, COUNT, NUMBERS, WORDS, number, order, result, step, total, two, word
+
+LATCHED = Topic(Int32, "latched", qos.LATCHED)
+FAIL = Service(AddTwoInts, "fail")
+
+
+class Desk(Node):
+    """Adds, counts, and echoes each number as ten times it."""
+
+    echo = publishes(LATCHED)
+
+    async def on_start(self) -> None:
+        self.heard: list[str] = []
+        self.ended: list[str] = []
+
+    @WORDS.on()
+    def hear(self, message: String) -> None:
+        self.heard.append(message.data)
+
+    @NUMBERS.on()
+    def take(self, message: Int32) -> None:
+        self.echo(number(10 * message.data))
+
+    @ADD.serve()
+    async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+        return total(request.a + request.b)
+
+    @FAIL.serve()
+    async def fail(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+        self.stop("asked to")
+        await asyncio.get_running_loop().create_future()
+        raise AssertionError
+
+    @COUNT.accepts
+    def check(self, goal: Fibonacci.Goal) -> None:
+        if goal.order < 0:
+            raise Reject("cannot count backwards")
+
+    @COUNT.serve(arrivals="parallel")
+    async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+        try:
+            for n in range(goal.order):
+                yield step(n)
+            if goal.order == 13:
+                raise ValueError("13 is unlucky")
+            if goal.order == 100:
+                await asyncio.get_running_loop().create_future()
+        finally:
+            self.ended.append(f"{goal.order}")
+        yield Done(result(*range(goal.order)))
+
+
+def desk() -> Supervisor:
+    return Supervisor("office", children=[Child(Desk)])
+
+
+async def in_thread(work: Callable[[], object]) -> None:
+    """Run a script in a thread of its own; the virtual clock stands still for it."""
+    with ThreadPoolExecutor(1) as thread:
+        await asyncio.get_running_loop().run_in_executor(thread, work)
+
+
+def test_S04_a_script_calls_publishes_listens_and_runs_a_goal_and_leaves_nothing_behind() -> None:
+    before = set(threading.enumerate())
+    seen: list[list[int]] = []
+
+    with blocking.open_node("script", tree=desk()) as node:
+        assert node.call(ADD, two(2, 3)).sum == 5
+        node.listen(LATCHED)
+        for value in (1, 2, 3):
+            node.publish(NUMBERS, number(value))
+        assert [node.next(LATCHED).data for _ in range(3)] == [10, 20, 30]
+        counted = node.run_goal(COUNT, order(3), on_feedback=lambda feedback: seen.append(feedback.sequence.tolist()))
+        assert counted == result(0, 1, 2)
+        assert node.run_goal(COUNT, order(2)) == result(0, 1)
+
+    assert seen == [[0], [1], [2]]
+    assert set(threading.enumerate()) == before
+
+
+async def test_S04_a_thread_joins_the_system_of_an_event_loop(rig: Rig) -> None:
+    await rig.start(Desk)
+    sums: list[int] = []
+
+    def script() -> None:
+        with blocking.open_node("thread", system=rig.system) as node:
+            assert "blocking <Node /thread" in repr(node)
+            sums.append(node.call(ADD, two(20, 22)).sum)
+            node.publish(WORDS, word("from a thread"))
+
+    await in_thread(script)
+
+    assert sums == [42]
+    assert rig.node(Desk).heard == ["from a thread"]
+    assert "/thread" not in {state.identity.fqn for state in rig.system.nodes.values()}
+
+
+async def test_S04_inside_an_event_loop_it_is_refused_with_advice_to_await(rig: Rig) -> None:
+    await rig.start(Desk)
+    with pytest.raises(InsideEventLoop, match=r"async with actors\.open_node"), blocking.open_node("script"):
+        pass
+
+    holder: list[blocking.BlockingNode] = []
+    leave = threading.Event()
+    entered = threading.Event()
+
+    def script() -> None:
+        with blocking.open_node("thread", system=rig.system) as node:
+            holder.append(node)
+            entered.set()
+            leave.wait()
+
+    thread = asyncio.create_task(in_thread(script))
+    await in_thread(entered.wait)
+    (node,) = holder
+    for use, advice in (
+        (lambda: node.call(ADD, two(1, 1)), r"await node\.call"),
+        (lambda: node.publish(WORDS, word("x")), r"node\.publisher"),
+        (lambda: node.listen(WORDS), r"node\.subscribe"),
+        (lambda: node.next(WORDS), r"await node\.subscribe"),
+        (lambda: node.run_goal(COUNT, order(1)), r"async with node\.start"),
+        (lambda: node.run(lambda inner: inner.wait_for(ADD)), "await instead, with the coroutine"),
+    ):
+        with pytest.raises(InsideEventLoop, match=advice):
+            use()
+    leave.set()
+    await thread
+
+
+async def test_S04_in_a_callback_it_is_refused_instead_of_dead_locking(rig: Rig) -> None:
+    refused: list[str] = []
+
+    class Impatient(Node):
+        @WORDS.on()
+        def hear(self, message: String) -> None:
+            try:
+                with blocking.open_node("inside") as node:
+                    node.call(ADD, two(1, 1))
+            except InsideEventLoop as refusal:
+                refused.append(str(refusal))
+
+    await rig.start(Impatient)
+    rig.publish(WORDS, word("now"))
+    await rig.quiet()
+    assert len(refused) == 1
+    assert "await" in refused[0]
+
+
+def test_what_goes_wrong_is_raised_in_the_thread_that_asked() -> None:
+    with blocking.open_node("script", tree=desk()) as node:
+        with pytest.raises(ServiceUnavailable, match="/nobody"):
+            node.call(Service(AddTwoInts, "nobody"), two(1, 1), timeout=1e-6)
+        with pytest.raises(CallTimeout, match="/words"):
+            node.next(WORDS, timeout=1e-6)
+        with pytest.raises(GoalRejected, match="backwards"):
+            node.run_goal(COUNT, order(-1))
+        with pytest.raises(GoalAborted, match="unlucky"):
+            node.run_goal(COUNT, order(13))
+        with pytest.raises(ActionUnavailable):
+            node.run(start_elsewhere)
+        assert node.call(ADD, two(1, 1)).sum == 2
+
+
+async def start_elsewhere(node: Node) -> None:
+    async with node.start(Action(Fibonacci, "elsewhere"), order(1), timeout=1e-6):
+        pass
+
+
+def test_what_a_feedback_callback_raises_cancels_the_goal() -> None:
+    def stop(feedback: Fibonacci.Feedback) -> None:
+        raise ZeroDivisionError("seen enough")
+
+    desks: list[Desk] = []
+
+    class Watched(Desk):
+        async def on_start(self) -> None:
+            await super().on_start()
+            desks.append(self)
+
+    tree = Supervisor("office", children=[Child(Watched)])
+    with blocking.open_node("script", tree=tree) as node:
+        with pytest.raises(ZeroDivisionError):
+            node.run_goal(COUNT, order(100), on_feedback=stop)
+        assert node.call(ADD, two(1, 1)).sum == 2
+    assert desks[0].ended == ["100"]
+
+
+def test_a_slow_feedback_callback_gets_the_newest_and_never_holds_up_the_goal() -> None:
+    heard: list[int] = []
+    with blocking.open_node("script", tree=desk()) as node:
+
+        def late(feedback: Fibonacci.Feedback) -> None:
+            if not heard:  # while this one is busy the whole rest is said
+                assert node.run_goal(COUNT, order(50)) == result(*range(50))
+            heard.append(int(feedback.sequence[0]))
+
+        node.run_goal(COUNT, order(50), on_feedback=late)
+    assert heard == [0, *range(40, 50)]
+
+
+def test_a_node_without_a_tree_is_a_system_of_its_own() -> None:
+    with blocking.open_node("alone", namespace="/lab", parameters={"use_sim_time": False}) as node:
+        assert node.run(full_name) == "/lab/alone"
+        node.publish(LATCHED, number(7))
+        assert node.next(LATCHED).data == 7
+
+
+async def for_ever(node: Node) -> None:
+    await asyncio.get_running_loop().create_future()
+
+
+async def full_name(node: Node) -> str:
+    return node.fqn
+
+
+def test_a_tree_that_cannot_start_says_so_and_leaves_no_thread() -> None:
+    class Broken(Node):
+        async def on_start(self) -> None:
+            raise OSError("no such device")
+
+    before = set(threading.enumerate())
+    with (
+        pytest.raises(StartFailed, match="no such device"),
+        blocking.open_node("script", tree=Supervisor("office", children=[Child(Broken)])),
+    ):
+        raise AssertionError("the block is not entered")
+    assert set(threading.enumerate()) == before
+
+
+def test_the_end_of_the_tree_ends_what_waits_and_is_raised_at_the_end_of_the_block() -> None:
+    class Doomed(Desk):
+        @NUMBERS.on()
+        def take(self, message: Int32) -> None:
+            raise RuntimeError("boom")
+
+    tree = Supervisor("office", intensity=Intensity(0, within=1.0), children=[Child(Doomed)])
+
+    def script() -> None:
+        with blocking.open_node("script", tree=tree) as node:
+            node.listen(WORDS)
+            node.publish(NUMBERS, number(1))
+            for use in (
+                lambda: node.next(WORDS),
+                lambda: node.run(for_ever),
+                lambda: node.publish(WORDS, word("late")),
+            ):
+                with pytest.raises((NotRunning, NotStarted)):
+                    use()
+
+    with pytest.raises(SupervisorGaveUp):
+        script()
+
+
+def test_after_the_block_everything_is_refused() -> None:
+    opened = blocking.open_node("script")
+    with opened as node:
+        pass
+    assert "ended" in repr(node)
+    with pytest.raises(NotStarted, match="block has been left"):
+        node.publish(WORDS, word("late"))
+    with pytest.raises(RuntimeError, match="entered before"), opened:
+        pass
+
+
+def test_an_error_of_the_block_wins_over_the_tree_s_own_end() -> None:
+    with pytest.raises(KeyError), blocking.open_node("script", tree=desk()):
+        raise KeyError("mine")
+
+
+def test_a_tree_and_a_running_system_at_once_are_refused() -> None:
+    async def main() -> None:
+        blocking.open_node("script", tree=desk(), system=System())
+
+    with pytest.raises(ValueError, match="not both"):
+        asyncio.run(main())
+
+
+def test_the_end_of_the_other_thread_s_event_loop_ends_what_waits() -> None:
+    said: list[str] = []
+    listening = threading.Event()
+
+    def script(system: System) -> None:
+        with blocking.open_node("thread", system=system) as node:
+            listening.set()
+            try:
+                node.run(for_ever)
+            except NotRunning as ended:
+                said.append(str(ended))
+
+    async def main() -> threading.Thread:
+        async with run(desk(), signals=False) as system:
+            thread = threading.Thread(target=script, args=(system,))
+            thread.start()
+            await in_thread(listening.wait)
+        return thread
+
+    asyncio.run(main()).join()
+    assert len(said) == 1
