@@ -84,7 +84,10 @@ class Base(ABC):
     def _handle_all(self) -> None:
         while self._inbox:
             handler, args = self._inbox.popleft()
-            handler(*args)
+            try:
+                handler(*args)
+            except Exception as error:
+                self._broken(error)
 
     def _add(self, spec: Spec) -> Entry:
         entry = self._entries[spec.name] = Entry(spec, next(self._positions))
@@ -127,6 +130,9 @@ class Base(ABC):
 
     @abstractmethod
     def stop(self, reason: str = "shutdown", /) -> None: ...
+
+    @abstractmethod
+    def _broken(self, error: Exception) -> None: ...
 
     @abstractmethod
     def _on_ready(self, incarnation: Incarnation) -> None: ...

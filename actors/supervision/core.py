@@ -28,7 +28,8 @@ class Core(Restarts):
 
         Returns after `stop`, or after the end of a significant child shut it down. Raises `StartFailed` when a child
         does not start the first time, `SupervisorGaveUp` when the restart intensity is reached; in each case after all
-        children have stopped. When its task is cancelled it kills all children at once and passes the cancellation on.
+        children have stopped. When its task is cancelled it kills all children at once and passes the cancellation on;
+        so it does with an exception of its own, or of a runtime that does not keep to its protocol.
         """
         if self._phase != "new":
             raise RuntimeError(f"{self!r} has been run before; make a new one for another run")
@@ -43,7 +44,7 @@ class Core(Restarts):
         self.post(self._begin)
         try:
             await self._over
-        except asyncio.CancelledError:
+        except BaseException:
             await self._kill_all()
             raise
         failure, self._failure = self._failure, None

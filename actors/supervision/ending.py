@@ -76,8 +76,13 @@ class Ending(Base):
         brutal = incarnation.entry.spec.stop == "kill" and isinstance(reason, Killed)
         return is_abnormal(reason) and not brutal
 
+    def _broken(self, error: Exception) -> None:
+        """A handler raised: what we know may be wrong now, so we do not go on. `run` kills all and raises `error`."""
+        if not self._over.done():
+            self._over.set_exception(error)
+
     async def _kill_all(self) -> None:
-        """The owner cancelled us: no clean-up for anybody. Bounded in time, so further cancellations have to wait."""
+        """No clean-up for anybody. Bounded in time, so further cancellations have to wait."""
         from anyio import CancelScope  # here, because nothing else in a supervisor needs anyio
 
         if self._phase == "over":
@@ -88,6 +93,7 @@ class Ending(Base):
             while not self._over.done():
                 with contextlib.suppress(asyncio.CancelledError):
                     await asyncio.wait([self._over])
+        self._over.exception()  # if it broke once more, the first exception says why
 
     def _on_kill(self) -> None:
         if self._phase != "stopping":

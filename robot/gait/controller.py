@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, hypot, sin
+from math import cos, hypot, inf, sin
 from typing import Literal
 
 import numpy as np
@@ -164,7 +164,7 @@ class GaitController:
         if self._walker is not None:
             return self._walker.step(dt, estimate, ahead, self._terrain, command).freeze()
         if self._planted is not None:
-            return self._planted.step(dt, ahead, self._terrain).freeze()
+            return self._planted.step(dt, ahead).freeze()
         return self._sit(dt, joints).freeze()
 
     def _sit(self, dt: float, joints: JointSample) -> Targets:
@@ -210,6 +210,7 @@ class GaitController:
             elif goal == "walk":
                 self._mode, self._planted = "walk", None
                 self._walker = Walker(self._gait, ahead)
+                self._terrain.update(inf, self._estimate.contacts)
         elif mode in ("walk", "stopping") and self._walker is not None:
             self._walk_on(dt, ahead, self._walker)
 

@@ -6,7 +6,7 @@ imply. The spring closes inside the motor drives, so no delay can shake it.
 
 from __future__ import annotations
 
-from math import atan, cos, pi, sin
+from math import atan, cos, inf, pi, sin
 
 import numpy as np
 
@@ -45,6 +45,9 @@ class Planted:
         level = np.column_stack((c * feet[:, 0] + s * feet[:, 1], c * feet[:, 1] - s * feet[:, 0], feet[:, 2]))
         middle = level.mean(axis=0)
         self._feet: list[list[float]] = (level - middle).tolist()
+        plane = TerrainPlane()
+        plane.update(inf, level)
+        self._roll, self._pitch = atan(plane.slope_y), -atan(plane.slope_x)
         self._offset = (-float(middle[0]), -float(middle[1]))
         self._from = self._to = self.height = -float(middle[2])
         self._time = self._duration = 0.0
@@ -59,7 +62,7 @@ class Planted:
     def arrived(self) -> bool:
         return self._time >= self._duration
 
-    def step(self, dt: float, ahead: Ahead, terrain: TerrainPlane) -> Targets:
+    def step(self, dt: float, ahead: Ahead) -> Targets:
         """The motor targets of this step."""
         self._clock += dt
         self._weight = min(1.0, self._weight + dt / 0.4)
@@ -67,19 +70,18 @@ class Planted:
         share = 1.0 if self.arrived else 0.5 * (1.0 - cos(pi * self._time / self._duration))
         self.height = self._from + (self._to - self._from) * share
         targets = Targets()
-        forces = (self._forces(ahead, terrain) @ ahead.rotation).tolist()
-        angles = self._pose(ahead, terrain)
+        forces = (self._forces(ahead) @ ahead.rotation).tolist()
+        angles = self._pose()
         for leg in range(4):
             push = torques(ahead.legs.jacobians[leg], *(self._weight * force for force in forces[leg]))
             effort = [a + b for a, b in zip(push, ahead.legs.weight[3 * leg : 3 * leg + 3], strict=True)]
             targets.leg(leg, effort=effort, position=angles[leg], kp=SPRING, kd=DAMPER)
         return targets
 
-    def _forces(self, ahead: Ahead, terrain: TerrainPlane) -> Vector:
-        roll, pitch = self._lean(ahead, terrain)
+    def _forces(self, ahead: Ahead) -> Vector:
         c, s = cos(ahead.yaw), sin(ahead.yaw)
-        moment_x = INERTIA[0] * (ATTITUDE_SPRING * (roll - ahead.roll) - ATTITUDE_DAMPER * ahead.turn[0])
-        moment_y = INERTIA[1] * (ATTITUDE_SPRING * (pitch - ahead.pitch) - ATTITUDE_DAMPER * ahead.turn[1])
+        moment_x = INERTIA[0] * (ATTITUDE_SPRING * (self._roll - ahead.roll) - ATTITUDE_DAMPER * ahead.turn[0])
+        moment_y = INERTIA[1] * (ATTITUDE_SPRING * (self._pitch - ahead.pitch) - ATTITUDE_DAMPER * ahead.turn[1])
         brake_x, brake_y, _ = (-MASS * SWAY_DAMPER * ahead.velocity).tolist()
         wrench = np.array(
             (brake_x, brake_y, MASS * GRAVITY, c * moment_x - s * moment_y, s * moment_x + c * moment_y, 0.0)
@@ -88,19 +90,12 @@ class Planted:
         arms[:, 2] -= FOOT_RADIUS
         return distribute([(x, y, z) for x, y, z in arms.tolist()], wrench)
 
-    def _lean(self, ahead: Ahead, terrain: TerrainPlane) -> tuple[float, float]:
-        """Roll and pitch of a body that lies parallel to the ground."""
-        c, s = cos(ahead.yaw), sin(ahead.yaw)
-        along, across = c * terrain.slope_x + s * terrain.slope_y, c * terrain.slope_y - s * terrain.slope_x
-        return atan(across), -atan(along)
-
-    def _pose(self, ahead: Ahead, terrain: TerrainPlane) -> list[tuple[float, float, float]]:
+    def _pose(self) -> list[tuple[float, float, float]]:
         """The joint angles of a body above the middle of its feet, at the present height, parallel to the ground."""
-        roll, pitch = self._lean(ahead, terrain)
         share = 0.5 * (1.0 + cos(pi * min(1.0, self._clock / CENTRING)))
         x0 = COM_SHIFT + (self._offset[0] - COM_SHIFT) * share
         y0 = self._offset[1] * share
-        cr, sr, cp, sp = cos(roll), sin(roll), cos(pitch), sin(pitch)
+        cr, sr, cp, sp = cos(self._roll), sin(self._roll), cos(self._pitch), sin(self._pitch)
         pose: list[tuple[float, float, float]] = []
         for (fx, fy, fz), (hip_x, hip_y), side in zip(self._feet, HIPS, SIDES, strict=True):
             x, y, z = fx - x0, fy - y0, fz - self.height

@@ -48,9 +48,15 @@ SWING_SPRING, SWING_DAMPER = 250.0, 4.0
 STANCE_DAMPER = 1.0
 EARLY = 0.6
 """From this progress of a swing on, a contact ends it."""
+STUMBLE = (0.2, 0.6)
+"""A contact between these shares of a swing is something in the way."""
+BOOST_SPEED, MOST_BOOST = 1.0, 0.10
+"""A foot that stumbles is lifted over what it met, m/s and m."""
+CAUTION, MOST_CAUTION, CALM = 0.06, 0.12, 0.015
+"""How much higher all feet are then lifted (m), at most (m), and how soon that is forgotten (m/s)."""
 GRACE = 0.02
 """Seconds a foot that should have landed is taken to stand without having reported contact."""
-SEARCH_SPEED = 0.25
+SEARCH_SPEED = 0.4
 """How fast a foot that has not found the ground is lowered, m/s."""
 HEADING_ERROR = 0.3
 
@@ -58,7 +64,7 @@ HEADING_ERROR = 0.3
 class _Leg:
     """What one leg is doing."""
 
-    __slots__ = ("landed", "late", "start", "swinging")
+    __slots__ = ("boost", "landed", "late", "start", "swinging")
 
     def __init__(self) -> None:
         self.swinging = False
@@ -67,6 +73,8 @@ class _Leg:
         self.late = 0.0
         """Seconds since it should have touched."""
         self.start: Triple = (0.0, 0.0, 0.0)
+        self.boost = 0.0
+        """How much the foot is lifted because it hit something on its way, m; negative: it has not."""
 
 
 class Walker:
@@ -81,8 +89,12 @@ class Walker:
         self._integral = [0.0, 0.0]
         self._back = (0.0, 0.0)
         """How far the feet are set back so that the body leans into what the integral has learned, odom axes, m."""
+        self._shorter = (1.0, 1.0)
+        """What is left of the stance's length and width, seen from above, when the body leans with the slope."""
         self._heading = ahead.yaw
         self.height = STAND_HEIGHT
+        self.caution = 0.0
+        """How much higher feet are lifted since one stumbled, m."""
         self.halting = False
         """While true no foot lifts any more: the walk ends with all feet on the ground."""
 
@@ -108,7 +120,7 @@ class Walker:
         self._stand(dt, targets, standing, ahead, terrain, wanted, command)
         for index, leg in enumerate(self._legs):
             if index not in standing:
-                self._swing(targets, index, leg, estimate, ahead, terrain, wanted, command[2])
+                self._swing(dt, targets, index, leg, estimate, ahead, terrain, wanted, command[2])
         return targets
 
     def _pace(self, dt: float, ahead: Ahead, command: Triple) -> None:
@@ -116,6 +128,7 @@ class Walker:
         vx, vy, _ = ahead.velocity.tolist()
         speed = max(hypot(vx, vy), hypot(command[0], command[1]))
         self.clock.hurry(speed)
+        self.caution = max(0.0, self.caution - CALM * dt)
         low, high = CROUCH_SPEEDS
         height = WALK_HEIGHT - CROUCH * max(0.0, min(1.0, (speed - low) / (high - low)))
         self.height += max(-RISE_SPEED * dt, min(RISE_SPEED * dt, height - self.height))
@@ -130,6 +143,10 @@ class Walker:
                     leg.swinging = True
                     x, y, z = (ahead.position + ahead.feet[index]).tolist()
                     leg.start = (x, y, z)
+                    leg.boost = -1.0
+                elif leg.swinging and contact and leg.boost < 0.0 and STUMBLE[0] < self.clock.swing(index) < STUMBLE[1]:
+                    leg.boost = 0.0
+                    self.caution = min(MOST_CAUTION, self.caution + CAUTION)
                 elif leg.swinging and progress > EARLY and contact:
                     leg.swinging, leg.landed = False, True
             else:
@@ -158,7 +175,7 @@ class Walker:
         centre = ahead.rotation @ np.array(ahead.legs.centre)
         arms = ahead.feet[standing] - centre
         arms[:, 2] -= FOOT_RADIUS
-        forces = distribute([(x, y, z) for x, y, z in arms.tolist()], wrench)
+        forces = distribute([(x, y, z) for x, y, z in arms.tolist()], wrench, (terrain.slope_x, terrain.slope_y))
         self.acceleration = forces.sum(axis=0) / MASS
         self.acceleration[2] -= GRAVITY
         wx, wy, wz = wanted @ ahead.rotation
@@ -197,6 +214,7 @@ class Walker:
         self._heading = ahead.yaw + _clip(_wrap(self._heading + turn * dt - ahead.yaw), HEADING_ERROR)
         roll = _clip(atan(c * slope_y - s * slope_x), 0.5)
         pitch = _clip(-atan(c * slope_x + s * slope_y), 0.5)
+        self._shorter = (cos(pitch), cos(roll))
         lean = (roll - ahead.roll, pitch - ahead.pitch, _wrap(self._heading - ahead.yaw))
         wx, wy, wz = ahead.turn.tolist()
         mx, my, mz = (
@@ -218,6 +236,7 @@ class Walker:
 
     def _swing(
         self,
+        dt: float,
         targets: Targets,
         index: int,
         leg: _Leg,
@@ -230,7 +249,10 @@ class Walker:
         duration = self.clock.swing_time
         progress = self.clock.swing(index, ahead.lead) if leg.swinging else 1.0
         end = self._foothold(index, (1.0 - progress) * duration, estimate, ahead, terrain, wanted, turn)
-        place, speed = swing_path(leg.start, end, progress, duration, self.clock.gait.clearance)
+        place, speed = swing_path(leg.start, end, progress, duration, self.clock.gait.clearance + self.caution)
+        if leg.boost >= 0.0:
+            leg.boost = min(MOST_BOOST, leg.boost + BOOST_SPEED * dt)
+            place = (place[0], place[1], place[2] + leg.boost * min(1.0, 4.0 * (1.0 - progress)))
         if not leg.swinging:
             place = (place[0], place[1], place[2] - SEARCH_SPEED * (leg.late - GRACE))
             speed = (0.0, 0.0, -SEARCH_SPEED)
@@ -264,7 +286,7 @@ class Walker:
         half = 0.5 * self.clock.stance_time
         yaw = ahead.yaw + ahead.turn[2] * remaining
         c, s = cos(yaw), sin(yaw)
-        nominal_x, nominal_y = NOMINAL[index][0] - COM_SHIFT, NOMINAL[index][1]
+        nominal_x, nominal_y = NOMINAL[index][0] * self._shorter[0] - COM_SHIFT, NOMINAL[index][1] * self._shorter[1]
         rx, ry = c * nominal_x - s * nominal_y, s * nominal_x + c * nominal_y
         vx, vy = float(ahead.velocity[0]), float(ahead.velocity[1])
         lean = 0.5 * WALK_HEIGHT / GRAVITY * turn

@@ -86,7 +86,7 @@ class Step:
 
     command: Command
     phase: str
-    """``turning``, ``following``, ``avoiding``, ``evading``, ``approaching``, ``arrived`` or ``blocked``."""
+    """``turning``, ``following``, ``threading``, ``avoiding``, ``evading``, ``approaching``, ``arrived`` or ``blocked``."""
     remaining: float
     """Along the path, m."""
     clearance: float
@@ -103,6 +103,10 @@ _HORIZON: Floats = np.linspace(0.15, 1.2, 8)
 """Instants at which a command is tried out, s: long enough to stop from full speed."""
 _FORESIGHT: Floats = np.concatenate([_HORIZON, [1.5, 1.8, 2.1, 2.5]])
 """Instants at which it is tried out against what moves, s: long enough to get out of the way."""
+_SQUEEZE = 0.03
+"""The same while threading a gap, where the poses were checked beforehand, m."""
+_TIGHT = 0.12
+"""Sliding along the path nearer than this to something calls for a plan of the body's heading too, m."""
 _APPROACH = 0.45
 """Within this distance of the goal the robot steps sideways and backward as needed, m."""
 
@@ -116,6 +120,8 @@ class Follower:
         self.path: Path | None = None
         self._goal = Pose2(0.0, 0.0)
         self._along = 0.0
+        self._poses: Floats | None = None
+        self._passed = 0
         self._turning = False
         self._avoiding = False
         self._last = STOP
@@ -129,10 +135,39 @@ class Follower:
         self.path = path.spaced(0.05)
         self._goal = goal
         self._along = 0.0
+        self._poses = None
+
+    def thread(self, poses: Floats) -> None:
+        """Go through these poses (n, 3) next, heading and all, then on along the path."""
+        self._poses, self._passed = poses, 0
+
+    @property
+    def threading(self) -> bool:
+        """Whether poses of `thread` are still ahead."""
+        return self._poses is not None
+
+    @property
+    def along(self) -> float:
+        """How far along the path the robot has come, m."""
+        return self._along
+
+    def is_tight(self, pose: Pose2, around: Surroundings) -> bool:
+        """Whether the next stretch is too narrow to rely on following the path with the body's middle."""
+        points = self.ahead(1.2)
+        if len(points) < 3:
+            return False
+        slope = points[2:] - points[:-2]
+        yaw = np.arctan2(slope[:, 1], slope[:, 0])
+        if float(around.body_clearance(points[1:-1, 0], points[1:-1, 1], yaw).min()) < _TIGHT:
+            return True
+        room = float(around.clearance(np.array([pose.x]), np.array([pose.y]))[0])
+        x, y = points[min(8, len(points) - 1)]
+        turn = abs(wrap(math.atan2(y - pose.y, x - pose.x) - pose.yaw))
+        return turn > 0.6 and room < around.footprint.circumscribed + _TIGHT
 
     def halt(self) -> None:
         """Forget the path and the speed: the next command is a stop."""
-        self.path, self._last, self._turning = None, STOP, False
+        self.path, self._poses, self._last, self._turning = None, None, STOP, False
 
     def halt_speed(self) -> None:
         """Keep the path, but start again from rest."""
@@ -161,8 +196,14 @@ class Follower:
         if near and to_goal <= self.tolerance.position and abs(turn_left) <= self.tolerance.yaw:
             self._last = STOP
             return Step(STOP, "arrived", to_goal, clearance, off)
-        wish, phase = self._approach(pose, turn_left) if near else self._pursue(pose, clearance)
-        command, phase = self._checked(wish, phase, pose, around, clearance, near)
+        aim = self._next_pose(pose) or (self._goal if near else None)
+        if self._poses is not None and aim is not None:
+            wish, phase = self._toward(pose, aim, min(0.25 + 1.5 * clearance, self.limits.vx_max)), "threading"
+        elif near:
+            wish, phase = self._toward(pose, self._goal, 0.35), "approaching"
+        else:
+            wish, phase = self._pursue(pose, clearance)
+        command, phase = self._checked(wish, phase, pose, around, clearance, aim)
         self._avoiding = phase == "avoiding"
         command = self.limits.ramp(command, self._last, dt)
         self._last = command
@@ -182,28 +223,58 @@ class Follower:
             return self.limits.clip(0.0, 0.0, wz), "turning"
         foot_x, foot_y = self.path.at(self._along)
         left = -math.sin(pose.yaw) * (foot_x - pose.x) + math.cos(pose.yaw) * (foot_y - pose.y)
-        room = 0.25 + 1.2 * max(clearance - 0.1, 0.0)
+        room = 0.3 + 1.6 * max(clearance - 0.08, 0.0)
         end = math.hypot(self._goal.x - pose.x, self._goal.y - pose.y)
         braking = math.sqrt(2.0 * 0.4 * max(end - 0.15, 0.02))
         vx = min(self.limits.vx_max * max(math.cos(1.4 * bearing), 0.2), room, braking)
         return self.limits.clip(vx, 0.8 * left, wz), "following"
 
-    def _approach(self, pose: Pose2, turn_left: float) -> tuple[Command, str]:
-        """The last steps: straight to the place, sideways if need be, while turning to the final heading."""
-        dx, dy = self._goal.x - pose.x, self._goal.y - pose.y
+    def _next_pose(self, pose: Pose2) -> Pose2 | None:
+        """The pose to thread toward: some 25 cm (or as much turning) ahead. None, and done with them, at the last one."""
+        if self._poses is None:
+            return None
+        rest = self._poses[self._passed : self._passed + 8]
+        gaps = np.hypot(rest[:, 0] - pose.x, rest[:, 1] - pose.y) + 0.4 * np.abs(rest[:, 2] - _near(pose.yaw, rest[:, 2]))
+        self._passed += int(gaps.argmin())
+        rest = self._poses[self._passed :]
+        if len(rest) <= 2:
+            self._poses = None
+            return None
+        steps = np.hypot(*np.diff(rest[:, :2], axis=0).T) + 0.4 * np.abs(np.diff(rest[:, 2]))
+        ahead = int(np.searchsorted(np.cumsum(steps), 0.25)) + 1
+        x, y, yaw = (float(v) for v in rest[min(ahead, len(rest) - 1)])
+        return Pose2(x, y, yaw)
+
+    def _toward(self, pose: Pose2, aim: Pose2, speed: float) -> Command:
+        """Straight to a pose nearby, sideways and backward if need be, while turning to its heading."""
+        dx, dy = aim.x - pose.x, aim.y - pose.y
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         ahead, left = c * dx + s * dy, c * dy - s * dx
-        scale = min(1.0, 0.35 / max(math.hypot(ahead, left), 1e-6))
-        return self.limits.clip(1.2 * ahead * scale, 1.2 * left * scale, 1.5 * turn_left), "approaching"
+        gain = 1.2 if self._poses is None else 3.0
+        scale = min(gain, speed / max(math.hypot(ahead, left), 1e-6))
+        # All three axes shrink together, or a clipped one would bend the way to the pose.
+        shrink = max(
+            1.0,
+            ahead * scale / self.limits.vx_max,
+            ahead * scale / min(self.limits.vx_min, -1e-3),
+            abs(left) * scale / max(self.limits.vy_max, 1e-3),
+        )
+        turn = 1.25 * gain * wrap(aim.yaw - pose.yaw)
+        return self.limits.clip(ahead * scale / shrink, left * scale / shrink, turn)
 
     # --- what it may ------------------------------------------------------------------------------------------------
 
     def _checked(
-        self, wish: Command, phase: str, pose: Pose2, around: Surroundings, clearance: float, near: bool
+        self, wish: Command, phase: str, pose: Pose2, around: Surroundings, clearance: float, aim: Pose2 | None
     ) -> tuple[Command, str]:
         """The wish itself if it keeps clear, else the best command of the fan; a stop when there is none."""
         tried = np.array([[wish.vx, wish.vy, wish.wz]])
-        comfort = min(_COMFORT, clearance + 0.02) if near else self._offered(around)
+        threading = phase == "threading"
+        touch = _SQUEEZE if threading else _TOUCH
+        if aim is None:
+            comfort = self._offered(around)
+        else:
+            comfort = touch + 0.02 if threading else min(_COMFORT, clearance + 0.02)
         # Once off the wish, take it up again only when it is clearly good: no flutter between it and the fan.
         if float(_clearances(pose, tried, around).min()) >= comfort + (0.03 if self._avoiding else 0.0):
             return wish, phase
@@ -212,14 +283,14 @@ class Follower:
         clear = _clearances(pose, fan, around)
         least, final = clear.min(axis=1), clear[:, -1]
         # Already too near: any command that leads away is allowed.
-        allowed = (least >= _TOUCH) | ((least >= clearance - 0.01) & (final > clearance + 0.01))
-        allowed[0] &= bool(least[0] >= _TOUCH)
+        allowed = (least >= touch) | ((least >= clearance - 0.01) & (final > clearance + 0.01))
+        allowed[0] &= bool(least[0] >= touch)
         if not allowed.any():
             if not around.movers.moving:
                 return STOP, "blocked"
             # Something comes and every command ends near it: standing still is not safe, so go where most room is left.
             return self.limits.clip(*(float(v) for v in fan[int(least.argmax())])), "evading"
-        price = self._price(x[:, -1], y[:, -1], yaw[:, -1], near)
+        price = self._price(x[:, -1], y[:, -1], yaw[:, -1], aim)
         price += 1.5 * (np.maximum(comfort - least, 0.0) / comfort) ** 2
         last = self._last
         price += 0.05 * np.abs(fan - tried).sum(axis=1)
@@ -245,11 +316,11 @@ class Follower:
         offered = float(around.body_clearance(points[:-1, 0], points[:-1, 1], yaw).min())
         return min(max(offered - 0.04, 0.02 + _TOUCH), _COMFORT)
 
-    def _price(self, x: Floats, y: Floats, yaw: Floats, near: bool) -> Floats:
-        """What it costs to end up at each pose: path left, distance from it, and heading away from it."""
-        if near:
-            turn = np.abs((self._goal.yaw - yaw + math.pi) % (2 * math.pi) - math.pi)
-            return np.asarray(np.hypot(self._goal.x - x, self._goal.y - y) + 0.4 * turn, dtype=np.float64)
+    def _price(self, x: Floats, y: Floats, yaw: Floats, aim: Pose2 | None) -> Floats:
+        """What it costs to end up at each pose: distance from the aim or, without one, path left and distance from it."""
+        if aim is not None:
+            turn = np.abs((aim.yaw - yaw + math.pi) % (2 * math.pi) - math.pi)
+            return np.asarray(np.hypot(aim.x - x, aim.y - y) + 0.4 * turn, dtype=np.float64)
         assert self.path is not None
         points = self.ahead(1.6)
         gaps = np.hypot(points[:, 0] - x[:, None], points[:, 1] - y[:, None])
@@ -259,6 +330,11 @@ class Follower:
         turn = np.abs((bearing + math.pi) % (2 * math.pi) - math.pi)
         left = 0.05 * (len(points) - 1 - nearest)
         return np.asarray(left + 0.8 * gaps[np.arange(len(x)), nearest] + 0.3 * turn, dtype=np.float64)
+
+
+def _near(angle: float, angles: Floats) -> Floats:
+    """`angle` plus the whole turns that bring it nearest to each of the angles."""
+    return np.asarray(angle + 2 * math.pi * np.round((angles - angle) / (2 * math.pi)), dtype=np.float64)
 
 
 def _fan(limits: Limits) -> Floats:

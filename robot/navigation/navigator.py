@@ -18,6 +18,7 @@ from robot.navigation.path import Path, wrap
 from robot.navigation.planner import Planner, check_finite
 from robot.navigation.progress import ProgressChecker, Recovery
 from robot.navigation.surroundings import Surroundings
+from robot.navigation.thread import thread
 from robot.world.scene import Pose2
 
 __all__ = ["Motion", "Navigator", "State"]
@@ -110,6 +111,7 @@ class Navigator:
         self._waiting_since: float | None = None
         self._obstruction: NavigationError | None = None
         self._held_since: float | None = None
+        self._threaded_at = -math.inf
         self.failure = None
 
     # --- goals ------------------------------------------------------------------------------------------------------
@@ -209,7 +211,19 @@ class Navigator:
         self.follower.follow(self.path, self.goal)
         return True
 
+    def _thread(self, now: float, pose: Pose2) -> None:
+        """Where it is too narrow to follow the path with the body's middle, plan the heading too."""
+        assert self.path is not None
+        assert self.goal is not None
+        if self.follower.threading or now - self._threaded_at < 0.5 or not self.follower.is_tight(pose, self.around):
+            return
+        self._threaded_at = now
+        poses = thread(pose, self.path, self.follower.along, self.goal, self.around, self.follower.limits)
+        if poses is not None:
+            self.follower.thread(poses)
+
     def _follow(self, now: float, pose: Pose2, dt: float) -> Motion:
+        self._thread(now, pose)
         step = self.follower.step(pose, self.around, dt)
         if step.phase == "arrived":
             self.state = State.ARRIVED

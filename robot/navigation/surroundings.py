@@ -21,6 +21,8 @@ _REACH = 3.0
 """Half side of the square around the robot in which motion is checked, m."""
 _NEAR = 1.0
 """Distances to marks beyond this do not matter, m."""
+_SLACK = 0.1
+"""A beam must pass a mark by this much to clear it, m: five sigma of the LiDAR."""
 _SETTLED = 0.4
 """A place marked for longer than this holds something that stands, s."""
 _FAR = 10.0
@@ -127,7 +129,7 @@ class Surroundings:
         beam = np.rint(turn).astype(np.intp)
         # The beams beside it must agree, or the edge of a box would be wiped by the beam that just misses it.
         behind = np.minimum.reduce([ranges[(beam + k) % len(ranges)] for k in (-1, 0, 1)])
-        gone = (far < self.max_range) & (behind > far + 0.15)
+        gone = (far < self.max_range) & (behind > far + _SLACK)
         self._seen[rows[gone], columns[gone]] = -np.inf
         self._since[rows[gone], columns[gone]] = np.inf
 
@@ -135,7 +137,11 @@ class Surroundings:
 
     def extra(self) -> Floats | None:
         """Clearance (m) from the marks alone, per cell of the map, 1 m at most; None when nothing is marked."""
-        return distance_to(self._marked, self.grid.resolution, _NEAR) if self._marked.any() else None
+        return self._distance(self._marked) if self._marked.any() else None
+
+    def _distance(self, marked: NDArray[np.bool_]) -> Floats:
+        """Distance (m) to the marks. A hit lies anywhere in its cell, so on average in its middle: count from there, less 1 cm."""
+        return distance_to(marked, self.grid.resolution, _NEAR) + (0.5 * self.grid.resolution - 0.01)
 
     def center_on(self, pose: Pose2) -> None:
         """Prepare the distances around the robot; call it before `clearance` whenever the robot moved or a scan came
@@ -151,15 +157,16 @@ class Surroundings:
         part = slice(top, max(row + reach, top + 1)), slice(left, max(column + reach, left + 1))
         window = np.minimum(grid.clearance[part], _FAR)
         if self._marked[part].any():
-            window = np.minimum(window, distance_to(self._marked[part], grid.resolution, _NEAR))
-        self._window, self._corner = window, (top, left)
+            window = np.minimum(window, self._distance(self._marked[part]))
+        self._window, self._corner = _twice_as_fine(window), (top, left)
 
     def clearance(self, x: Floats, y: Floats) -> Floats:
         """Distance (m) from each point to the nearest thing, mapped or seen, within the square around the robot."""
         assert self._window is not None, "call center_on(pose) first"
         grid, (top, left) = self.grid, self._corner
-        rows = np.floor((y - grid.origin_y) / grid.resolution).astype(np.intp) - top
-        columns = np.floor((x - grid.origin_x) / grid.resolution).astype(np.intp) - left
+        fine = 2.0 / grid.resolution
+        rows = ((y - grid.origin_y) * fine - (2 * top + 0.5)).astype(np.intp)
+        columns = ((x - grid.origin_x) * fine - (2 * left + 0.5)).astype(np.intp)
         np.clip(rows, 0, self._window.shape[0] - 1, out=rows)
         np.clip(columns, 0, self._window.shape[1] - 1, out=columns)
         return self._window[rows, columns]
@@ -180,3 +187,13 @@ class Surroundings:
             gap = self.footprint.distances(c * dx + s * dy, c * dy - s * dx) - mover.radius
             np.minimum(least, gap, out=least)
         return least
+
+
+def _twice_as_fine(field: Floats) -> Floats:
+    """The field with its linear values halfway between cells: middles at every half cell, shape (2 rows - 1, 2 columns - 1)."""
+    rows, columns = field.shape
+    fine = np.empty((2 * rows - 1, 2 * columns - 1))
+    fine[::2, ::2] = field
+    fine[1::2, ::2] = (field[:-1] + field[1:]) / 2
+    fine[:, 1::2] = (fine[:, :-1:2] + fine[:, 2::2]) / 2
+    return fine

@@ -29,8 +29,9 @@ class Axis:
 
 
 def spanning(low: float, high: float, start: float, end: float, ticks: int) -> Axis:
-    """An axis over at least [low, high] with about so many ticks at steps of 1, 2 or 5; it begins and ends on a tick."""
-    step = _round_step(max(high - low, 1e-6) / ticks)
+    """An axis over at least [low, high] with at most about so many ticks at steps of 1, 2 or 5; it begins and ends on a tick."""
+    high = max(high, low + 1e-3)
+    step = _round_step((high - low) / ticks)
     return Axis(floor(low / step + 1e-9) * step, ceil(high / step - 1e-9) * step, start, end, step)
 
 

@@ -48,33 +48,49 @@ def check() -> None:
 def draw_with_mujoco(recording: Recording, width: int, height: int) -> Image:
     """The instant of the recording, with the planned path and the trail on the floor. Call `check` first."""
     mujoco: Any = importlib.import_module("mujoco")
-    model: Any = mujoco.MjModel.from_xml_string(write_model(recording.scene, Ground(), 0.0025))
     camera = viewpoint(recording.scene, recording.pose, width, height)
-    _dress(model, camera)
-    data: Any = mujoco.MjData(model)
+    model = _dressed(mujoco, recording, camera)
+    data = mujoco.MjData(model)
     data.qpos[:] = np.concatenate((recording.truth.position, recording.truth.quaternion, recording.truth.joints))
     mujoco.mj_forward(model, data)
     with mujoco.Renderer(model, height, width) as renderer:
         renderer.update_scene(data, _eye(mujoco, camera))
-        _draw_line(mujoco, renderer.scene, recording.path, 0.06, palette.PATH)
-        _draw_line(mujoco, renderer.scene, recording.trail[::10], 0.02, palette.TRAIL)
+        _draw_line(mujoco, renderer.scene, recording.path, 0.07, palette.PATH)
+        _draw_line(mujoco, renderer.scene, recording.trail[::10], 0.03, palette.TRAIL)
         image: Image = renderer.render().copy()
     return image
 
 
-def _dress(model: Any, camera: Camera) -> None:
-    """Colours, light and the size of the image: the model of the physics has none."""
-    model.vis.global_.offwidth, model.vis.global_.offheight = camera.width, camera.height
-    model.vis.global_.fovy = camera.field
-    model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = 0.45, 0.6
-    for geom in range(model.ngeom):
-        name = model.geom(geom).name
-        colour = palette.WALL
-        if name == "floor":
+def _dressed(mujoco: Any, recording: Recording, camera: Camera) -> Any:
+    """The model of the physics with what it has no use for: a lamp, a sky, colours and an image to draw on."""
+    spec = mujoco.MjSpec.from_string(write_model(recording.scene, Ground(), 0.0025))
+    view, pose = spec.visual, recording.pose
+    view.global_.offwidth, view.global_.offheight, view.global_.fovy = camera.width, camera.height, camera.field
+    view.headlight.ambient, view.headlight.diffuse = [0.35] * 3, [0.35] * 3
+    view.quality.shadowsize = 4096
+    lamp = {"type": mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, "diffuse": [0.6, 0.56, 0.5]}
+    spec.worldbody.add_light(pos=[pose.x - 2.0, pose.y - 2.6, 4.3], dir=[0.42, 0.55, -0.9], **lamp)
+    for site in spec.sites:
+        site.rgba = [0.0] * 4
+    kinds = mujoco.mjtTexture.mjTEXTURE_SKYBOX, mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
+    spec.add_texture(
+        type=kinds[0], builtin=kinds[1], rgb1=_shown(palette.SKY), rgb2=_shown(palette.HAZE), width=64, height=384
+    )
+    for geom in spec.geoms:
+        if geom.name == "floor":
+            geom.size = [0.0, 0.0, 1.0]  # drawn without end
             colour = palette.CONCRETE
-        elif model.geom_group[geom] == 1:
-            colour = palette.ROBOT if name == "trunk" else palette.GRAPHITE
-        model.geom_rgba[geom] = (*(channel**0.45 for channel in colour), 1.0)
+        elif geom.name == "trunk":
+            colour = palette.ROBOT
+        else:
+            colour = palette.WALL if geom.name.startswith(("box", "cylinder")) else palette.GRAPHITE
+        geom.rgba = [*_shown(colour), 1.0]
+    return spec.compile()
+
+
+def _shown(colour: palette.Colour) -> list[float]:
+    """Linear light as MuJoCo takes colours."""
+    return [channel ** (1.0 / 2.2) for channel in colour]
 
 
 def _eye(mujoco: Any, camera: Camera) -> Any:
@@ -88,14 +104,12 @@ def _eye(mujoco: Any, camera: Camera) -> Any:
 
 
 def _draw_line(mujoco: Any, scene: Any, points: Points, radius: float, colour: palette.Colour) -> None:
-    """Capsules along a line, half sunk into the floor."""
-    rgba = np.array((*(channel**0.45 for channel in colour), 1.0), dtype=np.float32)
+    """Capsules along a line, sunk into the floor so that their backs look out of it."""
+    rgba, z = np.array((*_shown(colour), 1.0), dtype=np.float32), 0.01 - radius
     for (ax, ay), (bx, by) in pairwise(points):
         if scene.ngeom >= scene.maxgeom:
             return
         geom = scene.geoms[scene.ngeom]
         mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_CAPSULE, np.zeros(3), np.zeros(3), np.zeros(9), rgba)
-        mujoco.mjv_connector(
-            geom, mujoco.mjtGeom.mjGEOM_CAPSULE, radius, np.array((ax, ay, 0.0)), np.array((bx, by, 0.0))
-        )
+        mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_CAPSULE, radius, np.array((ax, ay, z)), np.array((bx, by, z)))
         scene.ngeom += 1

@@ -14,8 +14,10 @@ from robot.run.options import UsageError
 
 __all__ = ["Options", "UsageError", "parse"]
 
-SMALLEST, LARGEST = 64, 4096
-"""Pixels on a side."""
+SMALLEST, LARGEST = (64, 64), (4096, 4096)
+"""Width and height in pixels."""
+READABLE = (480, 320)
+"""The smallest map or plot whose numbers can be read."""
 LONGEST = 3600.0
 
 
@@ -43,7 +45,7 @@ def parse(argv: Sequence[str]) -> Options:
         world=given.world,
         seed=given.seed,
         at=_at(given.at),
-        size=_size(given.size),
+        size=_size(given.size, SMALLEST if given.view == "robot" else READABLE),
         view=given.view,
         backend=given.backend,
         renderer=given.renderer,
@@ -96,14 +98,14 @@ def _at(seconds: float) -> float:
     return seconds
 
 
-def _size(text: str) -> tuple[int, int]:
+def _size(text: str, least: tuple[int, int]) -> tuple[int, int]:
     match = re.fullmatch(r"(\d{1,6})[xX](\d{1,6})", text)
     if match is None:
         raise UsageError(f"--size {text}: write WIDTHxHEIGHT in pixels, such as 1200x675")
-    width, height = int(match[1]), int(match[2])
-    if not (SMALLEST <= width <= LARGEST and SMALLEST <= height <= LARGEST):
-        raise UsageError(f"--size {text}: give {SMALLEST} to {LARGEST} pixels on each side")
-    return width, height
+    size = int(match[1]), int(match[2])
+    if not all(low <= side <= high for low, side, high in zip(least, size, LARGEST, strict=True)):
+        raise UsageError(f"--size {text}: give {least[0]}x{least[1]} to {LARGEST[0]}x{LARGEST[1]} for this view")
+    return size
 
 
 def _writable(path: str) -> str:

@@ -24,7 +24,7 @@ def draw_plots(recording: Recording, width: int, height: int) -> Image:
     times = recording.times
     across = spanning(0.0, max(times), LEFT, width - RIGHT, max(2, width // 110))
     canvas.text(LEFT, 30.0, f"{recording.scene.name}, {recording.backend} body, {recording.time:.2f} s", INK, 14.0)
-    speed = _scale([*recording.speeds, *recording.commands, 0.0], TOP, panel)
+    speed = _scale([*recording.speeds, *recording.commands, 0.0, 0.1], TOP, panel)
     _frame(canvas, across, speed, "forward speed (m/s)")
     _curve(canvas, across, speed, times, recording.commands, ASKED)
     _curve(canvas, across, speed, times, recording.speeds, TRUE)
@@ -37,7 +37,9 @@ def draw_plots(recording: Recording, width: int, height: int) -> Image:
 
 
 def _scale(values: Sequence[float], top: float, panel: float) -> Axis:
-    return spanning(min(values), max(values) * 1.05, top + panel, top, max(2, int(panel // 45)))
+    return spanning(
+        min(values), max(values) + 0.05 * (max(values) - min(values)), top + panel, top, max(2, int(panel // 45))
+    )
 
 
 def _frame(canvas: Canvas, across: Axis, up: Axis, title: str) -> None:

@@ -23,7 +23,8 @@ DARK = 0.004
 SHADOW_STEPS = 8
 GOLDEN = np.float32(0.6180339887)
 TAPS = (0.04, 0.12, 0.36)
-"""How far above a surface the space is probed for openness, m."""
+TAP_WEIGHTS = (0.5, 0.42, 0.32)
+"""How far above a surface the space is probed for openness, m, and how much light each probe takes when it is blocked."""
 CLEAR = 2e-3
 """Shadow rays start this far off the surface, m."""
 
@@ -199,7 +200,7 @@ def openness(solids: Sequence[Solid], hits: Hits) -> Floats:
             reached = distance(solid, start[:, near] + up[:, near] * np.float32(height))
             gaps[tap, places] = np.minimum(gaps[tap, places], reached)
     closed = np.clip(1.0 - gaps / heights[:, None], 0.0, 1.0)
-    weights = np.array((0.75, 0.7, 0.6), dtype=np.float32)
+    weights = np.array(TAP_WEIGHTS, dtype=np.float32)
     free = np.prod(1.0 - weights[:, None] * closed, axis=0)
     result: Floats = np.where(met, free, 1.0).astype(np.float32)
     return result

@@ -19,17 +19,19 @@ ROOM = 0.4
 """From the eye to the nearest obstacle in its back, m."""
 SIDEWAYS = radians(38.0)
 """The favourite angle off the robot's heading."""
-BEARINGS = 72
+BEARINGS, ASIDE = 72, 3
+"""Directions that are tried, and how many on either side must be free too: 15 degrees, so that the whole robot is seen."""
 
 
 def viewpoint(scene: Scene, robot: Pose2, width: int, height: int) -> Camera:
     """A camera for the robot at this pose; the same for the same pose."""
-    free = cast(scene, robot.x, robot.y, robot.yaw, BEARINGS, max_range=8.0)
+    beams = cast(scene, robot.x, robot.y, robot.yaw, BEARINGS, max_range=8.0)
+    free = np.minimum.reduce([np.roll(beams, turn) for turn in range(-ASIDE, ASIDE + 1)])
 
     def value(beam: int) -> float:
         off = abs(_bearing(beam))
         room = min(free[beam] - ROOM, DISTANCE)
-        behind = min(free[(beam + BEARINGS // 2) % BEARINGS], 8.0)
+        behind = beams[(beam + BEARINGS // 2) % BEARINGS]
         return float(2.0 * room + 0.15 * behind - degrees(abs(off - SIDEWAYS)) / 30.0)
 
     best = max(range(BEARINGS), key=value)

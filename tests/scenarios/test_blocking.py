@@ -42,7 +42,7 @@ from actors.system import System
 from actors.testing import Rig
 from tests.stage import ADD, COUNT, NUMBERS, WORDS, number, order, result, step, total, two, word
 
-LATCHED = Topic(Int32, "latched", qos.LATCHED)
+LATCHED = Topic(Int32, "latched", qos.LATCHED.replace(depth=10))
 FAIL = Service(AddTwoInts, "fail")
 
 
@@ -111,7 +111,7 @@ def test_S04_a_script_calls_publishes_listens_and_runs_a_goal_and_leaves_nothing
         node.listen(LATCHED)
         for value in (1, 2, 3):
             node.publish(NUMBERS, number(value))
-        assert [node.next(LATCHED).data for _ in range(3)] == [10, 20, 30]
+        assert [node.next(LATCHED, timeout=30.0).data for _ in range(3)] == [10, 20, 30]
         counted = node.run_goal(COUNT, order(3), on_feedback=lambda feedback: seen.append(feedback.sequence.tolist()))
         assert counted == result(0, 1, 2)
         assert node.run_goal(COUNT, order(2)) == result(0, 1)
@@ -244,7 +244,7 @@ def test_a_node_without_a_tree_is_a_system_of_its_own() -> None:
     with blocking.open_node("alone", namespace="/lab", parameters={"use_sim_time": False}) as node:
         assert node.run(full_name) == "/lab/alone"
         node.publish(LATCHED, number(7))
-        assert node.next(LATCHED).data == 7
+        assert node.next(LATCHED, timeout=30.0).data == 7
 
 
 async def for_ever(node: Node) -> None:

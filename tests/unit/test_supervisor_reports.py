@@ -165,6 +165,28 @@ async def test_the_runtime_hears_which_children_only_a_request_will_start_again(
     assert world.gone_for_good == ["root/d", "root/b", "root/c", "root/e"], "not while all end"
 
 
+@virtual
+async def test_a_supervisor_that_breaks_kills_its_children_and_says_why() -> None:
+    class Wrong(World):
+        @property
+        def rng(self) -> Any:
+            raise LookupError("no randomness here")
+
+        @rng.setter
+        def rng(self, value: object) -> None: ...
+
+    world = Wrong()
+    backoff = Backoff(1.0, 2.0)
+    tree = Supervisor("root", children=[child("a", backoff=backoff), child("b"), child("c", backoff=backoff)])
+    async with running(world, tree):
+        world.crash("a")
+        world.crash("c")
+        with pytest.raises(LookupError, match="no randomness here"):
+            await world.host
+        assert world.events("cancelled") == ["cancelled b"]
+        assert asyncio.get_running_loop().time() == 0
+
+
 class Cargo:
     """Something large, whose memory can be seen to go."""
 
