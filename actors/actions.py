@@ -454,7 +454,8 @@ class ActionServer:
             return Outcome(GoalStatus.ABORTED, last.result, last.reason)
         if last is not None:
             return Outcome(run.verdict if run.canceled_at_last else GoalStatus.SUCCEEDED, last.result, run.canceling or "")
-        if run.canceling is not None:
-            return Outcome(run.verdict, reason=run.canceling)
         self.node.warn("an action body ended without Done or Aborted", handler=self.label)
-        return Outcome(GoalStatus.ABORTED, reason="its body ended without a result: end it with `yield Done(result)`")
+        why = "its body ended without a result: end it with `yield Done(result)`"
+        if run.canceling is not None:  # canceled is what lets the cancellation through, as in rclpy what says so itself
+            why = f"{run.canceling}, but {why}, or let the cancellation pass"
+        return Outcome(GoalStatus.ABORTED, reason=why)

@@ -63,7 +63,7 @@ class Publisher(Generic[M]):
         self.history: deque[M] | None = (
             deque(maxlen=None if qos.keep_all else qos.depth) if qos.transient_local else None
         )
-        self._expects: object = type
+        self._expects: Any = type
         self._thread = get_ident()
 
     def __repr__(self) -> str:
@@ -154,7 +154,7 @@ class Queue(Generic[M]):
         self.depth = qos.limit if qos.keep_all else qos.depth
         self.keep_all = qos.keep_all
         self.messages: deque[M] = deque()
-        self.received = 0
+        self.received: int = 0
         self.dropped = 0
         self.rooms: list[asyncio.Future[None]] | None = None
 
@@ -176,8 +176,11 @@ class Queue(Generic[M]):
         try:
             await future
         finally:
-            if self.rooms is not None and future in self.rooms:
-                self.rooms.remove(future)
+            self._give_up_on(future)
+
+    def _give_up_on(self, room: asyncio.Future[None]) -> None:
+        if self.rooms is not None and room in self.rooms:
+            self.rooms.remove(room)
 
     def made_room(self) -> None:
         """Wake the senders that wait for room."""

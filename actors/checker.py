@@ -100,8 +100,10 @@ class _Tree:
         blueprint = node.blueprint
         for published in blueprint.publishers:
             self.publishers[identity.topic(published.topic.name)].append((where, published.topic, published.qos))
-        for taken in (*blueprint.topics, *blueprint.streams):
-            self.subscriptions[identity.topic(taken.topic.name)].append((where, taken.topic, taken.qos))
+        taken = [(handler.topic, handler.qos) for handler in blueprint.topics]
+        taken += [(stream.topic, stream.qos) for stream in blueprint.streams]
+        for topic, qos in taken:
+            self.subscriptions[identity.topic(topic.name)].append((where, topic, qos))
         for service in blueprint.services:
             self.servers[identity.service(service.service.name)].append(where)
         for action in blueprint.actions:
@@ -172,8 +174,12 @@ class _Tree:
 
 def _contracts(node: type[Node]) -> Iterable[tuple[str, str]]:
     blueprint = node.blueprint
-    for declared in (*blueprint.publishers, *blueprint.streams, *blueprint.topics):
-        yield declared.attribute, declared.topic.name
+    for published in blueprint.publishers:
+        yield published.attribute, published.topic.name
+    for stream in blueprint.streams:
+        yield stream.attribute, stream.topic.name
+    for handler in blueprint.topics:
+        yield handler.attribute, handler.topic.name
     for service in blueprint.services:
         yield service.attribute, service.service.name
     for action in blueprint.actions:

@@ -337,7 +337,7 @@ def _contract_name(kind: str, name: str) -> str:
 
 
 def _message_class(kind: str, name: str, candidate: type[M]) -> type[M]:
-    if not (isinstance(candidate, type) and hasattr(candidate, "__struct_fields__")):
+    if not (isinstance(cast("object", candidate), type) and hasattr(candidate, "__struct_fields__")):
         raise DeclarationError(
             f"{kind}({candidate!r}, {name!r}): the type must be a message class, such as std_msgs.msg.String"
         )

@@ -100,9 +100,12 @@ def _open_parameter_service(core: Core, entry: ServiceEntry, name: str) -> None:
 
     service = next(service for service in SERVICES if service.name == name)
 
+    def told(error: Exception) -> None:
+        core.service_failed(entry.name, error)
+
     async def answer(request: Any) -> Any:
         if service.name.startswith("set_"):
-            return service.answer(core.parameters, request, lambda error: core.service_failed(entry.name, error))
+            return service.answer(core.parameters, request, told)
         return service.answer(core.parameters, request)
 
     _serve(core, entry, service.type, answer, entry.name, 0)
@@ -163,13 +166,13 @@ def _open_action_service(core: Core, server: ActionServer, entry: ServiceEntry, 
         try:
             await run.accepted
         except Reject:
-            return type.Response(accepted=False)
+            return service.Response(accepted=False)
         assert run.record is not None
-        return type.Response(accepted=True, stamp=time(run.record.stamp_ns))
+        return service.Response(accepted=True, stamp=time(run.record.stamp_ns))
 
     async def get_result(request: Any) -> Any:
         status, result = await server.result_of(request.goal_id.uuid.tobytes())
-        return type.Response(status=int(status), result=server.action.result() if result is None else result)
+        return service.Response(status=int(status), result=server.action.result() if result is None else result)
 
     async def cancel_goal(request: Any) -> Any:
         info = request.goal_info
@@ -181,12 +184,18 @@ def _open_action_service(core: Core, server: ActionServer, entry: ServiceEntry, 
     handlers: dict[str, tuple[Any, Any]] = {
         "send_goal": (types.send_goal_service, send_goal),
         "get_result": (types.get_result_service, get_result),
-        "cancel_goal": (lambda _: CancelGoal, cancel_goal),
+        "cancel_goal": (_cancel_goal_service, cancel_goal),
     }
     if verb in handlers:
         make, handler = handlers[verb]
-        type: Any = make(server.action.type)
-        _serve(core, entry, type, handler, entry.name, AT_ONCE)
+        service: Any = make(server.action.type)
+        _serve(core, entry, service, handler, entry.name, AT_ONCE)
+
+
+def _cancel_goal_service(action: object) -> Any:
+    from actors.interfaces.action_msgs.srv import CancelGoal
+
+    return CancelGoal
 
 
 def _goal_info(goal_id: bytes, stamp: Any) -> Any:

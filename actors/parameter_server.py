@@ -53,7 +53,7 @@ class ParameterServer(Node):
         initial: Mapping[str, Any] = store.overrides if self._kept is None else self._kept
         for name, value in initial.items():
             if not store.has(name):
-                store.declare(name, value, ParameterDescriptor(dynamic_typing=True))
+                store.declare(name, value, ParameterDescriptor(dynamic_typing=True), ignore_override=True)
         store.add_post_set_callback(self._keep)
 
     @property

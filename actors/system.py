@@ -31,7 +31,6 @@ from actors.supervision.running import RunningSupervisor
 from actors.ticker import Ticker
 
 if TYPE_CHECKING:
-    from actors.supervision.reasons import ExitReason
     from actors.parameters import ParameterChange
     from actors.snapshot import Snapshot
     from actors.supervision.report import Report

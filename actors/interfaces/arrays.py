@@ -65,7 +65,9 @@ def to_array(where: str, kind: FieldType, given: Any) -> NDArray[Any]:
     """
     dtype = DTYPES[kind.base]
     value: Any = given  # a name that type checkers do not narrow to half-known types
-    if isinstance(given, ndarray):
+    if type(given) is ndarray and value.dtype is dtype and value.ndim == 1:  # by far the most frequent
+        result = value if is_settled(value, dtype) else frozen(value.copy())
+    elif isinstance(given, ndarray):
         result = _from_array(where, kind, value, dtype)
     elif isinstance(given, (bytes, bytearray, memoryview)) and kind.base in OCTETS:
         result = np.frombuffer(bytes(value), dtype)
@@ -93,8 +95,6 @@ def _from_array(where: str, kind: FieldType, value: NDArray[Any], dtype: np.dtyp
                 f"{where}: {kind} is one-dimensional, got an array of shape {value.shape}; use .ravel()"
             )
         value = value.reshape(-1)  # an image: rows one after the other, as on the wire
-    if is_settled(value, dtype):
-        return value
     if value.dtype == dtype:
         return frozen(np.array(value, dtype=dtype))
     if value.dtype.kind == "O":

@@ -34,7 +34,7 @@ GATHER_SPEED = 1.5
 """How fast joints move to the sitting pose, rad/s."""
 GATHERED = 0.35
 """Joints this close (rad) to the sitting pose may begin to rise."""
-SETTLE_TIME = 0.3
+REST_TIME = 0.3
 """Seconds to lie still before rising: the attitude filter needs them after a start."""
 SIT_SPRING, SIT_DAMPER = 60.0, 4.0
 _ZERO: Vector = np.zeros(3)
@@ -188,7 +188,7 @@ class GaitController:
             if (
                 goal != "sit"
                 and self._held is not None
-                and self._lying >= SETTLE_TIME
+                and self._lying >= REST_TIME
                 and np.abs(joints.position - self._sitting).max() < GATHERED
             ):
                 self._plant("rising", ahead, STAND_HEIGHT, weight=0.0)

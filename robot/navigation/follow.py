@@ -130,12 +130,15 @@ class Follower:
     def __repr__(self) -> str:
         return f"Follower({self.path!r}, {self._along:.2f} m done)"
 
-    def follow(self, path: Path, goal: Pose2) -> None:
-        """Take up a path; `goal` gives the heading at its end."""
+    def follow(self, path: Path, goal: Pose2, around: Surroundings | None = None) -> None:
+        """Take up a path; `goal` gives the heading at its end. A gap being threaded is finished if `around` leaves it open."""
         self.path = path.spaced(0.05)
         self._goal = goal
         self._along = 0.0
-        self._poses = None
+        if self._poses is not None:
+            rest = self._poses[self._passed :].T
+            if around is None or float(around.body_clearance(*rest).min()) < _SQUEEZE:
+                self._poses = None
 
     def thread(self, poses: Floats) -> None:
         """Go through these poses (n, 3) next, heading and all, then on along the path."""
@@ -339,10 +342,11 @@ def _near(angle: float, angles: Floats) -> Floats:
 
 def _fan(limits: Limits) -> Floats:
     """The commands to choose from, shape (n, 3)."""
-    forward = np.array([limits.vx_min, limits.vx_min / 2, 0.0, 0.2, 0.4, 0.6]) * 1.0
+    shares = np.array([0.15, 0.3, 0.5, 0.7, 1.0])
+    forward = np.concatenate([[limits.vx_min, limits.vx_min / 2, 0.0], limits.vx_max * shares])
     sideways = np.array([-limits.vy_max, -limits.vy_max / 2, 0.0, limits.vy_max / 2, limits.vy_max])
     turns = np.linspace(-limits.wz_max, limits.wz_max, 9)
-    vx, vy, wz = np.meshgrid(np.clip(forward, limits.vx_min, limits.vx_max), sideways, turns, indexing="ij")
+    vx, vy, wz = np.meshgrid(forward, sideways, turns, indexing="ij")
     return np.column_stack([vx.ravel(), vy.ravel(), wz.ravel()])
 
 

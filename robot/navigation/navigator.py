@@ -62,6 +62,8 @@ _BLOCKED = 0.26
 """A path whose middle line comes this near to something is blocked, m."""
 _TIGHT = 0.55
 """A path that comes this near to something seen is worth planning anew, m."""
+_GAIN = 0.85
+"""A new path must cost less than this share of the old one."""
 _PATIENCE = 8.0
 """How long to wait for something in the way to move, before the recoveries begin, s."""
 _MOST_RECOVERIES = 12
@@ -198,18 +200,27 @@ class Navigator:
     def _replan(self, now: float, pose: Pose2) -> bool:
         """Plan with what is seen now; on failure wait, and remember why. True on success."""
         assert self.goal is not None
+        first = self._planned_changes < 0
         self._planned_at, self._planned_changes = now, self.around.changes
+        extra = self.around.extra()
         try:
-            self.path = self.planner.plan(pose, self.goal, self.around.extra())
+            path = self.planner.plan(pose, self.goal, extra)
         except NavigationError as error:
             self._obstruction = error
             if self.state is not State.WAITING:
                 self.state, self._waiting_since = State.WAITING, now
             return False
         self._obstruction, self._waiting_since = None, None
-        self.state = State.FOLLOWING
-        self.follower.follow(self.path, self.goal)
+        if self.state is State.FOLLOWING and not first and not self._is_better(path, extra):
+            return True
+        self.state, self.path = State.FOLLOWING, path
+        self.follower.follow(path, self.goal, self.around)
         return True
+
+    def _is_better(self, path: Path, extra: Floats | None) -> bool:
+        """Whether to change over to a new path: not for a little, or the robot would waver between two ways round a thing."""
+        rest = self.planner.price(self.follower.ahead(math.inf), extra)
+        return self.planner.price(path.spaced(0.05).points, extra) < _GAIN * rest
 
     def _thread(self, now: float, pose: Pose2) -> None:
         """Where it is too narrow to follow the path with the body's middle, plan the heading too."""
@@ -270,7 +281,7 @@ class Navigator:
             if self.follower.is_clear(command, pose, self.around):
                 return self._motion(command, detail=detail)
             self._recovery.give_up()
-        self.state = State.FOLLOWING
+        self.state, self._planned_changes = State.FOLLOWING, -1
         if not self._replan(now, pose):
             return self._start_recovery(now, pose)
         return self._motion(STOP, detail=detail)

@@ -61,6 +61,10 @@ class Planner:
         except (StartBlocked, GoalBlocked, Unreachable):
             return tight.plan(start, goal, extra)
 
+    def price(self, points: Floats, extra: Floats | None = None) -> float:
+        """What walking along points (n, 2) not far apart costs, in metres of open floor; inf where it leads into something."""
+        return self._levels[-1].price(points, extra)
+
     def check_goal(self, goal: Pose2) -> None:
         """Raise `InvalidPose` or `GoalBlocked` when the map alone rules the goal out."""
         check_finite(goal, "goal")
@@ -98,6 +102,17 @@ class _Level:
             )
         inner = [self.grid.middle(*cell) for cell in pull(found[0], weights)[1:-1]]
         return Path(np.array([(start.x, start.y), *inner, (goal.x, goal.y)]))
+
+    def price(self, points: Floats, extra: Floats | None) -> float:
+        grid = self.grid
+        clearance = grid.clearance if extra is None else np.minimum(grid.clearance, extra)
+        columns, rows = ((points - (grid.origin_x, grid.origin_y)) / grid.resolution).astype(np.intp).T
+        inside = (rows >= 0) & (rows < grid.height) & (columns >= 0) & (columns < grid.width)
+        if len(points) < 2 or not inside.all():
+            return 0.0 if inside.all() else math.inf
+        weights = self.inflation.weights(clearance[rows, columns])
+        steps = np.hypot(*np.diff(points, axis=0).T)
+        return float((steps * (weights[1:] + weights[:-1]) / 2).sum())
 
     def check_goal(self, goal: Pose2) -> None:
         self._goal_cell(goal, self.grid.clearance)

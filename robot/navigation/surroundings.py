@@ -85,7 +85,7 @@ class Surroundings:
         if (marked != self._marked).any():
             self._marked = marked
             self.changes += 1
-        self._window = None
+            self._window = None
 
     def _mark(self, now: float, pose: Pose2, x: Floats, y: Floats, ranges: Floats) -> None:
         grid = self.grid

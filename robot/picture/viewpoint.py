@@ -19,8 +19,8 @@ ROOM = 0.4
 """From the eye to the nearest obstacle in its back, m."""
 SIDEWAYS = radians(38.0)
 """The favourite angle off the robot's heading."""
-BEARINGS, ASIDE = 72, 3
-"""Directions that are tried, and how many on either side must be free too: 15 degrees, so that the whole robot is seen."""
+BEARINGS, ASIDE = 72, 2
+"""Directions that are tried, and how many on either side must be free too: 10 degrees, so that the whole robot is seen."""
 
 
 def viewpoint(scene: Scene, robot: Pose2, width: int, height: int) -> Camera:

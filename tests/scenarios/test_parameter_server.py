@@ -16,7 +16,7 @@ from actors.testing import Rig
 EVENTS = Topic(ParameterEvent, "/parameter_events", qos.PARAMETER_EVENTS)
 
 
-class Leg(Node):
+class Reader(Node):
     """Reads a global parameter at every tick."""
 
     async def on_start(self) -> None:
@@ -27,7 +27,11 @@ class Leg(Node):
         self.read.append(await get_global(self, "/global_param_name", "unset"))
 
 
-class Arm(Leg):
+class Leg(Reader):
+    pass
+
+
+class Arm(Reader):
     pass
 
 

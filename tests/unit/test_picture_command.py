@@ -1,0 +1,91 @@
+"""`python -m robot picture`: what it writes, and how it refuses."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from robot.picture import main
+from tests.unit.picture_kit import decoded
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["--world", "wherehouse"], "did you mean 'warehouse'"),
+        (["--size", "12"], "WIDTHxHEIGHT"),
+        (["--size", "0x100"], "give 64x64 to 4096x4096"),
+        (["--size", "64x99999"], "give 64x64 to 4096x4096"),
+        (["--view", "map", "--size", "100x100"], "give 480x320"),
+        (["--at", "-1"], "--at -1"),
+        (["--at", "nan"], "--at nan"),
+        (["--view", "plots", "--renderer", "mujoco"], "leave one of the two out"),
+    ],
+)
+def test_what_cannot_be_drawn_is_one_line_and_code_2(
+    words: list[str], reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(tmp_path / "picture.png"), *words]) == 2
+    said = capsys.readouterr().err
+    assert reason in said
+    assert said.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_cannot_be_written_is_said_before_anything_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for path, reason in ((tmp_path / "away" / "x.png", "there is no folder"), (tmp_path, "that is a folder")):
+        assert main([str(path)]) == 2
+        said = capsys.readouterr().err
+        assert reason in said
+        assert said.count("\n") == 1
+
+
+def test_words_it_does_not_know_end_as_everywhere(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--view", "inside"])
+    assert ended.value.code == 2
+    assert "invalid choice" in capsys.readouterr().err
+
+
+def test_without_opengl_the_mujoco_renderer_says_so_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    assert main([str(tmp_path / "x.png"), "--renderer", "mujoco"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("robot picture: --renderer mujoco: MuJoCo cannot be imported")
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize(("view", "size"), [("map", "480x320"), ("plots", "480x320"), ("robot", "96x64")])
+def test_the_same_seed_draws_the_same_bytes(view: str, size: str, tmp_path: Path) -> None:
+    words = ["--view", view, "--size", size, "--at", "0.4", "--backend", "kinematic", "--world", "empty", "--seed", "7"]
+    first, again = tmp_path / "first.png", tmp_path / "again.png"
+    assert main([str(first), *words]) == 0
+    assert main([str(again), *words]) == 0
+    assert first.read_bytes() == again.read_bytes()
+    height, width, _ = decoded(first.read_bytes()).shape
+    assert f"{width}x{height}" == size
+
+
+def test_the_robot_is_caught_in_mid_stride_with_its_plan_and_its_trail() -> None:
+    from robot.picture.record import record
+    from robot.world.kinematic import KinematicBody
+    from robot.world.worlds import get_world
+
+    body = KinematicBody(get_world("warehouse"), seed=1)
+    try:
+        seen = record(body, seed=1, at=4.0)
+    finally:
+        body.close()
+    assert 4.0 <= seen.time <= 4.5
+    assert seen.times[-1] == pytest.approx(seen.time)
+    assert seen.trail[-1] == pytest.approx((seen.pose.x, seen.pose.y))
+    assert seen.speeds[-1] > 0.3
+    assert len(seen.path) >= 2
+    assert len(seen.footprints) > 4
+    assert len(seen.returns) > 100
