@@ -343,14 +343,13 @@ class DynamicSupervisor(Declaration):
         """The template as `name`; `args` follow the template's own, `parameters` override them one by one."""
         template = self.template
         instance = object.__new__(Child)  # all but the name has been checked with the template
-        instance._set(
-            **template._fields()
-            | {
-                "name": checked_name(f"DynamicSupervisor({self.name!r}): instance", name),
-                "args": (*template.args, *args),
-                "parameters": {**template.parameters, **(parameters or {})},
-            }
-        )
+        for option in Child.__slots__:
+            object.__setattr__(instance, option, getattr(template, option))
+        object.__setattr__(instance, "name", checked_name(f"DynamicSupervisor({self.name!r}): instance", name))
+        if args:
+            object.__setattr__(instance, "args", (*template.args, *args))
+        if parameters:
+            object.__setattr__(instance, "parameters", {**template.parameters, **parameters})
         return instance
 
     def _positional(self) -> list[str]:
