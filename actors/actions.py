@@ -456,6 +456,6 @@ class ActionServer:
             return Outcome(run.verdict if run.canceled_at_last else GoalStatus.SUCCEEDED, last.result, run.canceling or "")
         self.node.warn("an action body ended without Done or Aborted", handler=self.label)
         why = "its body ended without a result: end it with `yield Done(result)`"
-        if run.canceling is not None:  # canceled is what lets the cancellation through, as in rclpy what says so itself
+        if run.canceling is not None:  # conformance case action_status/cancel-then-return-nothing: that is aborted, too
             why = f"{run.canceling}, but {why}, or let the cancellation pass"
         return Outcome(GoalStatus.ABORTED, reason=why)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Coroutine
+from types import CodeType
 from typing import TYPE_CHECKING, Any, Generic, Literal, Never, NoReturn, ParamSpec, TypeVar, cast, overload
 
 from actors.contracts import ActionHandler, Declaration, GoalHook, ServiceHandler, Topic, TopicHandler, declarations_of
@@ -142,8 +143,8 @@ def every(
     """Decorate a method that runs periodically: its k-th tick is due at start + k/hz, so it never drifts.
 
     Give `hz` or `period` (seconds); `hz` may be the name of a parameter of the node. A tick that is due while the last one has not
-    begun is skipped and counted (`late="skip"`), done later (``catch_up``) or ends the incarnation (``fault``). The method takes
-    nothing, or a `Tick`.
+    begun is skipped and counted (`late="skip"`), done later (``catch_up``, at most 1000 of them) or ends the incarnation (``fault``).
+    The method takes nothing, or a `Tick`. A parameter is read when the ticking starts; a later change waits for the next start.
     """
     if (hz is None) == (period is None):
         raise DeclarationError("every(): give either hz=, ticks per second, or period=, seconds")
@@ -234,12 +235,15 @@ class Blueprint:
                     )
                 self.actions.append(declaration)
             case GoalHook():
+                _check_message_argument(where, function, f"is @{declaration.verb} of", declaration.action, declaration.action.goal)
                 self.hooks.append(declaration)
             case TimerDeclaration():
+                if _positional(function) not in (1, 2):
+                    raise DeclarationError(f"{where} is {declaration!r}: it must take self, and a Tick if it wants one")
                 self.timers.append(declaration)
             case BackgroundDeclaration():
-                if not inspect.iscoroutinefunction(function):
-                    raise DeclarationError(f"{where} is @background: make it `async def`")
+                if not inspect.iscoroutinefunction(function) or _positional(function) != 1:
+                    raise DeclarationError(f"{where} is @background: make it `async def {name}(self)`")
                 self.backgrounds.append(declaration)
             case _:
                 raise DeclarationError(f"{where}: unknown declaration {declaration!r}")
@@ -259,6 +263,8 @@ class Blueprint:
                 )
         _refuse_twice(self.owner, [(declaration.service, declaration.attribute) for declaration in self.services])
         _refuse_twice(self.owner, [(declaration.action, declaration.attribute) for declaration in self.actions])
+        for verb in ("accepts", "cancels"):
+            _refuse_twice(self.owner, [(hook.action, hook.attribute) for hook in self.hooks if hook.verb == verb], f"are @{verb} of")
 
 
 def _members(owner: type) -> dict[str, object]:
@@ -270,27 +276,33 @@ def _members(owner: type) -> dict[str, object]:
     return members
 
 
-def _refuse_twice(owner: type, served: list[tuple[object, str]]) -> None:
+def _refuse_twice(owner: type, served: list[tuple[object, str]], verb: str = "serve") -> None:
     for index, (contract, attribute) in enumerate(served):
         for other, earlier in served[:index]:
             if other is contract:
-                raise DeclarationError(f"{owner.__name__}.{attribute} and .{earlier} both serve {contract!r}: keep one")
+                raise DeclarationError(f"{owner.__name__}.{attribute} and .{earlier} both {verb} {contract!r}: keep one")
+
+
+def _positional(function: Callable[..., Any]) -> int:
+    """How many positional arguments a method takes, self included."""
+    code: CodeType = inspect.unwrap(function).__code__
+    return code.co_argcount
 
 
 def _check_message_argument(
     where: str, function: Callable[..., Any], verb: str, contract: object, expected: type
 ) -> None:
     """Compare the annotation of the first argument with the contract, as far as it can be read without importing anything."""
-    code = function.__code__
-    if code.co_argcount != 2:
+    function = inspect.unwrap(function)
+    if _positional(function) != 2:
         raise DeclarationError(f"{where} {verb} {contract!r}: it must take self and one {expected.__name__}")
-    annotation = function.__annotations__.get(code.co_varnames[1])
+    annotation = function.__annotations__.get(function.__code__.co_varnames[1])
     if isinstance(annotation, str):
         try:
             annotation = eval(annotation, function.__globals__)
         except Exception:  # a name that only type checkers see: they will check it
             return
-    if isinstance(annotation, type) and annotation is not expected and cast("object", annotation) is not object:
+    if isinstance(annotation, type) and annotation not in (expected, object, Any):
         raise DeclarationError(
             f"{where} {verb} {contract!r} ({expected.__name__}) but takes {annotation.__name__}: change the annotation or the contract"
         )

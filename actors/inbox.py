@@ -8,6 +8,8 @@ items arrive while the node is busy or asleep, they cost one wake-up.
 from __future__ import annotations
 
 import asyncio
+import os
+import sys
 from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import Any, Protocol
@@ -102,6 +104,8 @@ class Inbox:
                     try:
                         pending = item.run()
                         if pending is not None:
+                            if items and self.watch is None:
+                                self.wake()  # who waits behind it came before it began
                             await pending
                     except (Exception, asyncio.CancelledError) as error:
                         self._failed(item, error)
@@ -165,7 +169,7 @@ def stray_cancel(error: asyncio.CancelledError, label: str) -> RuntimeError | No
 
 
 def awaited_in(task: asyncio.Task[Any]) -> str:
-    """Where a suspended task waits: the innermost await, as ``file:line in function``; empty when it is running."""
+    """Where a suspended task waits, as ``file:line in function``: the innermost await outside the libraries; empty when it is running."""
     place = ""
     waiting: Any = task.get_coro()
     while waiting is not None:
@@ -174,7 +178,7 @@ def awaited_in(task: asyncio.Task[Any]) -> str:
             or getattr(waiting, "gi_frame", None)
             or getattr(waiting, "ag_frame", None)
         )
-        if frame is not None:
+        if frame is not None and not (place and _is_library(frame.f_code.co_filename)):
             place = f"{frame.f_code.co_filename}:{frame.f_lineno} in {frame.f_code.co_qualname}"
         waiting = (
             getattr(waiting, "cr_await", None)
@@ -182,3 +186,10 @@ def awaited_in(task: asyncio.Task[Any]) -> str:
             or getattr(waiting, "ag_await", None)
         )
     return place
+
+
+def _is_library(file: str) -> bool:
+    """Whether a file belongs to asyncio, anyio or the root folder of this package: users look for their own line."""
+    folder = os.path.dirname(file)
+    packages = (sys.modules.get(name) for name in ("asyncio", "anyio", "anyio._core", "anyio._backends", "actors"))
+    return any(package is not None and folder in package.__path__ for package in packages)

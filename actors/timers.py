@@ -6,6 +6,7 @@ is too busy for is the timer's late policy.
 
 from __future__ import annotations
 
+import inspect
 from array import array
 from collections import deque
 from collections.abc import Awaitable, Callable
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 __all__ = ["Lateness", "Tick", "TickMissed", "TimerItem", "TimerRecord"]
 
 KEPT = 65536
+
+BACKLOG = 1000
+"""With ``late="catch_up"`` at most so many ticks wait; a node that is too slow for ever loses the rest, and that is counted."""
 
 
 class TickMissed(ActorError):
@@ -100,7 +104,8 @@ class TimerItem:
     """One `@every` of one incarnation; as an inbox item it is its waiting tick."""
 
     __slots__ = (
-        "backlog", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "pending", "record", "seen", "takes_tick",
+        "backlog", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "pending", "record", "seen",
+        "takes_tick",
     )  # fmt: skip
 
     def __init__(
@@ -123,6 +128,8 @@ class TimerItem:
         self.backlog: deque[tuple[int, float]] = deque()
         self.handle: TickHandle | None = None
         self.pending = False
+        self.missed = 0
+        """Ticks lost in this incarnation; the record counts those of all."""
         self.seen = -1
         self.k = 0
         self.due = 0.0
@@ -152,13 +159,14 @@ class TimerItem:
             self.seen = self.inbox.handled
             self.inbox.put(self)
             return
+        if self.late == "catch_up" and len(self.backlog) < BACKLOG:
+            self.backlog.append((k, due))
+        else:
+            self.missed += 1
+            self.record.missed += 1
         inbox = self.inbox
         if inbox.current is not None and inbox.handled == self.seen:  # one and the same item for a whole period
             inbox.report_holding(inbox.current, 1.0 / self.hz)
-        if self.late == "catch_up":
-            self.backlog.append((k, due))
-            return
-        self.record.missed += 1
 
     def run(self) -> Awaitable[None] | None:
         k, due = self.k, self.due
@@ -166,9 +174,9 @@ class TimerItem:
         late = now - due
         self.record.fired += 1
         self.record.lateness.add(late)
-        if self.record.missed and self.late == "fault":
+        if self.missed and self.late == "fault":
             raise TickMissed(
-                f"{self.label}: {self.record.missed} tick(s) were due before tick {k} had begun, {late * 1e3:.1f} ms late"
+                f"{self.label}: {self.missed} more tick(s) were due before tick {k} had begun, {late * 1e3:.1f} ms late"
             )
         if self.backlog:
             self.k, self.due = self.backlog.popleft()
@@ -180,5 +188,5 @@ class TimerItem:
 
 def _takes_argument(handler: Callable[..., Any]) -> bool:
     function = getattr(handler, "__func__", handler)
-    code = getattr(function, "__code__", None)
+    code = getattr(inspect.unwrap(function), "__code__", None)
     return code is not None and code.co_argcount > (1 if function is not handler else 0)

@@ -85,7 +85,7 @@ class Navigation(Node):
         self._owner: object | None = None
         self._shown: paths.Path | None = None
         self._walked = 0.0
-        self._gait = ""
+        self._gait = self._gait_goal = ""
         self._charge = 1.0
         self.map(self._occupancy())
 
@@ -109,7 +109,7 @@ class Navigation(Node):
 
     @GAIT_STATUS.on()
     def gait(self, message: GaitStatus) -> None:
-        self._gait = message.mode
+        self._gait, self._gait_goal = message.mode, message.goal
 
     @BATTERY_STATE.on()
     def battery(self, message: BatteryState) -> None:
@@ -168,9 +168,9 @@ class Navigation(Node):
             await self.clock.sleep(0.1)
 
     async def _rest(self) -> None:
-        """After a goal, unless another one follows: stand, which takes a third of the power of stepping in place."""
+        """After a goal, unless something else was asked meanwhile: stand, a third of the power of stepping in place."""
         await self.clock.sleep(0.5)
-        if self._owner is None:
+        if self._owner is None and self._gait_goal == "walk":
             with suppress(ActorError):  # a gait that is away will not walk either
                 await self.call(STAND, Trigger.Request())
 

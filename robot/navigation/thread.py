@@ -1,13 +1,14 @@
 """Threading the body through gaps: a short plan in place and heading, for where the middle's path alone does not tell how to turn.
 
-A robot twice as long as wide fits through many gaps in one heading only. So around the robot the floor is cut into cells of 10 cm with
-16 headings each, and the quickest sequence of steps forward, backward, sideways and turns is found that keeps the whole outline
+A robot twice as long as wide fits through many gaps in one heading only. So around the robot the floor is cut into cells of 10 cm
+with 16 headings each, and the quickest sequence of steps forward, backward, sideways and turns is found that keeps the whole outline
 clear. The price of a step is the seconds it takes, more where it is close.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,18 +23,33 @@ __all__ = ["thread"]
 
 Floats = NDArray[np.float64]
 
-_CELL = 0.1
-_REACH = 2.3
-"""Half side of the square that is planned in, m; within the square that `Surroundings` prepares."""
-_HEADINGS = 16
-_TURN = 2 * math.pi / _HEADINGS
-_AHEAD = 1.8
-"""How far along the path the plan ends, m."""
-_STEPS = ((1, 0), (2, 1), (1, 1), (1, 2), (0, 1), (-1, 2), (-1, 1), (-2, 1), (-1, 0), (-2, -1), (-1, -1), (-1, -2), (0, -1), (1, -2), (1, -1), (2, -1))
-"""(columns, rows) that a step in each heading goes: the nearest cell in that direction."""
-_KEEP, _EASE = 0.05, 0.25
-"""No pose nearer than the first to anything, m; from the second on a step costs only its time."""
 _AVERSION = 4.0
+_AHEAD = 1.6
+"""How far along the path the plan ends, m."""
+_REACH = 2.0
+"""Half side of the square that is planned in, m; within the square that `Surroundings` prepares."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Fineness:
+    """How finely places and headings are cut."""
+
+    cell: float
+    """m."""
+    headings: int
+    keep: float
+    """No pose nearer than this to anything, m."""
+    ease: float
+    """From this on a step costs only its time, m."""
+
+    @property
+    def turn(self) -> float:
+        """Angle between neighboring headings, rad."""
+        return 2 * math.pi / self.headings
+
+
+_COARSE, _FINE = _Fineness(0.10, 16, 0.05, 0.25), _Fineness(0.07, 24, 0.02, 0.15)
+"""The second for where the first finds nothing; it takes four times as long."""
 
 
 def thread(pose: Pose2, path: Path, along: float, goal: Pose2, around: Surroundings, limits: Limits) -> Floats | None:
@@ -41,7 +57,6 @@ def thread(pose: Pose2, path: Path, along: float, goal: Pose2, around: Surroundi
 
     `around` must be centered on the pose. The poses lie at most 22 cm or 22.5 degrees apart; the first is the robot's own.
     """
-    lattice = _Lattice(pose, around, limits)
     end = min(along + _AHEAD, path.length)
     x, y = path.at(end)
     if end >= path.length - 1e-6:
@@ -49,26 +64,37 @@ def thread(pose: Pose2, path: Path, along: float, goal: Pose2, around: Surroundi
     else:
         before = path.at(end - 0.3)
         heading = math.atan2(y - before[1], x - before[0])
-    return lattice.poses_to(Pose2(x, y, heading))
+    target = Pose2(x, y, heading)
+    for fineness in (_COARSE, _FINE):
+        poses = _Lattice(pose, around, limits, fineness).poses_to(target)
+        if poses is not None:
+            return poses
+    return None
+
+
+def _step(angle: float) -> tuple[int, int]:
+    """(columns, rows) of the step, at most 3 cells long, whose direction is nearest to the angle."""
+    near = [(a, b) for a in range(-2, 3) for b in range(-2, 3) if 1 == math.gcd(a, b)]
+    return min(near, key=lambda step: abs(wrap(math.atan2(step[1], step[0]) - angle)))
 
 
 class _Lattice:
     """The states around one pose: index = (heading * rows + row) * columns + column, with a closed rim of two cells."""
 
-    def __init__(self, pose: Pose2, around: Surroundings, limits: Limits) -> None:
-        self._pose = pose
-        half = math.ceil(_REACH / _CELL)
+    def __init__(self, pose: Pose2, around: Surroundings, limits: Limits, fineness: _Fineness) -> None:
+        self._pose, self._fineness = pose, fineness
+        half = math.ceil(_REACH / fineness.cell)
         self._side = side = 2 * half + 1
         self._layer = side * side
-        line = (np.arange(side) - half) * _CELL
+        line = (np.arange(side) - half) * fineness.cell
         # Cells are centered on the robot, so that its own place is one of them.
         self._x, self._y = pose.x + line, pose.y + line
         clear = self._clearances(around)
-        closed = clear < _KEEP
+        closed = clear < fineness.keep
         # Where it already stands too near to something it may begin, but not come back to.
-        self._start = self._index(half, half, round(pose.yaw / _TURN) % _HEADINGS)
+        self._start = self._index(half, half, round(pose.yaw / fineness.turn) % fineness.headings)
         closed.reshape(-1)[self._start] = False
-        missing = np.clip((_EASE - clear) / (_EASE - _KEEP), 0.0, 1.0)
+        missing = np.clip((fineness.ease - clear) / (fineness.ease - fineness.keep), 0.0, 1.0)
         self._price = np.where(closed, np.inf, 1.0 + _AVERSION * missing * missing).reshape(-1)
         self._offsets, seconds = self._moves(limits)
         ends = np.arange(self._price.size)[:, None] + np.repeat(self._offsets, self._layer, axis=0)
@@ -81,36 +107,37 @@ class _Lattice:
 
     def _clearances(self, around: Surroundings) -> Floats:
         """Of the body in every state, shape (headings, rows, columns); the rim is closed."""
+        turn, count = self._fineness.turn, self._fineness.headings
         x, y = np.meshgrid(self._x, self._y)
-        half_turn = np.stack([around.body_clearance(x, y, np.full(x.shape, k * _TURN)) for k in range(_HEADINGS // 2)])
+        half_turn = np.stack([around.body_clearance(x, y, np.full(x.shape, k * turn)) for k in range(count // 2)])
         clear = np.concatenate([half_turn, half_turn])  # a rectangle looks the same from behind
         clear[:, :2], clear[:, -2:], clear[:, :, :2], clear[:, :, -2:] = -1.0, -1.0, -1.0, -1.0
         return clear
 
     def _moves(self, limits: Limits) -> tuple[Nodes, Floats]:
         """Offsets and seconds of the eight moves in every heading, both of shape (headings, 8)."""
-        offsets = np.zeros((_HEADINGS, 8), dtype=np.intp)
-        seconds = np.zeros((_HEADINGS, 8))
-        for k in range(_HEADINGS):
-            right, up = _STEPS[k]
-            forward = up * self._side + right
-            side_right, side_up = _STEPS[(k + 4) % _HEADINGS]
-            sideways = side_up * self._side + side_right
-            length = math.hypot(right, up) * _CELL
-            left, back = (((k + turn) % _HEADINGS - k) * self._layer for turn in (1, -1))
+        count, cell, turn = self._fineness.headings, self._fineness.cell, self._fineness.turn
+        offsets = np.zeros((count, 8), dtype=np.intp)
+        seconds = np.zeros((count, 8))
+        for k in range(count):
+            right, up = _step(k * turn)
+            side_right, side_up = -up, right
+            forward, sideways = up * self._side + right, side_up * self._side + side_right
+            length = math.hypot(right, up) * cell
+            left, back = (((k + by) % count - k) * self._layer for by in (1, -1))
             offsets[k] = (forward, -forward, sideways, -sideways, left, back, forward + left, forward + back)
-            turn = _TURN / limits.wz_max
             ahead, side = length / limits.vx_max, length / max(limits.vy_max, 1e-3)
-            behind = length / max(-limits.vx_min, 1e-3)
-            curve = max(ahead, turn)
-            seconds[k] = (ahead, 1.3 * behind, 1.3 * side, 1.3 * side, turn, turn, curve, curve)
+            behind, turning = length / max(-limits.vx_min, 1e-3), turn / limits.wz_max
+            curve = max(ahead, turning)
+            seconds[k] = (ahead, 1.3 * behind, 1.3 * side, 1.3 * side, turning, turning, curve, curve)
         return offsets, seconds
 
     def poses_to(self, target: Pose2) -> Floats | None:
         """The quickest poses to within 15 cm and 45 degrees of the target."""
         x, y = np.meshgrid(self._x, self._y)
         near = np.hypot(x - target.x, y - target.y) <= 0.15
-        facing = np.array([abs(wrap(k * _TURN - target.yaw)) <= math.pi / 4 for k in range(_HEADINGS)])
+        turn, count = self._fineness.turn, self._fineness.headings
+        facing = np.array([abs(wrap(k * turn - target.yaw)) <= math.pi / 4 for k in range(count)])
         targets = (near[None] & facing[:, None, None]).reshape(-1)
 
         def beside(now: Nodes) -> Nodes:
@@ -125,7 +152,7 @@ class _Lattice:
         states = np.array(nodes[::-1])
         heading, cell = np.divmod(states, self._layer)
         row, column = np.divmod(cell, self._side)
-        poses = np.column_stack([self._x[column], self._y[row], np.unwrap(heading * _TURN)])
+        poses = np.column_stack([self._x[column], self._y[row], np.unwrap(heading * turn)])
         poses[:, 2] += 2 * math.pi * round((self._pose.yaw - poses[0, 2]) / (2 * math.pi))
         poses[0] = (self._pose.x, self._pose.y, self._pose.yaw)
         return poses
