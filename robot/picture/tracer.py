@@ -44,6 +44,10 @@ class Hits:
     normals: Floats
     """(3, n); zero where nothing was met."""
 
+    def taken(self, rays: Ints) -> Hits:
+        """These rays in this order."""
+        return Hits(self.along[rays], self.what[rays], self.points[:, rays], self.normals[:, rays])
+
 
 def chunked(values: Floats) -> Floats:
     """An array over rays, (3, n), as (3, chunks, CHUNK)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from math import degrees
 from typing import IO
@@ -32,7 +33,8 @@ class StatusLine:
     def show(self, text: str) -> None:
         """Renew the line."""
         self._text = text
-        self._stream.write(f"\r\x1b[2K{text}")
+        width = shutil.get_terminal_size().columns - 1  # a line that wraps could not be renewed
+        self._stream.write(f"\r\x1b[2K{text[:width]}")
         self._stream.flush()
 
     def above(self, sink: LogSink) -> LogSink:

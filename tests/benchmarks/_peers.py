@@ -14,8 +14,9 @@ from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from typing import Any, TypeVar
 
-from actors import Node, Spec, run
+from actors import Node, run
 from actors.loops import new_event_loop
+from actors.supervisor import Spec
 from actors.system import System
 
 __all__ = ["Span", "actor_class", "living", "node_of", "on_loop", "pykka_actors", "xoscar_pool"]

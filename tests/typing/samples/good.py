@@ -23,6 +23,7 @@ from actors import (
     Tick,
     Topic,
     background,
+    blocking,
     every,
     open_node,
     parameter,
@@ -35,7 +36,9 @@ from actors.actions import Outcome
 from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Feedback, Fibonacci_Goal, Fibonacci_Result
 from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Request, AddTwoInts_Response
 from actors.interfaces.std_msgs.msg import Int32, String
+from actors.parameter_server import set_global
 from actors.parameters import ParameterDeclaration, SetResult
+from actors.retry import retry
 
 WORDS = Topic(String, "words")
 NUMBERS = Topic(Int32, "numbers", qos.SENSOR_DATA)
@@ -148,3 +151,20 @@ async def main() -> None:
         assert_type(system.clock.now(), float)
         assert_type(node, Node)
         node.on(WORDS, lambda message: print(message.data))
+
+
+def script() -> None:
+    """Without an event loop."""
+    with blocking.open_node("script", tree=Supervisor("robot", children=[Child(Server)])) as node:
+        assert_type(node.call(ADD, AddTwoInts.Request(a=1, b=2)), AddTwoInts_Response)
+        assert_type(node.next(WORDS, timeout=1.0), String)
+        node.publish(NUMBERS, Int32(data=1))
+        result = node.run_goal(COUNT, Fibonacci.Goal(order=1), on_feedback=lambda feedback: print(feedback.sequence))
+        assert_type(result, Fibonacci_Result)
+        assert_type(node.run(lambda inner: set_global(inner, "speed", 1.0)), SetResult)
+
+
+async def again(node: Node) -> None:
+    """Retried."""
+    assert_type(await retry(node, ADD, AddTwoInts.Request(a=1, b=2), attempts=2), AddTwoInts_Response)
+    assert_type(await retry(node, COUNT, Fibonacci.Goal(order=1), on_feedback=print), Fibonacci_Result)
