@@ -234,9 +234,11 @@ class Core:
         if self._parameters is None:
             from actors.parameters import ParameterStore
 
+            told = self._parameters_changed if self.system.on_parameters is not None else None
             self._parameters = ParameterStore(
-                self.fqn, self.identity.overrides, table=self.blueprint.table, on_event=self._parameters_changed
+                self.fqn, self.identity.overrides, table=self.blueprint.table, on_event=told
             )
+            self._parameters.on_event = self._parameters_changed  # for who listens only later
         return self._parameters
 
     def _parameters_changed(self, change: ParameterChange) -> None:
@@ -396,6 +398,7 @@ class Core:
             record = self.mailbox.timers.get(timer.attribute)
             if record is None:
                 record = self.mailbox.timers[timer.attribute] = TimerRecord(hz)
+            record.hz = hz
             label = f"{owner}.{timer.attribute}"
             item = TimerItem(self.inbox, getattr(node, timer.attribute), hz, timer.late, label, record)
             self.timers.append(item)

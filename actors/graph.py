@@ -72,8 +72,8 @@ class TopicEntry:
     def add_publisher(self, publisher: Publisher[Any]) -> None:
         if self.opened is None:
             self.opened = self.graph.now()
+        publisher.targets = tuple(queue.deliver for queue in self.matched(publisher))
         self.publishers.append(publisher)
-        self._retarget(publisher)
         self.graph.changed()
 
     def remove_publisher(self, publisher: Publisher[Any]) -> None:
@@ -87,18 +87,22 @@ class TopicEntry:
         """Join, and receive what matching latched publishers hold, oldest first and before anything new."""
         self.graph.derive_topic(self)
         self.subscriptions.append(queue)
+        deliver = queue.deliver
         for publisher in self.publishers:
-            self._retarget(publisher)
-            if queue.qos.transient_local and publisher.history and self.match(publisher, queue):
-                for message in list(publisher.history)[-queue.depth :]:
-                    queue.deliver(message)
+            if self.match(publisher, queue):
+                publisher.targets += (deliver,)
+                if queue.qos.transient_local and publisher.history:
+                    for message in list(publisher.history)[-queue.depth :]:
+                        deliver(message)
         self.graph.changed()
 
     def remove_subscription(self, queue: Queue[Any]) -> None:
         if queue in self.subscriptions:
             self.subscriptions.remove(queue)
+            gone = queue.deliver
             for publisher in self.publishers:
-                self._retarget(publisher)
+                if gone in publisher.targets:
+                    publisher.targets = tuple(deliver for deliver in publisher.targets if deliver != gone)
             self.graph.changed()
 
     def matched(self, publisher: Publisher[Any]) -> list[Queue[Any]]:
@@ -127,9 +131,6 @@ class TopicEntry:
             self._apart(publisher, queue, "qos", verdict.reason, policies=verdict.policies)
             return False
         return True
-
-    def _retarget(self, publisher: Publisher[Any]) -> None:
-        publisher.targets = tuple(queue.deliver for queue in self.matched(publisher))
 
     def _apart(
         self, publisher: Publisher[Any], queue: Queue[Any], kind: str, why: str, policies: tuple[str, ...] = ()
@@ -269,10 +270,15 @@ class Graph:
     def changed(self) -> None:
         """Count a change and tell the listeners."""
         self.version += 1
-        for listener in self._listeners:
+        for listener in tuple(self._listeners):
             listener()
 
     def on_change(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Call `listener` after every change; the returned function ends that."""
+        """Call `listener` after every change; the returned function ends that. Calling it twice is fine."""
         self._listeners.append(listener)
-        return lambda: self._listeners.remove(listener)
+
+        def leave() -> None:
+            if listener in self._listeners:
+                self._listeners.remove(listener)
+
+        return leave

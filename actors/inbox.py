@@ -54,13 +54,13 @@ class Inbox:
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self.loop = loop
         self.items: deque[Item] = deque()
-        self.control: deque[Item] = deque()
+        self.control: list[Item] = []  # rarely more than one, and an empty list is a tenth of a deque
         self.waiter: asyncio.Future[None] | None = None
         self.task: asyncio.Task[Any] | None = None
         self.current: Item | None = None
         self.handled = 0
         self.watch: asyncio.TimerHandle | None = None
-        self.reported: set[str] = set()
+        self.reported: set[str] | None = None
         self.on_holding: Callable[[Item, float], None] | None = None
         self.on_error: Callable[[Exception, str], object] | None = None
 
@@ -87,7 +87,7 @@ class Inbox:
     def clear(self, keep: Callable[[Item], bool]) -> None:
         """Drop what waits, but for what `keep` accepts. Who still serves here finds nothing more to do."""
         items, control = self.items, self.control
-        self.items, self.control = deque(filter(keep, items)), deque(filter(keep, control))
+        self.items, self.control = deque(filter(keep, items)), list(filter(keep, control))
         items.clear()
         control.clear()
 
@@ -99,7 +99,7 @@ class Inbox:
             while True:
                 budget = TURN
                 while control or items:
-                    item = control.popleft() if control else items.popleft()
+                    item = control.pop(0) if control else items.popleft()
                     self.current = item
                     try:
                         pending = item.run()
@@ -150,6 +150,8 @@ class Inbox:
 
     def report_holding(self, item: Item, seconds: float) -> None:
         """Tell, once per handler, that it keeps the node's other handlers waiting."""
+        if self.reported is None:
+            self.reported = set()
         if item.label not in self.reported and self.on_holding is not None:
             self.reported.add(item.label)
             self.on_holding(item, seconds)

@@ -58,7 +58,10 @@ LogSink = Callable[[LogRecord], None]
 
 
 class NodeLog:
-    """A node's own log. Events are nouns or short sentences, what varies goes into fields: ``self.log.info("goal reached", time=3.2)``."""
+    """A node's own log. Events are nouns or short sentences, what varies goes into fields: ``self.log.info("goal reached", after=3.2)``.
+
+    Any field name will do; one that the line itself has (time, level, node, incarnation, event, logger) is shown as ``time_`` and so on.
+    """
 
     __slots__ = ("_clock", "_incarnation", "_node", "_sink", "level")
 
@@ -69,21 +72,21 @@ class NodeLog:
         self._sink = sink
         self.level = level
 
-    def debug(self, event: str, **fields: Any) -> None:
+    def debug(self, event: str, /, **fields: Any) -> None:
         self._write(DEBUG, event, fields)
 
-    def info(self, event: str, **fields: Any) -> None:
+    def info(self, event: str, /, **fields: Any) -> None:
         self._write(INFO, event, fields)
 
-    def warning(self, event: str, **fields: Any) -> None:
+    def warning(self, event: str, /, **fields: Any) -> None:
         self._write(WARN, event, fields)
 
     warn = warning
 
-    def error(self, event: str, **fields: Any) -> None:
+    def error(self, event: str, /, **fields: Any) -> None:
         self._write(ERROR, event, fields)
 
-    def fatal(self, event: str, **fields: Any) -> None:
+    def fatal(self, event: str, /, **fields: Any) -> None:
         self._write(FATAL, event, fields)
 
     def _write(self, level: int, event: str, fields: dict[str, Any]) -> None:
@@ -97,14 +100,23 @@ def structlog_sink(record: LogRecord) -> None:
 
     level = "critical" if record.level >= FATAL else LEVEL_NAMES[record.level]
     getattr(structlog.get_logger("actors"), level)(
-        record.event, node=record.node, time=round(record.time, 6), incarnation=record.incarnation, **record.fields
+        record.event, node=record.node, time=round(record.time, 6), incarnation=record.incarnation, **_fields(record)
     )
+
+
+_OWN: Final = frozenset(("event", "incarnation", "level", "logger", "node", "time"))
+
+
+def _fields(record: LogRecord) -> dict[str, Any]:
+    """The fields of a record, those out of the way that are named like the line's own."""
+    fields = record.fields
+    return fields if _OWN.isdisjoint(fields) else {f"{name}_" if name in _OWN else name: fields[name] for name in fields}
 
 
 def _event_dict(record: LogRecord) -> dict[str, Any]:
     return {
         "time": round(record.time, 6), "level": LEVEL_NAMES.get(record.level, str(record.level)), "node": record.node,
-        "incarnation": record.incarnation, "event": record.event, **record.fields,
+        "incarnation": record.incarnation, "event": record.event, **_fields(record),
     }  # fmt: skip
 
 

@@ -43,7 +43,7 @@ Kind = Literal["node name", "namespace", "name", "full name"]
 
 _NODE_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _FULL_NAME: Final = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+\Z")
-_PLAIN_NAME: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(?:/[A-Za-z_][A-Za-z0-9_]*)*\Z")
+_PLAIN_NAME: Final = re.compile(r"(?:~?/)?[A-Za-z_][A-Za-z0-9_]*(?:/[A-Za-z_][A-Za-z0-9_]*)*\Z")
 # Patterns that only unusual names meet are compiled when they do, which keeps the import light.
 _NOT_IN_NODE_NAME: Final = r"[^A-Za-z0-9_]"
 _NOT_IN_FULL_NAME: Final = r"[^A-Za-z0-9_/]"

@@ -9,6 +9,7 @@ from collections.abc import Callable, Coroutine, Mapping
 from types import TracebackType
 from typing import Any, Literal, TypeVar
 
+from actors.errors import NotRunning
 from actors.life import NodeLife
 from actors.logs import INFO, LogSink, structlog_sink
 from actors.node import Node
@@ -45,8 +46,10 @@ class Run:
         self._tree = Supervisor("system", children=[tree]) if isinstance(tree, Child) else tree
         self._settings: dict[str, Any] = {"seed": seed, "sinks": sinks, "level": level}
         self._signals = signals
+        self._handlers: dict[signal.Signals, Any] = {}
+        self._inside = False
         self._interrupted = False
-        self._handlers: list[signal.Signals] = []
+        self._told = False
 
     async def __aenter__(self) -> System:
         self._system = system = System(**self._settings)
@@ -55,9 +58,15 @@ class Run:
             self._install(system)
         try:
             await system.start(self._tree)
+        except NotRunning:
+            self._uninstall(system)
+            if system.signal is not None:
+                raise _exit_for(system) from None
+            raise
         except BaseException:
             self._uninstall(system)
             raise
+        self._inside = True
         system.on_end(self._tree_ended)
         return system
 
@@ -65,41 +74,48 @@ class Run:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         system = self._system
+        self._inside = False
         try:
             await system.stop("the block was left")
         finally:
             self._uninstall(system)
-        if self._interrupted and isinstance(error, asyncio.CancelledError):
-            assert self._owner is not None
+        if self._interrupted and self._owner is not None:
             self._owner.uncancel()
-            if system.failure is not None:
+        if error is None or (self._interrupted and isinstance(error, asyncio.CancelledError)):
+            if system.failure is not None and not self._told:
                 raise system.failure
-            if system.signal == signal.SIGINT:
-                raise KeyboardInterrupt
-            raise SystemExit(system.exit_code)
+            if self._interrupted:
+                raise _exit_for(system)
 
     def _tree_ended(self, system: System) -> None:
         """The tree is over. Whoever is in `wait()` sees it there; a block that does something else is interrupted."""
-        told = system.failure is not None or system.signal is not None
-        if told and not system.waiting and self._owner is not None and not self._owner.done():
+        self._told = system.waiting > 0
+        ended_by_itself = system.failure is not None or system.signal is not None
+        if ended_by_itself and self._inside and not self._told and self._owner is not None and not self._owner.done():
             self._interrupted = True
             self._owner.cancel()
 
     def _install(self, system: System) -> None:
         for number in (signal.SIGINT, signal.SIGTERM):
+            before = signal.getsignal(number)
             try:
                 system.loop.add_signal_handler(number, system.interrupt, number)
-            except (
-                NotImplementedError,
-                RuntimeError,
-            ):  # a platform or a loop without signal handlers: KeyboardInterrupt remains
+            except (NotImplementedError, RuntimeError):  # a platform or a loop without them: KeyboardInterrupt remains
                 return
-            self._handlers.append(number)
+            self._handlers[number] = before
 
     def _uninstall(self, system: System) -> None:
-        for number in self._handlers:
+        for number, before in self._handlers.items():
+            ours = signal.getsignal(number)
             system.loop.remove_signal_handler(number)
+            if before is not None and before is not ours:  # else a run around this one has lost its handler to us; the default is safe
+                signal.signal(number, before)
         self._handlers.clear()
+
+
+def _exit_for(system: System) -> BaseException:
+    """What ends a program whose system was stopped by a signal."""
+    return KeyboardInterrupt() if system.signal == signal.SIGINT else SystemExit(system.exit_code)
 
 
 def open_node(
@@ -115,6 +131,7 @@ def open_node(
     """A node for a script: no class, no tree. ``async with open_node("listener") as node: ...``
 
     It joins `system`, else the newest system running in this event loop, else it makes one of its own, which further `open_node`s join.
+    When a handler or task of the node fails, the node ends, its streams end, and leaving the block raises the error.
     """
     child = Child(Node, name=name, namespace=namespace, parameters=parameters, remap=remap, restart=temporary)
     return OpenNode(child, system, seed, sinks)
@@ -125,13 +142,12 @@ class OpenNode:
 
     def __init__(self, child: Child, system: System | None, seed: int, sinks: tuple[LogSink, ...]) -> None:
         self._child = child
-        self._system = system
+        self._given = system
         self._seed = seed
         self._sinks = sinks
-        self._life: NodeLife | None = None
 
     async def __aenter__(self) -> Node:
-        system = self._system or system_here()
+        system = self._given or system_here()
         if system is None:
             system = System(seed=self._seed, sinks=self._sinks)
             system.open()
@@ -140,13 +156,21 @@ class OpenNode:
         assert self._life.core is not None
         return self._life.core.node
 
-    async def __aexit__(self, *exc: object) -> None:
-        assert self._system is not None and self._life is not None
-        await self._system.leave(self._life)
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            await self._system.leave(self._life)
+        except Exception:
+            if error is None:  # else what ended the block says more; the node's error has been logged
+                raise
 
 
 def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real", "virtual"] = "real") -> T:
-    """Run an async program to its end on the real clock, or on the virtual one, where waiting takes no time."""
+    """Run an async program to its end on the real clock, or on the virtual one, where waiting takes no time.
+
+    Ctrl-C ends it with exit code 130 and without a traceback.
+    """
     factory: Callable[[], asyncio.AbstractEventLoop]
     if clock == "virtual":
         from actors.testing.loop import VirtualLoop
@@ -159,4 +183,7 @@ def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real"
     else:
         raise ValueError(f"clock={clock!r}: use 'real' or 'virtual'")
     with asyncio.Runner(loop_factory=factory) as runner:
-        return runner.run(main())
+        try:
+            return runner.run(main())
+        except KeyboardInterrupt:
+            raise SystemExit(128 + signal.SIGINT) from None

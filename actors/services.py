@@ -79,7 +79,7 @@ class Server:
         self.concurrent = concurrent
         self.handler: Callable[[Any], Awaitable[Message]]
         self.active: dict[Request, None] = {}
-        self.waiting: deque[Request] = deque()
+        self.waiting: deque[Request] | None = deque() if concurrent else None
         self.calls = 0
         self.failures = 0
 
@@ -90,7 +90,7 @@ class Server:
         """Queue a request; its future is completed whatever happens."""
         self.calls += 1
         self.active[request] = None
-        if not self.concurrent:
+        if self.waiting is None:
             self.node.inbox.put(request)
         elif self.node.serving and len(self.active) - len(self.waiting) <= self.concurrent:
             self.node.spawn(self._work(request), name=self.label)
@@ -99,12 +99,14 @@ class Server:
 
     def begin(self) -> None:
         """The node has started: work off what has come meanwhile."""
-        for _ in range(min(self.concurrent, len(self.waiting))):
-            self.node.spawn(self._work(self.waiting.popleft()), name=self.label)
+        if self.waiting:
+            for _ in range(min(self.concurrent, len(self.waiting))):
+                self.node.spawn(self._work(self.waiting.popleft()), name=self.label)
 
     def fail_all(self, error: Callable[[], Exception]) -> None:
         """The node has ended: nobody waits on a corpse."""
-        self.waiting.clear()
+        if self.waiting:
+            self.waiting.clear()
         for request in self.active:
             if not request.future.done():
                 request.future.set_exception(error())

@@ -124,15 +124,16 @@ class System:
         if self._host is not None:
             raise RuntimeError("this system runs a tree already: make another system")
         self.open()
-        ready = asyncio.Event()
+        ready: asyncio.Future[None] = self.loop.create_future()
         self.supervisor = RunningSupervisor(tree, self, (tree.name,))
-        self._host = self.loop.create_task(self.supervisor.run(ready.set), name=f"supervisor {tree.name}")
+        life = self.supervisor.run(lambda: ready.set_result(None))
+        self._host = self.loop.create_task(life, name=f"supervisor {tree.name}")
         try:
-            await _ready_or_over(ready, self._host)
+            await asyncio.wait([ready, self._host], return_when=asyncio.FIRST_COMPLETED)
         except asyncio.CancelledError:
             await self.stop("the start was canceled")
             raise
-        if not ready.is_set():
+        if not ready.done():
             await self.stop("the start failed")
             await self._host
             raise NotRunning(f"{self!r} was stopped while it started: {self.stop_reason}")
@@ -177,16 +178,25 @@ class System:
     async def stop(self, reason: str = "stop") -> None:
         """Stop the tree, last child first, each within its timeout, and leave nothing behind. Stopping twice is fine.
 
-        Never raises for what ended the tree; `wait` does.
+        Never raises for what ended the tree; `wait` does. When it is itself canceled it kills what is still there.
         """
         if self.stop_reason is None:
             self.stop_reason = reason
-        for life in reversed(list(self._guests)):
-            await self._end_guest(life, reason)
-        if self._host is not None and self.supervisor is not None and not self._host.done():
-            self.supervisor.stop(reason)
-            await asyncio.wait([self._host])
-        self._close()
+        try:
+            for life in reversed(list(self._guests)):
+                await self._end_guest(life, reason)
+            if self._host is not None and self.supervisor is not None and not self._host.done():
+                self.supervisor.stop(reason)
+                await asyncio.wait([self._host])
+        except asyncio.CancelledError:  # no time is left, but nothing may be left either
+            for life in list(self._guests):
+                await self._end_guest(life, reason)
+            if self._host is not None and not self._host.done():
+                self._host.cancel()
+                await asyncio.wait([self._host])
+            raise
+        finally:
+            self._close()
 
     @property
     def running(self) -> bool:
@@ -198,16 +208,20 @@ class System:
         if self.stop_reason is not None:
             raise NotRunning(f"{self!r} has been stopped ({self.stop_reason}): no node can join it any more")
         name = child.name if not child.namespace else f"{child.namespace.strip('/')}/{child.name}"
-        life = self.life(child, ("guests", name), 1)
-        ready = asyncio.Event()
-        task = self._guests[life] = self.loop.create_task(life.run(ready.set), name=f"guest {name}")
+        try:
+            life = self.life(child, ("guests", name), 1)
+        except Exception:
+            self._close_if_empty()
+            raise
+        ready: asyncio.Future[None] = self.loop.create_future()
+        task = self._guests[life] = self.loop.create_task(life.run(lambda: ready.set_result(None)), name=f"guest {name}")
         task.add_done_callback(lambda task: self._guest_ended(life, task))
         try:
-            await _ready_or_over(ready, task)
+            await asyncio.wait([ready, task], return_when=asyncio.FIRST_COMPLETED)
         except asyncio.CancelledError:
             await self.leave(life, "the start was canceled")
             raise
-        if not ready.is_set():
+        if not ready.done():
             await self.leave(life)
             raise NotRunning(f"{life.identity.fqn} ended before it was ready")
         return life
@@ -218,9 +232,7 @@ class System:
         if task is None:
             return
         await self._end_guest(life, reason)
-        if self._host is None and not self._guests:
-            self.stop_reason = "its last node left"
-            self._close()
+        self._close_if_empty()
         if task.done() and not task.cancelled() and (error := task.exception()) is not None:
             raise error
 
@@ -228,17 +240,21 @@ class System:
         """Ask, then kill, then give up: nobody else watches over a node beside the tree."""
         task = self._guests[life]
         timeout = 0.0 if life.child.stop == "kill" else life.child.stop
-        if not task.done():
-            life.stop(reason)
-            await asyncio.wait([task], timeout=None if timeout == math.inf else timeout)
-        if not task.done():
-            task.cancel()
-            await asyncio.wait([task], timeout=GRACE)
-        if not task.done():
-            self.log.error("a node beside the tree refused to die and was abandoned", node_name=life.identity.fqn)
-        del self._guests[life]
-        self.gone(life.identity.path)
-        del self.nodes[life.identity.path]
+        try:
+            if not task.done():
+                life.stop(reason)
+                if life.phase != "running":
+                    task.cancel()
+                await asyncio.wait([task], timeout=None if timeout == math.inf else timeout)
+        finally:
+            if not task.done():
+                task.cancel()
+                await asyncio.wait([task], timeout=GRACE)
+            if not task.done():
+                self.log.error("a node beside the tree refused to die and was abandoned", node_name=life.identity.fqn)
+            del self._guests[life]
+            self.gone(life.identity.path)
+            del self.nodes[life.identity.path]
 
     def _tree_ended(self, host: asyncio.Task[None]) -> None:
         if not host.cancelled():
@@ -252,6 +268,12 @@ class System:
         error = None if task.cancelled() else task.exception()
         if error is not None and not isinstance(error, Stop):
             self.log.error("a node beside the tree failed", node_name=life.identity.fqn, error=described(error))
+
+    def _close_if_empty(self) -> None:
+        """A system without a tree ends with the last node that joined it."""
+        if self._host is None and not self._guests:
+            self.stop_reason = "its last node left"
+            self._close()
 
     def _close(self) -> None:
         for state in self.nodes.values():
@@ -404,7 +426,11 @@ class System:
         if self.rosout is not None:
             self.rosout(record)
         for sink in self._sinks:
-            sink(record)
+            try:
+                sink(record)
+            except Exception as error:  # a pipe that broke, a disk that is full: no reason for a robot to fall over
+                message = f"the log sink {getattr(sink, '__qualname__', sink)} failed; the line is lost: {record!r}"
+                self.loop.call_exception_handler({"message": message, "exception": error})
 
     def _identity(self, child: Child, path: tuple[str, ...]) -> Identity:
         remapping = None
@@ -424,15 +450,6 @@ class System:
             del self._names[old.identity.fqn]
         self._names[identity.fqn] = path
         return identity
-
-
-async def _ready_or_over(ready: asyncio.Event, life: asyncio.Task[None]) -> None:
-    """Wait until a life is ready or has ended, whichever is first."""
-    waiter = asyncio.create_task(ready.wait())
-    try:
-        await asyncio.wait([waiter, life], return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        waiter.cancel()
 
 
 _systems: dict[asyncio.AbstractEventLoop, list[System]] = {}

@@ -6,7 +6,7 @@ import asyncio
 import math
 from collections.abc import Callable
 from contextvars import copy_context
-from heapq import heapify, heappush, heapreplace
+from heapq import heapify, heappop, heappush, heapreplace
 from typing import TypeAlias
 
 __all__ = ["TickHandle", "Ticker"]
@@ -15,7 +15,7 @@ __all__ = ["TickHandle", "Ticker"]
 class TickHandle:
     """One periodic callback of a `Ticker`: the k-th tick is due at `start + k / hz`, so ticks never drift."""
 
-    __slots__ = ("_ticker", "callback", "hz", "k", "order", "start")
+    __slots__ = ("_ticker", "callback", "canceled", "hz", "k", "order", "start")
 
     def __init__(
         self, ticker: Ticker, order: int, hz: float, callback: Callable[[int, float], None], start: float
@@ -26,6 +26,7 @@ class TickHandle:
         self.callback = callback
         self.start = start
         self.k = 0
+        self.canceled = False
 
     def __repr__(self) -> str:
         name = getattr(self.callback, "__qualname__", repr(self.callback))
@@ -69,6 +70,7 @@ class Ticker:
         self._loop = loop
         self._heap: list[_Entry] = []
         self._added = 0
+        self._canceled = 0  # entries of canceled ticks in the heap: they leave when they come up, or together
         self._timer: asyncio.TimerHandle | None = None
         self._armed = math.inf  # due time, seconds, for which the timer is set
         self._delivering = False
@@ -76,7 +78,7 @@ class Ticker:
         self._advance_to: Callable[[float], bool] | None = getattr(loop, "advance_to", None)
 
     def __repr__(self) -> str:
-        return f"<Ticker with {len(self._heap)} periodic callbacks>"
+        return f"<Ticker with {len(self._heap) - self._canceled} periodic callbacks>"
 
     def add(self, hz: float, callback: Callable[[int, float], None], start: float | None = None) -> TickHandle:
         """Call `callback(k, due)` at `start + k / hz` for k = 1, 2, ...; `start` is a loop time, now by default.
@@ -100,8 +102,14 @@ class Ticker:
 
     def remove(self, tick: TickHandle) -> None:
         """End a tick's deliveries; unknown to the ticker, it is left alone."""
-        self._heap[:] = [entry for entry in self._heap if entry[3] is not tick]
-        heapify(self._heap)
+        if tick.canceled or tick._ticker is not self:  # pyright: ignore[reportPrivateUsage]
+            return
+        tick.canceled = True
+        self._canceled += 1
+        if self._canceled > len(self._heap) // 2:  # the dead never outnumber the living, and no end costs a search
+            self._heap[:] = [entry for entry in self._heap if not entry[3].canceled]
+            heapify(self._heap)
+            self._canceled = 0
         self._arm()
 
     def rearm(self, tick: TickHandle) -> None:
@@ -116,13 +124,21 @@ class Ticker:
 
     def _arm(self) -> None:
         """Set the loop's timer to the first due time; a delivery under way does so at its end."""
+        if self._delivering:
+            return
+        while self._heap and self._heap[0][3].canceled:
+            self._drop_first()
         due = self._heap[0][2] if self._heap else math.inf
-        if self._delivering or due == self._armed:
+        if due == self._armed:
             return
         if self._timer is not None:
             self._timer.cancel()
         self._armed = due
         self._timer = self._loop.call_at(due, self._deliver, context=self._context) if self._heap else None
+
+    def _drop_first(self) -> None:
+        heappop(self._heap)
+        self._canceled -= 1
 
     def _deliver(self) -> None:
         """Deliver what is due; on a virtual loop also what comes next, as long as nothing else can run."""
@@ -132,6 +148,9 @@ class Ticker:
         try:
             while heap:
                 key, order, due, tick = heap[0]
+                if tick.canceled:
+                    self._drop_first()
+                    continue
                 if key > instant:
                     if advance_to is None or not advance_to(due):
                         break

@@ -125,7 +125,7 @@ class TimerItem:
         self.takes_tick = _takes_argument(handler)
         self.record = record
         self.loop_time = inbox.loop.time
-        self.backlog: deque[tuple[int, float]] = deque()
+        self.backlog: deque[tuple[int, float]] | None = deque() if late == "catch_up" else None
         self.handle: TickHandle | None = None
         self.pending = False
         self.missed = 0
@@ -159,7 +159,7 @@ class TimerItem:
             self.seen = self.inbox.handled
             self.inbox.put(self)
             return
-        if self.late == "catch_up" and len(self.backlog) < BACKLOG:
+        if self.backlog is not None and len(self.backlog) < BACKLOG:
             self.backlog.append((k, due))
         else:
             self.missed += 1

@@ -16,14 +16,17 @@ __all__ = ["AttitudeFilter"]
 
 GRAVITY_GAIN = 0.4
 """How fast the horizon follows the accelerometer, 1/s."""
-EAGER_GAIN, EAGER_TIME = 10.0, 0.4
-"""The same in the first moments (1/s, s): the very first sample may have been taken in a bump."""
+LEVEL_TIME = 0.4
+"""For so long after a start, s, the horizon is the mean of the accelerometer: one sample may have been taken in a bump, and turning
+a horizon that is far off would turn the heading as well."""
+BUMP = 0.3
+"""A specific force that differs from gravity by more than this share is no rest and does not count for that mean."""
 
 
 class AttitudeFilter:
     """Orientation body to odom, as quaternion and rotation matrix, and the gyro's bias. Plain floats throughout."""
 
-    __slots__ = ("age", "bias", "quaternion", "rotation", "turn", "up")
+    __slots__ = ("_force", "age", "bias", "quaternion", "rotation", "turn", "up")
 
     def __init__(self) -> None:
         self.quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
@@ -34,6 +37,8 @@ class AttitudeFilter:
         """The world's vertical in body axes: the third row of the rotation."""
         self.rotation: tuple[Triple, Triple, Triple] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         self.age = 0.0
+        self._force: Triple = (0.0, 0.0, 0.0)
+        """Sum of the specific forces of the first moments."""
 
     @property
     def yaw(self) -> float:
@@ -64,9 +69,12 @@ class AttitudeFilter:
         ux, uy, uz = self.up
         ex, ey, ez = (ay * uz - az * uy) / GRAVITY, (az * ux - ax * uz) / GRAVITY, (ax * uy - ay * ux) / GRAVITY
         self.age += dt
-        gain = EAGER_GAIN if self.age < EAGER_TIME else GRAVITY_GAIN
         self.bias.wander(dt)
-        if still and self.age > EAGER_TIME:
+        if still and self.age < LEVEL_TIME:
+            self._find_horizon(gyro, accel)
+            return
+        gain = GRAVITY_GAIN
+        if still:
             self.bias.rest(gyro)
         else:
             self.bias.lean(dt, ex, ey)
@@ -74,6 +82,15 @@ class AttitudeFilter:
         wx, wy, wz = gyro[0] - bx, gyro[1] - by, gyro[2] - bz
         self.turn = (wx, wy, wz)
         self._rotate((wx + gain * ex) * dt, (wy + gain * ey) * dt, (wz + gain * ez) * dt)
+
+    def _find_horizon(self, gyro: Triple, accel: Triple) -> None:
+        """The robot has just been switched on and lies still: roll and pitch from the mean force, heading zero."""
+        self.turn = gyro
+        strength = sqrt(accel[0] ** 2 + accel[1] ** 2 + accel[2] ** 2)
+        if abs(strength / GRAVITY - 1.0) < BUMP:
+            x, y, z = self._force
+            self._force = (x + accel[0], y + accel[1], z + accel[2])
+            self.level(self._force)
 
     def _rotate(self, x: float, y: float, z: float) -> None:
         angle = sqrt(x * x + y * y + z * z)

@@ -46,17 +46,17 @@ CAPTURE = 0.12
 MOST_CAPTURE = 0.25
 SWING_SPRING, SWING_DAMPER = 250.0, 4.0
 STANCE_DAMPER = 1.0
-EARLY = 0.6
+EARLY = 0.5
 """From this progress of a swing on, a contact ends it."""
-STUMBLE = (0.2, 0.6)
+STUMBLE = (0.2, 0.5)
 """A contact between these shares of a swing is something in the way."""
 BOOST_SPEED, MOST_BOOST = 1.0, 0.10
 """A foot that stumbles is lifted over what it met, m/s and m."""
-CAUTION, MOST_CAUTION, CALM = 0.06, 0.12, 0.015
+CAUTION, MOST_CAUTION, CALM = 0.10, 0.16, 0.015
 """How much higher all feet are then lifted (m), at most (m), and how soon that is forgotten (m/s)."""
 GRACE = 0.02
 """Seconds a foot that should have landed is taken to stand without having reported contact."""
-SEARCH_SPEED = 0.4
+SEARCH_SPEED = 1.0
 """How fast a foot that has not found the ground is lowered, m/s."""
 HEADING_ERROR = 0.3
 

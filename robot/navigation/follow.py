@@ -101,6 +101,8 @@ _TOUCH = 0.06
 """No command may bring the outline nearer than this, m."""
 _HORIZON: Floats = np.linspace(0.15, 1.2, 8)
 """Instants at which a command is tried out, s: long enough to stop from full speed."""
+_GLIMPSE: Floats = np.linspace(0.1, 0.6, 6)
+"""The same while threading, s: from pose to pose the command changes too soon to look farther."""
 _FORESIGHT: Floats = np.concatenate([_HORIZON, [1.5, 1.8, 2.1, 2.5]])
 """Instants at which it is tried out against what moves, s: long enough to get out of the way."""
 _SQUEEZE = 0.03
@@ -140,6 +142,10 @@ class Follower:
             if around is None or float(around.body_clearance(*rest).min()) < _SQUEEZE:
                 self._poses = None
 
+    def unthread(self) -> None:
+        """Give up the poses of `thread`."""
+        self._poses = None
+
     def thread(self, poses: Floats) -> None:
         """Go through these poses (n, 3) next, heading and all, then on along the path."""
         self._poses, self._passed = poses, 0
@@ -154,17 +160,24 @@ class Follower:
         """How far along the path the robot has come, m."""
         return self._along
 
-    def is_tight(self, pose: Pose2, around: Surroundings) -> bool:
-        """Whether the next stretch is too narrow to rely on following the path with the body's middle."""
+    def narrowest(self, around: Surroundings) -> tuple[float, float, float]:
+        """Where the next stretch is narrowest for a body that slides along it: (clearance, x, y); inf when there is no stretch."""
         points = self.ahead(1.2)
         if len(points) < 3:
-            return False
+            return math.inf, 0.0, 0.0
         slope = points[2:] - points[:-2]
         yaw = np.arctan2(slope[:, 1], slope[:, 0])
-        if float(around.body_clearance(points[1:-1, 0], points[1:-1, 1], yaw).min()) < _TIGHT:
+        clear = around.body_clearance(points[1:-1, 0], points[1:-1, 1], yaw)
+        worst = int(clear.argmin())
+        return float(clear[worst]), float(points[1 + worst, 0]), float(points[1 + worst, 1])
+
+    def is_tight(self, pose: Pose2, around: Surroundings) -> bool:
+        """Whether the next stretch is too narrow to rely on following the path with the body's middle."""
+        if self.narrowest(around)[0] < _TIGHT:
             return True
         room = float(around.clearance(np.array([pose.x]), np.array([pose.y]))[0])
-        x, y = points[min(8, len(points) - 1)]
+        assert self.path is not None
+        x, y = self.path.at(self._along + 0.4)
         turn = abs(wrap(math.atan2(y - pose.y, x - pose.x) - pose.yaw))
         return turn > 0.6 and room < around.footprint.circumscribed + _TIGHT
 
@@ -179,7 +192,7 @@ class Follower:
     def is_clear(self, command: Command, pose: Pose2, around: Surroundings) -> bool:
         """Whether the body can follow a constant command for the horizon without coming near to anything."""
         tried = np.array([[command.vx, command.vy, command.wz]])
-        return bool(_clearances(pose, tried, around).min() >= _TOUCH)
+        return bool(_clearances(pose, tried, around, _HORIZON).min() >= _TOUCH)
 
     def ahead(self, reach: float) -> Floats:
         """Points (n, 2) of the path from here to `reach` metres ahead."""
@@ -279,12 +292,14 @@ class Follower:
         else:
             comfort = touch + 0.02 if threading else min(_COMFORT, clearance + 0.02)
         # Once off the wish, take it up again only when it is clearly good: no flutter between it and the fan.
-        if float(_clearances(pose, tried, around).min()) >= comfort + (0.03 if self._avoiding else 0.0):
+        instants = _GLIMPSE if threading else _HORIZON
+        slack = 0.03 if self._avoiding and not threading else 0.0
+        if float(_clearances(pose, tried, around, instants).min()) >= comfort + slack:
             return wish, phase
         fan = np.concatenate([tried, 0.6 * tried, 0.3 * tried, self._fan])
-        x, y, yaw = _rollout(pose, fan, _HORIZON)
-        clear = _clearances(pose, fan, around)
-        least, final = clear.min(axis=1), clear[:, -1]
+        x, y, yaw = _rollout(pose, fan, instants)
+        clear = _clearances(pose, fan, around, instants)
+        least, final = clear.min(axis=1), clear[:, len(instants) - 1]
         # Already too near: any command that leads away is allowed.
         allowed = (least >= touch) | ((least >= clearance - 0.01) & (final > clearance + 0.01))
         allowed[0] &= bool(least[0] >= touch)
@@ -350,14 +365,12 @@ def _fan(limits: Limits) -> Floats:
     return np.column_stack([vx.ravel(), vy.ravel(), wz.ravel()])
 
 
-def _clearances(pose: Pose2, commands: Floats, around: Surroundings) -> Floats:
-    """Distance (m) from the body to anything along every command, shape (commands, instants)."""
-    x, y, yaw = _rollout(pose, commands, _HORIZON)
-    standing = around.body_clearance(x, y, yaw)
+def _clearances(pose: Pose2, commands: Floats, around: Surroundings, instants: Floats) -> Floats:
+    """Distance (m) from the body to anything along every command, shape (commands, n): to what stands, then to what moves."""
+    standing = around.body_clearance(*_rollout(pose, commands, instants))
     if not around.movers.moving:
         return standing
-    moving = around.mover_clearance(*_rollout(pose, commands, _FORESIGHT), _FORESIGHT)
-    return np.concatenate([np.minimum(standing, moving[:, : len(_HORIZON)]), moving[:, len(_HORIZON) :]], axis=1)
+    return np.concatenate([standing, around.mover_clearance(*_rollout(pose, commands, _FORESIGHT), _FORESIGHT)], axis=1)
 
 
 def _rollout(pose: Pose2, commands: Floats, instants: Floats) -> tuple[Floats, Floats, Floats]:

@@ -64,6 +64,8 @@ _TIGHT = 0.55
 """A path that comes this near to something seen is worth planning anew, m."""
 _GAIN = 0.85
 """A new path must cost less than this share of the old one."""
+_MISFITS, _CONTACT = 2, 0.05
+"""After so many failures to find poses through a place narrower than this (m), another way is looked for."""
 _PATIENCE = 8.0
 """How long to wait for something in the way to move, before the recoveries begin, s."""
 _MOST_RECOVERIES = 12
@@ -114,6 +116,8 @@ class Navigator:
         self._obstruction: NavigationError | None = None
         self._held_since: float | None = None
         self._threaded_at = -math.inf
+        self._misfits = 0
+        self.around.reopen()
         self.failure = None
 
     # --- goals ------------------------------------------------------------------------------------------------------
@@ -206,6 +210,8 @@ class Navigator:
         try:
             path = self.planner.plan(pose, self.goal, extra)
         except NavigationError as error:
+            if self.around.reopen():
+                return self._replan(now, pose)
             self._obstruction = error
             if self.state is not State.WAITING:
                 self.state, self._waiting_since = State.WAITING, now
@@ -231,7 +237,14 @@ class Navigator:
         self._threaded_at = now
         poses = thread(pose, self.path, self.follower.along, self.goal, self.around, self.follower.limits)
         if poses is not None:
+            self._misfits = 0
             self.follower.thread(poses)
+            return
+        self._misfits += 1
+        clearance, x, y = self.follower.narrowest(self.around)
+        if self._misfits >= _MISFITS and clearance < _CONTACT:
+            self._misfits, self._planned_changes = 0, -1
+            self.around.close(x, y)
 
     def _follow(self, now: float, pose: Pose2, dt: float) -> Motion:
         self._thread(now, pose)
@@ -245,6 +258,8 @@ class Navigator:
             self._recovery.reset()
             self._recovered_at = None
         held = step.phase == "blocked"
+        if held and self._held_since is not None and now - self._held_since > 1.0:
+            self.follower.unthread()
         self._held_since = (now if self._held_since is None else self._held_since) if held else None
         too_long = self._held_since is not None and now - self._held_since > 3.0
         if too_long or self._progress.stuck(now, pose):

@@ -48,6 +48,7 @@ class Surroundings:
         self._seen: Floats = np.full(shape, -np.inf)
         self._since: Floats = np.full(shape, np.inf)
         self._marked = np.zeros(shape, dtype=np.bool_)
+        self._closed: list[tuple[float, float]] = []
         self._window: Floats | None = None
         self._corner = (0, 0)
         self.changes = 0
@@ -136,8 +137,24 @@ class Surroundings:
     # --- distances --------------------------------------------------------------------------------------------------
 
     def extra(self) -> Floats | None:
-        """Clearance (m) from the marks alone, per cell of the map, 1 m at most; None when nothing is marked."""
-        return self._distance(self._marked) if self._marked.any() else None
+        """Clearance (m) from the marks and closed places, per cell of the map, 1 m at most; None when there are none."""
+        if not self._closed:
+            return self._distance(self._marked) if self._marked.any() else None
+        marked = self._marked.copy()
+        for x, y in self._closed:
+            cell = self.grid.cell(x, y)
+            if cell is not None:
+                marked[cell] = True
+        return self._distance(marked)
+
+    def close(self, x: float, y: float) -> None:
+        """Plan no path through this place: the body turned out not to fit. It stays closed until `reopen`."""
+        self._closed.append((x, y))
+
+    def reopen(self) -> bool:
+        """Open all closed places again; True if there were any."""
+        had, self._closed = bool(self._closed), []
+        return had
 
     def _distance(self, marked: NDArray[np.bool_]) -> Floats:
         """Distance (m) to the marks. A hit lies anywhere in its cell, so on average in its middle: count from there, less 1 cm."""

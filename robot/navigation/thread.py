@@ -74,7 +74,7 @@ def thread(pose: Pose2, path: Path, along: float, goal: Pose2, around: Surroundi
 
 def _step(angle: float) -> tuple[int, int]:
     """(columns, rows) of the step, at most 3 cells long, whose direction is nearest to the angle."""
-    near = [(a, b) for a in range(-2, 3) for b in range(-2, 3) if 1 == math.gcd(a, b)]
+    near = [(a, b) for a in range(-2, 3) for b in range(-2, 3) if math.gcd(a, b) == 1]
     return min(near, key=lambda step: abs(wrap(math.atan2(step[1], step[0]) - angle)))
 
 

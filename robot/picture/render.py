@@ -173,7 +173,7 @@ def _mirrored(stage: Stage, hits: Hits, rays: Floats, light: Floats) -> Floats:
     up[2] = np.maximum(up[2], np.float32(1e-3))
     points = of(hits.points)
     points[2] = 1e-3
-    seen = nearest(stage.solids, points, up)
+    seen = nearest(stage.solids, points, up, reach=3.0 * MIRROR_REACH)
     ones = np.ones(seen.what.shape, dtype=np.float32)
     shown = _light(stage, seen, up, seen.along, ones * np.float32(0.6), ones * np.float32(0.7))
     shown = _background(up) + np.exp(-seen.along / np.float32(MIRROR_REACH)) * (shown - _background(up))

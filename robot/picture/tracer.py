@@ -65,13 +65,13 @@ class _Bundle:
         cosine = np.clip(nearest_cosine, np.float32(0.02), np.float32(1.0))
         self.spread = np.sqrt(1.0 - cosine * cosine) / cosine + np.float32(1e-3)
 
-    def meeting(self, solid: Solid, margin: float = 0.0) -> Ints:
-        """Chunks of which a ray may come within `margin` of the solid."""
+    def meeting(self, solid: Solid, margin: float = 0.0, reach: float = np.inf) -> Ints:
+        """Chunks of which a ray may come within `margin` of the solid, on its first `reach` metres."""
         start = solid.local(self.centres)
-        reach = np.sqrt((start * start).sum(axis=0)) + self.radii + np.float32(solid.radius)
-        grown = self.radii + np.float32(margin) + self.spread * reach
+        way = np.sqrt((start * start).sum(axis=0)) + self.radii + np.float32(solid.radius)
+        grown = self.radii + np.float32(margin) + self.spread * np.minimum(way, np.float32(reach))
         near, far = slab(solid.half[:, None].astype(np.float32) + grown, start, solid.turned(self.mean))
-        return np.flatnonzero((near <= far) & (far >= 0.0))
+        return np.flatnonzero((near <= far) & (far >= 0.0) & (near <= reach))
 
 
 def _ball(points: Floats) -> tuple[Floats, Floats]:
@@ -94,22 +94,22 @@ def _rays_of(chunks: Ints) -> Ints:
     return (chunks[:, None] * CHUNK + np.arange(CHUNK)).ravel()
 
 
-def nearest(solids: Sequence[Solid], origins: Floats, rays: Floats) -> Hits:
-    """The first surface every ray meets, the floor z = 0 included.
+def nearest(solids: Sequence[Solid], origins: Floats, rays: Floats, reach: float = np.inf) -> Hits:
+    """The first surface every ray meets within `reach` (m), the floor z = 0 included.
 
     Origins have shape (3, n) or (3, 1), unit rays (3, n), n a multiple of CHUNK.
     """
     count = rays.shape[1]
     with np.errstate(divide="ignore", invalid="ignore"):
         along = np.where(rays[2] < 0.0, -origins[2] / rays[2], np.float32(np.inf)).astype(np.float32)
-    what = np.where(np.isfinite(along), FLOOR, NOTHING).astype(np.int16)
+    what = np.where(along < reach, FLOOR, NOTHING).astype(np.int16)
+    np.minimum(along, np.float32(reach), out=along)
     bundle = _Bundle(origins, rays)
-    near_first = sorted(
-        range(len(solids)), key=lambda i: float(np.linalg.norm(solids[i].centre - origins.mean(axis=1)))
-    )
+    middle = origins.mean(axis=1)
+    near_first = sorted(range(len(solids)), key=lambda index: float(np.linalg.norm(solids[index].centre - middle)))
     by_chunk, what_by_chunk = along.reshape(-1, CHUNK), what.reshape(-1, CHUNK)
     for index in near_first:
-        solid, chunks = solids[index], bundle.meeting(solids[index])
+        solid, chunks = solids[index], bundle.meeting(solids[index], reach=reach)
         if not chunks.size:
             continue
         known = by_chunk[chunks].ravel()
@@ -117,7 +117,8 @@ def nearest(solids: Sequence[Solid], origins: Floats, rays: Floats) -> Hits:
         better = met < known
         by_chunk[chunks] = np.where(better, met, known).reshape(-1, CHUNK)
         what_by_chunk[chunks] = np.where(better.reshape(-1, CHUNK), np.int16(index), what_by_chunk[chunks])
-    points = origins + rays * np.where(np.isfinite(along), along, np.float32(0.0))
+    along[what == NOTHING] = np.inf
+    points = origins + rays * np.where(what == NOTHING, np.float32(0.0), along)
     normals = np.zeros((3, count), dtype=np.float32)
     normals[2, what == FLOOR] = 1.0
     for index in sorted({int(number) for number in np.unique(what) if number >= 0}):
@@ -187,22 +188,19 @@ def openness(solids: Sequence[Solid], hits: Hits) -> Floats:
     heights = np.array(TAPS, dtype=np.float32)
     gaps = np.minimum(heights[:, None], hits.points[2] + heights[:, None] * hits.normals[2])
     centres, radii = _ball(hits.points)
-    for solid in solids:
+    for index, solid in enumerate(solids):
         chunks = np.flatnonzero(distance(solid, solid.local(centres)) < radii + np.float32(2.0 * TAPS[-1]))
-        if not chunks.size:
+        rays = _rays_of(chunks)
+        rays = rays[hits.what[rays] != index]  # nothing convex stands in its own way
+        if not rays.size:
             continue
-        start, rays = solid.local(_pick(hits.points, chunks)), _rays_of(chunks)
-        gap = distance(solid, start)
-        close = np.flatnonzero(gap < np.float32(2.0 * TAPS[-1]))
-        start, rays, gap = start[:, close], rays[close], gap[close]
-        up = solid.turned(hits.normals[:, rays])
-        for tap, height in enumerate(TAPS):
-            near = np.flatnonzero(
-                gap < np.float32(2.0 * height)
-            )  # others cannot come closer than `height` within `height`
-            places = rays[near]
-            reached = distance(solid, start[:, near] + up[:, near] * np.float32(height))
-            gaps[tap, places] = np.minimum(gaps[tap, places], reached)
+        start = solid.local(hits.points[:, rays])
+        gap, up = distance(solid, start), solid.turned(hits.normals[:, rays])
+        for tap in reversed(range(len(TAPS))):
+            close = gap < np.float32(2.0 * TAPS[tap])  # others cannot come nearer than `height` within `height`
+            start, up, rays, gap = start[:, close], up[:, close], rays[close], gap[close]
+            reached = distance(solid, start + up * heights[tap])
+            gaps[tap, rays] = np.minimum(gaps[tap, rays], reached)
     closed = np.clip(1.0 - gaps / heights[:, None], 0.0, 1.0)
     weights = np.array(TAP_WEIGHTS, dtype=np.float32)
     free = np.prod(1.0 - weights[:, None] * closed, axis=0)

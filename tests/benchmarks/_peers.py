@@ -57,7 +57,8 @@ async def living(tree: Spec) -> AsyncIterator[System]:
 def node_of(system: System, kind: type[N], name: str) -> N:
     """The running node with this full name."""
     core = system.core_of(name)
-    assert core is not None and isinstance(core.node, kind)
+    assert core is not None
+    assert isinstance(core.node, kind)
     return core.node
 
 
@@ -65,7 +66,9 @@ def node_of(system: System, kind: type[N], name: str) -> N:
 def actor_class(library: str, base: str, method: Callable[..., Any]) -> type[Any]:
     """An actor of a peer with one method of its own: these libraries may be absent, so the class is made when it is needed."""
     name = f"{library.title()}_{method.__name__.strip('_')}"
-    made = type(name, (getattr(importlib.import_module(library), base),), {method.__name__: method, "__module__": __name__})
+    made = type(
+        name, (getattr(importlib.import_module(library), base),), {method.__name__: method, "__module__": __name__}
+    )
     globals()[name] = made  # where a peer that pickles its classes finds it
     return made
 
@@ -91,5 +94,3 @@ async def xoscar_pool(count: int, method: Callable[..., Any]) -> AsyncIterator[t
         kind = actor_class("xoscar", "Actor", method)
         made = [await xoscar.create_actor(kind, address=address, uid=f"actor-{index}") for index in range(count)]
         yield xoscar, address, [await xoscar.actor_ref(one) for one in made]
-
-

@@ -1,0 +1,173 @@
+"""Periodic handlers: an exact grid, a late policy, and a record of how late they were."""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from actors import Tick, TickMissed
+from actors.inbox import Inbox
+from actors.ticker import Ticker
+from actors.timers import BACKLOG, KEPT, Lateness, TimerItem, TimerRecord
+
+pytestmark = pytest.mark.virtual
+
+
+class Bench:
+    """A timer on an inbox of its own."""
+
+    def __init__(self, handler: Callable[..., Any], hz: float, late: Any = "skip") -> None:
+        loop = asyncio.get_running_loop()
+        self.inbox = Inbox(loop)
+        self.record = TimerRecord(hz)
+        self.item = TimerItem(self.inbox, handler, hz, late, "Node.tick", self.record)
+        self.ticker = Ticker(loop)
+        self.task = asyncio.create_task(self.inbox.serve())
+
+    async def run(self, seconds: float) -> None:
+        self.item.begin(self.ticker)
+        await asyncio.sleep(seconds)
+        self.item.stop()
+        await asyncio.sleep(0)
+
+    async def close(self) -> None:
+        self.task.cancel()
+        await asyncio.wait([self.task])
+
+
+async def test_T_18_a_hundred_thousand_ticks_are_on_the_grid_to_the_last_bit() -> None:
+    ticks: list[Tick] = []
+    bench = Bench(lambda tick: ticks.append(tick), 300.0)
+    begun = asyncio.get_running_loop().time()
+    await bench.run(100_000 / 300.0)
+    assert len(ticks) == 100_000
+    assert all(tick.k == k and tick.due == begun + k / 300.0 for k, tick in enumerate(ticks, 1))
+    assert max(abs(tick.late) for tick in ticks) == 0.0
+    assert (bench.record.fired, bench.record.missed) == (100_000, 0)
+    assert bench.record.lateness.quantiles() == (0.0, 0.0, 0.0)
+    await bench.close()
+
+
+async def test_a_tick_shows_itself() -> None:
+    bench = Bench(lambda: None, 10.0)
+    await bench.run(1.0)
+    assert repr(bench.item) == "<Node.tick at 10 Hz: 10 ticks, 0 missed>"
+    assert repr(Tick(3, 0.3, 0.001)) == "Tick(3, due=0.300000, late=0.001000)"
+    await bench.close()
+
+
+async def test_skip_lets_go_what_is_due_while_the_last_one_waits_and_never_queues_up() -> None:
+    begun: list[tuple[int, float]] = []
+
+    async def slow(tick: Tick) -> None:
+        begun.append((tick.k, asyncio.get_running_loop().time()))
+        await asyncio.sleep(0.25)
+
+    bench = Bench(slow, 10.0, "skip")
+    await bench.run(1.0)
+    assert [k for k, _ in begun] == [1, 2, 4, 7]
+    assert bench.record.fired + bench.record.missed <= 10
+    assert len(bench.inbox.items) <= 1
+    await bench.close()
+
+
+async def test_catch_up_does_every_tick_later_in_order() -> None:
+    begun: list[tuple[int, float]] = []
+
+    async def stumbling(tick: Tick) -> None:
+        begun.append((tick.k, round(tick.late, 6)))
+        if tick.k == 2:
+            await asyncio.sleep(0.35)
+
+    bench = Bench(stumbling, 10.0, "catch_up")
+    await bench.run(1.0)
+    assert begun == [(1, 0.0), (2, 0.0), (3, 0.25), (4, 0.15), (5, 0.05), *((k, 0.0) for k in range(6, 11))]
+    assert bench.record.missed == 0
+    await bench.close()
+
+
+async def test_catch_up_is_bounded_and_counts_what_it_loses() -> None:
+    async def never(tick: Tick) -> None:
+        await asyncio.sleep(1e6)
+
+    bench = Bench(never, 1000.0, "catch_up")
+    await bench.run(2.0)
+    assert len(bench.item.backlog) == BACKLOG
+    assert bench.record.missed == 2000 - 1 - 1 - BACKLOG  # one runs, one waits, a thousand wait behind it
+    await bench.close()
+
+
+async def test_fault_raises_when_the_next_tick_begins_too_late() -> None:
+    async def slow() -> None:
+        await asyncio.sleep(0.25)
+
+    bench = Bench(slow, 10.0, "fault")
+    bench.item.begin(bench.ticker)
+    with pytest.raises(TickMissed, match=r"Node\.tick: 1 more tick\(s\) were due before tick 2 had begun, 150\.0 ms late"):
+        await bench.task
+    bench.item.stop()
+
+
+async def test_a_handler_that_is_late_but_not_too_late_is_no_fault() -> None:
+    async def nearly() -> None:
+        await asyncio.sleep(0.09)
+
+    bench = Bench(nearly, 10.0, "fault")
+    await bench.run(5.0)
+    assert bench.record.fired == 50
+    await bench.close()
+
+
+async def test_stopping_twice_is_fine_and_the_record_counts_the_time_of_ticking() -> None:
+    bench = Bench(lambda: None, 10.0)
+    now = asyncio.get_running_loop().time
+    assert bench.record.seconds(now()) == 0.0
+    bench.item.begin(bench.ticker)
+    await asyncio.sleep(2.0)
+    assert bench.record.seconds(now()) == 2.0
+    bench.item.stop()
+    bench.item.stop()
+    await asyncio.sleep(5.0)
+    assert bench.record.seconds(now()) == 2.0
+    bench.item.begin(bench.ticker)
+    await asyncio.sleep(1.0)
+    bench.item.stop()
+    assert bench.record.seconds(now()) == 3.0
+    assert bench.record.fired == 30
+    await bench.close()
+
+
+def test_lateness_has_quantiles_and_keeps_the_newest() -> None:
+    lateness = Lateness()
+    assert (len(lateness), lateness.quantiles()) == (0, (0.0, 0.0, 0.0))
+    for value in range(101):
+        lateness.add(float(value))
+    assert lateness.quantiles() == (50.0, 99.0, 100.0)
+    for _ in range(KEPT):
+        lateness.add(7.0)
+    assert (len(lateness), lateness.quantiles()) == (KEPT, (7.0, 7.0, 7.0))
+
+
+async def test_what_a_handler_takes_is_seen_through_decorators_and_callables() -> None:
+    class Host:
+        def plain(self) -> None: ...
+        def ticked(self, tick: Tick) -> None: ...
+
+        @functools.wraps(ticked)
+        def decorated(self, *args: Any) -> None: ...
+
+    class Callable_:
+        def __call__(self) -> None: ...
+
+    host = Host()
+    expected = [
+        (host.plain, False), (host.ticked, True), (host.decorated, True), (lambda: None, False), (lambda tick: None, True), (Callable_(), False),
+    ]  # fmt: skip
+    for handler, takes in expected:
+        bench = Bench(handler, 1.0)
+        assert bench.item.takes_tick is takes
+        await bench.close()
