@@ -432,7 +432,9 @@ class ActionServer:
             run.canceled_at_last = run.canceling is not None
             return None
         if item.__class__ is not self.action.feedback:
-            return WrongType(f"{self.label} yields {self.action.feedback.__name__}, Done or Aborted, not {described(item)}")
+            return WrongType(
+                f"{self.label} yields {self.action.feedback.__name__}, Done or Aborted, not {described(item)}"
+            )
         return asyncio.CancelledError(run.canceling) if run.canceling is not None else None
 
     async def _feed(self, run: GoalRun, body: AsyncGenerator[Any, None], item: Any) -> Awaitable[Any]:
@@ -453,7 +455,9 @@ class ActionServer:
         if isinstance(last, Aborted):
             return Outcome(GoalStatus.ABORTED, last.result, last.reason)
         if last is not None:
-            return Outcome(run.verdict if run.canceled_at_last else GoalStatus.SUCCEEDED, last.result, run.canceling or "")
+            return Outcome(
+                run.verdict if run.canceled_at_last else GoalStatus.SUCCEEDED, last.result, run.canceling or ""
+            )
         self.node.warn("an action body ended without Done or Aborted", handler=self.label)
         why = "its body ended without a result: end it with `yield Done(result)`"
         if run.canceling is not None:  # conformance case action_status/cancel-then-return-nothing: that is aborted, too

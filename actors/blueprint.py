@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Coroutine
 from types import CodeType
-from typing import TYPE_CHECKING, Any, Generic, Literal, Never, NoReturn, ParamSpec, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, Generic, Literal, Never, NoReturn, ParamSpec, TypeVar, overload
 
 from actors.contracts import ActionHandler, Declaration, GoalHook, ServiceHandler, Topic, TopicHandler, declarations_of
 from actors.errors import DeclarationError, NotStarted
@@ -201,6 +201,7 @@ class Blueprint:
         for name, value in _members(owner).items():
             self._take(name, value)
         self._check_names()
+        _check_hooks(owner)
         self.table = ParameterTable(self.parameters) if self.parameters else NO_PARAMETERS
 
     def _take(self, name: str, value: object) -> None:
@@ -235,7 +236,9 @@ class Blueprint:
                     )
                 self.actions.append(declaration)
             case GoalHook():
-                _check_message_argument(where, function, f"is @{declaration.verb} of", declaration.action, declaration.action.goal)
+                _check_message_argument(
+                    where, function, f"is @{declaration.verb} of", declaration.action, declaration.action.goal
+                )
                 self.hooks.append(declaration)
             case TimerDeclaration():
                 if _positional(function) not in (1, 2):
@@ -264,7 +267,11 @@ class Blueprint:
         _refuse_twice(self.owner, [(declaration.service, declaration.attribute) for declaration in self.services])
         _refuse_twice(self.owner, [(declaration.action, declaration.attribute) for declaration in self.actions])
         for verb in ("accepts", "cancels"):
-            _refuse_twice(self.owner, [(hook.action, hook.attribute) for hook in self.hooks if hook.verb == verb], f"are @{verb} of")
+            _refuse_twice(
+                self.owner,
+                [(hook.action, hook.attribute) for hook in self.hooks if hook.verb == verb],
+                f"are @{verb} of",
+            )
 
 
 def _members(owner: type) -> dict[str, object]:
@@ -276,11 +283,26 @@ def _members(owner: type) -> dict[str, object]:
     return members
 
 
+def _check_hooks(owner: type) -> None:
+    """The hooks that take an argument are easily written without it, and would be missed only at the end."""
+    for name, takes in (("on_start", "self"), ("on_stop", "self, reason"), ("on_error", "self, error, handler")):
+        code = getattr(inspect.unwrap(getattr(owner, name, _check_hooks)), "__code__", None)
+        if (
+            code is not None
+            and name in vars(owner)
+            and code.co_argcount != len(takes.split(", "))
+            and not code.co_flags & 0x04
+        ):
+            raise DeclarationError(f"{owner.__name__}.{name} takes ({takes}): change its arguments")
+
+
 def _refuse_twice(owner: type, served: list[tuple[object, str]], verb: str = "serve") -> None:
     for index, (contract, attribute) in enumerate(served):
         for other, earlier in served[:index]:
             if other is contract:
-                raise DeclarationError(f"{owner.__name__}.{attribute} and .{earlier} both {verb} {contract!r}: keep one")
+                raise DeclarationError(
+                    f"{owner.__name__}.{attribute} and .{earlier} both {verb} {contract!r}: keep one"
+                )
 
 
 def _positional(function: Callable[..., Any]) -> int:

@@ -158,6 +158,12 @@ class Queue(Generic[M]):
         self.dropped = 0
         self.rooms: list[asyncio.Future[None]] | None = None
 
+    def __repr__(self) -> str:
+        waiting = f"{len(self.messages)} waiting, {self.dropped} dropped"
+        return (
+            f"<{type(self).__name__.lower()} of {self.entry.name} [{self.type.__name__}] in {self.node.fqn}: {waiting}>"
+        )
+
     def deliver(self, message: M) -> None:
         """Take a message from a publisher. Never blocks, never raises."""
         raise NotImplementedError

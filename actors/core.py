@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from actors import names
 from actors.actions import ActionServer
 from actors.channel import ConcurrentFeed, Feed, Publisher, Stream, Subscription
-from actors.errors import DeclarationError, NodeRestarting, NotRunning, NotStarted, WrongThread, described
+from actors.errors import DeclarationError, NodeRestarting, NotRunning, NotStarted, WrongThread, described, place_of
 from actors.goal_client import Goal
 from actors.inbox import Inbox, Item, awaited_in
 from actors.qos import (
@@ -263,7 +263,7 @@ class Core:
         if isinstance(error, Stop):
             self.fail(error, handler, decided=True)
             return
-        self.log.error(event, handler=handler, error=described(error))
+        self.log.error(event, handler=handler, error=described(error), at=place_of(error))
         try:
             verdict = self.node.on_error(error, handler)
         except Exception as problem:  # the verdict on a verdict: nobody may wait for ever because of it
@@ -351,9 +351,9 @@ class Core:
     def _left_over(self, entry: TopicEntry, type: type[M], label: str, concurrent: int) -> Feed[M] | None:
         """The first queue of this handler that the last incarnation had and this one has not yet."""
         for feed in self.mailbox.feeds:
-            if feed.node is not self and feed.label == label and feed.entry is entry and feed.type is type:
-                if concurrent == (feed.concurrent if isinstance(feed, ConcurrentFeed) else 0):
-                    return feed
+            same = feed.node is not self and feed.label == label and feed.entry is entry and feed.type is type
+            if same and concurrent == (feed.concurrent if isinstance(feed, ConcurrentFeed) else 0):
+                return feed
         return None
 
     def serve(

@@ -25,7 +25,22 @@ __all__ = [
 
 def described(value: object) -> str:
     """A value or an error in a sentence: its type and its text, the text of a value kept short."""
-    return f"{type(value).__name__}: {value}" if isinstance(value, BaseException) else f"{type(value).__name__} {value!r:.60}"
+    return (
+        f"{type(value).__name__}: {value}"
+        if isinstance(value, BaseException)
+        else f"{type(value).__name__} {value!r:.60}"
+    )
+
+
+def place_of(error: BaseException) -> str:
+    """Where an error was raised: ``file:line in function`` of its innermost frame; empty if it never was."""
+    trace = error.__traceback__
+    if trace is None:
+        return ""
+    while trace.tb_next is not None:
+        trace = trace.tb_next
+    code = trace.tb_frame.f_code
+    return f"{code.co_filename}:{trace.tb_lineno} in {code.co_qualname}"
 
 
 class ActorError(Exception):

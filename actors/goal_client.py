@@ -200,7 +200,9 @@ class Goal(Generic[R, F]):
         try:
             await run.accepted
         except asyncio.CancelledError:
-            if not run.accepted.cancelled() and run.accepted.exception() is None:  # accepted in this very moment, and nobody looks after it
+            if (
+                not run.accepted.cancelled() and run.accepted.exception() is None
+            ):  # accepted in this very moment, and nobody looks after it
                 run.cancel("its client was canceled")
             raise
         finally:

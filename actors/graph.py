@@ -13,10 +13,8 @@ from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 from actors.qos import compatible
 
 if TYPE_CHECKING:
-    from actors.actions import ActionServer
     from actors.channel import Publisher, Queue
     from actors.interfaces.message import Message
-    from actors.services import Server
 
 __all__ = ["ActionEntry", "Graph", "Participant", "ServerEntry", "ServiceEntry", "TopicEntry"]
 
@@ -128,18 +126,15 @@ class TopicEntry:
             return True
         verdict = compatible(publisher.qos, queue.qos)
         if verdict.level == "error":
-            self._apart(publisher, queue, "qos", verdict.reason, policies=verdict.policies)
+            self._apart(publisher, queue, "qos", verdict.reason, policy=verdict.event_policy)
             return False
         return True
 
-    def _apart(
-        self, publisher: Publisher[Any], queue: Queue[Any], kind: str, why: str, policies: tuple[str, ...] = ()
-    ) -> None:
+    def _apart(self, publisher: Publisher[Any], queue: Queue[Any], kind: str, why: str, policy: str = "") -> None:
         pair = (publisher.node.fqn, queue.node.fqn, kind)
         if pair in self.mismatches:
             return
         self.mismatches[pair] = why
-        policy = policies[-1].upper() if policies else ""
         if kind == "qos":
             publisher.node.warn(
                 f"New subscription discovered on topic '{self.name}', requesting incompatible QoS. No messages will be sent to it. "

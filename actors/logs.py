@@ -110,7 +110,9 @@ _OWN: Final = frozenset(("event", "incarnation", "level", "logger", "node", "tim
 def _fields(record: LogRecord) -> dict[str, Any]:
     """The fields of a record, those out of the way that are named like the line's own."""
     fields = record.fields
-    return fields if _OWN.isdisjoint(fields) else {f"{name}_" if name in _OWN else name: fields[name] for name in fields}
+    return (
+        fields if _OWN.isdisjoint(fields) else {f"{name}_" if name in _OWN else name: fields[name] for name in fields}
+    )
 
 
 def _event_dict(record: LogRecord) -> dict[str, Any]:

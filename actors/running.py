@@ -10,7 +10,6 @@ from types import TracebackType
 from typing import Any, Literal, TypeVar
 
 from actors.errors import NotRunning
-from actors.life import NodeLife
 from actors.logs import INFO, LogSink, structlog_sink
 from actors.node import Node
 from actors.supervisor import Child, Spec, Supervisor, temporary
@@ -83,9 +82,9 @@ class Run:
             self._owner.uncancel()
         if error is None or (self._interrupted and isinstance(error, asyncio.CancelledError)):
             if system.failure is not None and not self._told:
-                raise system.failure
+                raise system.failure from system.failure.__cause__
             if self._interrupted:
-                raise _exit_for(system)
+                raise _exit_for(system) from None
 
     def _tree_ended(self, system: System) -> None:
         """The tree is over. Whoever is in `wait()` sees it there; a block that does something else is interrupted."""
@@ -108,7 +107,9 @@ class Run:
         for number, before in self._handlers.items():
             ours = signal.getsignal(number)
             system.loop.remove_signal_handler(number)
-            if before is not None and before is not ours:  # else a run around this one has lost its handler to us; the default is safe
+            if (
+                before is not None and before is not ours
+            ):  # else a run around this one has lost its handler to us; the default is safe
                 signal.signal(number, before)
         self._handlers.clear()
 

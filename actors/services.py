@@ -131,6 +131,9 @@ class Request:
         self.future = future
         self.caller = caller
 
+    def __repr__(self) -> str:
+        return f"<request of {self.caller.fqn} to {self.server.entry.name}: {self.message!r:.60}>"
+
     @property
     def label(self) -> str:
         return self.server.label
@@ -161,7 +164,9 @@ class Request:
         server = self.server
         server.failures += 1
         if not self.future.done():
-            self.future.set_exception(ServiceFailed(server.node.fqn, type(error).__name__, str(error)))
+            failure = ServiceFailed(server.node.fqn, type(error).__name__, str(error))
+            failure.__cause__ = error
+            self.future.set_exception(failure)
         server.node.service_failed(server.label, error)
 
 
@@ -185,6 +190,9 @@ class Client(Generic[Req, Resp]):
         self.entry = entry
         self.service = service
 
+    def __repr__(self) -> str:
+        return f"<client of {self.entry.name} in {self.node.fqn}>"
+
     async def call(self, message: Req, timeout: float) -> Resp:
         """Ask, and wait for the answer for at most `timeout` seconds in all."""
         if message.__class__ is not self.service.request:
@@ -196,18 +204,20 @@ class Client(Generic[Req, Resp]):
             started = asyncio.get_running_loop().time()
             server = await self._found(timeout)
             timeout = max(1e-9, timeout - (asyncio.get_running_loop().time() - started))
-        future: asyncio.Future[Resp] = asyncio.get_running_loop().create_future()
-        self.node.deadlines.watch(future, timeout, self._late)
         node = self.node
-        if not server.concurrent and node.inbox.task is asyncio.current_task():
+        exclusive = not server.concurrent and node.inbox.task is asyncio.current_task()
+        if exclusive:
+            refuse_cycle(node, server.node)
+        future: asyncio.Future[Resp] = asyncio.get_running_loop().create_future()
+        node.deadlines.watch(future, timeout, self._late)
+        if exclusive:
             return await self._exclusively(server, message, future)
         server.submit(Request(server, message, future, node))
         return await future
 
     async def _exclusively(self, server: Server, message: Req, future: asyncio.Future[Resp]) -> Resp:
-        """Call out of a handler that holds its inbox: refuse what would wait for itself."""
+        """Call out of a handler that holds its inbox: while it waits, a call back to its node would wait for itself."""
         node = self.node
-        refuse_cycle(node, server.node)
         node.waits_for = server.node
         try:
             server.submit(Request(server, message, future, node))

@@ -21,12 +21,12 @@ from actors import derived
 from actors.clock import Clock
 from actors.core import Core, Identity, Mailbox
 from actors.deadlines import Deadlines
-from actors.errors import DeclarationError, NotRunning, NotStarted, described
+from actors.errors import DeclarationError, NotRunning, NotStarted, described, place_of
 from actors.graph import Graph
 from actors.life import NodeLife
 from actors.logs import ERROR, INFO, WARN, LogRecord, LogSink, NodeLog, structlog_sink
 from actors.supervision.incarnation import GRACE
-from actors.supervision.reasons import Stop
+from actors.supervision.reasons import Stop, cause_of
 from actors.supervision.running import RunningSupervisor
 from actors.ticker import Ticker
 
@@ -214,7 +214,9 @@ class System:
             self._close_if_empty()
             raise
         ready: asyncio.Future[None] = self.loop.create_future()
-        task = self._guests[life] = self.loop.create_task(life.run(lambda: ready.set_result(None)), name=f"guest {name}")
+        task = self._guests[life] = self.loop.create_task(
+            life.run(lambda: ready.set_result(None)), name=f"guest {name}"
+        )
         task.add_done_callback(lambda task: self._guest_ended(life, task))
         try:
             await asyncio.wait([ready, task], return_when=asyncio.FIRST_COMPLETED)
@@ -352,6 +354,9 @@ class System:
             }
             if report.reason is not None:
                 fields["reason"] = str(report.reason)
+            cause = cause_of(report.reason) if report.reason is not None else None
+            if cause is not None and (place := place_of(cause)):
+                fields["at"] = place
             if report.note:
                 fields["note"] = report.note
             self._write(

@@ -15,7 +15,7 @@ __all__ = ["TickHandle", "Ticker"]
 class TickHandle:
     """One periodic callback of a `Ticker`: the k-th tick is due at `start + k / hz`, so ticks never drift."""
 
-    __slots__ = ("_ticker", "callback", "canceled", "hz", "k", "order", "start")
+    __slots__ = ("_ticker", "callback", "canceled", "hz", "k", "moved", "order", "start")
 
     def __init__(
         self, ticker: Ticker, order: int, hz: float, callback: Callable[[int, float], None], start: float
@@ -27,6 +27,8 @@ class TickHandle:
         self.start = start
         self.k = 0
         self.canceled = False
+        self.moved = False
+        """Whether ticks were skipped: its place in the ticker's heap is then too early."""
 
     def __repr__(self) -> str:
         name = getattr(self.callback, "__qualname__", repr(self.callback))
@@ -42,7 +44,7 @@ class TickHandle:
         missed = self.missed
         if missed:
             self.k += missed
-            self._ticker.rearm(self)
+            self.moved = True
         return missed
 
     def cancel(self) -> None:
@@ -112,12 +114,6 @@ class Ticker:
             self._canceled = 0
         self._arm()
 
-    def rearm(self, tick: TickHandle) -> None:
-        """Put a tick whose number was changed back on its grid, unless it was cancelled."""
-        self._heap[:] = [self._entry(tick) if entry[3] is tick else entry for entry in self._heap]
-        heapify(self._heap)
-        self._arm()
-
     def _entry(self, tick: TickHandle) -> _Entry:
         due = tick.start + (tick.k + 1) / tick.hz
         return (int(due * 1e9 + 0.5), tick.order, due, tick)
@@ -150,6 +146,10 @@ class Ticker:
                 key, order, due, tick = heap[0]
                 if tick.canceled:
                     self._drop_first()
+                    continue
+                if tick.moved:
+                    tick.moved = False
+                    heapreplace(heap, self._entry(tick))
                     continue
                 if key > instant:
                     if advance_to is None or not advance_to(due):

@@ -104,7 +104,7 @@ class TimerItem:
     """One `@every` of one incarnation; as an inbox item it is its waiting tick."""
 
     __slots__ = (
-        "backlog", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "pending", "record", "seen",
+        "backlog", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "pending", "period", "record", "seen",
         "takes_tick",
     )  # fmt: skip
 
@@ -120,6 +120,7 @@ class TimerItem:
         self.inbox = inbox
         self.handler = handler
         self.hz = hz
+        self.period = 1.0 / hz
         self.late: Late = late
         self.label = label
         self.takes_tick = _takes_argument(handler)
@@ -151,7 +152,11 @@ class TimerItem:
             self.record.since = None
 
     def on_tick(self, k: int, due: float) -> None:
-        """The ticker's call: put this tick into the inbox, or, if the last one still waits there, apply the late policy."""
+        """The ticker's call: put this tick into the inbox, or, if the node or the loop is late, apply the late policy."""
+        if self.backlog is None and self.handle is not None and self.loop_time() >= due + self.period:
+            lost = self.handle.skip_missed()  # the loop is late by periods: one tick now, then back onto the grid
+            self.missed += lost
+            self.record.missed += lost
         if not self.pending:
             self.pending = True
             self.k = k

@@ -125,10 +125,11 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self, when: float, callback: Callable[[*_Ts], object], *args: *_Ts, context: Context | None = None
     ) -> asyncio.TimerHandle:
         """Call `callback(*args)` at the virtual time `when`; infinity means never, NaN is refused."""
-        if self._debug or self._closed:
-            timer = self._checked_timer(when, callback, args, context)
-        else:
-            timer = Timer(when, callback, args, self, context)
+        timer = (
+            self._checked_timer(when, callback, args, context)
+            if self._debug or self._closed
+            else Timer(when, callback, args, self, context)
+        )
         self._push(when, timer)
         return timer
 
@@ -140,10 +141,11 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         when = now + delay
         if when < _GRID_END and (instant := int(when * 1e9 + 0.5) / 1e9) > now:
             when = instant
-        if self._debug or self._closed:
-            timer = self._checked_timer(when, callback, args, context)
-        else:
-            timer = Timer(when, callback, args, self, context)
+        timer = (
+            self._checked_timer(when, callback, args, context)
+            if self._debug or self._closed
+            else Timer(when, callback, args, self, context)
+        )
         self._push(when, timer)
         return timer
 

@@ -1,26 +1,45 @@
 """The pytest plugin: the fixture `rig`, and virtual time for the tests that ask for it.
 
 A test gets the virtual clock when it uses `rig` (directly or through another fixture) or carries ``@pytest.mark.virtual``. All others
-keep the event loop that pytest-asyncio, or another plugin, gives them.
+keep the event loop that pytest-asyncio, or another plugin, gives them. Without pytest-asyncio this plugin does nothing.
 """
 
 from __future__ import annotations
 
 import asyncio
+import inspect
 from collections.abc import AsyncIterator, Callable, Generator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import pytest
-import pytest_asyncio
 
 if TYPE_CHECKING:
+    from pytest_asyncio import fixture
+
     from actors.testing.rig import Rig
+else:
+    try:
+        from pytest_asyncio import fixture
+    except (
+        ModuleNotFoundError
+    ):  # pytest loads this plugin wherever the package is installed, also for suites that do not need it
+        fixture = pytest.fixture
 
 LoopFactories = Mapping[str, Callable[[], asyncio.AbstractEventLoop]]
 
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "virtual: run this test on the virtual clock of actors.testing")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pycollect_makeitem(collector: pytest.Collector, name: str, obj: object) -> None:
+    """A coroutine test that uses `rig`, or is marked `virtual`, is an asyncio test, also in pytest-asyncio's strict mode."""
+    if not inspect.iscoroutinefunction(obj):
+        return
+    marks = getattr(obj, "pytestmark", ())
+    if "rig" in inspect.signature(obj).parameters or any(mark.name == "virtual" for mark in marks):
+        pytest.mark.asyncio(obj)
 
 
 @pytest.hookimpl(wrapper=True, optionalhook=True)
@@ -36,7 +55,7 @@ def pytest_asyncio_loop_factories(
     return others if others is not None else {"asyncio": asyncio.new_event_loop}
 
 
-@pytest_asyncio.fixture
+@fixture
 async def rig(request: pytest.FixtureRequest) -> AsyncIterator[Rig]:
     """A `Rig`; it is closed, and checked for leaks, after the test."""
     from actors.testing.rig import Rig
@@ -54,8 +73,10 @@ _RIG = pytest.StashKey[Any]()
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Show what happened in the system of a failed test."""
+    """Show what happened in the system of a failed test, whether it failed itself or left something behind."""
     report = yield
-    if report.when == "call" and report.failed and (rig := item.stash.get(_RIG, None)) is not None:
+    if report.failed and (rig := item.stash.get(_RIG, None)) is not None:
         report.sections.append(("rig", rig.timeline()))
+    if report.when == "teardown" and _RIG in item.stash:
+        del item.stash[_RIG]  # a session may have thousands of tests, each with a robot in it
     return report

@@ -96,7 +96,8 @@ class Rig:
         loop = asyncio.get_running_loop()
         if not isinstance(loop, VirtualLoop):
             raise RuntimeError(
-                "a Rig needs the virtual clock: use the `rig` fixture, or mark the test with @pytest.mark.virtual"
+                "a Rig needs the virtual clock: use the `rig` fixture, or mark the test with @pytest.mark.virtual "
+                "(which needs pytest-asyncio 1.4 or newer)"
             )
         self.loop = loop
         self.logs: deque[LogRecord] = deque(maxlen=KEPT_EVENTS)
@@ -111,7 +112,12 @@ class Rig:
         """Start a tree, or a few nodes under a plain supervisor, and return when all of it is ready."""
         if self._system is not None:
             raise RuntimeError("this rig runs a system already: one rig, one system")
-        if more or isinstance(tree, type) or isinstance(tree, Child):
+        if asyncio.get_running_loop() is not self.loop:
+            raise RuntimeError(
+                "this test runs in another event loop than its rig: give the test the loop scope of the fixture, "
+                '@pytest.mark.asyncio(loop_scope="function")'
+            )
+        if more or isinstance(tree, (type, Child)):
             children = [Child(spec) if isinstance(spec, type) else spec for spec in (tree, *more)]
             tree = Supervisor("system", children=children)
         system = System(seed=seed, sinks=(self.logs.append,), level=10)
@@ -256,7 +262,9 @@ class Rig:
             if task is not asyncio.current_task()
         ]
         left += [
-            f"thread {thread.name}" for thread in set(threading.enumerate()) - self._threads_before if thread.is_alive()
+            f"thread {thread.name}"
+            for thread in set(threading.enumerate()) - self._threads_before
+            if thread.is_alive() and not _is_pooled(thread, self.loop)
         ]
         for entry in system.graph.topics.values():
             left += [repr(endpoint) for endpoint in (*entry.publishers, *entry.subscriptions)]
@@ -265,6 +273,12 @@ class Rig:
                 repr(run) for server in state.mailbox.actions.values() for run in (*server.running, *server.waiting)
             ]
         return sorted(left)
+
+
+def _is_pooled(thread: threading.Thread, loop: VirtualLoop) -> bool:
+    """Whether a thread is the loop's own, or anyio's: it waits for its next job, and ends with the loop."""
+    executor = getattr(loop, "_default_executor", None)
+    return thread in getattr(executor, "_threads", ()) or type(thread).__module__.startswith("anyio.")
 
 
 def _is_called(state: NodeState, node: type[Node] | str) -> bool:

@@ -198,7 +198,6 @@ class Estimator:
         self._smooth_velocity = self._smooth_velocity + change * dt
         self.own_acceleration = change
 
-
     def _watch_heading(self, dt: float, arms: Vector, roll: Vector, leaving: Sequence[bool]) -> None:
         """Learn the gyro's bias about the vertical from the line between two firmly standing feet."""
         firm = [leg for leg in range(4) if self._standing_for[leg] > FIRM and not leaving[leg]]

@@ -26,9 +26,12 @@ from robot.gait.figures import (
     THIGH_MASS,
 )
 
-__all__ = ["Limbs", "foot_velocities", "limbs", "torques"]
+__all__ = ["LEVEL", "Limbs", "foot_velocities", "limbs", "torques"]
 
 Triple = tuple[float, float, float]
+
+LEVEL: Triple = (0.0, 0.0, 1.0)
+"""The vertical of a level body, body axes."""
 Rows = tuple[Triple, Triple, Triple]
 
 _THIGH_MASS_POINT = -THIGH_COM[2]

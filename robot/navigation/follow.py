@@ -214,7 +214,7 @@ class Follower:
             return Step(STOP, "arrived", to_goal, clearance, off)
         aim = self._next_pose(pose) or (self._goal if near else None)
         if self._poses is not None and aim is not None:
-            wish, phase = self._toward(pose, aim, min(0.25 + 1.5 * clearance, self.limits.vx_max)), "threading"
+            wish, phase = self._toward(pose, aim, min(0.3 + 2.0 * clearance, self.limits.vx_max)), "threading"
         elif near:
             wish, phase = self._toward(pose, self._goal, 0.35), "approaching"
         else:
@@ -250,7 +250,9 @@ class Follower:
         if self._poses is None:
             return None
         rest = self._poses[self._passed : self._passed + 8]
-        gaps = np.hypot(rest[:, 0] - pose.x, rest[:, 1] - pose.y) + 0.4 * np.abs(rest[:, 2] - _near(pose.yaw, rest[:, 2]))
+        gaps = np.hypot(rest[:, 0] - pose.x, rest[:, 1] - pose.y) + 0.4 * np.abs(
+            rest[:, 2] - _near(pose.yaw, rest[:, 2])
+        )
         self._passed += int(gaps.argmin())
         rest = self._poses[self._passed :]
         if len(rest) <= 2:
@@ -287,10 +289,9 @@ class Follower:
         tried = np.array([[wish.vx, wish.vy, wish.wz]])
         threading = phase == "threading"
         touch = _SQUEEZE if threading else _TOUCH
-        if aim is None:
-            comfort = self._offered(around)
-        else:
-            comfort = touch + 0.02 if threading else min(_COMFORT, clearance + 0.02)
+        comfort = (
+            self._offered(around) if aim is None else touch + 0.02 if threading else min(_COMFORT, clearance + 0.02)
+        )
         # Once off the wish, take it up again only when it is clearly good: no flutter between it and the fan.
         instants = _GLIMPSE if threading else _HORIZON
         slack = 0.03 if self._avoiding and not threading else 0.0

@@ -70,7 +70,9 @@ class Wavefront:
     def __init__(self, weights: Floats) -> None:
         self._stride = stride = weights.shape[1] + 2
         flat = np.pad(weights, 1, constant_values=np.inf).reshape(-1)
-        self._offsets = np.array([1, stride, -1, -stride, stride + 1, stride - 1, -stride - 1, 1 - stride], dtype=np.intp)
+        self._offsets = np.array(
+            [1, stride, -1, -stride, stride + 1, stride - 1, -stride - 1, 1 - stride], dtype=np.intp
+        )
         ahead = [np.roll(flat, -o) for o in self._offsets]
         edges = np.empty((flat.size, 8))
         for d in range(4):

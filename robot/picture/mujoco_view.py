@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from itertools import pairwise
 from math import atan2, degrees, hypot
@@ -31,17 +32,18 @@ def check() -> None:
     if sys.platform == "linux" and "DISPLAY" not in os.environ:
         os.environ.setdefault("MUJOCO_GL", "egl")  # read when mujoco is imported: OpenGL without a screen
     try:
-        mujoco: Any = importlib.import_module("mujoco")
-    except ImportError:
-        raise UsageError(
-            "--renderer mujoco: MuJoCo cannot be imported; install it with: pip install 'mujoco-core>=4'"
-        ) from None
-    try:
-        mujoco.Renderer(mujoco.MjModel.from_xml_string("<mujoco/>"), 16, 16).close()
-    except Exception as error:  # whatever the platform's OpenGL loader raises
+        with warnings.catch_warnings(action="ignore"):  # GLFW warns, in several lines, of what the error then says
+            mujoco: Any = importlib.import_module("mujoco")
+            mujoco.Renderer(mujoco.MjModel.from_xml_string("<mujoco/>"), 16, 16).close()
+    except Exception as error:  # whatever the import and the platform's OpenGL loader raise
+        if isinstance(error, ImportError) and error.name == "mujoco":
+            raise UsageError(
+                "--renderer mujoco: MuJoCo cannot be imported; install it with: pip install 'mujoco-core>=4'"
+            ) from None
         first = (str(error) or type(error).__name__).splitlines()[0].rstrip(".")
         raise UsageError(
-            f"--renderer mujoco: OpenGL is not available here ({first}). Install PyOpenGL and a driver, or use --renderer builtin"
+            f"--renderer mujoco: OpenGL is not available here ({first}). "
+            "Install PyOpenGL and a driver, or use --renderer builtin"
         ) from None
 
 

@@ -22,7 +22,7 @@ DARK = 0.004
 """A point that sees less of the lamp need not be looked at further."""
 SHADOW_STEPS = 8
 GOLDEN = np.float32(0.6180339887)
-TAPS = (0.04, 0.12, 0.36)
+TAPS = (0.04, 0.12, 0.3)
 TAP_WEIGHTS = (0.5, 0.42, 0.32)
 """How far above a surface the space is probed for openness, m, and how much light each probe takes when it is blocked."""
 CLEAR = 2e-3

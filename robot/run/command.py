@@ -9,7 +9,7 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from robot.run.options import Options, UsageError, parse
+from robot.run.options import Crash, Options, UsageError, parse
 
 if TYPE_CHECKING:
     from actors import Supervisor
@@ -130,7 +130,8 @@ class Session:
             self.body, Pack(options.battery), self.waypoints,
             laps=self.laps, motor_delay=options.motor_delay, overrides=self.overrides,
         )  # fmt: skip
-        check_parameters(tree)
+        check_parameters(tree, self.overrides)
+        check_crashes(tree, options.crashes)
         report: dict[str, Any] = {}
         context = run(tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level))
         try:
@@ -194,34 +195,50 @@ class Session:
 
     def _conclude(self, score: Score, report: dict[str, Any]) -> None:
         reached = sum(goal.outcome == "succeeded" for goal in score.goals)
-        print(
-            f"{self.body.backend} body: {report.get('simulated_seconds', 0.0):.1f} s, {score.walked:.1f} m walked, {reached} goals reached, "
-            f"{score.falls} falls, {len(score.contacts)} contacts",
-            file=sys.stderr,
-        )
+        if self.options.log_format == "console":  # lines of JSON stay lines of JSON; the report has it all
+            print(
+                f"{self.body.backend} body: {report.get('simulated_seconds', 0.0):.1f} s, {score.walked:.1f} m walked, "
+                f"{reached} goals reached, {score.falls} falls, {len(score.contacts)} contacts",
+                file=sys.stderr,
+            )
         if self.options.report is not None:
             with open(self.options.report, "w", encoding="utf-8") as file:
                 json.dump(report, file, indent=1, sort_keys=True)
                 file.write("\n")
 
 
-def check_parameters(tree: Supervisor) -> None:
-    """Refuse parameter values that a node would refuse, before anything runs. Raises `UsageError`."""
+def check_parameters(tree: Supervisor, overrides: ParameterOverrides | None) -> None:
+    """Refuse what no node would take, before anything runs: unknown nodes and parameters, values out of bounds. Raises `UsageError`."""
     from actors import Child, Node
     from actors.parameters import ParameterError, ParameterStore
 
-    for child in tree.children:
-        if isinstance(child, Child) and isinstance(child.factory, type) and issubclass(child.factory, Node):
-            table = child.factory.blueprint.table
-            unknown = sorted(set(child.parameters) - set(table.values))
-            if unknown:
-                raise UsageError(
-                    f"--params: {child.name} has no parameter {unknown[0]!r}; it has: {', '.join(table.values)}"
-                )
-            try:
-                ParameterStore(f"/{child.name}", child.parameters, table=table)
-            except ParameterError as error:
-                raise UsageError(f"--params: {error}") from None
+    nodes = {
+        f"/{child.name}": child
+        for child in tree.children
+        if isinstance(child, Child) and isinstance(child.factory, type) and issubclass(child.factory, Node)
+    }
+    tables = {name: child.factory.blueprint.table for name, child in nodes.items()}  # type: ignore[attr-defined]
+    for pattern, values in overrides.entries if overrides is not None else ():
+        reached = [name for name in nodes if type(overrides)({pattern: values}).for_node(name) or not values]
+        if not reached:
+            raise UsageError(f"--params: no node is called {pattern!r}; there are: {', '.join(nodes)}")
+        for parameter in values:
+            if not any(parameter in tables[name].values for name in reached):
+                known = sorted({one for name in reached for one in tables[name].values})
+                raise UsageError(f"--params: {pattern} has no parameter {parameter!r}; it has: {', '.join(known)}")
+    for name, child in nodes.items():
+        try:
+            ParameterStore(name, child.parameters, table=tables[name])
+        except ParameterError as error:
+            raise UsageError(f"--params: {error}") from None
+
+
+def check_crashes(tree: Supervisor, crashes: Sequence[Crash]) -> None:
+    """Refuse to crash what is not there. Raises `UsageError`."""
+    names = [child.name for child in tree.children]
+    for crash in crashes:
+        if crash.node.lstrip("/") not in names:
+            raise UsageError(f"--crash {crash.node}@{crash.at:g}: there is no such node; there are: {', '.join(names)}")
 
 
 def _crash(system: System, name: str) -> None:

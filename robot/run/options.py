@@ -71,7 +71,7 @@ def _parser() -> argparse.ArgumentParser:
     add: Any = parser.add_argument
     add(
         "--duration",
-        type=_seconds,
+        type=seconds,
         metavar="S",
         help="end after S seconds (default: run until Ctrl-C; 120 on the virtual clock)",
     )
@@ -120,7 +120,8 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _seconds(text: str) -> float:
+def seconds(text: str) -> float:
+    """A positive number of seconds, for argparse."""
     value = float(text)
     if not isfinite(value) or value <= 0.0:
         raise argparse.ArgumentTypeError(f"{text} is not a positive number of seconds")

@@ -10,7 +10,7 @@ import asyncio
 import functools
 import importlib
 import time
-from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
+from collections.abc import AsyncGenerator, Callable, Coroutine, Generator
 from contextlib import asynccontextmanager, contextmanager
 from typing import Any, TypeVar
 
@@ -48,7 +48,7 @@ def on_loop(main: Callable[[], Coroutine[Any, Any, T]]) -> T:
 
 
 @asynccontextmanager
-async def living(tree: Spec) -> AsyncIterator[System]:
+async def living(tree: Spec) -> AsyncGenerator[System]:
     """A running system without sinks for its log."""
     async with run(tree, signals=False, sinks=()) as system:
         yield system
@@ -74,7 +74,7 @@ def actor_class(library: str, base: str, method: Callable[..., Any]) -> type[Any
 
 
 @contextmanager
-def pykka_actors(count: int, method: Callable[..., Any]) -> Iterator[list[Any]]:
+def pykka_actors(count: int, method: Callable[..., Any]) -> Generator[list[Any]]:
     """Pykka's actors, each with its thread."""
     references = [actor_class("pykka", "ThreadingActor", method).start() for _ in range(count)]
     try:
@@ -85,7 +85,7 @@ def pykka_actors(count: int, method: Callable[..., Any]) -> Iterator[list[Any]]:
 
 
 @asynccontextmanager
-async def xoscar_pool(count: int, method: Callable[..., Any]) -> AsyncIterator[tuple[Any, str, list[Any]]]:
+async def xoscar_pool(count: int, method: Callable[..., Any]) -> AsyncGenerator[tuple[Any, str, list[Any]]]:
     """Xoscar, its pool's address, and actors in this very process, by references that call them without a channel."""
     xoscar: Any = importlib.import_module("xoscar")
     pool: Any = await xoscar.create_actor_pool("127.0.0.1", n_process=0)

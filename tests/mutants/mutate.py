@@ -110,7 +110,8 @@ class _Finder(ast.NodeVisitor):
     visit_AsyncFunctionDef = visit_FunctionDef
 
     def visit_AnnAssign(self, node: ast.AnnAssign) -> None:
-        self.assignment(node, [node.target], node.value)
+        if not (isinstance(node.annotation, ast.Name) and node.annotation.id == "TypeAlias"):
+            self.assignment(node, [node.target], node.value)
 
     def visit_Assert(self, node: ast.Assert) -> None: ...
 
@@ -189,9 +190,9 @@ class _Finder(ast.NodeVisitor):
     def visit_Call(self, node: ast.Call) -> None:
         function = node.func
         if isinstance(function, ast.Name) and function.id in CALLS:
-            self.note(function, "call", CALLS[function.id])
+            self.note(function, "call", ast.Name(CALLS[function.id]))
         elif isinstance(function, ast.Name) and function.id in PASSED_ON and node.args:
-            self.note(node, "call", f"({ast.unparse(node.args[0])})")
+            self.note(node, "call", node.args[0])
         elif isinstance(function, ast.Attribute) and function.attr in METHODS:
             self.note(function, "call", ast.Attribute(function.value, METHODS[function.attr]))
         elif isinstance(function, ast.Name) and function.id in ("TypeVar", "cast", "TypeVarTuple", "ParamSpec"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import shutil
 import signal
@@ -10,16 +11,14 @@ import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import IO, Final, Literal
+from typing import Final, Literal
 
 from tests.mutants.mutate import Mutant
+from tests.mutants.process import OUTPUT, PRELOADED, run_tests
 
 __all__ = ["SUBJECTS", "Fate", "Subject", "Workshop"]
 
 Fate = Literal["killed", "timed out", "survived"]
-MEMORY: Final = 4 * 2**30
-"""Bytes that a mutant may take before it is stopped."""
 
 
 @dataclass(frozen=True)
@@ -63,14 +62,14 @@ class Workshop:
     def __init__(self, root: Path, folder: Path, packages: tuple[str, ...] = ("actors", "tests")) -> None:
         self.root = root
         self.folder = folder
-        self.output = folder / "output.txt"
-        """What the last run of the tests printed."""
         for package in packages:
             shutil.copytree(root / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
         shutil.copy(root / "pyproject.toml", folder)
         # compiled files that know their source by its content: a mutant as old and as long as the original is not mistaken for it
         command = (sys.executable, "-m", "compileall", "-q", "--invalidation-mode", "checked-hash", *packages)
         subprocess.run(command, cwd=folder, check=True)
+        self._server = multiprocessing.get_context("forkserver")  # loads what never changes once, not for every mutant
+        self._server.set_forkserver_preload([*PRELOADED])
 
     def try_out(self, mutant: Mutant, tests: tuple[str, ...], limit: float) -> Fate:
         """Run the tests against one mutant, for `limit` seconds at most."""
@@ -92,50 +91,20 @@ class Workshop:
         if code != 0:
             raise RuntimeError(
                 f"the tests must pass before mutants are tried, but pytest exited with {code}:\n"
-                + self.output.read_text(encoding="utf-8", errors="replace")[-5000:]
+                + (self.folder / OUTPUT).read_text(encoding="utf-8", errors="replace")[-5000:]
             )
         return time.monotonic() - began
 
     def _pytest(self, tests: tuple[str, ...], limit: float | None) -> int | None:
-        arguments = [
-            name for test in tests for name in (sorted(map(str, self.folder.glob(test))) if "*" in test else [test])
-        ]
-        command = (sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "-p", "no:cacheprovider", *arguments)
-        environment = {**os.environ, "PYTHONPATH": str(self.folder)}
-        with self.output.open("wb") as output, Running(command, self.folder, environment, output) as process:
-            try:
-                return process.wait(limit)
-            except subprocess.TimeoutExpired:
-                return None
-
-
-class Running:
-    """A process in a group of its own; whatever is left of the group at the end of the block is killed."""
-
-    def __init__(self, command: tuple[str, ...], folder: Path, environment: dict[str, str], output: IO[bytes]) -> None:
-        self._process = subprocess.Popen(
-            command,
-            cwd=folder,
-            env=environment,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            stdin=subprocess.DEVNULL,
-            start_new_session=True,
-            preexec_fn=_limit_memory if sys.platform == "linux" else None,
-        )
-
-    def __enter__(self) -> subprocess.Popen[bytes]:
-        return self._process
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._process.poll() is None:
-            os.killpg(self._process.pid, signal.SIGKILL)
-            self._process.wait()
-
-
-def _limit_memory() -> None:
-    import resource
-
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        """The exit code of pytest in a process of its own, or None when it took longer than `limit` seconds."""
+        names = [sorted(map(str, self.folder.glob(test))) if "*" in test else [test] for test in tests]
+        arguments = ["-x", "-q", "--no-header", "-p", "no:cacheprovider", *(name for group in names for name in group)]
+        process = self._server.Process(target=run_tests, args=(str(self.folder), arguments))
+        process.start()
+        process.join(limit)
+        if process.exitcode is None:
+            assert process.pid is not None
+            os.killpg(process.pid, signal.SIGKILL)
+            process.join()
+            return None
+        return process.exitcode

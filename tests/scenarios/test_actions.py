@@ -70,9 +70,7 @@ class Counter(Node):
         yield Done(result(*counted))
 
 
-def serving(
-    body: Callable[[Node, Fibonacci.Goal], Body], arrivals: Arrivals = "reject", **members: Any
-) -> type[Node]:
+def serving(body: Callable[[Node, Fibonacci.Goal], Body], arrivals: Arrivals = "reject", **members: Any) -> type[Node]:
     """A node class that serves COUNT by (a copy of) `body`, which may be a method of a class that serves it already."""
     function: Any = body
     copy: Any = FunctionType(function.__code__, function.__globals__, "count", None, function.__closure__)
@@ -392,7 +390,9 @@ async def test_a_goal_for_a_server_that_restarts_or_has_stopped_fails_at_once(ri
     await rig.settled()
     rig.node(Counter).stop()
     await rig.settled()
-    with pytest.raises(NotRunning, match="/counter, which served /count, has stopped: start it again, or ask another action"):
+    with pytest.raises(
+        NotRunning, match="/counter, which served /count, has stopped: start it again, or ask another action"
+    ):
         await rig.start_goal(COUNT, order(1))
 
 
@@ -410,7 +410,9 @@ async def test_what_has_not_been_sent_cannot_be_used(rig: Rig) -> None:
 
 
 async def test_S_25_a_second_server_of_an_action_is_refused(rig: Rig) -> None:
-    with pytest.raises(StartFailed, match="/two would be the second server of action /count, which /one serves already"):
+    with pytest.raises(
+        StartFailed, match="/two would be the second server of action /count, which /one serves already"
+    ):
         await rig.start(Child(Counter, name="one"), Child(Counter, name="two"))
 
 

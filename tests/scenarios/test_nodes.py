@@ -144,7 +144,12 @@ async def test_E_03_four_workers_that_increment_ten_thousand_times_each_lose_not
 
 
 async def test_E_05_many_nodes_share_one_loop(rig: Rig) -> None:
-    await rig.start(*(Child(Exclusive, name=f"n{index}", remap={"add": f"add_{index}", "count": f"count_{index}"}) for index in range(3)))
+    await rig.start(
+        *(
+            Child(Exclusive, name=f"n{index}", remap={"add": f"add_{index}", "count": f"count_{index}"})
+            for index in range(3)
+        )
+    )
     rig.publish(NUMBERS, number(1))
     await rig.advance(0.01)
     assert [rig.state(f"n{index}").core.node.story for index in range(3)] == [["take"]] * 3  # type: ignore[union-attr]
@@ -494,7 +499,10 @@ async def test_a_handler_that_awaits_something_canceled_is_a_failure_with_its_cl
     rig.publish(NUMBERS, number(1))
     await rig.settled()
     assert rig.incarnation(Careless) == 2
-    assert str(heard[0]) == "it raised RuntimeError: Careless.take awaited something that was canceled, and did not handle it"
+    assert (
+        str(heard[0])
+        == "it raised RuntimeError: Careless.take awaited something that was canceled, and did not handle it"
+    )
 
 
 async def test_a_background_or_spawned_task_that_fails_ends_the_incarnation(rig: Rig) -> None:
@@ -620,7 +628,9 @@ class Orderly(Node):
 ORDER_OF_END = ["1.1 goal ended", "1.1 handler ended", "1.2 task newer ended", "1.3 task older ended"]
 
 
-async def test_an_orderly_stop_ends_goals_then_tasks_newest_first_then_on_stop_which_may_still_publish(rig: Rig) -> None:
+async def test_an_orderly_stop_ends_goals_then_tasks_newest_first_then_on_stop_which_may_still_publish(
+    rig: Rig,
+) -> None:
     await rig.start(Orderly)
     probe = rig.probe(NUMBERS)
     await rig.start_goal(COUNT, order(1))

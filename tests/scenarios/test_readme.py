@@ -66,3 +66,23 @@ def _installed() -> bool:
     from importlib.metadata import entry_points
 
     return any(entry.value == "actors.testing.plugin" for entry in entry_points(group="pytest11"))
+
+
+def test_the_rig_needs_no_configuration_of_pytest(tmp_path: Path) -> None:
+    """In a folder without any settings pytest-asyncio is strict; a test that uses `rig` is an asyncio test all the same."""
+    (tmp_path / "demo.py").write_text(block("example"), encoding="utf-8")
+    (tmp_path / "test_demo.py").write_text("from demo import *\n\n" + block("test example"), encoding="utf-8")
+    plugin = () if _installed() else ("-p", "actors.testing.plugin")
+    done = run(
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "no:looptime_plugin",
+        *plugin,
+        cwd=tmp_path,
+    )
+    assert "1 passed" in done.stdout, done.stdout + done.stderr

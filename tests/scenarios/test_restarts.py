@@ -133,7 +133,9 @@ async def test_a_resume_that_fails_is_a_failed_start(rig: Rig) -> None:
         def resume(self, state: Any) -> None:
             raise TypeError("cannot read this")
 
-    await rig.start(Supervisor("system", intensity=Intensity(2, within=5.0), children=[Child(Picky, args=("checkpoint",))]))
+    await rig.start(
+        Supervisor("system", intensity=Intensity(2, within=5.0), children=[Child(Picky, args=("checkpoint",))])
+    )
     for value in (1, -1):
         rig.publish(NUMBERS, number(value))
     with pytest.raises(SupervisorGaveUp, match="TypeError: cannot read this"):
@@ -185,7 +187,9 @@ async def test_messages_wait_through_a_backoff_up_to_the_depth_of_their_queue(ri
 
 
 async def test_a_nested_supervisors_restart_keeps_the_messages_of_its_nodes_too(rig: Rig) -> None:
-    group = Supervisor("group", intensity=Intensity(0, within=5.0), children=[Child(Odometer), Child(Node, name="other")])
+    group = Supervisor(
+        "group", intensity=Intensity(0, within=5.0), children=[Child(Odometer), Child(Node, name="other")]
+    )
     await rig.start(Supervisor("system", children=[group]))
     for value in (-1, 3, 4):
         rig.publish(NUMBERS, number(value))
@@ -225,7 +229,9 @@ async def test_a_streams_messages_do_not_survive_but_a_new_one_listens_from_the_
 
 
 async def test_intensity_ends_the_tree_when_restarts_come_too_often_and_wait_says_so(rig: Rig) -> None:
-    tree = Supervisor("system", intensity=Intensity(2, within=5.0), children=[Child(Odometer), Child(Node, name="other")])
+    tree = Supervisor(
+        "system", intensity=Intensity(2, within=5.0), children=[Child(Odometer), Child(Node, name="other")]
+    )
     await rig.start(tree)
     waiting = asyncio.create_task(rig.system.wait())
     for _ in range(3):
@@ -313,7 +319,9 @@ async def test_a_timer_keeps_its_record_over_incarnations_and_reads_its_rate_ane
 # -- changes while running -------------------------------------------------------------------------------------------
 
 
-async def test_a_child_whose_declaration_changes_its_name_is_known_by_the_new_one_from_its_next_start_on(rig: Rig) -> None:
+async def test_a_child_whose_declaration_changes_its_name_is_known_by_the_new_one_from_its_next_start_on(
+    rig: Rig,
+) -> None:
     class Named(Node):
         out = publishes(NUMBERS)
 
@@ -358,7 +366,11 @@ async def test_instances_of_a_template_come_and_go_and_free_their_names(rig: Rig
     assert len(rig.system.graph.topic("/numbers").subscriptions) == 3
     rig.publish(NUMBERS, number(1))
     await rig.settled()
-    assert [state.state for name in range(3) for state in [rig.state(f"robot_{name}")]] == ["running", "stopped", "running"]
+    assert [state.state for name in range(3) for state in [rig.state(f"robot_{name}")]] == [
+        "running",
+        "stopped",
+        "running",
+    ]
     assert len(rig.system.graph.topic("/numbers").subscriptions) == 2
     await fleet.spawn(7, name="robot_1")
     assert rig.incarnation("robot_1") == 2

@@ -149,6 +149,7 @@ def test_the_motors_sit_the_robot_down_when_the_gait_is_gone(tmp_path: Path) -> 
         (("--goal", "900", "1"), "outside"),
         (("--params", "no/such/file.yaml"), "No such file"),
         (("--crash", "navigation"), "NODE@SECONDS"),
+        (("--crash", "nose@1"), "navigation"),
         (("--battery", "120"), "0 to 100"),
         (("--report", "no/such/folder/r.json"), "no folder"),
         (("--duration", "-1"), "positive"),

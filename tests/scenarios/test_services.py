@@ -246,13 +246,17 @@ async def test_a_caller_that_is_canceled_is_forgotten_its_request_is_not_worked_
 
 async def test_S_06_an_exception_in_the_handler_is_that_callers_the_server_lives(rig: Rig) -> None:
     await rig.start(Adder)
-    with pytest.raises(ServiceFailed, match="/adder failed to serve the request: ValueError: 13 brings bad luck") as caught:
+    with pytest.raises(
+        ServiceFailed, match="/adder failed to serve the request: ValueError: 13 brings bad luck"
+    ) as caught:
         await rig.call(ADD, two(1, 13))
     assert (caught.value.node, caught.value.type, caught.value.text) == ("/adder", "ValueError", "13 brings bad luck")
     assert (await rig.call(ADD, two(1, 2))).sum == 3
     assert rig.incarnation(Adder) == 1
     (line,) = events(rig.logs, "service handler failed")
-    assert line.fields == {"handler": "Adder.add", "error": "ValueError: 13 brings bad luck"}
+    assert (line.fields["handler"], line.fields["error"]) == ("Adder.add", "ValueError: 13 brings bad luck")
+    assert line.fields["at"].endswith("in Adder.add")
+    assert isinstance(caught.value.__cause__, ValueError)
 
 
 async def test_I_53_an_answer_or_a_request_of_the_wrong_type_is_named(rig: Rig) -> None:
@@ -279,7 +283,9 @@ async def test_a_handler_that_awaits_something_canceled_fails_that_call_only(rig
             return total(0)
 
     await rig.start(Careless)
-    with pytest.raises(ServiceFailed, match=r"Careless\.add awaited something that was canceled, and did not handle it"):
+    with pytest.raises(
+        ServiceFailed, match=r"Careless\.add awaited something that was canceled, and did not handle it"
+    ):
         await rig.call(ADD, two(1, 2))
     assert (await rig.call(ADD, two(0, 0))).sum == 0
     assert rig.incarnation(Careless) == 1
@@ -295,7 +301,9 @@ async def test_S_02_a_server_that_is_killed_with_the_request_tells_the_caller_at
     await asyncio.wait([served, queued])
     assert rig.now == 0.5
     for call in (served, queued):
-        with pytest.raises(NodeRestarting, match=r"/adder \(incarnation 1\) has ended and is being restarted") as caught:
+        with pytest.raises(
+            NodeRestarting, match=r"/adder \(incarnation 1\) has ended and is being restarted"
+        ) as caught:
             await call
         assert (caught.value.node, caught.value.incarnation) == ("/adder", 1)
     await rig.settled()
@@ -562,10 +570,14 @@ async def test_a_node_that_calls_itself_while_it_starts_or_stops_is_told_so(rig:
 
     await rig.start(Selfish)
     await rig.system.stop()
-    assert Selfish.heard == [
-        "this call can never be answered: /selfish waits for /selfish; declare one of the handlers concurrent=n, or do not call "
-        "back into a caller"
-    ] * 2
+    assert (
+        Selfish.heard
+        == [
+            "this call can never be answered: /selfish waits for /selfish; declare one of the handlers concurrent=n, or do not call "
+            "back into a caller"
+        ]
+        * 2
+    )
 
 
 async def test_a_handler_that_starts_a_goal_of_its_own_node_is_told_so(rig: Rig) -> None:

@@ -86,7 +86,7 @@ async def test_E_06_a_tree_starts_in_order_and_stops_in_reverse_order() -> None:
         assert Named.story == ["start a", "start b", "start c"]
         assert system.running
         assert system_here() is system
-        assert "<system of 3 nodes, <virtual clock at 0.000000 s>>" == repr(system)
+        assert repr(system) == "<system of 3 nodes, <virtual clock at 0.000000 s>>"
     assert Named.story[3:] == ["stop c", "stop b", "stop a"]
     assert not system.running
     assert system_here() is None
@@ -312,7 +312,9 @@ def trace(seed: int) -> list[str]:
 
     async def program() -> None:
         tree = Supervisor(
-            "system", intensity=Intensity(1000, within=1.0), children=[Child(Noisy, name=f"n{index}") for index in range(4)]
+            "system",
+            intensity=Intensity(1000, within=1.0),
+            children=[Child(Noisy, name=f"n{index}") for index in range(4)],
         )
         async with run(tree, seed=seed, sinks=(lambda record: lines.append(repr(record)),)):
             await asyncio.sleep(10.0)
@@ -426,7 +428,12 @@ def script(tmp_path: Path, body: str) -> tuple[int, list[str], str]:
     file = tmp_path / "program.py"
     file.write_text(PRELUDE + textwrap.dedent(body), encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, "-W", "error", str(file)], capture_output=True, text=True, timeout=60, cwd=ROOT, env={"PYTHONPATH": str(ROOT)}
+        [sys.executable, "-W", "error", str(file)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        cwd=ROOT,
+        env={"PYTHONPATH": str(ROOT)},
     )
     return done.returncode, done.stdout.splitlines(), done.stderr
 

@@ -100,7 +100,10 @@ def test_a_blueprint_lists_what_the_class_declares_in_order() -> None:
     assert [each.attribute for each in blueprint.topics] == ["take", "read"]
     assert [each.attribute for each in blueprint.services] == ["add"]
     assert [each.attribute for each in blueprint.actions] == ["count"]
-    assert [(each.attribute, each.verb) for each in blueprint.hooks] == [("check", "accepts"), ("may_cancel", "cancels")]
+    assert [(each.attribute, each.verb) for each in blueprint.hooks] == [
+        ("check", "accepts"),
+        ("may_cancel", "cancels"),
+    ]
     assert [(each.attribute, each.hz, each.late) for each in blueprint.timers] == [
         ("tick", 50, "skip"), ("slow_tick", 5.0, "catch_up"), ("steady", "rate", "skip"),
     ]  # fmt: skip

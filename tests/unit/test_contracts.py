@@ -121,7 +121,9 @@ def test_arrivals_are_a_word_or_a_limit(arrivals: Any, policy: str, size: int) -
 
 
 def test_what_a_decorator_cannot_use_is_refused() -> None:
-    with pytest.raises(DeclarationError, match=r"arrivals='random' is none of reject, preempt, queue, parallel, queue\(n\)"):
+    with pytest.raises(
+        DeclarationError, match=r"arrivals='random' is none of reject, preempt, queue, parallel, queue\(n\)"
+    ):
         COUNT.serve(arrivals="random")  # type: ignore[arg-type]
     with pytest.raises(DeclarationError, match=r"queue\(0\): the limit must be at least 1"):
         queue(0)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     X = 1
 __all__ = ["clamp"]
+State: TypeAlias = Literal["empty", "full"]
 LIMIT: float = 1.0
 class Shape(Protocol):
     def size(self) -> int: return 1
@@ -73,7 +74,7 @@ def changes(line: str) -> set[tuple[str, str]]:
                 ("constant", "return low + 1"),
             },
         ),
-        ("for drop in reversed(ink):", {("loop skipped", "for drop in ():"), ("call", "for drop in (ink):")}),
+        ("for drop in reversed(ink):", {("loop skipped", "for drop in ():"), ("call", "for drop in ink:")}),
         (
             "if drop == 3:",
             {("comparison", "if (drop != 3):"), ("constant", "if drop == 4:"), ("constant", "if drop == 2:")},
@@ -111,21 +112,20 @@ def test_a_line_has_these_mutants(line: str, wanted: set[tuple[str, str]]) -> No
 
 def test_what_no_behavior_depends_on_is_left_alone() -> None:
     lines = {mutant.before for mutant in mutants_of("pen.py", SOURCE)}
-    for text in ("docstring", "X = 1", "__all__", "size", "self.ink = None", '"pen"', "Fill it", "assert"):
+    for text in ("docstring", "X = 1", "__all__", "State", "size", "self.ink = None", '"pen"', "Fill it", "assert"):
         assert not any(text in line for line in lines), text
 
 
-def test_all_mutants_of_the_core_are_python_and_all_different() -> None:
-    for subject in SUBJECTS.values():
-        for pattern in subject.files:
-            for path in ROOT.glob(pattern):
-                source = path.read_text(encoding="utf-8")
-                mutants = mutants_of(path.name, source)
-                texts = [mutant.source for mutant in mutants]
-                assert len(set(texts)) == len(texts)
-                assert source not in texts
-                for mutant in mutants:
-                    compile(mutant.source, str(mutant), "exec")
+def test_all_mutants_of_a_file_are_python_and_all_different() -> None:
+    path = ROOT / "actors" / "services.py"
+    source = path.read_text(encoding="utf-8")
+    mutants = mutants_of(path.name, source)
+    texts = [mutant.source for mutant in mutants]
+    assert len(texts) > 50
+    assert len(set(texts)) == len(texts)
+    assert source not in texts
+    for mutant in mutants:
+        compile(mutant.source, str(mutant), "exec")
 
 
 def test_the_files_and_tests_of_every_subject_exist() -> None:
@@ -135,7 +135,7 @@ def test_the_files_and_tests_of_every_subject_exist() -> None:
 
 
 def test_the_draw_is_the_same_for_the_same_seed() -> None:
-    first, again, other = (drawn(["channel", "services"], 10, seed) for seed in (1, 1, 2))
+    first, again, other = (drawn(["services"], 10, seed) for seed in (1, 1, 2))
     assert first == again != other
     assert len(first) == 10
 

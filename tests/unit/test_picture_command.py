@@ -51,13 +51,28 @@ def test_words_it_does_not_know_end_as_everywhere(capsys: pytest.CaptureFixture[
     assert "invalid choice" in capsys.readouterr().err
 
 
-def test_without_opengl_the_mujoco_renderer_says_so_in_one_line(
+def test_without_mujoco_its_renderer_says_so_in_one_line(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "mujoco", None)
     assert main([str(tmp_path / "x.png"), "--renderer", "mujoco"]) == 2
     said = capsys.readouterr().err
     assert said.startswith("robot picture: --renderer mujoco: MuJoCo cannot be imported")
+    assert said.count("\n") == 1
+
+
+def test_without_opengl_its_renderer_says_so_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mujoco = pytest.importorskip("mujoco")
+
+    def broken(*_: object) -> None:
+        raise AttributeError("no glGetError.\nand more lines")
+
+    monkeypatch.setattr(mujoco, "Renderer", broken)
+    assert main([str(tmp_path / "x.png"), "--renderer", "mujoco"]) == 2
+    said = capsys.readouterr().err
+    assert "OpenGL is not available here (no glGetError)" in said
     assert said.count("\n") == 1
 
 

@@ -1,0 +1,352 @@
+"""The rig: what a test sees of a system, how it moves time, and what it does not let pass."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import threading
+from typing import Any, ClassVar
+
+import pytest
+
+import actors.testing
+from actors import (
+    Child,
+    Done,
+    GoalRejected,
+    GoalStatus,
+    Node,
+    NotStarted,
+    Steps,
+    Supervisor,
+    Topic,
+    every,
+    publishes,
+    qos,
+)
+from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_msgs.msg import Int32
+from actors.testing import Leak, Probe, Rig, VirtualLoop
+from tests.stage import ADD, COUNT, NUMBERS, number, order, result, step, total, two, values
+
+
+class Counter(Node):
+    """Publishes its count ten times a second; echoes, adds and counts on request."""
+
+    out = publishes(NUMBERS)
+    count = 0
+
+    @every(hz=10)
+    async def tick(self) -> None:
+        self.count += 1
+        self.out(number(self.count))
+
+    @ADD.serve()
+    async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+        return total(request.a + request.b)
+
+    @COUNT.serve()
+    async def work(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+        yield step(1)
+        await self.clock.sleep(1.0)
+        yield Done(result(1))
+
+
+# -- starting --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [Counter, Child(Counter), Supervisor("system", children=[Child(Counter)])],
+    ids=["class", "child", "tree"],
+)
+async def test_it_starts_a_class_a_child_or_a_tree(rig: Rig, tree: Any) -> None:
+    system = await rig.start(tree)
+    assert rig.system is system
+    assert rig.node(Counter).fqn == "/counter"
+    assert rig.me.fqn == "/rig"
+
+
+async def test_it_starts_several_and_runs_one_system_only(rig: Rig) -> None:
+    await rig.start(Counter, Child(Counter, name="other", remap={"add": "add_2", "count": "count_2"}), seed=9)
+    assert sorted(state.identity.name for state in rig.system.nodes.values()) == ["counter", "other", "rig"]
+    assert rig.system.seed == 9
+    with pytest.raises(RuntimeError, match="one rig, one system"):
+        await rig.start(Counter)
+
+
+async def test_before_the_start_there_is_nothing_to_see(rig: Rig) -> None:
+    for look in (lambda: rig.system, lambda: rig.me, lambda: rig.now, lambda: rig.reports, lambda: rig.probe(NUMBERS)):
+        with pytest.raises(NotStarted, match=r"the rig runs no system yet: await rig\.start\(tree\) first"):
+            look()
+    assert rig.timeline() == "rig: seed=0 t=- s; the last 0 events:"
+
+
+async def test_it_needs_the_virtual_clock() -> None:
+    with pytest.raises(RuntimeError, match="a Rig needs the virtual clock: use the `rig` fixture"):
+        Rig()
+
+
+def test_it_needs_the_loop_it_was_made_in() -> None:
+    async def make() -> Rig:
+        return Rig()
+
+    async def use(rig: Rig) -> None:
+        with pytest.raises(RuntimeError, match="this test runs in another event loop than its rig"):
+            await rig.start(Counter)
+
+    with asyncio.Runner(loop_factory=VirtualLoop) as one, asyncio.Runner(loop_factory=VirtualLoop) as other:
+        other.run(use(one.run(make())))
+
+
+def test_the_room_hands_out_its_names_late() -> None:
+    for name in actors.testing.__all__:
+        assert getattr(actors.testing, name).__name__ == name
+    with pytest.raises(AttributeError, match="has no attribute 'Nonsense'"):
+        actors.testing.Nonsense  # noqa: B018
+
+
+# -- time ------------------------------------------------------------------------------------------------------------
+
+
+async def test_advance_moves_time_and_includes_what_is_due_at_its_last_instant(rig: Rig) -> None:
+    await rig.start(Counter)
+    await rig.advance(0.5)
+    assert (rig.now, rig.node(Counter).count) == (0.5, 5)
+    await rig.advance(0.0)
+    assert rig.now == 0.5
+
+
+async def test_quiet_lets_everything_happen_that_can_happen_now(rig: Rig) -> None:
+    await rig.start(Counter)
+    depth: list[int] = []
+
+    async def dig(level: int) -> None:
+        depth.append(level)
+        if level < 50:
+            await asyncio.create_task(dig(level + 1))
+
+    task = asyncio.create_task(dig(0))
+    await rig.quiet()
+    assert task.done()
+    assert depth[-1] == 50
+    assert rig.now == 0.0
+
+
+async def test_until_waits_for_a_condition_and_fails_with_the_timeline(rig: Rig) -> None:
+    await rig.start(Counter)
+    await rig.until(lambda: rig.node(Counter).count == 3)
+    assert rig.now == pytest.approx(0.3)
+    await rig.until(lambda: True, within=0.0)
+    with pytest.raises(AssertionError, match=r"not true within 2 s \(now t=2\.300 s\)\nrig: seed=0 t=2\.3") as caught:
+        await rig.until(lambda: False, within=2.0)
+    assert "progress child='system/counter'" in str(caught.value)
+
+
+async def test_settled_waits_until_every_node_runs_or_has_ended_and_nothing_waits(rig: Rig) -> None:
+    class Slow(Node):
+        seen: ClassVar[list[int]] = []
+
+        @NUMBERS.on()
+        async def take(self, message: Int32) -> None:
+            await self.clock.sleep(0.5)
+            self.seen.append(message.data)
+
+    await rig.start(Slow)
+    for value in range(3):
+        rig.publish(NUMBERS, number(value))
+    await rig.settled()
+    assert Slow.seen == [0, 1, 2]
+    assert rig.now == pytest.approx(1.5)
+
+
+# -- talking ---------------------------------------------------------------------------------------------------------
+
+
+async def test_a_probe_keeps_everything_with_its_times(rig: Rig) -> None:
+    await rig.start(Counter)
+    probe = rig.probe(NUMBERS, qos=1)
+    assert (len(probe), probe.last) == (0, None)
+    await rig.advance(20.0)
+    assert (len(probe), probe[0], probe.last, probe.received, probe.dropped) == (200, number(1), number(200), 200, 0)
+    assert values(probe)[:3] == [1, 2, 3]
+    assert probe.times[:3] == pytest.approx([0.1, 0.2, 0.3])
+    probe.clear()
+    assert (len(probe), probe.times) == (0, [])
+
+
+async def test_a_probe_of_a_latched_topic_sees_what_was_before_it(rig: Rig) -> None:
+    state = Topic(Int32, "state", qos.LATCHED)
+    await rig.start(Counter)
+    rig.publish(state, number(1))
+    rig.publish(state, number(2))
+    probe: Probe[Int32] = rig.probe(state)
+    assert values(probe) == [2]
+    assert values(rig.probe(state, name="/elsewhere")) == []
+
+
+async def test_what_it_publishes_comes_from_one_publisher_for_each_topic(rig: Rig) -> None:
+    await rig.start(Counter)
+    probe = rig.probe(NUMBERS)
+    for value in (7, 8):
+        rig.publish(NUMBERS, number(value))
+    assert values(probe) == [7, 8]
+    assert [each.entry.name for each in rig.me.core.publishers] == ["/numbers"]
+
+
+async def test_it_calls_services_and_starts_goals(rig: Rig) -> None:
+    await rig.start(Counter)
+    assert (await rig.call(ADD, two(1, 2))).sum == 3
+    goal = await rig.start_goal(COUNT, order(1))
+    await rig.until(lambda: goal.feedback_count == 1)
+    with pytest.raises(GoalRejected):
+        await rig.start_goal(COUNT, order(1), timeout=1.0)
+    await rig.advance(1.0)
+    assert goal.status is GoalStatus.SUCCEEDED
+
+
+# -- nodes -----------------------------------------------------------------------------------------------------------
+
+
+async def test_a_node_is_found_by_class_name_or_full_name(rig: Rig) -> None:
+    class Base(Node): ...
+
+    class Derived(Base): ...
+
+    await rig.start(Child(Derived, name="one", namespace="/ns"), Counter)
+    found = rig.state("one")
+    assert rig.state("/ns/one") is rig.state(Derived) is rig.state(Base) is found
+    assert isinstance(rig.node(Base), Derived)
+    with pytest.raises(LookupError, match="0 nodes are called 'two'; there are: /counter, /ns/one, /rig"):
+        rig.state("two")
+    with pytest.raises(LookupError, match="3 nodes are called"):
+        rig.state(Node)
+
+
+async def test_a_crash_is_like_that_of_a_handler(rig: Rig) -> None:
+    await rig.start(Counter)
+    rig.crash(Counter)
+    rig.crash("counter", OSError("cable"))  # the second one is dropped with the first incarnation
+    await rig.settled()
+    assert rig.incarnation(Counter) == rig.incarnation("counter") == 2
+    assert [str(report.reason) for report in rig.reports if report.context == "child_terminated"] == [
+        "it raised RuntimeError: crashed by the rig"
+    ]
+
+
+async def test_what_does_not_run_cannot_be_seen_or_crashed(rig: Rig) -> None:
+    await rig.start(Child(Counter, restart="temporary"))
+    rig.crash(Counter)
+    await rig.settled()
+    with pytest.raises(NotStarted, match="Counter is not running now"):
+        rig.node(Counter)
+    with pytest.raises(NotStarted, match="/counter is not running: it cannot crash now"):
+        rig.crash(Counter)
+    assert rig.incarnation(Counter) == 1
+
+
+async def test_the_timeline_has_the_newest_events_with_their_times(rig: Rig) -> None:
+    class Talkative(Node):
+        @every(hz=1)
+        def tick(self) -> None:
+            self.log.info("tick", at=self.clock.now())
+
+    await rig.start(Talkative, seed=5)
+    await rig.advance(50.0)
+    lines = rig.timeline(3).splitlines()
+    assert lines == [
+        "rig: seed=5 t=50.000000 s; the last 3 events:",
+        "[    48.000] info /talkative: tick at=48.0",
+        "[    49.000] info /talkative: tick at=49.0",
+        "[    50.000] info /talkative: tick at=50.0",
+    ]
+    assert len(rig.timeline().splitlines()) == 31
+
+
+# -- leaks -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.virtual
+async def test_a_task_that_outlives_the_system_is_a_leak() -> None:
+    rig = Rig()
+    await rig.start(Counter)
+    task = asyncio.create_task(asyncio.sleep(1e6), name="forgotten")
+    with pytest.raises(Leak, match="left over after the system's end: task forgotten"):
+        await rig.close()
+    task.cancel()
+
+
+@pytest.mark.virtual
+async def test_a_thread_that_outlives_the_system_is_a_leak() -> None:
+    rig = Rig()
+    await rig.start(Counter)
+    let_go = threading.Event()
+    thread = threading.Thread(target=let_go.wait, name="reader")
+    thread.start()
+    with pytest.raises(Leak, match="left over after the system's end: thread reader"):
+        await rig.close()
+    let_go.set()
+    thread.join()
+
+
+@pytest.mark.virtual
+async def test_the_threads_of_the_loops_pools_are_no_leak() -> None:
+    import anyio.to_thread
+
+    rig = Rig()
+    await rig.start(Counter)
+    assert await asyncio.to_thread(threading.active_count) > 1
+    assert await anyio.to_thread.run_sync(threading.active_count) > 1
+    await rig.close()
+
+
+@pytest.mark.virtual
+async def test_an_endpoint_that_outlives_the_system_is_a_leak() -> None:
+    from actors.channel import Publisher, Stream, Subscription
+
+    rig = Rig()
+    await rig.start(Counter)
+    entry = rig.system.graph.topic("/numbers")
+    queue = Subscription(rig.me.core, entry, Int32, qos.DEFAULT)
+    publisher = Publisher(rig.me.core, entry, Int32, qos.DEFAULT)
+    entry.add_subscription(queue)
+    entry.add_publisher(publisher)
+    stream = Stream(queue)
+    expected = "<publisher of /numbers [Int32] in /rig: 0 sent>; <subscription of /numbers [Int32] in /rig: 0 waiting, 0 dropped>"
+    with pytest.raises(Leak, match=re.escape(expected)):
+        await rig.close()
+    stream.close()
+    publisher.close()
+    await rig.close()
+
+
+@pytest.mark.virtual
+async def test_a_goal_and_a_node_that_refuse_to_end_are_leaks() -> None:
+    let_go = asyncio.Event()
+
+    class Zombie(Node):
+        @COUNT.serve()
+        async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+            while not let_go.is_set():
+                try:
+                    await let_go.wait()
+                except asyncio.CancelledError:
+                    pass
+            yield Done(result())
+
+    rig = Rig()
+    await rig.start(Child(Zombie, stop=1.0))
+    goal = await rig.start_goal(COUNT, order(1))
+    await rig.quiet()
+    with pytest.raises(Leak, match=r"task /zombie Zombie\.count"):
+        await rig.close()
+    assert goal.status is GoalStatus.ABORTED
+    let_go.set()
+    await rig.quiet()
+    await rig.close()
+
+
+@pytest.mark.virtual
+async def test_closing_a_rig_that_never_started_is_fine() -> None:
+    await Rig().close()
