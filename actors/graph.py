@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 from actors.qos import compatible
 
 if TYPE_CHECKING:
+    from actors.actions import ActionServer  # noqa: F401  # in a quoted base class
     from actors.channel import Publisher, Queue
     from actors.interfaces.message import Message
+    from actors.services import Server  # noqa: F401  # in a quoted base class
 
 __all__ = ["ActionEntry", "Graph", "Participant", "ServerEntry", "ServiceEntry", "TopicEntry"]
 

@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import date
+from importlib import metadata
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -62,9 +63,9 @@ def metrics(delay: float, minutes: float) -> tuple[Metric, ...]:
 
     seconds = 60.0 * minutes
     return (
-        Metric("leg: |FK(IK(p)) - p|", "m", (1e-9,) * 3, measure.point_error, quick=True),
-        Metric("leg: |IK(FK(q)) - q|", "rad", (1e-9,) * 3, measure.inverse_error, quick=True),
-        Metric("leg: Jacobian", "m/rad", (1e-6,) * 3, measure.jacobian_error, quick=True),
+        Metric("leg: |FK(IK(p)) - p|", "m", (1e-9, 1e-9, 1e-9), measure.point_error, quick=True),
+        Metric("leg: |IK(FK(q)) - q|", "rad", (1e-9, 1e-9, 1e-9), measure.inverse_error, quick=True),
+        Metric("leg: Jacobian", "m/rad", (1e-6, 1e-6, 1e-6), measure.jacobian_error, quick=True),
         Metric("speed rmse at 0.3 m/s", "m/s", (0.10, 0.05, 0.02), speed(0.3), quick=True),
         Metric("speed rmse at 0.6 m/s", "m/s", (0.10, 0.05, 0.02), speed(0.6), quick=True),
         Metric("speed rmse at 1.0 m/s", "m/s", (0.10, 0.05, 0.02), speed(1.0), quick=True),
@@ -73,14 +74,14 @@ def metrics(delay: float, minutes: float) -> tuple[Metric, ...]:
         Metric(
             f"falls in {minutes:g} min of random commands",
             "",
-            (0.0,) * 3,
+            (0.0, 0.0, 0.0),
             lambda seed: measure.falls(seed, delay, seconds),
             quick=True,
         ),
         Metric(
             f"falls in {minutes:g} min with 40 N s pushes",
             "",
-            (0.0,) * 3,
+            (0.0, 0.0, 0.0),
             lambda seed: measure.falls(seed, delay, seconds, 40.0),
         ),
         Metric("push to the left, worst phase", "N s", (15.0, 30.0, 50.0), push(0.0, 1.0), True),
@@ -181,7 +182,7 @@ def show(result: dict[str, Any]) -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; 0 if every metric reaches the first version, 1 if one does not, 3 without the physics back end."""
-    parser = argparse.ArgumentParser(prog="python -m robot evaluate walk", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(prog="python -m robot evaluate walk", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3, 4, 5], help="one run of everything per seed")
     parser.add_argument("--delay", type=float, default=8.0, help="motor delay, ms")
     parser.add_argument("--minutes", type=float, default=2.0, help="length of each endurance run")
@@ -210,7 +211,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _machine() -> dict[str, Any]:
-    import mujoco
 
     processor = platform.processor() or platform.machine()
     described = Path("/proc/cpuinfo")
@@ -222,7 +222,7 @@ def _machine() -> dict[str, Any]:
         "cores": os.cpu_count(),
         "system": platform.platform(),
         "python": platform.python_version(),
-        "mujoco": mujoco.__version__,
+        "mujoco": metadata.version("mujoco-core"),
     }
 
 

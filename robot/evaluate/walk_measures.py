@@ -258,7 +258,8 @@ def _poses(seed: int) -> list[tuple[float, Command]]:
     low, high = np.array(JOINT_LIMITS[:3]).T
     poses: list[tuple[float, Command]] = []
     while len(poses) < 2000:
-        a, b, c = random.uniform(low, high).tolist()
+        angles: list[float] = random.uniform(low, high).tolist()
+        a, b, c = angles
         _, _, height = leg_forward(1.0, 0.0, b, c)
         if height < -0.05:
             poses.append((1.0 if len(poses) % 2 else -1.0, (a, b, c)))

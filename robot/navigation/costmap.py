@@ -21,9 +21,9 @@ class Inflation:
 
     inscribed: float = 0.30
     """No middle of the robot nearer than this to anything: half its width, and 5 cm for the sway of its legs."""
-    comfort: float = 0.95
-    """From this clearance on a meter costs a meter: the robot can turn there (0.6 m) with 0.35 m to spare."""
-    aversion: float = 8.0
+    comfort: float = 0.85
+    """From this clearance on a meter costs a meter: the robot can turn there (0.6 m) with 0.25 m to spare."""
+    aversion: float = 10.0
     """A meter at the inscribed distance costs as much as 1 + aversion meters in the open."""
 
     def costs(self, clearance: Floats, decay: float = 3.0, radius: float = 0.70) -> NDArray[np.uint8]:

@@ -86,7 +86,7 @@ class _Lattice:
         half = math.ceil(_REACH / fineness.cell)
         self._side = side = 2 * half + 1
         self._layer = side * side
-        line = (np.arange(side) - half) * fineness.cell
+        line: Floats = (np.arange(side, dtype=np.float64) - half) * fineness.cell
         # Cells are centered on the robot, so that its own place is one of them.
         self._x, self._y = pose.x + line, pose.y + line
         clear = self._clearances(around)
@@ -152,7 +152,8 @@ class _Lattice:
         states = np.array(nodes[::-1])
         heading, cell = np.divmod(states, self._layer)
         row, column = np.divmod(cell, self._side)
-        poses = np.column_stack([self._x[column], self._y[row], np.unwrap(heading * turn)])
+        yaw = np.unwrap(heading.astype(np.float64) * turn)
+        poses: Floats = np.column_stack([self._x[column], self._y[row], yaw])
         poses[:, 2] += 2 * math.pi * round((self._pose.yaw - poses[0, 2]) / (2 * math.pi))
         poses[0] = (self._pose.x, self._pose.y, self._pose.yaw)
         return poses

@@ -218,8 +218,10 @@ def check_parameters(tree: Supervisor, overrides: ParameterOverrides | None) -> 
         if isinstance(child, Child) and isinstance(child.factory, type) and issubclass(child.factory, Node)
     }
     tables = {name: child.factory.blueprint.table for name, child in nodes.items()}  # type: ignore[attr-defined]
+    from actors.params_file import ParameterOverrides
+
     for pattern, values in overrides.entries if overrides is not None else ():
-        reached = [name for name in nodes if type(overrides)({pattern: values}).for_node(name) or not values]
+        reached = [name for name in nodes if not values or ParameterOverrides({pattern: values}).for_node(name)]
         if not reached:
             raise UsageError(f"--params: no node is called {pattern!r}; there are: {', '.join(nodes)}")
         for parameter in values:

@@ -18,6 +18,9 @@ from tests.mutants.process import OUTPUT, PRELOADED, run_tests
 
 __all__ = ["SUBJECTS", "Fate", "Subject", "Workshop"]
 
+OPTIONS: Final = (
+    "-x", "-q", "--no-header", "-p", "no:cacheprovider", "-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning",
+)  # fmt: skip
 Fate = Literal["killed", "timed out", "survived"]
 
 
@@ -98,7 +101,7 @@ class Workshop:
     def _pytest(self, tests: tuple[str, ...], limit: float | None) -> int | None:
         """The exit code of pytest in a process of its own, or None when it took longer than `limit` seconds."""
         names = [sorted(map(str, self.folder.glob(test))) if "*" in test else [test] for test in tests]
-        arguments = ["-x", "-q", "--no-header", "-p", "no:cacheprovider", *(name for group in names for name in group)]
+        arguments = [*OPTIONS, *(name for group in names for name in group)]
         process = self._server.Process(target=run_tests, args=(str(self.folder), arguments))
         process.start()
         process.join(limit)

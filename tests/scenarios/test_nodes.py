@@ -346,7 +346,7 @@ async def test_a_node_that_never_came_to_on_start_has_no_on_stop(rig: Rig) -> No
 
 
 async def test_a_factory_that_makes_no_node_is_a_failed_start(rig: Rig) -> None:
-    with pytest.raises(StartFailed, match="/thing: its factory made list .*, which is not a Node") as caught:
+    with pytest.raises(StartFailed, match=r"/thing: its factory made list .*, which is not a Node") as caught:
         await rig.start(Child(list, name="thing"))
     assert isinstance(caught.value.__cause__, DeclarationError)
 

@@ -129,7 +129,7 @@ def test_what_a_decorator_cannot_use_is_refused() -> None:
         queue(0)
     with pytest.raises(DeclarationError, match=r"parallel\(-1\): the limit must be at least 1"):
         parallel(-1)
-    with pytest.raises(DeclarationError, match="concurrent=-1 must be 0 .* or more"):
+    with pytest.raises(DeclarationError, match=r"concurrent=-1 must be 0 .* or more"):
         NUMBERS.on(concurrent=-1)
     with pytest.raises(DeclarationError, match="concurrent=-2 must be 0"):
         ADD.serve(concurrent=-2)

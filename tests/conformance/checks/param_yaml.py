@@ -25,10 +25,11 @@ def value(vector: Vector) -> None:
 def read(sources: list[Vector]) -> ParameterOverrides:
     overrides = ParameterOverrides()
     for index, source in enumerate(sources):
-        if "file" in source:
-            overrides = overrides.with_text(source["file"], source=f"file {index}")
-        else:
-            overrides = overrides.with_rule(source["param"])
+        overrides = (
+            overrides.with_text(source["file"], source=f"file {index}")
+            if "file" in source
+            else overrides.with_rule(source["param"])
+        )
     return overrides
 
 
