@@ -255,11 +255,9 @@ def jacobian_error(seed: int) -> float:
 def _poses(seed: int) -> list[tuple[float, Command]]:
     """2000 random poses inside the joint limits, feet at least 5 cm below the hip axis; left and right legs."""
     random = np.random.default_rng([seed, 2])
-    low, high = np.array(JOINT_LIMITS[:3]).T
     poses: list[tuple[float, Command]] = []
     while len(poses) < 2000:
-        angles: list[float] = random.uniform(low, high).tolist()
-        a, b, c = angles
+        a, b, c = (random.uniform(low, high) for low, high in JOINT_LIMITS[:3])
         _, _, height = leg_forward(1.0, 0.0, b, c)
         if height < -0.05:
             poses.append((1.0 if len(poses) % 2 else -1.0, (a, b, c)))
