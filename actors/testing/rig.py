@@ -18,7 +18,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from actors.channel import Queue
@@ -74,6 +74,9 @@ class Probe(Queue[M], Generic[M]):
 
     def __len__(self) -> int:
         return len(self.messages)
+
+    def __iter__(self) -> Iterator[M]:
+        return iter(self.messages)
 
     def __getitem__(self, index: int) -> M:
         return self.messages[index]

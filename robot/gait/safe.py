@@ -30,9 +30,12 @@ LAST_STEP = 0.20
 """How far ahead of their places they land, per speed, s."""
 BRAKE = 4.0
 """How hard the feet slow the body down, m/s2."""
+SEARCH = 0.3
+"""How fast a foot that has still not found the ground goes on downwards, m/s."""
+LONGEST = 0.58
 FASTEST = 2.0
-CARRY = 1.0
-SPRING, DAMPER = 100.0, 6.0
+CARRY = 0.5
+SPRING, DAMPER = 250.0, 6.0
 REST_SPRING, REST_DAMPER = 60.0, 6.0
 RELAX_TIME = 0.2
 """Seconds over which the legs stop carrying, once the pose is reached: the skid then carries the body."""
@@ -46,8 +49,9 @@ class SafeStop:
 
     def __init__(self) -> None:
         self._time = 0.0
-        self._start: list[Triple] | None = None
-        self._stood = [True] * 4
+        self._anchors: list[tuple[Triple, float] | None] = []
+        """Of each foot that has touched the ground since the start: where, body frame, and how far the body had gone by then."""
+        self._start: list[Triple] = []
         self._height = SIT_HEIGHT
         self._speed = (0.0, 0.0)
 
@@ -60,18 +64,19 @@ class SafeStop:
         """The motor targets of this step, `dt` seconds after the last."""
         angles = joints.position.tolist()
         legs = limbs(angles, LEVEL)
-        standing = joints.contact.tolist()
-        if self._start is None:
-            self._start, self._stood = legs.feet, standing if any(standing) else [True] * 4
-            self._height = max(SIT_HEIGHT, *(-z for _, _, z in legs.feet))
-            moving, _ = foot_velocities(legs, angles, joints.velocity.tolist(), (0.0, 0.0, 0.0), LEVEL)
-            self._speed = _backwards([speed for speed, stands in zip(moving, self._stood, strict=True) if stands])
+        standing: list[bool] = joints.contact.tolist()
+        if not self._start:
+            self._begin(legs, angles, joints.velocity.tolist(), standing)
         else:
             self._time += dt
+        for leg in range(4):
+            if self._anchors[leg] is None and standing[leg]:
+                self._anchors[leg] = (legs.feet[leg], self._gone())
         relaxed = min(1.0, max(0.0, (self._time - SIT_TIME) / RELAX_TIME))
         loads = _loads(legs, standing)
         targets = Targets()
-        for leg, (x, y, z) in enumerate(self._plan()):
+        for leg in range(4):
+            x, y, z = self._place(leg)
             hip_x, hip_y = HIPS[leg]
             reach = leg_inverse(SIDES[leg], x - hip_x, y - hip_y, z)
             push = torques(legs.jacobians[leg], *((1.0 - relaxed) * part for part in loads[leg]))
@@ -84,28 +89,40 @@ class SafeStop:
             )
         return targets.freeze()
 
-    def _plan(self) -> list[Triple]:
-        """Where the feet should be now, body frame."""
-        now = self._time
-        share = 0.5 * (1.0 - cos(pi * min(1.0, now / SIT_TIME)))
-        found = min(1.0, now / FIND_TIME)
+    def _begin(self, legs: Limbs, angles: list[float], speeds: list[float], standing: list[bool]) -> None:
+        """Note where the feet are, which stand, and how fast the body goes over them."""
+        stood = standing if any(standing) else [True] * 4
+        self._start = legs.feet
+        self._anchors = [(foot, 0.0) if stands else None for foot, stands in zip(legs.feet, stood, strict=True)]
+        deepest = [-foot[2] for foot, stands in zip(legs.feet, stood, strict=True) if stands]
+        self._height = max(SIT_HEIGHT, sum(deepest) / len(deepest))
+        moving, _ = foot_velocities(legs, angles, speeds, (0.0, 0.0, 0.0), LEVEL)
+        self._speed = _backwards([speed for speed, stands in zip(moving, stood, strict=True) if stands])
+
+    def _gone(self) -> float:
+        """How far the body should have gone by now, m: on for a moment, then braked."""
+        fast = hypot(*self._speed)
+        braking = min(max(0.0, self._time - FIND_TIME), fast / BRAKE)
+        return fast * (min(self._time, FIND_TIME) + braking) - 0.5 * BRAKE * braking * braking
+
+    def _place(self, leg: int) -> Triple:
+        """Where a foot should be now, body frame."""
+        share = 0.5 * (1.0 - cos(pi * min(1.0, self._time / SIT_TIME)))
+        found = min(1.0, self._time / FIND_TIME)
         height = self._height + (SIT_HEIGHT - self._height) * share
         vx, vy = self._speed
-        fast = hypot(vx, vy)
-        braking = min(max(0.0, now - FIND_TIME), fast / BRAKE)
-        gone = fast * braking - 0.5 * BRAKE * braking * braking
-        back_x, back_y = (gone * vx / fast, gone * vy / fast) if fast > 0.0 else (0.0, 0.0)
-        feet: list[Triple] = []
-        for (x, y, z), (goal_x, goal_y), stood in zip(self._start or [], NOMINAL, self._stood, strict=True):
-            if stood:
-                at_x, at_y = x - vx * min(now, FIND_TIME), y - vy * min(now, FIND_TIME)
-            else:
-                at_x = x + (goal_x + LAST_STEP * vx - x) * found
-                at_y = y + (goal_y + LAST_STEP * vy - y) * found
-            at_x, at_y = at_x - back_x, at_y - back_y
-            low = -height if z <= -height else z + (-height - z) * found
-            feet.append((at_x + (goal_x - at_x) * share, at_y + (goal_y - at_y) * share, low))
-        return feet
+        goal_x, goal_y = NOMINAL[leg]
+        anchor = self._anchors[leg]
+        if anchor is None:
+            x, y, z = self._start[leg]
+            x, y = x + (goal_x + LAST_STEP * vx - x) * found, y + (goal_y + LAST_STEP * vy - y) * found
+            z = min(z, z + (-height - z) * found) - SEARCH * max(0.0, self._time - FIND_TIME)
+        else:
+            (x, y, z), before = anchor
+            back = (self._gone() - before) / max(1e-9, hypot(vx, vy))
+            x, y = x - back * vx, y - back * vy
+            z += (-height - z) * found
+        return (x + (goal_x - x) * share, y + (goal_y - y) * share, max(z, -LONGEST))
 
 
 def _loads(legs: Limbs, standing: list[bool]) -> list[list[float]]:

@@ -47,6 +47,10 @@ class Limits:
     """m/s2, for vx and vy."""
     turn_acceleration: float = 3.0
     """rad/s2."""
+    creep: float = 0.3
+    """Forward speed where the body nearly touches something, m/s."""
+    eagerness: float = 2.0
+    """How much faster it may walk per meter of room around the body, 1/s."""
 
     def clip(self, vx: float, vy: float, wz: float) -> Command:
         """The nearest command within the limits."""
@@ -55,6 +59,10 @@ class Limits:
             min(max(vy, -self.vy_max), self.vy_max),
             min(max(wz, -self.wz_max), self.wz_max),
         )
+
+    def pace(self, clearance: float) -> float:
+        """The fastest walk, m/s, with so much room around the body, m."""
+        return min(self.creep + self.eagerness * max(clearance - _TOUCH, 0.0), self.vx_max)
 
     def ramp(self, wanted: Command, last: Command, dt: float) -> Command:
         """`wanted`, but no faster than `last` plus what the accelerations allow in `dt` seconds."""
@@ -103,6 +111,8 @@ _HORIZON: Floats = np.linspace(0.15, 1.2, 8)
 """Instants at which a command is tried out, s: long enough to stop from full speed."""
 _GLIMPSE: Floats = np.linspace(0.1, 0.6, 6)
 """The same while threading, s: from pose to pose the command changes too soon to look farther."""
+_THREADING = 0.9
+"""Faster than this it could not stop within that glimpse, m/s."""
 _FORESIGHT: Floats = np.concatenate([_HORIZON, [1.5, 1.8, 2.1, 2.5]])
 """Instants at which it is tried out against what moves, s: long enough to get out of the way."""
 _SQUEEZE = 0.03
@@ -214,7 +224,7 @@ class Follower:
             return Step(STOP, "arrived", to_goal, clearance, off)
         aim = self._next_pose(pose) or (self._goal if near else None)
         if self._poses is not None and aim is not None:
-            wish, phase = self._toward(pose, aim, min(0.3 + 2.0 * clearance, self.limits.vx_max)), "threading"
+            wish, phase = self._toward(pose, aim, min(self.limits.pace(clearance), _THREADING)), "threading"
         elif near:
             wish, phase = self._toward(pose, self._goal, 0.35), "approaching"
         else:
@@ -239,10 +249,9 @@ class Follower:
             return self.limits.clip(0.0, 0.0, wz), "turning"
         foot_x, foot_y = self.path.at(self._along)
         left = -math.sin(pose.yaw) * (foot_x - pose.x) + math.cos(pose.yaw) * (foot_y - pose.y)
-        room = 0.3 + 1.6 * max(clearance - 0.08, 0.0)
         end = math.hypot(self._goal.x - pose.x, self._goal.y - pose.y)
         braking = math.sqrt(2.0 * 0.4 * max(end - 0.15, 0.02))
-        vx = min(self.limits.vx_max * max(math.cos(1.4 * bearing), 0.2), room, braking)
+        vx = min(self.limits.vx_max * max(math.cos(1.4 * bearing), 0.2), self.limits.pace(clearance), braking)
         return self.limits.clip(vx, 0.8 * left, wz), "following"
 
     def _next_pose(self, pose: Pose2) -> Pose2 | None:

@@ -930,7 +930,7 @@ async def test_offloaded_work_that_fails_fails_its_handler(rig: Rig) -> None:
     class Planner(Node):
         @ADD.serve()
         async def plan(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
-            return total(await self.offload(divmod, request.a, request.b))  # type: ignore[arg-type]
+            return total(await self.offload(divmod, request.a, request.b))
 
     await rig.start(Planner)
     from actors import ServiceFailed

@@ -31,6 +31,7 @@ from actors import (
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
+from actors.supervisor import Restart
 from actors.testing import Rig
 from tests.stage import ADD, COUNT, NUMBERS, events, number, order, total, two
 
@@ -269,7 +270,7 @@ async def test_I_53_an_answer_or_a_request_of_the_wrong_type_is_named(rig: Rig) 
     with pytest.raises(ServiceFailed, match=r"WrongType: Confused\.add answered Int32, not AddTwoInts_Response"):
         await rig.call(ADD, two(1, 2))
     with pytest.raises(WrongType, match="/add takes AddTwoInts_Request, not Int32 "):
-        await rig.call(ADD, number(1))  # type: ignore[arg-type]
+        await rig.call(ADD, number(1))  # type: ignore[misc]
 
 
 async def test_a_handler_that_awaits_something_canceled_fails_that_call_only(rig: Rig) -> None:
@@ -365,7 +366,7 @@ async def test_requests_that_come_in_the_start_phase_are_answered_when_it_is_ove
 
 @pytest.mark.parametrize("how", ["stops itself", "raises Stop", "is terminated", "fails for good"])
 async def test_S_02_a_call_to_a_node_that_has_stopped_for_good_fails_at_once(rig: Rig, how: str) -> None:
-    restart = temporary if how == "fails for good" else transient
+    restart: Restart = temporary if how == "fails for good" else transient
     await rig.start(Supervisor("system", children=[Child(Adder, restart=restart), Child(Node, name="other")]))
     await rig.me.call(ADD, two(1, 2))
     assert rig.system.supervisor is not None

@@ -32,6 +32,7 @@ from actors import (
 )
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
+from actors.running import Run
 from actors.supervision.reasons import ExitReason
 from actors.system import system_here
 from tests.stage import NUMBERS, number
@@ -43,7 +44,7 @@ def silent(_: LogRecord) -> None:
     """A sink for tests that do not look at the log."""
 
 
-def quiet_run(tree: Any, **options: Any) -> Any:
+def quiet_run(tree: Any, **options: Any) -> Run:
     return run(tree, sinks=(silent,), **options)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import gc
 import threading
+from functools import partial
 from typing import Any
 
 import pytest
@@ -783,7 +784,7 @@ async def test_handlers_added_while_running_each_get_everything_and_keep_their_m
         async def on_start(self) -> None:
             self.seen: list[tuple[str, int]] = []
             for name in ("a", "b"):
-                self.on(NUMBERS, lambda message, name=name: self.take(name, message))
+                self.on(NUMBERS, partial(self.take, name))
 
         def take(self, name: str, message: Int32) -> None:
             if message.data < 0:

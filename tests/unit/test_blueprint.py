@@ -166,8 +166,8 @@ def test_annotations_that_cannot_be_read_or_say_nothing_are_left_to_the_type_che
         @NUMBERS.on()
         async def bare(self, message) -> None: ...  # type: ignore[no-untyped-def]
 
-        @NUMBERS.on()
-        async def hidden(self, message: Bool) -> None: ...  # type: ignore[arg-type]
+        @NUMBERS.on()  # type: ignore[arg-type]
+        async def hidden(self, message: Bool) -> None: ...
 
         @NUMBERS.on()
         async def any(self, message: Any) -> None: ...

@@ -23,7 +23,8 @@ async def test_it_shows_seconds_since_it_was_made() -> None:
     ours = clock()
     assert (ours.now(), ours.now_ns()) == (0.0, 0)
     await ours.sleep(0.1)
-    assert (ours.now(), ours.now_ns()) == (pytest.approx(0.1), 100_000_000)
+    assert ours.now() == pytest.approx(0.1)
+    assert ours.now_ns() == 100_000_000
     assert ours.loop_time(2.0) == 7.0
     assert repr(ours) == "<virtual clock at 0.100000 s>"
 
@@ -97,7 +98,7 @@ def test_the_real_clock_tells_the_time_of_day() -> None:
     loop = asyncio.new_event_loop()
     before = time.time()
     ours = Clock(loop, virtual=False)
-    assert before <= ours.wall() <= time.time()
+    assert before - 1e-3 <= ours.wall() <= time.time() + 1e-3  # the sum of an epoch and a difference is rounded
     assert before - 1 <= ours.stamp().sec <= time.time()
     assert repr(ours).startswith("<real clock at 0.")
     loop.close()

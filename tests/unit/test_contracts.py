@@ -61,7 +61,7 @@ def test_a_name_that_a_node_can_use_is_taken(name: str) -> None:
 
 
 def test_decorators_leave_their_declarations_on_the_method_innermost_first() -> None:
-    @NUMBERS.on(qos=3, concurrent=2)
+    @NUMBERS.on(qos=3, concurrent=2)  # type: ignore[arg-type]
     @WORDS.on()
     async def take(self: Any, message: Any) -> None: ...
 

@@ -55,7 +55,12 @@ async def test_every_change_is_counted_and_told_until_the_listener_leaves() -> N
 async def test_a_listener_may_leave_while_it_is_told() -> None:
     ours = graph()
     heard: list[str] = []
-    leave_first = ours.on_change(lambda: (heard.append("first"), leave_first()))
+
+    def first() -> None:
+        heard.append("first")
+        leave_first()
+
+    leave_first = ours.on_change(first)
     ours.on_change(lambda: heard.append("second"))
     ours.changed()
     ours.changed()

@@ -44,7 +44,7 @@ def suite(
         pytester.makeconftest(textwrap.dedent(conftest))
     pytester.makepyfile(textwrap.dedent(COMMON) + textwrap.dedent(body))
     return pytester.runpytest_inprocess(
-        "-p", "actors.testing.plugin", "-p", "no:cacheprovider", "-p", "no:looptime", *arguments
+        "-p", "actors.testing.plugin", "-p", "no:cacheprovider", "-p", "no:looptime_plugin", *arguments
     )
 
 
@@ -194,7 +194,7 @@ def test_a_failing_test_shows_what_happened_in_its_system(pytester: pytest.Pytes
             "rig: seed=7 t=1.000000 s; the last 4 events:",
             "*0.000] debug system: progress child='system/brittle' incarnation_ended=1",
             "*1.000] warning /brittle: creaking force=7",
-            "*1.000] warning system: child terminated child='system/brittle' * reason='it raised OSError: snapped'",
+            "*1.000] warning system: child terminated child='system/brittle' * reason='it raised OSError: snapped'*",
             "*1.000] debug system: progress child='system/brittle' incarnation_ended=2",
         ]
     )

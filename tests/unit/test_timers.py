@@ -96,7 +96,7 @@ async def test_catch_up_is_bounded_and_counts_what_it_loses() -> None:
 
     bench = Bench(never, 1000.0, "catch_up")
     await bench.run(2.0)
-    assert len(bench.item.backlog) == BACKLOG
+    assert len(bench.item.backlog or ()) == BACKLOG
     assert bench.record.missed == 2000 - 1 - 1 - BACKLOG  # one runs, one waits, a thousand wait behind it
     await bench.close()
 
@@ -167,7 +167,7 @@ async def test_what_a_handler_takes_is_seen_through_decorators_and_callables() -
         def __call__(self) -> None: ...
 
     host = Host()
-    expected = [
+    expected: list[tuple[Callable[..., Any], bool]] = [
         (host.plain, False), (host.ticked, True), (host.decorated, True), (lambda: None, False), (lambda tick: None, True), (Callable_(), False),
     ]  # fmt: skip
     for handler, takes in expected:
