@@ -212,6 +212,8 @@ class Blueprint:
         elif isinstance(value, ParameterDeclaration):
             self.parameters.append(value)  # pyright: ignore[reportUnknownArgumentType]
         else:
+            if name in _HOOKS and inspect.isfunction(value):
+                _check_hook(f"{self.owner.__name__}.{name}", value, *_HOOKS[name])
             for declaration in declarations_of(value):
                 self._take_method(name, declaration)
 
@@ -272,6 +274,25 @@ class Blueprint:
                 [(hook.action, hook.attribute) for hook in self.hooks if hook.verb == verb],
                 f"are @{verb} of",
             )
+
+
+_HOOKS: Final = {
+    "on_start": (True, "self"),
+    "on_stop": (True, "self, reason"),
+    "on_error": (False, "self, error, handler"),
+    "handover": (False, "self"),
+    "resume": (False, "self, state"),
+}
+"""The hooks of a node: whether they are coroutines, and what they take."""
+
+
+def _check_hook(where: str, function: Callable[..., Any], is_async: bool, arguments: str) -> None:
+    function = inspect.unwrap(function)
+    wrong_kind = inspect.iscoroutinefunction(function) is not is_async
+    takes_any = bool(function.__code__.co_flags & inspect.CO_VARARGS)
+    if wrong_kind or not (takes_any or _positional(function) == len(arguments.split(","))):
+        name = where.rpartition(".")[2]
+        raise DeclarationError(f"{where}: write it as `{'async ' if is_async else ''}def {name}({arguments})`")
 
 
 def _members(owner: type) -> dict[str, object]:

@@ -8,6 +8,7 @@ than the call itself.
 from __future__ import annotations
 
 import asyncio
+import math
 from collections import deque
 from collections.abc import Callable
 from typing import Any
@@ -27,13 +28,15 @@ class Deadlines:
 
     def watch(self, future: asyncio.Future[Any], timeout: float, error: Callable[[], BaseException]) -> None:
         """Set the exception that `error()` makes on `future` unless it is done within `timeout` seconds (> 0)."""
-        due = self._loop.time() + timeout
         queue = self._queues.get(timeout)
         if queue is None:
+            if not isinstance(timeout, (int, float)) or math.isnan(timeout):  # pyright: ignore[reportUnnecessaryIsInstance]
+                raise ValueError(f"timeout={timeout!r}: every call has a limit, a number of seconds")
             queue = self._queues[timeout] = deque()
         elif len(queue) > 64:
             while queue and queue[0][1].done():  # keeps the answered calls of a busy second from piling up
                 queue.popleft()
+        due = self._loop.time() + timeout
         queue.append((due, future, error))
         if timeout not in self._timers:
             self._timers[timeout] = self._loop.call_at(due, self._expire, timeout)

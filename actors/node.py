@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Coroutine, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar
 
 from actors.blueprint import Blueprint
@@ -205,24 +206,23 @@ class Node:
         self, topic: Topic[M], handler: Callable[[M], Coroutine[Any, Any, None] | None], *, qos: QoS | int | None = None
     ) -> None:
         """Let `handler` take the topic's messages from now on, as `Topic.on` does for a method."""
-        label = f"{self.fqn} {getattr(handler, '__qualname__', repr(handler))} on {topic.name}"
+        label = f"{self.fqn} {_name_of(handler)} on {topic.name}"
         self.core.feed(topic, topic.qos if qos is None else of(qos), handler, label)
 
     def serve(self, service: Service[Req, Resp], handler: Callable[[Req], Coroutine[Any, Any, Resp]]) -> None:
         """Let `handler` answer the service from now on, as `Service.serve` does for a method."""
-        self.core.serve(service, handler, getattr(handler, "__qualname__", repr(handler)))
+        self.core.serve(service, handler, _name_of(handler))
 
     # -- work ---------------------------------------------------------------------------------------------------------------
 
     def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
         """Run `work` in a task of this node: canceled when the node stops; if it fails, the node fails."""
-        core = self.core
         try:
-            core.check_use()
+            self.core.check_use()
         except BaseException:
             work.close()
             raise
-        return core.spawn(work, name=name)
+        return self.core.spawn(work, name=name)
 
     async def offload(self, function: Callable[..., T], *arguments: Any, takes: float = 0.0, thread: bool = False) -> T:
         """Run CPU work outside the event loop and wait for its result.
@@ -260,6 +260,12 @@ class Node:
     def set_parameters(self, values: Mapping[str, Any]) -> SetResult:
         """Set parameters of this node, all or none of them."""
         return self.core.parameters.set_values(values)
+
+
+def _name_of(handler: object) -> str:
+    """A handler's name in reports; the same in every incarnation, so that its waiting messages find it again."""
+    function = handler.func if isinstance(handler, partial) else handler  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType]
+    return str(getattr(function, "__qualname__", type(function).__name__))  # pyright: ignore[reportUnknownArgumentType]
 
 
 Node.blueprint = Blueprint(Node)

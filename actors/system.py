@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import os
 import signal
 from collections import deque
 from collections.abc import Callable
@@ -31,6 +32,8 @@ from actors.supervision.running import RunningSupervisor
 from actors.ticker import Ticker
 
 if TYPE_CHECKING:
+    from anyio import CapacityLimiter
+
     from actors.parameters import ParameterChange
     from actors.snapshot import Snapshot
     from actors.supervision.report import Report
@@ -103,6 +106,7 @@ class System:
         self._names: dict[str, tuple[str, ...]] = {}
         self._from_threads: list[Callable[[], object]] = []
         self._threads_lock = Lock()
+        self._threads: CapacityLimiter | None = None
         self.log = self.node_log("system", 1)
 
     def __repr__(self) -> str:
@@ -410,9 +414,11 @@ class System:
             await self.clock.sleep(takes)
             return result
         if thread:
-            from anyio import to_thread
+            from anyio import CapacityLimiter, to_thread
 
-            return await to_thread.run_sync(function, *arguments, abandon_on_cancel=False)
+            if self._threads is None:
+                self._threads = CapacityLimiter(os.cpu_count() or 2)
+            return await to_thread.run_sync(function, *arguments, abandon_on_cancel=False, limiter=self._threads)
         from anyio import to_process
 
         return await to_process.run_sync(function, *arguments, cancellable=True)

@@ -116,7 +116,7 @@ _THREADING = 0.9
 _FORESIGHT: Floats = np.concatenate([_HORIZON, [1.5, 1.8, 2.1, 2.5]])
 """Instants at which it is tried out against what moves, s: long enough to get out of the way."""
 _SQUEEZE = 0.03
-"""The same while threading a gap, where the poses were checked beforehand, m."""
+"""The same while threading a gap or taking the last steps to a goal: both were checked beforehand, m."""
 _TIGHT = 0.12
 """Sliding along the path nearer than this to something calls for a plan of the body's heading too, m."""
 _APPROACH = 0.45
@@ -297,7 +297,7 @@ class Follower:
         """The wish itself if it keeps clear, else the best command of the fan; a stop when there is none."""
         tried = np.array([[wish.vx, wish.vy, wish.wz]])
         threading = phase == "threading"
-        touch = _SQUEEZE if threading else _TOUCH
+        touch = _TOUCH if aim is None else _SQUEEZE
         comfort = (
             self._offered(around) if aim is None else touch + 0.02 if threading else min(_COMFORT, clearance + 0.02)
         )

@@ -65,11 +65,12 @@ def thread(pose: Pose2, path: Path, along: float, goal: Pose2, around: Surroundi
         before = path.at(end - 0.3)
         heading = math.atan2(y - before[1], x - before[0])
     target = Pose2(x, y, heading)
-    for fineness in (_COARSE, _FINE):
-        poses = _Lattice(pose, around, limits, fineness).poses_to(target)
-        if poses is not None:
-            return poses
-    return None
+    coarse = _Lattice(pose, around, limits, _COARSE)
+    poses = coarse.poses_to(target, math.pi / 4)
+    if poses is None:
+        poses = _Lattice(pose, around, limits, _FINE).poses_to(target, math.pi / 4)
+    # Out of a dead end there may be no room to turn round: then backward, or sideways.
+    return coarse.poses_to(target, math.pi) if poses is None else poses
 
 
 def _step(angle: float) -> tuple[int, int]:
@@ -132,13 +133,13 @@ class _Lattice:
             seconds[k] = (ahead, 1.3 * behind, 1.3 * side, 1.3 * side, turning, turning, curve, curve)
         return offsets, seconds
 
-    def poses_to(self, target: Pose2) -> Floats | None:
-        """The quickest poses to within 15 cm and 45 degrees of the target."""
+    def poses_to(self, target: Pose2, facing: float) -> Floats | None:
+        """The quickest poses to within 15 cm and `facing` (rad) of the target; None when there are none."""
         x, y = np.meshgrid(self._x, self._y)
         near = np.hypot(x - target.x, y - target.y) <= 0.15
         turn, count = self._fineness.turn, self._fineness.headings
-        facing = np.array([abs(wrap(k * turn - target.yaw)) <= math.pi / 4 for k in range(count)])
-        targets = (near[None] & facing[:, None, None]).reshape(-1)
+        turned = np.array([abs(wrap(k * turn - target.yaw)) <= facing for k in range(count)])
+        targets = (near[None] & turned[:, None, None]).reshape(-1)
 
         def beside(now: Nodes) -> Nodes:
             return (now[:, None] + self._offsets[now // self._layer]) % self._price.size

@@ -569,6 +569,12 @@ async def test_a_task_that_fails_in_its_own_clean_up_does_not_hurt_the_next_inca
     assert line.fields["error"] == "OSError: cannot tidy up"
 
 
+async def test_what_a_node_that_has_not_started_spawns_is_refused(rig: Rig) -> None:
+    await rig.start(Node)
+    with pytest.raises(NotStarted, match="Exclusive has not been started yet"):
+        Exclusive().spawn(rig.me.clock.sleep(1.0))
+
+
 async def test_what_a_node_that_has_ended_spawns_is_refused(rig: Rig) -> None:
     await rig.start(Exclusive)
     old = rig.node(Exclusive)

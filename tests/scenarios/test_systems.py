@@ -279,8 +279,10 @@ async def test_two_systems_in_one_loop_do_not_hear_each_other() -> None:
     async with quiet_run(tree) as one, quiet_run(tree) as other:
         await asyncio.sleep(1.0)
         for system in (one, other):
-            state = system.nodes["system", "counter"]
-            assert state.core.node.seen == [1]
+            core = system.core_of("/counter")
+            assert core is not None
+            assert isinstance(core.node, Counter)
+            assert core.node.seen == [1]
         assert system_here() is other
 
 
@@ -390,7 +392,9 @@ async def test_on_the_real_clock_offloaded_work_goes_to_a_thread_or_a_process() 
     import threading
 
     async with quiet_run(Child(Named, stop="kill")) as system:
-        node = system.nodes["system", "named"].core.node
+        core = system.core_of("/named")
+        assert core is not None
+        node = core.node
         assert await node.offload(threading.get_ident, thread=True) != threading.get_ident()
         assert await node.offload(os.getpid) != os.getpid()
 

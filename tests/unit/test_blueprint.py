@@ -312,6 +312,31 @@ def test_a_rate_that_is_none_is_refused(options: dict[str, Any], sentence: str) 
         every(**options)
 
 
+def test_a_hook_of_the_wrong_kind_is_refused_before_anything_runs() -> None:
+    with refused("Hasty.on_start: write it as `async def on_start(self)`"):
+
+        class Hasty(Node):
+            def on_start(self) -> None: ...  # type: ignore[override]
+
+    with refused("Deaf.on_stop: write it as `async def on_stop(self, reason)`"):
+
+        class Deaf(Node):
+            async def on_stop(self) -> None: ...  # type: ignore[override]
+
+    with refused("Dreamer.on_error: write it as `def on_error(self, error, handler)`"):
+
+        class Dreamer(Node):
+            async def on_error(self, error: Exception, handler: str) -> None: ...  # type: ignore[override]
+
+    class Fine(Node):
+        @logged
+        async def on_start(self) -> None: ...
+
+        async def on_stop(self, *reason: Any) -> None: ...
+
+    assert Fine.blueprint.owner is Fine
+
+
 def test_a_declaration_that_nobody_knows_is_refused() -> None:
     class Odd(Declaration):
         def __repr__(self) -> str:

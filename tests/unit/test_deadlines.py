@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from typing import Any
 
 import pytest
@@ -82,3 +83,19 @@ async def test_after_closing_nothing_fails_any_more() -> None:
     deadlines.close()
     await asyncio.sleep(5.0)
     assert not watched.done()
+
+
+@pytest.mark.parametrize("timeout", [None, math.nan, "1"])
+async def test_a_timeout_that_is_no_number_is_refused(timeout: Any) -> None:
+    deadlines = Deadlines(asyncio.get_running_loop())
+    with pytest.raises(ValueError, match="every call has a limit, a number of seconds"):
+        deadlines.watch(future(), timeout, Late)
+
+
+async def test_a_limit_may_lie_beyond_all_times() -> None:
+    deadlines = Deadlines(asyncio.get_running_loop())
+    watched = future()
+    deadlines.watch(watched, math.inf, Late)
+    await asyncio.sleep(1e6)
+    assert not watched.done()
+    deadlines.close()

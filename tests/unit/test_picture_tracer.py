@@ -69,7 +69,11 @@ def test_a_ball_is_met_where_the_quadratic_says(place: NDArray[np.float64], radi
     hits = nearest([ball(place, radius, WHITE)], eye(), rays.astype(np.float32))
     assert np.array_equal((hits.what == 0)[clear], (inside > 0.0)[clear])
     met = clear & (inside > 0.0)
-    assert np.allclose(hits.along[met], expected[met], atol=2e-3)
+    # A ray that nearly grazes turns the smallest error of depth into a long way along it: what counts is the depth.
+    points = EYE[:, None] + rays[:, met] * hits.along[met]
+    assert np.allclose(np.linalg.norm(points - place[:, None], axis=0), radius, atol=2e-3)
+    steep = met & (inside > 0.5 * radius**2)
+    assert np.allclose(hits.along[steep], expected[steep], atol=2e-3)
 
 
 def test_the_nearer_hides_the_farther_whatever_their_order() -> None:
