@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Coroutine
 from types import CodeType
-from typing import TYPE_CHECKING, Any, Generic, Literal, Never, NoReturn, ParamSpec, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, NoReturn, ParamSpec, TypeVar, overload
 
 from actors.contracts import ActionHandler, Declaration, GoalHook, ServiceHandler, Topic, TopicHandler, declarations_of
 from actors.errors import DeclarationError, NotStarted
@@ -276,7 +276,7 @@ class Blueprint:
             )
 
 
-_HOOKS: Final = {
+_HOOKS: Final[dict[str, tuple[bool, str]]] = {
     "on_start": (True, "self"),
     "on_stop": (True, "self, reason"),
     "on_error": (False, "self, error, handler"),
