@@ -36,7 +36,7 @@ class Subject:
 
 
 SUBJECTS: Final = {
-    "channel": Subject(("actors/channel.py",), ("tests/scenarios/test_topics.py",)),
+    "channel": Subject(("actors/channel.py",), ("tests/scenarios/test_topics.py", "tests/unit/test_channel.py")),
     "services": Subject(
         ("actors/services.py",), ("tests/scenarios/test_services.py", "tests/scenarios/test_derived.py")
     ),
@@ -48,13 +48,8 @@ SUBJECTS: Final = {
             "tests/scenarios/test_derived.py",
         ),
     ),
-    "supervisor": Subject(
-        ("actors/supervision/*.py",),
-        (
-            "tests/unit/test_supervisor_*.py",
-            "-k",
-            "not M02 and not M03",
-        ),  # those two measure, and take most of the time
+    "supervisor": Subject(  # without M02 and M03, which measure and take most of the time
+        ("actors/supervision/*.py",), ("tests/unit/test_supervisor_*.py", "-k", "not M02 and not M03")
     ),
 }
 
