@@ -218,6 +218,7 @@ def test_a_signal_brakes_sits_and_leaves_nothing(tmp_path: Path, number: signal.
     begun = time.monotonic()
     process.send_signal(number)
     rest = process.stderr.read()
+    process.stderr.close()
     assert process.wait(timeout=10.0) == code
     assert time.monotonic() - begun < 3.0
     assert "Traceback" not in rest
