@@ -51,11 +51,11 @@ class Clock:
         """`wall_ns()` of the instant at which `now()` was or will be `now`."""
         return round(self._epoch * 1e9) + round(now * 1e9)
 
-    def stamp(self) -> TimeMessage:
-        """`wall()` as a ``builtin_interfaces/msg/Time``, for message headers."""
+    def stamp(self, now: float | None = None) -> TimeMessage:
+        """`wall()` as a ``builtin_interfaces/msg/Time``, for message headers; with `now`, of the instant at which `now()` was that."""
         from actors.interfaces.builtin_interfaces.msg import Time
 
-        nanoseconds = self.wall_ns()
+        nanoseconds = self.wall_ns() if now is None else self.wall_ns_at(now)
         return Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
 
     def loop_time(self, now: float) -> float:

@@ -17,8 +17,10 @@ from robot.world.body import JOINT_NAMES
 if TYPE_CHECKING:
     from robot.world.body import Body
 
-__all__ = ["BEAMS", "MAX_RANGE", "Lidar", "Proprioception"]
+__all__ = ["BEAMS", "MAX_RANGE", "RATE", "Lidar", "Proprioception"]
 
+RATE: Final = 200.0
+"""Samples of IMU and encoders per second."""
 BEAMS: Final = 360
 MAX_RANGE: Final = 10.0
 
@@ -37,11 +39,18 @@ class Proprioception(Node):
     def __init__(self, body: Body) -> None:
         self._body = body
 
-    @every(hz=200)
-    def read(self) -> None:
+    async def on_start(self) -> None:
         self._body.advance(self.clock.now())
-        stamp = self.clock.stamp()
-        imu, joints = self._body.imu(), self._body.joints()
+        self._body.sample(RATE)
+
+    @every(hz=RATE, late="catch_up")
+    def read(self) -> None:
+        """Publish the next sample. A loop that was held up publishes those it owes one by one: the sensors have not waited for it."""
+        self._body.advance(self.clock.now())
+        sample = self._body.next_sample()
+        if sample is None:
+            return
+        stamp, imu, joints = self.clock.stamp(sample.time), sample.imu, sample.joints
         self.imu(
             Imu(
                 header=Header(stamp=stamp, frame_id="imu_link"),

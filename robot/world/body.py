@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from robot.world.scene import Pose2, Scene
 
-__all__ = ["JOINT_NAMES", "LEGS", "Body", "ImuSample", "JointSample", "MotorTargets", "Truth", "Vector"]
+__all__ = ["JOINT_NAMES", "LEGS", "Body", "ImuSample", "JointSample", "MotorTargets", "Sample", "Truth", "Vector"]
 
 Vector = NDArray[np.float64]
 
@@ -55,6 +55,16 @@ class JointSample:
     velocity: Vector
     effort: Vector
     contact: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What IMU and encoders measured at one instant."""
+
+    time: float
+    """Simulated seconds."""
+    imu: ImuSample
+    joints: JointSample
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +111,14 @@ class Body(Protocol):
 
     def command(self, targets: MotorTargets) -> None:
         """Give the motor drives new targets at the present instant; they take effect after the motor delay."""
+        ...
+
+    def sample(self, hz: float) -> None:
+        """From the body's present instant on, sample IMU and encoders `hz` times a second of its time; samples that wait are forgotten."""
+        ...
+
+    def next_sample(self) -> Sample | None:
+        """The oldest sample that nobody has taken, of those the body has reached; at most the newest 40 wait."""
         ...
 
     def imu(self) -> ImuSample: ...

@@ -28,9 +28,10 @@ from robot.gait.kinematics import feet, inverse, leg_forward, leg_inverse, leg_j
 from robot.gait.limbs import Triple, limbs, torques
 from robot.gait.stance import nominal_feet
 from robot.sensors.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
-from robot.world.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Truth, Vector
+from robot.world.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Sample, Truth, Vector
 from robot.world.following import chase, pushed_body
 from robot.world.rays import cast
+from robot.world.sampling import Sampling
 from robot.world.scene import Pose2, Scene
 from robot.world.stepping import Footwork, Planar
 from robot.world.touch import Outline
@@ -97,6 +98,7 @@ class KinematicBody:
         self._imu_read: tuple[int, ImuSample] | None = None
         self._joints_read: tuple[int, JointSample] | None = None
         self._ticks = 0
+        self._sampling = Sampling(self._integrate, self._sample)
         self.not_achievable: NotAchievable | None = None
         """The latest step that a real leg could not have made; `None` if there was none."""
         self.place(scene.start)
@@ -151,16 +153,15 @@ class KinematicBody:
 
     def advance(self, until: float) -> None:
         """Move up to `until`, to the last tick not later. With no command for 0.1 s the body stops and lies down."""
-        end = int(until / TICK + 1e-6)
-        while self._ticks < end:
-            lost = self._commanded + LOST_COMMAND_TICKS
-            if self._ticks >= lost:
-                self._release()
-                lost = end
-            ahead = min(end, lost) - self._ticks
-            ticks = -(-ahead // -(-ahead // LONGEST))
-            self._step(ticks * TICK)
-            self._ticks += ticks
+        self._sampling.advance(until)
+
+    def sample(self, hz: float) -> None:
+        """Take a sample `hz` times a second from now on."""
+        self._sampling.begin(self.time, hz)
+
+    def next_sample(self) -> Sample | None:
+        """The oldest sample that waits."""
+        return self._sampling.next()
 
     def imu(self) -> ImuSample:
         """The sample of this instant (the same one for every reader), from the differentiated pose."""
@@ -226,6 +227,21 @@ class KinematicBody:
 
     def close(self) -> None:
         """Nothing is held that Python would not free."""
+
+    def _integrate(self, until: float) -> None:
+        end = int(until / TICK + 1e-6)
+        while self._ticks < end:
+            lost = self._commanded + LOST_COMMAND_TICKS
+            if self._ticks >= lost:
+                self._release()
+                lost = end
+            ahead = min(end, lost) - self._ticks
+            ticks = -(-ahead // -(-ahead // LONGEST))
+            self._step(ticks * TICK)
+            self._ticks += ticks
+
+    def _sample(self) -> Sample:
+        return Sample(self.time, self.imu(), self.joints())
 
     def _release(self) -> None:
         """No one commands: stop, lie down, draw nothing."""

@@ -50,7 +50,7 @@ class Motors(Node):
         # The robot lies in its sitting pose: silence before the first target is no reason for a safe stop.
         self._heard = -1.0
 
-    @every(hz=RATE)
+    @every(hz=RATE, late="catch_up")
     def drive(self) -> None:
         """Keep the body's time going, count the energy, and watch for silence."""
         now = self.clock.now()

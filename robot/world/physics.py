@@ -16,8 +16,9 @@ from robot.gait.figures import FOOT_RADIUS, GRAVITY, KNEE_TORQUE, SIT_HEIGHT, TO
 from robot.gait.kinematics import inverse
 from robot.gait.stance import nominal_feet
 from robot.sensors.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
-from robot.world.body import ImuSample, JointSample, MotorTargets, Truth, Vector
+from robot.world.body import ImuSample, JointSample, MotorTargets, Sample, Truth, Vector
 from robot.world.model import OBSTACLE_GROUP, Ground, obstacle_names, write_model
+from robot.world.sampling import Sampling
 from robot.world.scene import Pose2, Scene
 
 __all__ = ["BackendMissing", "PhysicsBody"]
@@ -82,6 +83,7 @@ class PhysicsBody:
         self._joints_read: tuple[int, JointSample] | None = None
         self._bind()
         self._ticks = 0
+        self._sampling = Sampling(self._integrate, self._sample)
         self.place(scene.start)
 
     def __repr__(self) -> str:
@@ -101,12 +103,15 @@ class PhysicsBody:
 
     def advance(self, until: float) -> None:
         """Integrate up to `until`, to the last tick that is not later."""
-        end = int(until / TICK + 1e-6)
-        while self._ticks < end:
-            self._switch()
-            ahead = min(end, self._next_event()) - self._ticks
-            steps = ceil(ahead / self._longest)
-            self._step(ceil(ahead / steps))
+        self._sampling.advance(until)
+
+    def sample(self, hz: float) -> None:
+        """Take a sample `hz` times a second from now on."""
+        self._sampling.begin(self.time, hz)
+
+    def next_sample(self) -> Sample | None:
+        """The oldest sample that waits."""
+        return self._sampling.next()
 
     def command(self, targets: MotorTargets) -> None:
         """Send targets to the drives; they arrive after the motor delay, in order."""
@@ -188,6 +193,17 @@ class PhysicsBody:
 
     def close(self) -> None:
         """Nothing is held that Python would not free."""
+
+    def _integrate(self, until: float) -> None:
+        end = int(until / TICK + 1e-6)
+        while self._ticks < end:
+            self._switch()
+            ahead = min(end, self._next_event()) - self._ticks
+            steps = ceil(ahead / self._longest)
+            self._step(ceil(ahead / steps))
+
+    def _sample(self) -> Sample:
+        return Sample(self.time, self.imu(), self.joints())
 
     def _bind(self) -> None:
         """Views into MuJoCo's arrays, made once: attribute look-ups in its bindings cost more than the arithmetic."""
