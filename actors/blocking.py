@@ -162,7 +162,7 @@ class BlockingNode:
         self._life = life
         self._publishers: dict[Topic[Any], Publisher[Any]] = {}
         self._streams: dict[Topic[Any], Stream[Any]] = {}
-        self._open: dict[Future[Any], None] = {}
+        self._open: dict[Future[Any], Coroutine[Any, Any, Any]] = {}
         life.add_done_callback(self._ended)
 
     def __repr__(self) -> str:
@@ -257,9 +257,14 @@ class BlockingNode:
     def _begin(self, work: Callable[[Node], Coroutine[Any, Any, T]], remedy: str) -> Future[T]:
         _refuse_in_loop(f"{self!r}", remedy)
         if self._life.done():
-            raise NotStarted(f"{self!r}: its block has been left or its system has ended; open another one")
-        future = asyncio.run_coroutine_threadsafe(work(self._node), self._loop)
-        self._open[future] = None
+            raise self._over()
+        coroutine = work(self._node)
+        try:
+            future = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
+        except RuntimeError:  # the loop was closed in between
+            coroutine.close()
+            raise self._over() from None
+        self._open[future] = coroutine
         if self._life.done():  # it has ended in between: nobody may wait for a loop that has ended
             future.cancel()
         return future
@@ -274,7 +279,12 @@ class BlockingNode:
 
     def _forget(self, future: Future[Any]) -> None:
         future.cancel()  # Ctrl-C: nobody waits for it any more; else it is done already
-        self._open.pop(future, None)
+        coroutine = self._open.pop(future, None)
+        if coroutine is not None and self._loop.is_closed():
+            coroutine.close()  # the loop may have ended before it began
+
+    def _over(self) -> NotStarted:
+        return NotStarted(f"{self!r}: its block has been left or its system has ended; open another one")
 
     def _ended(self, life: Future[None]) -> None:
         for future in list(self._open):

@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import cast
 
 import pytest
 
@@ -34,7 +35,7 @@ from actors import (
     qos,
     run,
 )
-from actors.blocking import InsideEventLoop
+from actors.blocking import BlockingNode, InsideEventLoop
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32, String
@@ -291,6 +292,23 @@ def test_the_end_of_the_tree_ends_what_waits_and_is_raised_at_the_end_of_the_blo
 
     with pytest.raises(SupervisorGaveUp):
         script()
+
+
+def test_what_is_asked_of_a_loop_that_has_just_ended_is_refused_and_never_begun() -> None:
+    """The two instants at which the end can overtake a request; a coroutine that is dropped unawaited would warn, and so fail."""
+    life: Future[None] = Future()
+    loop = asyncio.new_event_loop()
+    node = BlockingNode(cast("Node", None), loop, life)
+    with ThreadPoolExecutor(1) as thread:
+        waits = thread.submit(node.run, for_ever)
+        while not node._open:  # pyright: ignore[reportPrivateUsage]
+            assert not waits.done()
+        loop.close()  # it never came to the request
+        life.set_result(None)
+        with pytest.raises((NotRunning, NotStarted), match="ended"):
+            waits.result()
+    with pytest.raises(NotStarted, match="has ended"):
+        BlockingNode(cast("Node", None), loop, Future()).run(for_ever)
 
 
 def test_after_the_block_everything_is_refused() -> None:
