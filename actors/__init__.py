@@ -9,7 +9,7 @@ from __future__ import annotations
 from actors import qos
 from actors.actions import Outcome
 from actors.blueprint import background, every, publishes, subscribes
-from actors.channel import Publisher, Stream
+from actors.channel import Publisher
 from actors.checker import check_node, check_tree
 from actors.clock import Clock
 from actors.contracts import Aborted, Action, Done, Service, Steps, Topic, parallel, queue
@@ -40,6 +40,7 @@ from actors.node import Node
 from actors.parameters import parameter
 from actors.qos import QoS
 from actors.running import execute, open_node, run
+from actors.stream import Stream
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.reasons import Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
 from actors.supervisor import (

@@ -30,9 +30,10 @@ from actors.logs import LogSink, structlog_sink
 from actors.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 
 if TYPE_CHECKING:
-    from actors.channel import Publisher, Stream
+    from actors.channel import Publisher
     from actors.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
+    from actors.stream import Stream
     from actors.supervisor import Spec
     from actors.system import System
 
@@ -113,20 +114,18 @@ class OpenBlockingNode:
         self._life.add_done_callback(lambda _: self._ready.cancel())
         try:
             node, loop = self._ready.result()
-        except CancelledError:
+        except BaseException as error:
             self._end()
-            self._life.result()  # raises why there is no node
-            raise
-        except BaseException:
-            self._end()
+            if isinstance(error, CancelledError):
+                self._life.result()  # raises why there is no node
             raise
         return BlockingNode(node, loop, self._life)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._end()
         assert self._life is not None
+        self._end()
         if (
             error is None and not self._life.cancelled()
         ):  # canceled: the system's event loop ended before this block did
@@ -142,9 +141,9 @@ class OpenBlockingNode:
             await asyncio.wrap_future(self._left)
 
     def _end(self) -> None:
+        assert self._life is not None
         _set(self._left)
-        if self._life is not None:
-            wait([self._life])
+        wait([self._life])
         if self._thread is not None:
             self._thread.shutdown()
 

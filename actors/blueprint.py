@@ -14,10 +14,12 @@ from actors.contracts import ActionHandler, Declaration, GoalHook, ServiceHandle
 from actors.errors import DeclarationError, NotStarted
 from actors.parameters.declare import NO_PARAMETERS, ParameterDeclaration, ParameterTable
 from actors.qos import QoS, of
+from actors.signatures import check_argument, check_nothing_returned, check_response, check_steps
 
 if TYPE_CHECKING:
-    from actors.channel import Publisher, Stream
+    from actors.channel import Publisher
     from actors.interfaces.message import Message
+    from actors.stream import Stream
 
 __all__ = [
     "BackgroundDeclaration",
@@ -146,6 +148,9 @@ def every(
     begun is skipped and counted (`late="skip"`), done later (``catch_up``, at most 1000 of them) or ends the incarnation (``fault``).
     The method takes nothing, or a `Tick`. A parameter is read when the ticking starts; a later change waits for the next start.
     """
+    if callable(hz):
+        name = getattr(hz, "__name__", "method")
+        raise DeclarationError(f"@every without its rate: write @every(hz=10) or @every(period=0.1) above `{name}`")
     if (hz is None) == (period is None):
         raise DeclarationError("every(): give either hz=, ticks per second, or period=, seconds")
     rate = hz if hz is not None else (1.0 / period if period else 0.0)
@@ -177,6 +182,7 @@ class Blueprint:
         "actions",
         "backgrounds",
         "hooks",
+        "labels",
         "owner",
         "parameters",
         "publishers",
@@ -198,6 +204,8 @@ class Blueprint:
         self.hooks: list[GoalHook] = []
         self.timers: list[TimerDeclaration] = []
         self.backgrounds: list[BackgroundDeclaration] = []
+        self.labels: dict[str, str] = {}
+        """Method -> what reports call it: one text for all nodes of the class."""
         for name, value in _members(owner).items():
             self._take(name, value)
         self._check_names()
@@ -218,27 +226,31 @@ class Blueprint:
                 self._take_method(name, declaration)
 
     def _take_method(self, name: str, declaration: Declaration) -> None:
-        where = f"{self.owner.__name__}.{name}"
+        where = self.labels[name] = f"{self.owner.__name__}.{name}"
         declaration.attribute = name
         function = declaration.function
         match declaration:
             case TopicHandler():
-                _check_message_argument(where, function, "listens to", declaration.topic, declaration.topic.type)
+                check_argument(where, function, "listens to", declaration.topic, declaration.topic.type)
+                check_nothing_returned(where, function, declaration.topic)
                 self.topics.append(declaration)
             case ServiceHandler():
-                _check_message_argument(where, function, "serves", declaration.service, declaration.service.request)
+                check_argument(where, function, "serves", declaration.service, declaration.service.request)
                 if not inspect.iscoroutinefunction(function):
                     raise DeclarationError(f"{where} serves {declaration.service!r}: make it `async def`")
+                check_response(where, function, declaration.service, declaration.service.response)
                 self.services.append(declaration)
             case ActionHandler():
-                _check_message_argument(where, function, "serves", declaration.action, declaration.action.goal)
+                check_argument(where, function, "serves", declaration.action, declaration.action.goal)
                 if not inspect.isasyncgenfunction(function):
                     raise DeclarationError(
                         f"{where} serves {declaration.action!r}: make it an async generator, one that yields feedback and ends with `yield Done(result)`"
                     )
+                action = declaration.action
+                check_steps(where, function, action, action.feedback, action.result)
                 self.actions.append(declaration)
             case GoalHook():
-                _check_message_argument(
+                check_argument(
                     where, function, f"is @{declaration.verb} of", declaration.action, declaration.action.goal
                 )
                 self.hooks.append(declaration)
@@ -330,22 +342,3 @@ def _positional(function: Callable[..., Any]) -> int:
     """How many positional arguments a method takes, self included."""
     code: CodeType = inspect.unwrap(function).__code__
     return code.co_argcount
-
-
-def _check_message_argument(
-    where: str, function: Callable[..., Any], verb: str, contract: object, expected: type
-) -> None:
-    """Compare the annotation of the first argument with the contract, as far as it can be read without importing anything."""
-    function = inspect.unwrap(function)
-    if _positional(function) != 2:
-        raise DeclarationError(f"{where} {verb} {contract!r}: it must take self and one {expected.__name__}")
-    annotation = function.__annotations__.get(function.__code__.co_varnames[1])
-    if isinstance(annotation, str):
-        try:
-            annotation = eval(annotation, function.__globals__)
-        except Exception:  # a name that only type checkers see: they will check it
-            return
-    if isinstance(annotation, type) and annotation not in (expected, object, Any):
-        raise DeclarationError(
-            f"{where} {verb} {contract!r} ({expected.__name__}) but takes {annotation.__name__}: change the annotation or the contract"
-        )

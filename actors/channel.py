@@ -3,25 +3,31 @@
 `Publisher.publish` is synchronous: it puts the message into the queue of every matched subscription, in the order in which they
 subscribed, and returns. It never waits and never fails because a reader is slow: KEEP_LAST queues drop their oldest and count it.
 A message is a value, so it is passed by reference.
+
+Handlers (`actors.feeds`) and streams (`actors.stream`) take from the queues. What a publisher promises about time is kept by
+`actors.timed`; publishers and queues without such promises pay nothing for it.
 """
 
 from __future__ import annotations
 
 import asyncio
+import math
 from collections import deque
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Callable
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
-from actors.errors import CallTimeout, NotStarted, WrongThread, WrongType, described
-from actors.inbox import Inbox
+from actors.endpoint import Endpoint, EventStream, nanoseconds
+from actors.errors import NotStarted, WrongThread, WrongType, described
+from actors.lifespan import Aged
 
 if TYPE_CHECKING:
     from actors.graph import Participant, TopicEntry
     from actors.interfaces.message import Message
     from actors.qos import QoS
+    from actors.qos_events import PublisherEvent, PublisherStatus, SubscriptionEvent, SubscriptionStatus
 
-__all__ = ["ConcurrentFeed", "Feed", "Publisher", "Queue", "Stream", "Subscription"]
+__all__ = ["Publisher", "Queue"]
 
 M = TypeVar("M", bound="Message")
 
@@ -30,39 +36,29 @@ class _Closed:
     """Stands in for the message type of a publisher that has ended, so that the hot path needs no second check."""
 
 
-class Publisher(Generic[M]):
+class Publisher(Endpoint["PublisherEvent"], Generic[M]):
     """One node's right to publish on one topic. Call it, or `publish`.
 
-    `count` is the number of messages published so far.
+    `count` is the number of messages published so far, `status` what else has happened, `events()` tells it as it happens.
     """
 
-    __slots__ = (
-        "_expects",
-        "_thread",
-        "count",
-        "entry",
-        "gated",
-        "history",
-        "node",
-        "qos",
-        "suspended",
-        "targets",
-        "type",
-    )
+    __slots__ = ("_expects", "_thread", "count", "gated", "history", "peers", "suspended", "taps", "targets", "type")
 
     def __init__(self, node: Participant, entry: TopicEntry, type: type[M], qos: QoS) -> None:
-        self.node = node
-        self.entry = entry
+        super().__init__(node, entry, qos)
         self.type = type
-        self.qos = qos
         self.count = 0
         self.suspended = False
         self.gated = True
         """Whether a lifecycle node's state counts for this publisher."""
+        self.peers: tuple[Queue[M], ...] = ()
+        """The matched subscriptions, in subscription order."""
+        self.taps: tuple[Callable[[M], None], ...] = ()
+        """What takes every message without being a subscription: see `Graph.tap`."""
         self.targets: tuple[Callable[[M], None], ...] = ()
-        self.history: deque[M] | None = (
-            deque(maxlen=None if qos.keep_all else qos.depth) if qos.transient_local else None
-        )
+        """What `publish` calls: the ways into the peers, and the taps."""
+        self.history: deque[Any] | None = deque(maxlen=qos.limit) if qos.transient_local else None
+        """What late joiners get: the last `depth` messages; with KEEP_ALL as many as its limit."""
         self._expects: Any = type
         self._thread = get_ident()
 
@@ -87,26 +83,92 @@ class Publisher(Generic[M]):
     __call__ = publish
 
     async def send(self, message: M) -> None:
-        """Publish, but first wait until every KEEP_ALL subscription has room: back-pressure instead of loss.
+        """Publish, but first wait until every reliable KEEP_ALL subscription has room: back-pressure instead of loss.
 
-        Raises what `publish` raises, and what is wrong with the message before it waits.
+        Best effort, of either side, holds nobody back. Raises what `publish` raises, and what is wrong with the message before it waits.
         """
         if message.__class__ is not self._expects:
             self._refuse(message)
             return
-        while True:
-            for queue in self.entry.matched(self):
-                if queue.keep_all and len(queue.messages) >= queue.depth:
-                    await queue.room()
-                    break
-            else:
-                break
+        if self.qos.reliable:
+            while (full := next((queue for queue in self.peers if queue.full), None)) is not None:
+                await full.room()
         self.publish(message)
+
+    def assert_liveliness(self) -> None:
+        """Say "I am alive" without a message. It counts for liveliness manual_by_topic; publishing says the same.
+
+        Raises `WrongThread` outside the node's event loop, `NotStarted` after the node's end.
+        """
+        if get_ident() != self._thread or (self._expects is _Closed and not self.suspended):
+            self._refuse(None)
+
+    def alive(self, lease_ns: int | None) -> bool:
+        """Whether the publisher has shown within a lease that it lives. One that need not lives as long as its node."""
+        return True
+
+    def due_alive(self, lease_ns: int | None, now: int) -> int | None:
+        """When after `now` that ends by silence, nanoseconds; None for not at all."""
+        return None
 
     @property
     def subscription_count(self) -> int:
         """How many subscriptions receive what is published here."""
-        return len(self.targets)
+        return len(self.peers)
+
+    @property
+    def status(self) -> PublisherStatus:
+        """What this publisher has met so far, in totals: see `actors.qos_events`."""
+        from actors.qos_events import PublisherStatus
+
+        met = self.happenings
+        if met is None:
+            return PublisherStatus(matched=len(self.peers), matched_total=self.matched_total)
+        return PublisherStatus(
+            matched=len(self.peers),
+            matched_total=self.matched_total,
+            deadline_missed=met.missed(),
+            liveliness_lost=met.lost(),
+            incompatible_qos=met.incompatible_qos,
+            last_policy_kind=met.last_policy,
+            incompatible_type=met.incompatible_type,
+        )
+
+    def events(self) -> EventStream[PublisherEvent]:
+        """The QoS events of this publisher from now on: ``async for event in publisher.events()``."""
+        return EventStream(self)
+
+    def due(self, now: int) -> int | None:
+        return None
+
+    def join(self, queue: Queue[M]) -> None:
+        """Begin to deliver to a matched subscription."""
+        self.peers += (queue,)
+        self.targets += (self.entry.graph.entrance(queue),)
+        self.matched_total += 1
+        self.tell()
+
+    def part(self, queue: Queue[M]) -> None:
+        """Deliver no more to a subscription that leaves."""
+        self.peers = tuple(peer for peer in self.peers if peer is not queue)
+        self.targets = (*map(self.entry.graph.entrance, self.peers), *self.taps)
+        self.tell()
+
+    def tapped(self, tap: Callable[[M], None]) -> None:
+        """Hand every message to `tap`, too, for good."""
+        self.taps += (tap,)
+        self.targets += (tap,)
+
+    @property
+    def latched(self) -> list[M]:
+        """What late joiners would get now, oldest first; empty for a volatile publisher."""
+        return list(self.history or ())
+
+    def replay(self, queue: Queue[M]) -> None:
+        """Give a late joiner what is latched, oldest first and no more than it holds."""
+        deliver = self.entry.graph.entrance(queue)
+        for message in self.latched[-queue.depth :]:
+            deliver(message)
 
     def suspend(self) -> None:
         """Discard what is published from now on (an inactive lifecycle node)."""
@@ -122,6 +184,7 @@ class Publisher(Generic[M]):
         """Leave the topic; what was latched is gone with it. Closing twice is fine."""
         self.suspended = False
         self._expects = _Closed
+        self.end_events()
         self.entry.remove_publisher(self)
 
     def _refuse(self, message: object) -> None:
@@ -130,7 +193,7 @@ class Publisher(Generic[M]):
                 f"{self.node.fqn} published on {self.entry.name} from a foreign thread: "
                 "use node.threadsafe(publisher.publish, message)"
             )
-        if message.__class__ is not self.type:
+        if message is not None and message.__class__ is not self.type:
             raise WrongType(
                 f"{self.node.fqn} publishes {self.type.__name__} on {self.entry.name}, not {described(message)}"
             )
@@ -138,25 +201,30 @@ class Publisher(Generic[M]):
             raise NotStarted(f"{self.node.fqn} has ended: it can no longer publish on {self.entry.name}")
 
 
-class Queue(Generic[M]):
+class Queue(Endpoint["SubscriptionEvent"], Generic[M]):
     """The waiting messages of one subscription, bounded by its depth.
 
     `received` counts what was delivered into it, `dropped` what was lost because the reader was slower than the depth allows.
+    `status` says what else has happened, `events()` tells it as it happens.
     """
 
-    __slots__ = ("depth", "dropped", "entry", "keep_all", "messages", "node", "qos", "received", "rooms", "type")
+    __slots__ = ("attended", "depth", "dropped", "keep_all", "messages", "received", "rooms", "type")
 
     def __init__(self, node: Participant, entry: TopicEntry, type: type[M], qos: QoS) -> None:
-        self.node = node
-        self.entry = entry
+        super().__init__(node, entry, qos)
         self.type = type
-        self.qos = qos
         self.depth = qos.limit if qos.keep_all else qos.depth
         self.keep_all = qos.keep_all
         self.messages: deque[M] = deque()
         self.received: int = 0
         self.dropped = 0
         self.rooms: list[asyncio.Future[None]] | None = None
+        self.attended = False
+        """Whether taking a message is more than that: senders have waited for room, or messages may be `Aged`. See `taken`."""
+        if (period := nanoseconds(qos.deadline)) is not None:
+            from actors.qos_events import DeadlineWatch
+
+            self.happening().deadline = DeadlineWatch(period)
 
     def __repr__(self) -> str:
         waiting = f"{len(self.messages)} waiting, {self.dropped} dropped"
@@ -168,20 +236,112 @@ class Queue(Generic[M]):
         """Take a message from a publisher. Never blocks, never raises."""
         raise NotImplementedError
 
+    @property
+    def inlet(self) -> Callable[[M], None]:
+        """Where publishers put their messages."""
+        return self.deliver if self.happenings is None or self.happenings.deadline is None else self._deliver_in_time
+
+    def _deliver_in_time(self, message: M) -> None:
+        met = cast("Any", self.happenings)
+        met.deadline.message(met.now())
+        self.deliver(message)
+
+    def aging(self, aged: Aged[M]) -> M:
+        """What to deliver here for a message with a lifespan: by default just the message."""
+        return aged.message
+
+    def taken(self, message: M | Aged[M]) -> M | None:
+        """A message has been taken out of an attended queue: make room known. None if it is too old to be delivered."""
+        if self.rooms is not None:
+            self.made_room()
+        if isinstance(message, Aged):
+            return message.message if message.fresh else None
+        return message
+
+    # -- the subscription's place in the graph ------------------------------------------------------------------------------
+
+    @property
+    def publishers(self) -> list[Publisher[Any]]:
+        """The matched publishers."""
+        return [publisher for publisher in self.entry.publishers if self in publisher.peers]
+
+    @property
+    def publisher_count(self) -> int:
+        """How many publishers this subscription receives from."""
+        return len(self.publishers)
+
+    @property
+    def status(self) -> SubscriptionStatus:
+        """What this subscription has met so far, in totals: see `actors.qos_events`."""
+        from actors.qos_events import SubscriptionStatus
+
+        publishers = self.publishers
+        lease = nanoseconds(self.qos.liveliness_lease)
+        alive = sum(publisher.alive(lease) for publisher in publishers)
+        met = self.happenings
+        return SubscriptionStatus(
+            matched=len(publishers),
+            matched_total=self.matched_total,
+            deadline_missed=0 if met is None else met.missed(),
+            incompatible_qos=0 if met is None else met.incompatible_qos,
+            last_policy_kind="INVALID" if met is None else met.last_policy,
+            incompatible_type=0 if met is None else met.incompatible_type,
+            alive=alive,
+            not_alive=len(publishers) - alive,
+            message_lost=self.dropped,
+        )
+
+    def events(self) -> EventStream[SubscriptionEvent]:
+        """The QoS events of this subscription from now on: ``async for event in subscription.events()``."""
+        return EventStream(self)
+
+    def due(self, now: int) -> int | None:
+        lease = nanoseconds(self.qos.liveliness_lease)
+        instants = [publisher.due_alive(lease, now) for publisher in self.publishers]
+        if self.happenings is not None and self.happenings.deadline is not None:
+            self.happenings.deadline.advance(now)
+            instants.append(self.happenings.deadline.due())
+        return min((instant for instant in instants if instant is not None), default=None)
+
+    def join(self, publisher: Publisher[Any]) -> None:
+        """A publisher has been matched. The first one starts the clock of the deadline."""
+        self.matched_total += 1
+        if self.happenings is not None:
+            if self.happenings.deadline is not None:
+                self.happenings.deadline.start(self.happenings.now())
+            self.happenings.tell()
+
     def close(self) -> None:
         """Leave the topic. Closing twice is fine."""
+        self.end_events()
         self.entry.remove_subscription(self)
         self.made_room()
 
+    # -- room ---------------------------------------------------------------------------------------------------------------
+
+    @property
+    def full(self) -> bool:
+        """Whether a sender has to wait: a reliable KEEP_ALL queue without room."""
+        return (
+            self.keep_all and len(self.messages) >= self.depth and self.qos.reliable and not self._oldest_has_expired()
+        )
+
     async def room(self) -> None:
-        """Wait until a message has been taken out."""
-        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        """Wait until a message has been taken out, or the oldest has expired."""
+        loop = asyncio.get_running_loop()
+        future: asyncio.Future[None] = loop.create_future()
+        self.attended = True
         if self.rooms is None:
             self.rooms = []
         self.rooms.append(future)
+        oldest: Any = self.messages[0]
+        expires = oldest.expires if isinstance(oldest, Aged) else math.inf
+        expiry = loop.call_at((expires + 1) / 1e9, self.made_room) if expires < math.inf else None
         try:
             await future
         finally:
+            if expiry is not None:
+                expiry.cancel()
             self._give_up_on(future)
 
     def _give_up_on(self, room: asyncio.Future[None]) -> None:
@@ -196,208 +356,19 @@ class Queue(Generic[M]):
                     future.set_result(None)
             self.rooms = None
 
+    def _oldest_has_expired(self) -> bool:
+        oldest: Any = self.messages[0]
+        return isinstance(oldest, Aged) and not oldest.fresh
+
     def _overflow(self, message: M) -> None:
-        """The queue is full: KEEP_LAST loses its oldest message, KEEP_ALL (which never overwrites) the new one."""
-        self.dropped += 1
-        if not self.keep_all:
+        """The queue is full: KEEP_LAST loses its oldest message, KEEP_ALL (which never overwrites) the new one.
+
+        A message that nobody would get any more makes place without being missed.
+        """
+        expired = self.attended and self._oldest_has_expired()
+        if expired or not self.keep_all:
             self.messages.popleft()
             self.messages.append(message)
-
-
-class Feed(Queue[M]):
-    """A subscription that feeds a handler through its node's inbox. As an inbox item it stands for one waiting message."""
-
-    __slots__ = ("handler", "inbox", "label")
-
-    def __init__(self, node: Participant, entry: TopicEntry, type: type[M], qos: QoS, inbox: Inbox, label: str) -> None:
-        super().__init__(node, entry, type, qos)
-        self.inbox = inbox
-        self.label = label
-        self.handler: Callable[[M], Awaitable[None] | None] | None = None
-
-    def __repr__(self) -> str:
-        return f"<{self.label} on {self.entry.name}: {len(self.messages)} waiting, {self.dropped} dropped>"
-
-    def deliver(self, message: M) -> None:
-        self.received += 1
-        if len(self.messages) >= self.depth:
-            self._overflow(message)
-            return
-        self.messages.append(message)
-        inbox = self.inbox
-        inbox.items.append(self)
-        waiter = inbox.waiter
-        if waiter is not None:  # Inbox.wake, written out: this is the hot path of the whole framework
-            inbox.waiter = None
-            if not waiter.done():
-                waiter.set_result(None)
-        elif inbox.watch is None:
-            inbox.wake()
-
-    def run(self) -> Awaitable[None] | None:
-        message = self.messages.popleft()
-        if self.rooms is not None:
-            self.made_room()
-        return cast("Callable[[M], Awaitable[None] | None]", self.handler)(message)
-
-
-class ConcurrentFeed(Feed[M]):
-    """A feed whose handler has its own tasks, at most `concurrent` at once. Messages beyond that wait in the queue."""
-
-    __slots__ = ("active", "concurrent", "spawn")
-
-    def __init__(
-        self, node: Participant, entry: TopicEntry, type: type[M], qos: QoS, inbox: Inbox, label: str, concurrent: int
-    ) -> None:
-        super().__init__(node, entry, type, qos, inbox, label)
-        self.concurrent = concurrent
-        self.active = 0
-        self.spawn: Callable[[Coroutine[Any, Any, None]], object] | None = None
-
-    def deliver(self, message: M) -> None:
-        self.received += 1
-        if len(self.messages) >= self.depth:
-            self._overflow(message)
-        else:
-            self.messages.append(message)
-        self.work()
-
-    def work(self) -> None:
-        """Begin another task if one is free and a message waits. Between two lives of the node nothing is begun."""
-        if self.messages and self.active < self.concurrent and self.spawn is not None:
-            self.active += 1
-            self.spawn(self._work(self.spawn))
-
-    async def _work(self, spawn: object) -> None:
-        """One task's work, for as long as the incarnation lasts to which `spawn` belongs."""
-        try:
-            while self.messages and self.spawn is spawn:
-                pending = self.run()
-                if pending is not None:
-                    await pending
-        finally:
-            if self.spawn is spawn:
-                self.active -= 1
-
-
-class Subscription(Queue[M]):
-    """The queue behind a `Stream`."""
-
-    __slots__ = ("closed", "latest", "on_close", "waiter")
-
-    def __init__(self, node: Participant, entry: TopicEntry, type: type[M], qos: QoS) -> None:
-        super().__init__(node, entry, type, qos)
-        self.latest: M | None = None
-        self.waiter: asyncio.Future[None] | None = None
-        self.on_close: Callable[[Subscription[M]], None] | None = None
-        self.closed = False
-
-    def deliver(self, message: M) -> None:
-        self.received += 1
-        self.latest = message
-        if len(self.messages) >= self.depth:
-            self._overflow(message)
-            return
-        self.messages.append(message)
-        waiter = self.waiter
-        if waiter is not None and not waiter.done():
-            waiter.set_result(None)
-
-    def close(self) -> None:
-        if self.closed:
-            return
-        super().close()
-        self.closed = True
-        if self.on_close is not None:
-            self.on_close(self)
-        if self.waiter is not None and not self.waiter.done():
-            self.waiter.set_result(None)
-
-
-class Stream(Generic[M]):
-    """A subscription to iterate: ``async for message in node.subscribe(TOPIC)``.
-
-    Listening starts when the stream is made. It ends (and the subscription leaves the topic) with `close()`, with the end of an
-    ``async with`` block, when nobody refers to the stream any more, and with its node; then iteration stops. At most one task may wait on it.
-    """
-
-    __slots__ = ("_queue",)
-
-    def __init__(self, queue: Subscription[M]) -> None:
-        self._queue = queue
-
-    def __repr__(self) -> str:
-        queue = self._queue
-        state = "closed" if queue.closed else f"{len(queue.messages)} waiting, {queue.dropped} dropped"
-        return f"<stream of {queue.entry.name} [{queue.type.__name__}]: {state}>"
-
-    @property
-    def latest(self) -> M | None:
-        """The newest message that arrived, taken out or not; None before the first."""
-        return self._queue.latest
-
-    @property
-    def received(self) -> int:
-        """How many messages arrived so far."""
-        return self._queue.received
-
-    @property
-    def dropped(self) -> int:
-        """How many messages were lost because this reader was slower than its depth allows."""
-        return self._queue.dropped
-
-    @property
-    def publisher_count(self) -> int:
-        """How many publishers this stream receives from."""
-        return self._queue.entry.publishers_matched(self._queue)
-
-    def __aiter__(self) -> Stream[M]:
-        return self
-
-    async def __anext__(self) -> M:
-        queue = self._queue
-        while not queue.messages:
-            if queue.closed:
-                raise StopAsyncIteration
-            await self._arrival(queue)
-        message = queue.messages.popleft()
-        if queue.rooms is not None:
-            queue.made_room()
-        return message
-
-    async def next(self, timeout: float | None = None) -> M:
-        """The next message. Raises `CallTimeout` after `timeout` seconds without one, `NotStarted` once the stream has ended."""
-        try:
-            async with asyncio.timeout(timeout):
-                return await self.__anext__()
-        except StopAsyncIteration:
-            raise NotStarted(f"the stream of {self._queue.entry.name} has ended: subscribe again") from None
-        except TimeoutError:
-            raise CallTimeout(
-                f"no message on {self._queue.entry.name} within {timeout} s "
-                f"({self.publisher_count} matching publishers in this system)"
-            ) from None
-
-    def close(self) -> None:
-        """Stop listening. Messages that wait can still be taken out."""
-        self._queue.close()
-
-    async def __aenter__(self) -> Stream[M]:
-        return self
-
-    async def __aexit__(self, *exc: object) -> None:
-        self.close()
-
-    def __del__(self) -> None:
-        queue = getattr(self, "_queue", None)
-        if queue is not None and not queue.closed:
-            queue.close()
-
-    async def _arrival(self, queue: Subscription[M]) -> None:
-        if queue.waiter is not None:
-            raise RuntimeError(f"two tasks wait on one stream of {queue.entry.name}: give each its own subscribe()")
-        queue.waiter = asyncio.get_running_loop().create_future()
-        try:
-            await queue.waiter
-        finally:
-            queue.waiter = None
+        if not expired:
+            self.dropped += 1
+            self.tell()

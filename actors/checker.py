@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
-from actors.core import Identity
+from actors.identity import Identity
 from actors.names import lint_name
 from actors.node import Node
+from actors.parameters.unknown import hint
 from actors.qos import compatible
 from actors.supervisor import Child, DynamicSupervisor, Spec, Supervisor
 
@@ -108,13 +109,13 @@ class _Tree:
             self.servers[identity.service(service.service.name)].append(where)
         for action in blueprint.actions:
             self.servers[identity.service(action.action.name)].append(where)
-        known = {parameter.name for parameter in blueprint.parameters}
-        for name in sorted(set(child.parameters) - known - {"use_sim_time"}):
+        known = blueprint.table.values
+        for name in sorted(set(child.parameters) - set(known)):
             self.found.append(
                 Finding(
                     where,
                     f"it is given a parameter {name!r} that {node.__name__} does not declare",
-                    "declare it, or take it away",
+                    f"declare it, or take it away{hint(name, known)}",
                 )
             )
 

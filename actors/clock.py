@@ -51,6 +51,10 @@ class Clock:
         """`wall_ns()` of the instant at which `now()` was or will be `now`."""
         return round(self._epoch * 1e9) + round(now * 1e9)
 
+    def shift_wall(self, seconds: float) -> None:
+        """Set the time of day forth or back, as a person or NTP does: `wall()` and stamps jump, `now()` does not notice."""
+        self._epoch += seconds
+
     def stamp(self, now: float | None = None) -> TimeMessage:
         """`wall()` as a ``builtin_interfaces/msg/Time``, for message headers; with `now`, of the instant at which `now()` was that."""
         from actors.interfaces.builtin_interfaces.msg import Time

@@ -13,7 +13,7 @@ Names are ROS names: relative ones resolve in the namespace of the node that use
 from __future__ import annotations
 
 from collections.abc import AsyncGenerator, Callable, Coroutine
-from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, TypeAlias, TypeVar, cast
 
 from actors.errors import DeclarationError
 from actors.qos import DEFAULT, SERVICES, QoS, of
@@ -139,6 +139,16 @@ def declarations_of(function: object) -> tuple[Declaration, ...]:
     return cast("tuple[Declaration, ...]", getattr(function, "__declarations__", ()))
 
 
+def _refuse_bare(misplaced: tuple[object, ...], written: str) -> None:
+    """The decorator stands without its parentheses, or an option in them has no name."""
+    if not misplaced:
+        return
+    name = getattr(misplaced[0], "__name__", "")
+    if callable(misplaced[0]) and name:
+        raise DeclarationError(f"@{written} without parentheses: write @{written}() above `{name}`")
+    raise DeclarationError(f"@{written}({misplaced[0]!r:.60}): its options are given by name")
+
+
 def _checked_concurrency(what: str, concurrent: int) -> int:
     if concurrent < 0:
         raise DeclarationError(
@@ -219,13 +229,14 @@ class Topic(Generic[M]):
         return f"Topic({self.type.__name__}, {self.name!r})"
 
     def on(
-        self, *, qos: QoS | int | None = None, concurrent: int = 0
+        self, *misplaced: Never, qos: QoS | int | None = None, concurrent: int = 0
     ) -> Callable[[Callable[[Node, M], Nothing]], Callable[[Node, M], Nothing]]:
         """Decorate the method that takes this topic's messages, one after another with the node's other handlers.
 
         `concurrent=n` gives the handler its own tasks instead, at most n at once: for handlers that wait. `qos` overrides the
         contract's. An exception that leaves the handler ends the node's incarnation (see `Node.on_error`).
         """
+        _refuse_bare(misplaced, f"{self!r}.on")
         declaration = TopicHandler(
             self, self.qos if qos is None else of(qos), _checked_concurrency(repr(self), concurrent)
         )
@@ -256,12 +267,13 @@ class Service(Generic[Req, Resp]):
         return f"Service({self.type.__name__}, {self.name!r})"
 
     def serve(
-        self, *, concurrent: int = 0
+        self, *misplaced: Never, concurrent: int = 0
     ) -> Callable[[Callable[[Node, Req], Coroutine[Any, Any, Resp]]], Callable[[Node, Req], Coroutine[Any, Any, Resp]]]:
         """Decorate the coroutine method that answers. An exception in it answers that caller with `ServiceFailed`; the node lives.
 
         `concurrent=n` lets at most n requests be answered at once, in their own tasks.
         """
+        _refuse_bare(misplaced, f"{self!r}.serve")
         declaration = ServiceHandler(self, _checked_concurrency(repr(self), concurrent))
 
         def decorate(
@@ -294,7 +306,7 @@ class Action(Generic[G, R, F]):
         return f"Action({self.type.__name__}, {self.name!r})"
 
     def serve(
-        self, *, arrivals: Arrivals = "reject", result_timeout: float = 10.0
+        self, *misplaced: Never, arrivals: Arrivals = "reject", result_timeout: float = 10.0
     ) -> Callable[[Callable[[Node, G], Steps[F, R]]], Callable[[Node, G], Steps[F, R]]]:
         """Decorate the async generator that works goals off, each in a task of its own.
 
@@ -302,6 +314,7 @@ class Action(Generic[G, R, F]):
         cleans up, then the new one starts), ``queue`` or `queue(n)`, ``parallel`` or `parallel(n)`. Results are kept for late
         askers for `result_timeout` seconds after the end (0: not at all, negative: for ever).
         """
+        _refuse_bare(misplaced, f"{self!r}.serve")
         if not isinstance(arrivals, Limit) and arrivals not in _ARRIVALS:
             raise DeclarationError(
                 f"{self!r}: arrivals={arrivals!r} is none of {', '.join(_ARRIVALS)}, queue(n), parallel(n)"

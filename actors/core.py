@@ -1,4 +1,4 @@
-"""The machinery behind one life of a node: its names, endpoints, timers, tasks, and their orderly end.
+"""The machinery behind one life of a node: its endpoints, timers, tasks, and their orderly end.
 
 `Node` is what people write, `Core` is what runs it. A core belongs to one incarnation; the `Mailbox` it works from outlives it.
 """
@@ -6,16 +6,18 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from collections.abc import Awaitable, Callable, Coroutine
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from actors import names
 from actors.actions import ActionServer
-from actors.channel import ConcurrentFeed, Feed, Publisher, Stream, Subscription
+from actors.control import Failure, StopRequest
 from actors.errors import DeclarationError, NodeRestarting, NotRunning, NotStarted, WrongThread, described, place_of
+from actors.feeds import ConcurrentFeed, Feed
 from actors.goal_client import Goal
+from actors.identity import Identity
 from actors.inbox import Inbox, Item, awaited_in
+from actors.mailbox import Mailbox
 from actors.qos import (
     ACTION_FEEDBACK,
     ACTION_STATUS,
@@ -27,13 +29,16 @@ from actors.qos import (
     resolve_subscription,
 )
 from actors.services import Client, Server
+from actors.stream import Stream, Subscription
 from actors.supervision.reasons import Stop
+from actors.timed import publisher_for
 from actors.timers import TimerItem, TimerRecord
 
 if TYPE_CHECKING:
     from random import Random
 
     from actors.blueprint import Blueprint
+    from actors.channel import Publisher
     from actors.clock import Clock
     from actors.contracts import Action, Service, Topic
     from actors.deadlines import Deadlines
@@ -42,10 +47,9 @@ if TYPE_CHECKING:
     from actors.logs import NodeLog
     from actors.node import ErrorVerdict, Node
     from actors.parameters import ParameterChange, ParameterStore
-    from actors.remap import Remapping
     from actors.system import System
 
-__all__ = ["Core", "Identity", "Mailbox", "StopServing"]
+__all__ = ["Core"]
 
 M = TypeVar("M", bound="Message")
 G = TypeVar("G", bound="Message")
@@ -63,112 +67,15 @@ _EVENT_QOS: Final = {
 }
 
 
-class Identity:
-    """Who a node is: set by its place in the tree, the same over all its incarnations."""
-
-    __slots__ = ("fqn", "name", "namespace", "overrides", "path", "remapping")
-
-    def __init__(
-        self,
-        name: str,
-        namespace: str,
-        path: tuple[str, ...],
-        overrides: Mapping[str, Any],
-        remapping: Remapping | None,
-    ) -> None:
-        names.validate_node_name(name)
-        namespace = names.normalize_namespace(namespace)
-        if remapping is not None:
-            name, namespace = remapping.identity(name, namespace)
-        self.name = name
-        self.namespace = namespace
-        self.fqn = names.fully_qualified(namespace, name)
-        self.path = path
-        self.overrides = overrides
-        self.remapping = remapping
-
-    def topic(self, name: str) -> str:
-        """The full name of a topic as this node knows it."""
-        if self.remapping is not None:
-            return self.remapping.resolve_topic(name, self.name, self.namespace)
-        return names.expand(name, self.name, self.namespace)
-
-    def service(self, name: str) -> str:
-        """The full name of a service, or of an action by its bare name, as this node knows it."""
-        if self.remapping is not None:
-            return self.remapping.resolve_service(name, self.name, self.namespace)
-        return names.expand(name, self.name, self.namespace)
-
-
-class Mailbox:
-    """What outlives an incarnation: the inbox, and the subscriptions and servers whose messages wait for the next life."""
-
-    __slots__ = ("actions", "asked_state", "core", "feeds", "inbox", "incarnation", "saved", "services", "timers")
-
-    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
-        self.timers: dict[str, TimerRecord] = {}
-        self.inbox = Inbox(loop)
-        self.incarnation = 0
-        self.core: Core | None = None
-        """The incarnation that works from this mailbox now."""
-        self.asked_state: str | None = None
-        """The primary state that was last asked of a lifecycle node."""
-        self.saved: Any = None
-        """What the node left for its next incarnation."""
-        self.feeds: list[Feed[Any]] = []
-        self.services: dict[str, Server] = {}
-        self.actions: dict[str, ActionServer] = {}
-
-    def park(self, fqn: str, error: Callable[[], Exception]) -> None:
-        """The incarnation has ended: fail who waits for an answer, keep the messages, and let callers know."""
-        incarnation = self.incarnation
-        inbox = self.inbox
-        for feed in self.feeds:
-            if isinstance(feed, ConcurrentFeed):
-                feed.spawn = None
-        servers: list[Server | ActionServer] = [*self.services.values(), *self.actions.values()]
-        for server in servers:
-            server.fail_all(error)
-            if server.entry.server is server:
-                server.entry.pause(fqn, incarnation)
-        inbox.clear(keep=lambda item: isinstance(item, Feed))
-        inbox.on_error = inbox.on_holding = None
-        inbox.leave()
-
-    def sweep(self, core: Core) -> None:
-        """Forget what the last incarnation took and served and this one, `core`, does not."""
-        for feed in self.feeds:
-            if feed.node is not core:
-                feed.close()
-        self.inbox.clear(keep=lambda item: not isinstance(item, Feed) or item.node is core)
-        self.feeds = [feed for feed in self.feeds if feed.node is core]
-        held: tuple[dict[str, Any], ...] = (self.services, self.actions)
-        for servers in held:
-            for name, server in list(servers.items()):
-                if server.node is not core:
-                    del servers[name]
-                    if server.entry.server is None:
-                        server.entry.close(core.fqn)
-
-    def close(self, fqn: str) -> None:
-        """There will be no next life: leave the graph."""
-        for feed in self.feeds:
-            feed.close()
-        self.feeds.clear()
-        servers: list[Server | ActionServer] = [*self.services.values(), *self.actions.values()]
-        for server in servers:
-            if server.entry.server is None:
-                server.entry.close(fqn)
-        self.services.clear()
-        self.actions.clear()
-        self.inbox.clear(keep=lambda item: False)
+CLIENTS: Final = 256
+"""So many services a node remembers its way to; it finds it again when it has forgotten it."""
 
 
 class Core:
     """One incarnation of one node in one system."""
 
     __slots__ = (
-        "_clients", "_log", "_parameters", "_rng", "blueprint", "derived", "ended", "identity", "inbox", "incarnation", "mailbox", "node",
+        "clients", "_log", "_parameters", "_rng", "blueprint", "derived", "ended", "identity", "inbox", "incarnation", "mailbox", "node",
         "publishers", "publishing", "serving", "streams", "system", "tasks", "timers", "waits_for",
     )  # fmt: skip
 
@@ -195,7 +102,7 @@ class Core:
         """Whether the start phase is over: what came meanwhile has waited for that."""
         self.ended = False
         self.waits_for: Any = None
-        self._clients: dict[Any, Client[Any, Any]] = {}
+        self.clients: dict[Any, Client[Any, Any]] = {}
         self._log: NodeLog | None = None
         self._rng: Random | None = None
         self._parameters: ParameterStore | None = None
@@ -285,7 +192,7 @@ class Core:
         self.check_use()
         entry = self.system.graph.topic(self.identity.topic(topic.name))
         offered = resolve_publisher(qos, [queue.qos for queue in entry.subscriptions])
-        publisher = Publisher(self, entry, topic.type, offered)
+        publisher = publisher_for(self, entry, topic.type, offered)
         self.publishers.append(publisher)
         entry.add_publisher(publisher)
         if not self.publishing:
@@ -297,21 +204,37 @@ class Core:
         entry = self.system.graph.topic(self.identity.topic(topic.name))
         queue = Subscription(self, entry, topic.type, resolve_subscription(qos, [one.qos for one in entry.publishers]))
         self.streams.append(queue)
-        queue.on_close = self.streams.remove
+        queue.on_close = self._stream_closed
         queue.entry.add_subscription(queue)
         return Stream(queue)
 
+    def subscription(self, topic: Topic[M]) -> Feed[M]:
+        """The queue behind this incarnation's first handler of `topic`."""
+        name = self.identity.topic(topic.name)
+        for feed in self.mailbox.feeds:
+            if feed.node is self and feed.entry.name == name:
+                return feed
+        raise DeclarationError(f"{self.fqn} has no handler of {name}: declare one with @{topic!r}.on()")
+
+    def _stream_closed(self, queue: Subscription[Any]) -> None:
+        self.streams.remove(queue)
+        self.mailbox.note((queue.entry,))
+
     def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]:
-        client = self._clients.get(service)
+        client = self.clients.get(service)
         if client is None:
+            if len(self.clients) >= CLIENTS:  # its contracts are made by the dozen
+                self.mailbox.note(one.entry for one in self.clients.values())
+                self.clients.clear()
             entry = self.system.graph.service(self.identity.service(service.name))
-            client = self._clients[service] = Client(self, entry, service)
+            client = self.clients[service] = Client(self, entry, service)
             entry.clients[self.fqn] = entry.clients.get(self.fqn, 0)
         return client
 
     def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]:
         entry = self.system.graph.action(self.identity.service(action.name))
         entry.clients[self.fqn] = entry.clients.get(self.fqn, 0) + 1
+        self.mailbox.note((entry,))
         return Goal(self, entry, action, message, timeout)
 
     def feed(
@@ -392,15 +315,15 @@ class Core:
 
     def start_timers(self) -> None:
         """Let every `@every` of the class tick from now on."""
-        node, owner = self.node, self.blueprint.owner.__name__
+        node, labels = self.node, self.blueprint.labels
         for timer in self.blueprint.timers:
             hz = self.parameters.value(timer.hz) if isinstance(timer.hz, str) else timer.hz
             record = self.mailbox.timers.get(timer.attribute)
             if record is None:
                 record = self.mailbox.timers[timer.attribute] = TimerRecord(hz)
             record.hz = hz
-            label = f"{owner}.{timer.attribute}"
-            item = TimerItem(self.inbox, getattr(node, timer.attribute), hz, timer.late, label, record)
+            handler, label = getattr(node, timer.attribute), labels[timer.attribute]
+            item = TimerItem(self.inbox, handler, hz, timer.late, label, record)
             self.timers.append(item)
             item.begin(self.system.ticker)
 
@@ -424,7 +347,7 @@ class Core:
         for publisher in self.publishers:
             if publisher.entry is entry:
                 return publisher
-        publisher = Publisher(self, entry, type, _EVENT_QOS.get(entry.name.rpartition("/")[2], DEFAULT))
+        publisher = publisher_for(self, entry, type, _EVENT_QOS.get(entry.name.rpartition("/")[2], DEFAULT))
         publisher.gated = False
         self.publishers.append(publisher)
         entry.add_publisher(publisher)
@@ -507,54 +430,20 @@ class Core:
         self.stop_timers()
         for task in reversed(self.tasks):
             task.cancel()
+        self.mailbox.note(one.entry for one in (*self.publishers, *self.clients.values(), *self.derived))
         for publisher in self.publishers:
             publisher.close()
         self.publishers.clear()
         for queue in list(self.streams):
             queue.close()
         for server in self.derived:
-            server.fail_all(self._absent)
+            server.fail_all(self.absent)
             server.entry.server = None
         self.derived.clear()
-        self.mailbox.park(self.fqn, self._absent)
+        self.mailbox.park(self.fqn, self.absent)
 
-    def _absent(self) -> Exception:
+    def absent(self) -> Exception:
         """What those hear who wait for an answer of this incarnation when it ends."""
         if self.system.stop_reason is not None:
             return NotRunning(f"{self.fqn} has stopped: {self.system.stop_reason}")
         return NodeRestarting(self.fqn, self.incarnation)
-
-
-class Failure:
-    """An inbox item that ends the incarnation with the error of a task; `decided`: `on_error` has had its say."""
-
-    __slots__ = ("decided", "error", "label")
-
-    def __init__(self, error: BaseException, label: str, *, decided: bool = False) -> None:
-        self.error = error
-        self.label = label
-        self.decided = decided
-
-    def run(self) -> None:
-        raise self.error
-
-
-class StopServing(BaseException):
-    """Ends `Inbox.serve` in an orderly way; not an `Exception`, so no handler's `except` can mistake it for its own."""
-
-    def __init__(self, reason: str) -> None:
-        super().__init__(reason)
-        self.reason = reason
-
-
-class StopRequest:
-    """An inbox item that ends the node's service."""
-
-    __slots__ = ("reason",)
-    label = "stop"
-
-    def __init__(self, reason: str) -> None:
-        self.reason = reason
-
-    def run(self) -> None:
-        raise StopServing(self.reason)

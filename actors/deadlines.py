@@ -1,8 +1,8 @@
 """Timeouts for many waiting futures at the price of one.
 
-Calls mostly use the same few timeouts, so for each timeout value the deadlines come in order: a queue per value and one loop timer
-for its head are enough. A call that is answered in time costs an append here and nothing else; `asyncio.timeout` would cost more
-than the call itself.
+Calls mostly use the same few timeouts, and for one value the deadlines come in order: a queue for each value and one loop timer for
+its head are enough. A call that is answered in time costs an append here and its share of a sweep; `asyncio.timeout` would cost
+more than the call itself.
 """
 
 from __future__ import annotations
@@ -10,52 +10,91 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import deque
-from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
-__all__ = ["Deadlines"]
+__all__ = ["Deadlines", "Waiting"]
+
+FEW = 64
+"""So many answered calls may stay in a queue besides those that wait."""
+
+
+class Waiting(Protocol):
+    """Something that waits for its future."""
+
+    future: asyncio.Future[Any]
+    due: float
+    """Loop time at which it has waited long enough."""
+
+    def late(self) -> BaseException:
+        """The error for its future."""
+        ...
+
+
+class _Queue:
+    """All that waits with one and the same timeout, in the order of its deadlines."""
+
+    __slots__ = ("full", "timer", "waiting")
+
+    def __init__(self) -> None:
+        self.waiting: deque[Waiting] = deque()
+        self.full = FEW
+        self.timer: asyncio.TimerHandle | None = None
+
+    def sweep(self) -> None:
+        """Drop what has been answered. As the queue may grow to twice of what is left, this costs little for each call."""
+        left = [each for each in self.waiting if not each.future.done()]
+        self.waiting.clear()
+        self.waiting.extend(left)
+        self.full = 2 * len(left) + FEW
 
 
 class Deadlines:
     """Fails futures that are not done in time."""
 
-    __slots__ = ("_loop", "_queues", "_timers")
+    __slots__ = ("_loop", "_queues", "_time")
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
-        self._queues: dict[float, deque[tuple[float, asyncio.Future[Any], Callable[[], BaseException]]]] = {}
-        self._timers: dict[float, asyncio.TimerHandle] = {}
+        self._time = loop.time
+        self._queues: dict[float, _Queue] = {}
 
-    def watch(self, future: asyncio.Future[Any], timeout: float, error: Callable[[], BaseException]) -> None:
-        """Set the exception that `error()` makes on `future` unless it is done within `timeout` seconds (> 0)."""
+    def watch(self, one: Waiting, timeout: float) -> None:
+        """Set the exception `one.late()` on `one.future` unless it is done within `timeout` seconds (> 0)."""
         queue = self._queues.get(timeout)
         if queue is None:
-            if not isinstance(timeout, (int, float)) or math.isnan(timeout):  # pyright: ignore[reportUnnecessaryIsInstance]
-                raise ValueError(f"timeout={timeout!r}: every call has a limit, a number of seconds")
-            queue = self._queues[timeout] = deque()
-        elif len(queue) > 64:
-            while queue and queue[0][1].done():  # keeps the answered calls of a busy second from piling up
-                queue.popleft()
-        due = self._loop.time() + timeout
-        queue.append((due, future, error))
-        if timeout not in self._timers:
-            self._timers[timeout] = self._loop.call_at(due, self._expire, timeout)
+            queue = self._opened(timeout)
+        one.due = self._time() + timeout
+        waiting = queue.waiting
+        waiting.append(one)
+        if len(waiting) > queue.full:
+            queue.sweep()
 
     def close(self) -> None:
         """Forget everything; the futures are left to their owners."""
-        for timer in self._timers.values():
-            timer.cancel()
-        self._timers.clear()
+        for queue in self._queues.values():
+            if queue.timer is not None:
+                queue.timer.cancel()
         self._queues.clear()
+
+    def _opened(self, timeout: float) -> _Queue:
+        if not isinstance(timeout, (int, float)) or math.isnan(timeout):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise ValueError(f"timeout={timeout!r}: every call has a limit, a number of seconds")
+        queue = self._queues[timeout] = _Queue()
+        self._arm(queue, timeout, self._time() + timeout)
+        return queue
+
+    def _arm(self, queue: _Queue, timeout: float, due: float) -> None:
+        queue.timer = self._loop.call_at(due, self._expire, timeout)
 
     def _expire(self, timeout: float) -> None:
         queue = self._queues[timeout]
-        now = self._loop.time()
-        while queue and (queue[0][0] <= now or queue[0][1].done()):
-            _, future, error = queue.popleft()
-            if not future.done():
-                future.set_exception(error())
-        if queue:
-            self._timers[timeout] = self._loop.call_at(queue[0][0], self._expire, timeout)
+        waiting = queue.waiting
+        now = self._time()
+        while waiting and (waiting[0].due <= now or waiting[0].future.done()):
+            one = waiting.popleft()
+            if not one.future.done():
+                one.future.set_exception(one.late())
+        if waiting:
+            self._arm(queue, timeout, waiting[0].due)
         else:
-            del self._queues[timeout], self._timers[timeout]
+            del self._queues[timeout]

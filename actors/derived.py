@@ -125,23 +125,14 @@ def _open_rosout(system: System, entry: TopicEntry) -> None:
     """Publish every log line from now on, and let late joiners have the newest ones."""
     if system.rosout is not None:
         return
-    from actors.interfaces.builtin_interfaces.msg import Time
     from actors.interfaces.rcl_interfaces.msg import Log
+    from actors.logs import log_message
 
     def publish(record: LogRecord) -> None:
         core = system.core_of(record.node)
         if core is None:
             return
-        nanoseconds = system.clock.wall_ns_at(record.time)
-        fields = "".join(f" {key}={value}" for key, value in record.fields.items())
-        core.event_publisher(Log, entry).publish(
-            Log(
-                stamp=Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000),
-                level=int(record.level),
-                name=record.node.lstrip("/").replace("/", "."),
-                msg=record.event + fields,
-            )
-        )
+        core.event_publisher(Log, entry).publish(log_message(record, system.clock.wall_ns_at(record.time)))
 
     system.rosout = publish
     for record in system.records:

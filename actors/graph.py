@@ -16,11 +16,17 @@ if TYPE_CHECKING:
     from actors.actions import ActionServer  # noqa: F401  # in a quoted base class
     from actors.channel import Publisher, Queue
     from actors.interfaces.message import Message
+    from actors.qos import Compatibility, QoS
     from actors.services import Server  # noqa: F401  # in a quoted base class
 
-__all__ = ["ActionEntry", "Graph", "Participant", "ServerEntry", "ServiceEntry", "TopicEntry"]
+__all__ = ["ActionEntry", "Graph", "Participant", "ServerEntry", "ServiceEntry", "Tap", "TopicEntry"]
 
 S = TypeVar("S")
+
+DEPARTED: Final = 256
+
+Tap = Callable[["Publisher[Any]"], Callable[[Any], None]]
+"""Gives, for a publisher, what takes each of its messages; see `Graph.tap`."""
 
 
 class Participant(Protocol):
@@ -69,97 +75,134 @@ class TopicEntry:
         types += [queue.type for queue in self.subscriptions]
         return tuple(sorted({type.__ros_type__ for type in types}))
 
+    def forget(self, node: str) -> None:
+        """`node` will not come back: nothing here speaks of it any more, and a topic that nobody else uses is none."""
+        for pair in [pair for pair in self.mismatches if node in pair[:2]]:
+            del self.mismatches[pair]
+        if not self.publishers and not self.subscriptions and self.graph.topics.get(self.name) is self:
+            del self.graph.topics[self.name]
+
     def add_publisher(self, publisher: Publisher[Any]) -> None:
         if self.opened is None:
             self.opened = self.graph.now()
-        publisher.targets = tuple(queue.deliver for queue in self.matched(publisher))
         self.publishers.append(publisher)
+        for queue in self.subscriptions:
+            if self._match(publisher, queue):
+                publisher.join(queue)
+                queue.join(publisher)
+        for tap in self.graph.taps:
+            publisher.tapped(tap(publisher))
         self.graph.changed()
 
     def remove_publisher(self, publisher: Publisher[Any]) -> None:
         if publisher in self.publishers:
             self.publishers.remove(publisher)
             self.sent += publisher.count
-            publisher.targets = ()
+            peers, publisher.peers, publisher.targets = publisher.peers, (), ()
+            for queue in peers:
+                queue.tell()
             self.graph.changed()
 
     def add_subscription(self, queue: Queue[Any]) -> None:
         """Join, and receive what matching latched publishers hold, oldest first and before anything new."""
         self.graph.derive_topic(self)
         self.subscriptions.append(queue)
-        deliver = queue.deliver
         for publisher in self.publishers:
-            if self.match(publisher, queue):
-                publisher.targets += (deliver,)
+            if self._match(publisher, queue):
+                publisher.join(queue)
+                queue.join(publisher)
                 if queue.qos.transient_local and publisher.history:
-                    for message in list(publisher.history)[-queue.depth :]:
-                        deliver(message)
+                    publisher.replay(queue)
         self.graph.changed()
 
     def remove_subscription(self, queue: Queue[Any]) -> None:
         if queue in self.subscriptions:
             self.subscriptions.remove(queue)
-            gone = queue.deliver
             for publisher in self.publishers:
-                if gone in publisher.targets:
-                    publisher.targets = tuple(deliver for deliver in publisher.targets if deliver != gone)
+                if queue in publisher.peers:
+                    publisher.part(queue)
             self.graph.changed()
 
-    def matched(self, publisher: Publisher[Any]) -> list[Queue[Any]]:
-        """The subscriptions that `publisher` reaches, in subscription order."""
-        return [queue for queue in self.subscriptions if self.match(publisher, queue)]
-
-    def publishers_matched(self, queue: Queue[Any]) -> int:
-        """How many publishers reach `queue`."""
-        return sum(self.match(publisher, queue) for publisher in self.publishers)
-
-    def match(self, publisher: Publisher[Any], queue: Queue[Any]) -> bool:
-        """Whether messages flow between the two; the first failure of a pair is reported on both sides."""
+    def _match(self, publisher: Publisher[Any], queue: Queue[Any]) -> bool:
+        """Whether messages flow between the two; if not, both sides hear of it."""
         if publisher.type is not queue.type and publisher.type.__ros_type__ != queue.type.__ros_type__:
-            theirs, ours = publisher.type.__ros_type__, queue.type.__ros_type__
-            self._apart(
-                publisher,
-                queue,
-                "type",
-                f"it is published as {theirs} and subscribed as {ours}: one topic has one type",
-            )
+            self._types_differ(publisher, queue)
             return False
         if publisher.qos is queue.qos:
             return True
         verdict = compatible(publisher.qos, queue.qos)
         if verdict.level == "error":
-            self._apart(publisher, queue, "qos", verdict.reason, policy=verdict.event_policy)
+            self._qos_differs(publisher, queue, verdict)
             return False
         return True
 
-    def _apart(self, publisher: Publisher[Any], queue: Queue[Any], kind: str, why: str, policy: str = "") -> None:
+    def _first_of_its_kind(self, publisher: Publisher[Any], queue: Queue[Any], kind: str, why: str) -> bool:
+        """Remember what keeps two nodes apart; whether that is news, and worth a line in the log."""
         pair = (publisher.node.fqn, queue.node.fqn, kind)
-        if pair in self.mismatches:
+        news = pair not in self.mismatches
+        self.mismatches.setdefault(pair, why)
+        return news
+
+    def _qos_differs(self, publisher: Publisher[Any], queue: Queue[Any], verdict: Compatibility) -> None:
+        for end in (publisher, queue):
+            met = end.happening()
+            met.incompatible_qos += 1
+            met.last_policy = verdict.event_policy
+            met.tell()
+        if not self._first_of_its_kind(publisher, queue, "qos", verdict.reason):
             return
-        self.mismatches[pair] = why
-        if kind == "qos":
-            publisher.node.warn(
-                f"New subscription discovered on topic '{self.name}', requesting incompatible QoS. No messages will be sent to it. "
-                f"Last incompatible policy: {policy}",
-                subscriber=queue.node.fqn,
-                why=why,
-                remedy="give both ends the same profile",
-            )
-            queue.node.warn(
-                f"New publisher discovered on topic '{self.name}', offering incompatible QoS. No messages will be received from it. "
-                f"Last incompatible policy: {policy}",
-                publisher=publisher.node.fqn,
-                why=why,
-                remedy="give both ends the same profile",
-            )
-        else:
+        told = {
+            "offered": repr(publisher.qos),
+            "requested": repr(queue.qos),
+            "why": verdict.reason,
+            "remedy": remedy(publisher.qos, queue.qos, verdict),
+        }
+        publisher.node.warn(
+            f"New subscription discovered on topic '{self.name}', requesting incompatible QoS. No messages will be sent to it. "
+            f"Last incompatible policy: {verdict.event_policy}",
+            subscriber=queue.node.fqn,
+            **told,
+        )
+        queue.node.warn(
+            f"New publisher discovered on topic '{self.name}', offering incompatible QoS. No messages will be received from it. "
+            f"Last incompatible policy: {verdict.event_policy}",
+            publisher=publisher.node.fqn,
+            **told,
+        )
+
+    def _types_differ(self, publisher: Publisher[Any], queue: Queue[Any]) -> None:
+        for end in (publisher, queue):
+            met = end.happening()
+            met.incompatible_type += 1
+            met.tell()
+        theirs, ours = publisher.type.__ros_type__, queue.type.__ros_type__
+        why = f"it is published as {theirs} and subscribed as {ours}: one topic has one type"
+        if self._first_of_its_kind(publisher, queue, "type", why):
             for node in (publisher.node, queue.node):
                 node.warn(
                     f"Incompatible types on topic '{self.name}'",
                     publisher=publisher.node.fqn,
                     subscriber=queue.node.fqn,
                     why=why,
+                    remedy="give one of the two topics another name, or both sides the same type",
                 )
+
+
+def remedy(offered: QoS, requested: QoS, verdict: Compatibility) -> str:
+    """What to change so that the two match, one clause for each policy that keeps them apart."""
+    fields = {"liveliness_lease_duration": "liveliness_lease"}
+    clauses: list[str] = []
+    for policy in verdict.policies:
+        field = fields.get(policy, policy)
+        offer, request = getattr(offered, field), getattr(requested, field)
+        clauses.append(
+            f"let the publisher offer {field}={_said(request)}, or the subscription request {field}={_said(offer)}"
+        )
+    return "; ".join(clauses)
+
+
+def _said(policy: object) -> str:
+    return f"{policy:g}" if isinstance(policy, float) else str(policy)
 
 
 class ServerEntry(Generic[S]):
@@ -201,6 +244,12 @@ class ServerEntry(Generic[S]):
         self.stopped = node
         self.graph.changed()
 
+    def forget(self, node: str) -> None:
+        """`node` will not come back: it is no client any more, and a name that nobody serves or waits for is none."""
+        self.clients.pop(node, None)
+        if self.server is None and self.restarting is None and not self.waiters and (not self.clients or self.stopped == node):
+            self.graph.drop(self)
+
     async def available(self) -> None:
         """Wait until there is a server."""
         while self.server is None:
@@ -229,6 +278,10 @@ def _underived(entry: object) -> None:
     """Where nobody derives endpoints."""
 
 
+def _entrance(queue: Queue[Any]) -> Callable[[Any], None]:
+    return queue.inlet
+
+
 class Graph:
     """All names of one system. Names are full names; the nodes expand and remap before they ask."""
 
@@ -237,10 +290,15 @@ class Graph:
         self.topics: dict[str, TopicEntry] = {}
         self.services: dict[str, ServiceEntry] = {}
         self.actions: dict[str, ActionEntry] = {}
+        self.departed: dict[str, str] = {}
+        """Who served a name that has left the graph with its server, for the newest `DEPARTED` of them."""
         self.version = 0
         """Grows with every change."""
         self.derive_service: Callable[[ServiceEntry], None] = _underived
         self.derive_topic: Callable[[TopicEntry], None] = _underived
+        self.taps: list[Tap] = []
+        self.entrance: Callable[[Queue[Any]], Callable[[Any], None]] = _entrance
+        """What publishers call to reach a subscription: always the same for the same one. Simulated faults stand here."""
         self._listeners: list[Callable[[], None]] = []
 
     def __repr__(self) -> str:
@@ -256,13 +314,36 @@ class Graph:
         entry = self.services.get(name)
         if entry is None:
             entry = self.services[name] = ServiceEntry(self, name)
+            entry.stopped = self.departed.pop(name, None)
         return entry
 
     def action(self, name: str) -> ActionEntry:
         entry = self.actions.get(name)
         if entry is None:
             entry = self.actions[name] = ActionEntry(self, name)
+            entry.stopped = self.departed.pop(name, None)
         return entry
+
+    def drop(self, entry: ServerEntry[Any]) -> None:
+        """Take out a name that nobody serves or waits for; who asks for it soon still hears at once that its server has stopped."""
+        for registry in (self.services, self.actions):
+            if registry.get(entry.name) is entry:
+                del registry[entry.name]
+        if entry.stopped is not None:
+            self.departed[entry.name] = entry.stopped
+            if len(self.departed) > DEPARTED:
+                del self.departed[next(iter(self.departed))]
+
+    def tap(self, tap: Tap) -> None:
+        """Hand every message of every publisher, present and future, to what `tap(publisher)` returns, for as long as the graph lasts.
+
+        A tap is no subscription: it matches every type and quality of service, nobody sees, counts or waits for it, and a run is the
+        same with it and without. What `tap` returns must not raise.
+        """
+        self.taps.append(tap)
+        for entry in self.topics.values():
+            for publisher in entry.publishers:
+                publisher.tapped(tap(publisher))
 
     def changed(self) -> None:
         """Count a change and tell the listeners."""

@@ -12,9 +12,13 @@ import os
 import sys
 from collections import deque
 from collections.abc import Awaitable, Callable
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-__all__ = ["HOLDING_SECONDS", "Inbox", "Item", "awaited_in", "stray_cancel"]
+if TYPE_CHECKING:
+    from actors.lifespan import Stamped
+    from actors.load import Load, Meter
+
+__all__ = ["HOLDING_SECONDS", "Inbox", "Item", "awaited_in", "is_library", "stray_cancel"]
 
 HOLDING_SECONDS = 0.5
 """A plain handler that keeps the others waiting for longer than this is reported once (architecture section 5)."""
@@ -43,6 +47,8 @@ class Inbox:
         "handled",
         "items",
         "loop",
+        "mark",
+        "meter",
         "on_error",
         "on_holding",
         "reported",
@@ -60,6 +66,9 @@ class Inbox:
         self.current: Item | None = None
         self.handled = 0
         self.watch: asyncio.TimerHandle | None = None
+        self.meter: Meter | None = None
+        self.mark: _Mark | Stamped[Any] | None = None
+        """The waiting item, or message, whose wait is measured."""
         self.reported: set[str] | None = None
         self.on_holding: Callable[[Item, float], None] | None = None
         self.on_error: Callable[[Exception, str], object] | None = None
@@ -82,11 +91,14 @@ class Inbox:
             if not waiter.done():
                 waiter.set_result(None)
         elif self.watch is None and self.current is not None:
-            self.watch = self.loop.call_later(HOLDING_SECONDS, self._look, self.handled)
+            self._observe()
 
     def clear(self, keep: Callable[[Item], bool]) -> None:
         """Drop what waits, but for what `keep` accepts. Who still serves here finds nothing more to do."""
         items, control = self.items, self.control
+        mark, self.mark = self.mark, None
+        if isinstance(mark, _Mark):
+            items.remove(mark)
         self.items, self.control = deque(filter(keep, items)), list(filter(keep, control))
         items.clear()
         control.clear()
@@ -95,12 +107,22 @@ class Inbox:
         """Run items until one of them raises and `on_error` does not say "continue": that ends the incarnation. Cancel to stop."""
         items, control = self.items, self.control
         self.task = task = asyncio.current_task()
+        budget = 1  # so many items on, one is measured, and it is seen whether the loop is due for a turn
         try:
             while True:
-                budget = TURN
+                paused = self.handled
                 while control or items:
                     item = control.pop(0) if control else items.popleft()
                     self.current = item
+                    budget -= 1
+                    if not budget:
+                        await self._run_measured(item)
+                        if self.handled - paused >= TURN:
+                            self.current = None
+                            await asyncio.sleep(0)
+                            paused = self.handled
+                        budget = min(self._meter().interval(self.handled), paused + TURN - self.handled)
+                        continue
                     try:
                         pending = item.run()
                         if pending is not None:
@@ -110,11 +132,6 @@ class Inbox:
                     except (Exception, asyncio.CancelledError) as error:
                         self._failed(item, error)
                     self.handled += 1
-                    budget -= 1
-                    if not budget:
-                        self.current = None
-                        await asyncio.sleep(0)
-                        budget = TURN
                 if self.task is not task:  # it refused to die when it was told to, and another one serves here now
                     return
                 self.current = None
@@ -123,6 +140,21 @@ class Inbox:
         finally:
             if self.task is task:
                 self.leave()
+
+    async def _run_measured(self, item: Item) -> None:
+        """Run one item as `serve` does, and look at the clock before and after."""
+        begun = self.loop.time()
+        try:
+            pending = item.run()
+            if pending is not None:
+                if self.items and self.watch is None:
+                    self.wake()
+                await pending
+        except (Exception, asyncio.CancelledError) as error:
+            self._failed(item, error)
+        if not isinstance(item, _Mark):
+            self._meter().took(item.label, self.loop.time() - begun)
+        self.handled += 1
 
     def leave(self) -> None:
         """Nobody serves here any more."""
@@ -137,6 +169,15 @@ class Inbox:
         if failure is None or self.on_error is None or self.on_error(failure, item.label) != "continue":
             raise failure or error
 
+    def _observe(self) -> None:
+        """Somebody waits: see in half a second whether still for the same item, and measure how long this one waits."""
+        self.watch = self.loop.call_later(HOLDING_SECONDS, self._look, self.handled)
+        if self.items and self.mark is None:
+            stamp = getattr(self.items[-1], "stamp", None)  # its message may be replaced while it waits
+            self.mark = _Mark(self, self.loop.time()) if stamp is None else stamp()
+            if stamp is None:
+                self.items.insert(len(self.items) - 1, self.mark)
+
     def _look(self, handled: int) -> None:
         """Half a second after somebody found the node busy: is it still busy with the same item?"""
         self.watch = None
@@ -146,7 +187,46 @@ class Inbox:
         if self.handled == handled:
             self.report_holding(current, HOLDING_SECONDS)
         if self.items or self.control:
-            self.watch = self.loop.call_later(HOLDING_SECONDS, self._look, self.handled)
+            self._observe()
+
+    # -- load ---------------------------------------------------------------------------------------------------------------
+
+    @property
+    def waiting(self) -> int:
+        """How many items wait."""
+        return len(self.items) + len(self.control) - isinstance(self.mark, _Mark)
+
+    @property
+    def load(self) -> Load:
+        """What was measured until now."""
+        from actors.load import Load
+
+        age = 0.0 if self.mark is None else self.loop.time() - self.mark.since
+        meter = self._meter()
+        return Load(self.handled, self.waiting, age, max(age, meter.longest_wait), meter.handlers())
+
+    def took(self, label: str, seconds: float) -> None:
+        """A handler with tasks of its own took so long."""
+        self._meter().took(label, seconds)
+
+    def waited(self, mark: _Mark | Stamped[Any]) -> None:
+        """What came with `mark` has its turn now."""
+        self.lost(mark)
+        self._meter().waited(self.loop.time() - mark.since)
+
+    def lost(self, mark: _Mark | Stamped[Any]) -> None:
+        """What came with `mark` waits no more; measure the next one that has to."""
+        if self.mark is mark:
+            self.mark = None
+
+    def _meter(self) -> Meter:
+        if self.meter is None:
+            from actors.load import Meter
+
+            self.meter = Meter()
+        return self.meter
+
+    # -- reports ------------------------------------------------------------------------------------------------------------
 
     def report_holding(self, item: Item, seconds: float) -> None:
         """Tell, once per handler, that it keeps the node's other handlers waiting."""
@@ -155,6 +235,21 @@ class Inbox:
         if item.label not in self.reported and self.on_holding is not None:
             self.reported.add(item.label)
             self.on_holding(item, seconds)
+
+
+class _Mark:
+    """Waits in the inbox just before the item whose waiting time is measured."""
+
+    __slots__ = ("inbox", "since")
+    label = "inbox age"
+
+    def __init__(self, inbox: Inbox, since: float) -> None:
+        self.inbox = inbox
+        self.since = since
+
+    def run(self) -> None:
+        self.inbox.handled -= 1  # nobody's item
+        self.inbox.waited(self)
 
 
 def stray_cancel(error: asyncio.CancelledError, label: str) -> RuntimeError | None:
@@ -180,7 +275,7 @@ def awaited_in(task: asyncio.Task[Any]) -> str:
             or getattr(waiting, "gi_frame", None)
             or getattr(waiting, "ag_frame", None)
         )
-        if frame is not None and not (place and _is_library(frame.f_code.co_filename)):
+        if frame is not None and not (place and is_library(frame.f_code.co_filename)):
             place = f"{frame.f_code.co_filename}:{frame.f_lineno} in {frame.f_code.co_qualname}"
         waiting = (
             getattr(waiting, "cr_await", None)
@@ -190,7 +285,7 @@ def awaited_in(task: asyncio.Task[Any]) -> str:
     return place
 
 
-def _is_library(file: str) -> bool:
+def is_library(file: str) -> bool:
     """Whether a file belongs to asyncio, anyio or the root folder of this package: users look for their own line."""
     folder = os.path.dirname(file)
     packages = (sys.modules.get(name) for name in ("asyncio", "anyio", "anyio._core", "anyio._backends", "actors"))

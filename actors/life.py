@@ -7,12 +7,15 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
 from actors.actions import ActionServer
-from actors.core import Core, Identity, Mailbox, StopServing
+from actors.control import StopServing
+from actors.core import Core
 from actors.errors import DeclarationError
 from actors.node import Node
 from actors.supervision.reasons import Failed, Skip, Stop, Stopped
 
 if TYPE_CHECKING:
+    from actors.identity import Identity
+    from actors.mailbox import Mailbox
     from actors.supervision.reasons import ExitReason
     from actors.supervisor import Child
     from actors.system import System
@@ -100,6 +103,10 @@ class NodeLife:
         await node.on_start()
         self.phase = "begin"
         await node._begin()  # pyright: ignore[reportPrivateUsage]
+        if core.identity.overrides and type(node) is not Node:  # a script's node may declare its own at any time
+            from actors.parameters.unknown import refuse_unknown
+
+            refuse_unknown(core.parameters, type(node).__name__)
         self.mailbox.sweep(core)
         if not node.managed:
             core.start_timers()

@@ -102,10 +102,10 @@ class LifecycleNode(Node):
         """Let publishers and timers do as the state says."""
         core, active = self.core, self._machine.state is LifecycleState.ACTIVE
         core.let_publish(active)
-        if active and not core.timers:
-            core.start_timers()
-        elif not active:
+        if not active:
             core.stop_timers()
+        elif not core.timers:
+            core.start_timers()
 
     async def _begin(self) -> None:
         self._machine = LifecycleMachine(on_transition=self._tell)
@@ -164,8 +164,14 @@ def _managed(system: System, nodes: Sequence[str] | None) -> list[Core]:
 
 
 async def _ask(core: Core, node: LifecycleNode, label: str) -> bool:
-    """Change a node's state in its own turn."""
+    """Change a node's state in its own turn. Raises `NodeRestarting` or `NotRunning` when the node ends before it has done so."""
     answer: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
+
+    def ended(_: object) -> None:
+        if not answer.done():
+            answer.set_exception(core.absent())
+
+    core.spawn(asyncio.wait([answer]), name=label).add_done_callback(ended)  # the node's end is the end of its tasks
     core.inbox.put_control(_Change(node, label, answer))
     return await answer
 

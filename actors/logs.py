@@ -14,6 +14,7 @@ from actors.levels import Level
 
 if TYPE_CHECKING:
     from actors.clock import Clock
+    from actors.interfaces.rcl_interfaces.msg import Log
 
 __all__ = [
     "DEBUG",
@@ -27,6 +28,8 @@ __all__ = [
     "NodeLog",
     "console_sink",
     "json_sink",
+    "log_message",
+    "printable",
     "structlog_sink",
 ]
 
@@ -92,6 +95,25 @@ class NodeLog:
     def _write(self, level: int, event: str, fields: dict[str, Any]) -> None:
         if level >= self.level:
             self._sink(LogRecord(self._clock.now(), level, self._node, self._incarnation, event, fields))
+
+
+def printable(text: str) -> str:
+    """The text, with what no message can carry (lone surrogates) written out."""
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
+def log_message(record: LogRecord, nanoseconds: int) -> Log:
+    """The line as it goes to `/rosout`: stamped with this wall time, its fields in the text."""
+    from actors.interfaces.builtin_interfaces.msg import Time
+    from actors.interfaces.rcl_interfaces.msg import Log
+
+    fields = "".join(f" {key}={value}" for key, value in record.fields.items())
+    return Log(
+        stamp=Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000),
+        level=int(record.level),
+        name=record.node.lstrip("/").replace("/", "."),
+        msg=printable(record.event + fields),
+    )
 
 
 def structlog_sink(record: LogRecord) -> None:

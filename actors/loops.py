@@ -54,6 +54,8 @@ if sys.platform == "linux":
             select.select(epoll, (), (), timeout)
 
     class _PreciseLoop(asyncio.SelectorEventLoop):
+        time = staticmethod(time.monotonic)  # as asyncio has it, but without a Python call: everything asks for it
+
         def run_forever(self) -> None:
             with _sharp_timers():
                 super().run_forever()

@@ -225,16 +225,21 @@ def expand(name: str, node: str, namespace: str, substitutions: Mapping[str, str
     ``expand("~/scan", "lidar", "/front")`` is ``/front/lidar/scan``. ``namespace`` is normalised (``/`` or ``/ns``).
     Raises ``InvalidName`` for the name, the node, the namespace or the result.
     """
-    if substitutions is None:
-        return _expand_checked(name, node, namespace)
+    if substitutions is None and (shared := _expand_without_node(name, namespace)) is not None:
+        validate_node_name(node)
+        return shared
     full = expand_only(name, node, namespace, substitutions)
     validate_full_name(full)
     return full
 
 
 @lru_cache(maxsize=4096)
-def _expand_checked(name: str, node: str, namespace: str) -> str:
-    full = expand_only(name, node, namespace)
+def _expand_without_node(name: str, namespace: str) -> str | None:
+    """What `name` means to every node of a namespace, or None if that depends on the node. Kept, so that a thousand nodes of
+    one class check their names once."""
+    if name.startswith("~") or "{" in name:
+        return None
+    full = expand_only(name, "node", namespace)
     validate_full_name(full)
     return full
 

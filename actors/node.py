@@ -24,14 +24,16 @@ from actors.qos import QoS, of
 if TYPE_CHECKING:
     from random import Random
 
-    from actors.channel import Publisher, Stream
+    from actors.channel import Publisher
     from actors.clock import Clock
     from actors.contracts import Action, Service, Topic
     from actors.core import Core
+    from actors.feeds import Feed
     from actors.goal_client import Goal
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
     from actors.parameters import SetResult
+    from actors.stream import Stream
     from actors.supervision.reasons import ExitReason
 
 __all__ = ["CALL_TIMEOUT", "GOAL_TIMEOUT", "ErrorVerdict", "Node"]
@@ -167,12 +169,20 @@ class Node:
         """Listen to `topic` from this moment on: ``async for message in node.subscribe(TOPIC)``."""
         return self.core.subscribe(topic, topic.qos if qos is None else of(qos))
 
-    async def call(self, service: Service[Req, Resp], request: Req, *, timeout: float = CALL_TIMEOUT) -> Resp:
+    def subscription(self, topic: Topic[M]) -> Feed[M]:
+        """What feeds this node's handler of `topic`: its counts, its `status`, its `events()`. Raises `DeclarationError` without one."""
+        return self.core.subscription(topic)
+
+    def call(
+        self, service: Service[Req, Resp], request: Req, *, timeout: float = CALL_TIMEOUT
+    ) -> Coroutine[Any, Any, Resp]:
         """Ask a service and wait for its answer, `timeout` seconds at most, the wait for its server included.
 
         Raises `ServiceUnavailable`, `CallTimeout`, `NodeRestarting`, `NotRunning`, `ServiceFailed`, `CallCycle` or `WrongType`.
         """
-        return await self.core.client(service).call(request, timeout)
+        core = self._core or self.core
+        client = core.clients.get(service) or core.client(service)
+        return client.call(request, timeout)
 
     async def wait_for(
         self, *contracts: Service[Any, Any] | Action[Any, Any, Any], timeout: float | None = None

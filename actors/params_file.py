@@ -299,6 +299,10 @@ class _Events:
             what = " ".join(part for part in (error.context, error.problem) if part)
             problem = f"not valid YAML: {what}; check indentation (no tabs), colons and quotes"
             raise InvalidParams(problem, source=self.source, line=mark.line + 1 if mark else None) from None
+        except yaml.reader.ReaderError as error:  # it counts characters, and says so in two lines
+            line = text.count("\n", 0, error.position) + 1
+            problem = f"not valid YAML: the character U+{ord(text[error.position]):04X} is not allowed; take it out"
+            raise InvalidParams(problem, source=self.source, line=line) from None
         except yaml.YAMLError as error:
             raise InvalidParams(f"not valid YAML: {error}", source=self.source) from None
 

@@ -7,6 +7,7 @@ field's own names (``qos.SENSOR_DATA``, ``qos.COMMANDS``, ...), the matching rul
 """
 
 import math
+import warnings
 from collections.abc import Iterable
 from functools import lru_cache
 from typing import Final, Literal, NamedTuple, cast
@@ -350,4 +351,6 @@ def _resolve(
     if qos.history is History.SYSTEM_DEFAULT:
         changes["history"] = History.KEEP_LAST
         changes["depth"] = qos.depth
-    return qos.replace(**changes) if changes else qos
+    with warnings.catch_warnings():  # who made the profile has been told what is odd about it
+        warnings.simplefilter("ignore", QoSWarning)
+        return qos.replace(**changes) if changes else qos

@@ -1,32 +1,38 @@
-"""Counters behind the QoS events: matched, deadline missed, liveliness lost and changed.
+"""QoS events as values, the statuses they are made from, and the watches that count what happens by silence.
 
-Pure state machines told the time in nanoseconds. Every counter has a ``take``, which answers the totals and what
-changed since it was taken before; happenings between two takes are coalesced. Rules: rmw, and the DDS statuses behind it.
+A status is what one endpoint has met so far, in totals. An event is one kind of change between two statuses: the total now and how much
+of it is new, so happenings between two looks come as one event. Names and fields: rmw, and the DDS statuses behind it. The watches are
+pure state machines that are told the time in nanoseconds.
 """
 
-from collections.abc import Hashable
-from typing import NamedTuple
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TypeAlias
+
+import msgspec
 
 __all__ = [
-    "CountStatus",
+    "DeadlineMissed",
     "DeadlineWatch",
-    "LivelinessStatus",
-    "LivelinessWatch",
-    "LostWatch",
-    "MatchedCount",
-    "MatchedStatus",
+    "IncompatibleQoS",
+    "IncompatibleType",
+    "LeaseWatch",
+    "LivelinessChanged",
+    "LivelinessLost",
+    "Matched",
+    "MessageLost",
+    "PublisherEvent",
+    "PublisherStatus",
+    "SubscriptionEvent",
+    "SubscriptionStatus",
 ]
 
-
-class CountStatus(NamedTuple):
-    """How often something happened, in all and since the last take."""
-
-    total_count: int
-    total_count_change: int
+# -- events -----------------------------------------------------------------------------------------------------------------
 
 
-class MatchedStatus(NamedTuple):
-    """How many peers were ever matched and are matched now, with the changes since the last take."""
+class Matched(msgspec.Struct, frozen=True):
+    """Peers have come or gone: how many were ever matched, and how many are now."""
 
     total_count: int
     total_count_change: int
@@ -34,8 +40,22 @@ class MatchedStatus(NamedTuple):
     current_count_change: int
 
 
-class LivelinessStatus(NamedTuple):
-    """How many matched publishers are alive and not alive, with the changes since the last take."""
+class DeadlineMissed(msgspec.Struct, frozen=True):
+    """A whole deadline has passed without a message: offered by a publisher, or requested by a subscription."""
+
+    total_count: int
+    total_count_change: int
+
+
+class LivelinessLost(msgspec.Struct, frozen=True):
+    """A publisher with liveliness manual_by_topic has neither published nor asserted itself for its lease."""
+
+    total_count: int
+    total_count_change: int
+
+
+class LivelinessChanged(msgspec.Struct, frozen=True):
+    """Among the publishers of a subscription the numbers of those that are alive and that are not have changed."""
 
     alive_count: int
     alive_count_change: int
@@ -43,48 +63,116 @@ class LivelinessStatus(NamedTuple):
     not_alive_count_change: int
 
 
-class MatchedCount:
-    """Counts the peers of one endpoint as they come and go."""
+class MessageLost(msgspec.Struct, frozen=True):
+    """Messages were lost because the reader was slower than the depth of its subscription allows."""
 
-    __slots__ = ("_taken", "current", "total")
+    total_count: int
+    total_count_change: int
 
-    def __init__(self) -> None:
-        self.total = 0
-        self.current = 0
-        self._taken = (0, 0)
 
-    def joined(self) -> None:
-        """A peer was matched."""
-        self.total += 1
-        self.current += 1
+class IncompatibleQoS(msgspec.Struct, frozen=True):
+    """Peers were met whose quality of service does not fit; `last_policy_kind` says by which policy the last one failed."""
 
-    def left(self) -> None:
-        """A matched peer has gone."""
-        self.current -= 1
+    total_count: int
+    total_count_change: int
+    last_policy_kind: str
+    """RELIABILITY, DURABILITY, DEADLINE or LIVELINESS (also for its lease)."""
 
-    def take(self) -> MatchedStatus:
-        """The counts now."""
-        total, current = self._taken
-        self._taken = (self.total, self.current)
-        return MatchedStatus(self.total, self.total - total, self.current, self.current - current)
+
+class IncompatibleType(msgspec.Struct, frozen=True):
+    """Peers were met that use another message type under the same name."""
+
+    total_count: int
+    total_count_change: int
+
+
+PublisherEvent: TypeAlias = Matched | DeadlineMissed | LivelinessLost | IncompatibleQoS | IncompatibleType
+"""What `Publisher.events()` tells."""
+
+SubscriptionEvent: TypeAlias = (
+    Matched | DeadlineMissed | LivelinessChanged | MessageLost | IncompatibleQoS | IncompatibleType
+)
+"""What `Stream.events()` and `Node.subscription(...).events()` tell."""
+
+# -- statuses ---------------------------------------------------------------------------------------------------------------
+
+
+class _Status(msgspec.Struct, frozen=True, kw_only=True):
+    """What both kinds of endpoint count."""
+
+    matched: int
+    """Peers matched now."""
+    matched_total: int
+    """Peers that were ever matched."""
+    deadline_missed: int = 0
+    incompatible_qos: int = 0
+    """Peers met whose quality of service does not fit."""
+    last_policy_kind: str = "INVALID"
+    """The policy by which the last of them failed."""
+    incompatible_type: int = 0
+    """Peers met that use another message type."""
+
+    def _common(self, old: _Status) -> Iterator[Matched | DeadlineMissed | IncompatibleQoS | IncompatibleType]:
+        if (self.matched, self.matched_total) != (old.matched, old.matched_total):
+            total, current = self.matched_total, self.matched
+            yield Matched(total, total - old.matched_total, current, current - old.matched)
+        if (missed := self.deadline_missed) != old.deadline_missed:
+            yield DeadlineMissed(missed, missed - old.deadline_missed)
+        if (met := self.incompatible_qos) != old.incompatible_qos:
+            yield IncompatibleQoS(met, met - old.incompatible_qos, self.last_policy_kind)
+        if (met := self.incompatible_type) != old.incompatible_type:
+            yield IncompatibleType(met, met - old.incompatible_type)
+
+
+class PublisherStatus(_Status, frozen=True, kw_only=True):
+    """What one publisher has met so far."""
+
+    liveliness_lost: int = 0
+
+    def since(self, old: PublisherStatus) -> Iterator[PublisherEvent]:
+        """What has happened since the status `old` of the same publisher, one event for each kind."""
+        yield from self._common(old)
+        if (lost := self.liveliness_lost) != old.liveliness_lost:
+            yield LivelinessLost(lost, lost - old.liveliness_lost)
+
+
+class SubscriptionStatus(_Status, frozen=True, kw_only=True):
+    """What one subscription has met so far."""
+
+    alive: int = 0
+    """Matched publishers that are alive."""
+    not_alive: int = 0
+    """Matched publishers whose lease has run out."""
+    message_lost: int = 0
+
+    def since(self, old: SubscriptionStatus) -> Iterator[SubscriptionEvent]:
+        """What has happened since the status `old` of the same subscription, one event for each kind."""
+        yield from self._common(old)
+        if (self.alive, self.not_alive) != (old.alive, old.not_alive):
+            yield LivelinessChanged(self.alive, self.alive - old.alive, self.not_alive, self.not_alive - old.not_alive)
+        if (lost := self.message_lost) != old.message_lost:
+            yield MessageLost(lost, lost - old.message_lost)
+
+
+# -- watches ----------------------------------------------------------------------------------------------------------------
 
 
 class DeadlineWatch:
     """Counts the deadlines that passed without a message, for one publisher or one subscription.
 
-    Each full period without a message is one miss. A publisher's watch is started when it is made, a subscription's
-    when it is matched; until ``start`` or the first ``message`` nothing is missed.
+    Every whole period without a message is one miss; a message at the very end of its period is in time. Until `start` or the first
+    `message` nothing is missed.
     """
 
-    __slots__ = ("_missed", "_since", "_taken", "period_ns")
+    __slots__ = ("_since", "missed", "period_ns")
 
     def __init__(self, period_ns: int) -> None:
         if period_ns <= 0:
             raise ValueError(f"a deadline must be positive, not {period_ns} ns")
         self.period_ns = period_ns
+        self.missed = 0
+        """Misses accounted for so far."""
         self._since: int | None = None
-        self._missed = 0
-        self._taken = 0
 
     def start(self, now: int) -> None:
         """Count from now on, unless it counts already."""
@@ -99,31 +187,20 @@ class DeadlineWatch:
     def advance(self, now: int) -> int:
         """Account for the periods that have passed; the number of misses so far."""
         if self._since is not None and now > self._since:
-            periods = (now - self._since) // self.period_ns
-            self._missed += periods
+            periods = (now - self._since - 1) // self.period_ns
+            self.missed += periods
             self._since += periods * self.period_ns
-        return self._missed
+        return self.missed
 
     def due(self) -> int | None:
-        """When the next miss happens if no message comes; None before the start."""
-        return None if self._since is None else self._since + self.period_ns
-
-    def take(self, now: int) -> CountStatus:
-        """The misses up to now."""
-        total = self.advance(now)
-        status = CountStatus(total, total - self._taken)
-        self._taken = total
-        return status
+        """The first instant at which one more is missed if no message comes; None before the start."""
+        return None if self._since is None else self._since + self.period_ns + 1
 
 
-class LostWatch:
-    """Whether one publisher keeps its promise to show that it lives: counts each time its lease runs out.
+class LeaseWatch:
+    """Whether one publisher shows that it lives: counts each time it has not for its lease. Being made counts as a sign of life."""
 
-    With automatic liveliness every activity of its process asserts it; with manual_by_topic only its own messages and
-    explicit assertions do. The caller decides which to report.
-    """
-
-    __slots__ = ("_asserted", "_taken", "alive", "lease_ns", "lost")
+    __slots__ = ("alive", "asserted", "lease_ns", "lost")
 
     def __init__(self, lease_ns: int, now: int) -> None:
         if lease_ns <= 0:
@@ -131,64 +208,24 @@ class LostWatch:
         self.lease_ns = lease_ns
         self.alive = True
         self.lost = 0
-        self._asserted = now
-        self._taken = 0
+        """Losses accounted for so far."""
+        self.asserted = now
+        """When it last showed that it lives."""
 
-    def assert_alive(self, now: int) -> None:
-        """The publisher showed that it lives."""
-        self.advance(now)
-        self._asserted = now
+    def assert_alive(self, now: int) -> bool:
+        """The publisher shows that it lives. Returns whether it had been lost."""
+        was_lost = not self.advance(now)
+        self.asserted = now
         self.alive = True
+        return was_lost
 
     def advance(self, now: int) -> bool:
         """Let time pass; whether the publisher counts as alive now."""
-        if self.alive and now - self._asserted >= self.lease_ns:
+        if self.alive and now - self.asserted > self.lease_ns:
             self.alive = False
             self.lost += 1
         return self.alive
 
     def due(self) -> int | None:
-        """When the lease runs out if nothing is asserted; None once it has."""
-        return self._asserted + self.lease_ns if self.alive else None
-
-    def take(self, now: int) -> CountStatus:
-        """The losses up to now."""
-        self.advance(now)
-        status = CountStatus(self.lost, self.lost - self._taken)
-        self._taken = self.lost
-        return status
-
-
-class LivelinessWatch:
-    """What one subscription knows of the liveliness of its publishers, by a key of the caller's choice.
-
-    ``lease_ns`` is the subscription's own lease, None for endless. A publisher counts as alive from its first message
-    or assertion on; one that leaves counts no more.
-    """
-
-    __slots__ = ("_publishers", "_taken", "lease_ns")
-
-    def __init__(self, lease_ns: int | None) -> None:
-        self.lease_ns = lease_ns
-        self._publishers: dict[Hashable, LostWatch | None] = {}
-        self._taken = (0, 0)
-
-    def assert_alive(self, publisher: Hashable, now: int) -> None:
-        """A publisher showed that it lives."""
-        known = self._publishers.get(publisher)
-        if known is not None:
-            known.assert_alive(now)
-        else:
-            self._publishers[publisher] = None if self.lease_ns is None else LostWatch(self.lease_ns, now)
-
-    def left(self, publisher: Hashable) -> None:
-        """A publisher has gone, in order or not."""
-        self._publishers.pop(publisher, None)
-
-    def take(self, now: int) -> LivelinessStatus:
-        """The counts now."""
-        alive = sum(watch is None or watch.advance(now) for watch in self._publishers.values())
-        lost = len(self._publishers) - alive
-        old_alive, old_lost = self._taken
-        self._taken = (alive, lost)
-        return LivelinessStatus(alive, alive - old_alive, lost, lost - old_lost)
+        """The first instant at which it is lost if nothing is asserted; None once it is."""
+        return self.asserted + self.lease_ns + 1 if self.alive else None

@@ -7,7 +7,7 @@ import signal
 import threading
 from collections.abc import Callable, Coroutine, Mapping
 from types import TracebackType
-from typing import Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 
 from actors.errors import NotRunning
 from actors.logs import INFO, LogSink, structlog_sink
@@ -15,9 +15,15 @@ from actors.node import Node
 from actors.supervisor import Child, Spec, Supervisor, temporary
 from actors.system import System, system_here
 
-__all__ = ["OpenNode", "Run", "execute", "open_node", "run"]
+__all__ = ["Observer", "OpenNode", "Run", "execute", "open_node", "run"]
 
 T = TypeVar("T")
+
+
+class Observer(Protocol):
+    """What looks on from a system's beginning."""
+
+    def attach(self, system: System) -> object: ...
 
 
 def run(
@@ -27,31 +33,52 @@ def run(
     signals: bool = True,
     sinks: tuple[LogSink, ...] = (structlog_sink,),
     level: int = INFO,
+    observers: tuple[Observer, ...] = (),
 ) -> Run:
     """Run a tree in this event loop: ``async with run(tree) as system: await system.wait()``.
 
     Entering returns when every child is ready and raises `StartFailed` otherwise; leaving stops the tree, last child first. When the tree
     ends by itself meanwhile (its restarts are used up), `system.wait()` raises `SupervisorGaveUp`; a block that is doing something else is
     canceled and the block as a whole raises it. SIGINT and SIGTERM (main thread, real clock, unless ``signals=False``) are one path: the
-    tree stops in order and `wait()` returns; a second one within 2 s kills it.
+    tree stops in order and `wait()` returns; a second one within 2 s kills it. `observers`, such as a `FlightRecorder`, are attached to
+    the system before its tree starts.
     """
-    return Run(tree, seed=seed, signals=signals, sinks=sinks, level=level)
+    return Run(tree, seed=seed, signals=signals, sinks=sinks, level=level, observers=observers)
 
 
 class Run:
     """What `run` returns: an async context manager."""
 
-    def __init__(self, tree: Spec, *, seed: int, signals: bool, sinks: tuple[LogSink, ...], level: int) -> None:
+    def __init__(
+        self,
+        tree: Spec,
+        *,
+        seed: int,
+        signals: bool,
+        sinks: tuple[LogSink, ...],
+        level: int,
+        observers: tuple[Observer, ...],
+    ) -> None:
         self._tree = Supervisor("system", children=[tree]) if isinstance(tree, Child) else tree
         self._settings: dict[str, Any] = {"seed": seed, "sinks": sinks, "level": level}
         self._signals = signals
+        self._observers = observers
         self._handlers: dict[signal.Signals, Any] = {}
         self._inside = False
         self._interrupted = False
         self._told = False
 
+    if not TYPE_CHECKING:  # there, type checkers say it themselves
+
+        def __await__(self):
+            raise TypeError(
+                "await run(tree): a system runs within a block, write `async with run(tree) as system: ...`"
+            )
+
     async def __aenter__(self) -> System:
         self._system = system = System(**self._settings)
+        for observer in self._observers:
+            observer.attach(system)
         self._owner = asyncio.current_task()
         if self._signals and not system.clock.virtual and threading.current_thread() is threading.main_thread():
             self._install(system)
@@ -146,6 +173,13 @@ class OpenNode:
         self._given = system
         self._seed = seed
         self._sinks = sinks
+
+    if not TYPE_CHECKING:  # as above
+
+        def __await__(self):
+            raise TypeError(
+                "await open_node(...): a node lives within a block, write `async with open_node(...) as node: ...`"
+            )
 
     async def __aenter__(self) -> Node:
         system = self._given or system_here()

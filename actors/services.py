@@ -7,9 +7,13 @@ The caller gets the response or one error, never silence: `ServiceUnavailable`, 
 from __future__ import annotations
 
 import asyncio
+import math
+from asyncio import current_task
 from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+import msgspec
 
 from actors.errors import (
     CallCycle,
@@ -65,6 +69,7 @@ class Server:
         "entry",
         "failures",
         "handler",
+        "inbox",
         "label",
         "node",
         "response",
@@ -73,26 +78,37 @@ class Server:
 
     def __init__(self, node: Caller, entry: ServiceEntry, response: type[Message], label: str, concurrent: int) -> None:
         self.node = node
+        self.inbox = node.inbox
         self.entry = entry
         self.response = response
         self.label = label
         self.concurrent = concurrent
         self.handler: Callable[[Any], Awaitable[Message]]
-        self.active: dict[Request, None] = {}
+        self.active: dict[Request, None] | None = {} if concurrent else None
+        """What is not in the inbox and has no answer: all of a concurrent service, else what was broken off."""
         self.waiting: deque[Request] | None = deque() if concurrent else None
         self.calls = 0
         self.failures = 0
 
     def __repr__(self) -> str:
-        return f"<server of {self.entry.name} in {self.node.fqn}: {self.calls} calls, {len(self.active)} open>"
+        return f"<server of {self.entry.name} in {self.node.fqn}: {self.calls} calls, {len(self.open())} open>"
+
+    def open(self) -> list[Request]:
+        """The requests that have no answer yet."""
+        inbox = self.inbox
+        queued = [one for one in (inbox.current, *inbox.items) if isinstance(one, Request) and one.server is self]
+        return [*(self.active or ()), *queued]
 
     def submit(self, request: Request) -> None:
         """Queue a request; its future is completed whatever happens."""
         self.calls += 1
+        if not self.concurrent:
+            self.inbox.put(request)
+            return
+        assert self.active is not None
+        assert self.waiting is not None
         self.active[request] = None
-        if self.waiting is None:
-            self.node.inbox.put(request)
-        elif self.node.serving and len(self.active) - len(self.waiting) <= self.concurrent:
+        if self.node.serving and len(self.active) - len(self.waiting) <= self.concurrent:
             self.node.spawn(self._work(request), name=self.label)
         else:
             self.waiting.append(request)
@@ -107,29 +123,29 @@ class Server:
         """The node has ended: nobody waits on a corpse."""
         if self.waiting:
             self.waiting.clear()
-        for request in self.active:
-            if not request.future.done():
-                request.future.set_exception(error())
-        self.active.clear()
+        for request in self.open():
+            request.fail(error())
+        if self.active is not None:
+            self.active.clear()
 
     async def _work(self, request: Request) -> None:
+        assert self.active is not None
         while True:
-            await request.answer()
+            await request.run()
+            self.active.pop(request, None)
             if not self.waiting:
                 return
             request = self.waiting.popleft()
 
 
-class Request:
+class Request(msgspec.Struct, eq=False):
     """One call under way; as an inbox item it is answered in its turn."""
 
-    __slots__ = ("caller", "future", "message", "server")
-
-    def __init__(self, server: Server, message: Message, future: asyncio.Future[Any], caller: Caller) -> None:
-        self.server = server
-        self.message = message
-        self.future = future
-        self.caller = caller
+    server: Server
+    message: Message
+    future: asyncio.Future[Any]
+    caller: Caller
+    due: float = math.inf
 
     def __repr__(self) -> str:
         return f"<request of {self.caller.fqn} to {self.server.entry.name}: {self.message!r:.60}>"
@@ -138,35 +154,44 @@ class Request:
     def label(self) -> str:
         return self.server.label
 
-    def run(self) -> Coroutine[Any, Any, None]:
-        return self.answer()
+    def fail(self, error: BaseException) -> None:
+        """Let the caller have `error`, if it still waits."""
+        if not self.future.done():
+            self.future.set_exception(error)
 
-    async def answer(self) -> None:
+    def late(self) -> CallTimeout:
+        """What the caller gets that has waited long enough."""
+        server = self.server
+        return CallTimeout(
+            f"{server.node.fqn} did not answer {server.entry.name} in time: give the call more time, or make it an action"
+        )
+
+    async def run(self) -> None:
         """Run the handler and complete the caller's future. A cancellation leaves it to `Server.fail_all`, at the node's end."""
         server, future = self.server, self.future
-        if not future.done():  # else the caller has given up: do not work for nobody
-            try:
-                reply = await server.handler(self.message)
-                if reply.__class__ is not server.response:
-                    raise WrongType(f"{server.label} answered {type(reply).__name__}, not {server.response.__name__}")
-            except asyncio.CancelledError as error:
-                if (stray := stray_cancel(error, server.label)) is None:
-                    raise
-                self._fail(stray)
-            except Exception as error:
-                self._fail(error)
-            else:
-                if not future.done():
-                    future.set_result(reply)
-        server.active.pop(self, None)
+        if future.done():  # the caller has given up: do not work for nobody
+            return
+        try:
+            reply = await server.handler(self.message)
+            if reply.__class__ is not server.response:
+                raise WrongType(f"{server.label} answered {type(reply).__name__}, not {server.response.__name__}")
+        except asyncio.CancelledError as error:
+            if (stray := stray_cancel(error, server.label)) is None:
+                server.active = {**(server.active or {}), self: None}
+                raise
+            self._failed(stray)
+        except Exception as error:
+            self._failed(error)
+        else:
+            if not future.done():
+                future.set_result(reply)
 
-    def _fail(self, error: Exception) -> None:
+    def _failed(self, error: Exception) -> None:
         server = self.server
         server.failures += 1
-        if not self.future.done():
-            failure = ServiceFailed(server.node.fqn, type(error).__name__, str(error))
-            failure.__cause__ = error
-            self.future.set_exception(failure)
+        failure = ServiceFailed(server.node.fqn, type(error).__name__, str(error))
+        failure.__cause__ = error
+        self.fail(failure)
         server.node.service_failed(server.label, error)
 
 
@@ -183,50 +208,50 @@ def refuse_cycle(node: Caller, other: Caller | None) -> None:
 class Client(Generic[Req, Resp]):
     """One node's way to one service, made at its first call."""
 
-    __slots__ = ("entry", "node", "service")
+    __slots__ = ("deadlines", "entry", "inbox", "node", "request", "service")
 
     def __init__(self, node: Caller, entry: ServiceEntry, service: Service[Req, Resp]) -> None:
         self.node = node
+        self.inbox = node.inbox
+        self.deadlines = node.deadlines
         self.entry = entry
         self.service = service
+        self.request = service.request
 
     def __repr__(self) -> str:
         return f"<client of {self.entry.name} in {self.node.fqn}>"
 
     async def call(self, message: Req, timeout: float) -> Resp:
         """Ask, and wait for the answer for at most `timeout` seconds in all."""
-        if message.__class__ is not self.service.request:
-            raise WrongType(
-                f"{self.entry.name} takes {self.service.request.__name__}, not {type(message).__name__} {message!r:.60}"
-            )
-        server = self.entry.server
+        if message.__class__ is not self.request:
+            raise WrongType(f"{self.entry.name} takes {self.request.__name__}, not {type(message).__name__} {message!r:.60}")
+        inbox, server = self.inbox, self.entry.server
         if server is None:
-            started = asyncio.get_running_loop().time()
+            started = inbox.loop.time()
             server = await self._found(timeout)
-            timeout = max(1e-9, timeout - (asyncio.get_running_loop().time() - started))
+            timeout = max(1e-9, timeout - (inbox.loop.time() - started))
         node = self.node
-        exclusive = not server.concurrent and node.inbox.task is asyncio.current_task()
-        if exclusive:
+        exclusive = not server.concurrent and inbox.task is current_task()
+        if exclusive:  # while this handler waits, a call back to its node would wait for itself
             refuse_cycle(node, server.node)
-        future: asyncio.Future[Resp] = asyncio.get_running_loop().create_future()
-        node.deadlines.watch(future, timeout, self._late)
-        if exclusive:
-            return await self._exclusively(server, message, future)
-        server.submit(Request(server, message, future, node))
-        return await future
-
-    async def _exclusively(self, server: Server, message: Req, future: asyncio.Future[Resp]) -> Resp:
-        """Call out of a handler that holds its inbox: while it waits, a call back to its node would wait for itself."""
-        node = self.node
+        future: asyncio.Future[Resp] = inbox.loop.create_future()
+        request = Request(server, message, future, node)
+        self.deadlines.watch(request, timeout)
+        server.submit(request)
+        if not exclusive:
+            return await future
         node.waits_for = server.node
         try:
-            server.submit(Request(server, message, future, node))
             return await future
         finally:
             node.waits_for = None
 
     async def _found(self, timeout: float) -> Server:
         entry = self.entry
+        known = entry.graph.services.get(entry.name)
+        if known is not None and known is not entry:  # the name had left the graph, and has come back
+            entry = self.entry = known
+            entry.clients.setdefault(self.node.fqn, 0)
         entry.graph.derive_service(entry)
         if entry.server is not None:
             return entry.server
@@ -246,10 +271,3 @@ class Client(Generic[Req, Resp]):
             ) from None
         assert entry.server is not None
         return entry.server
-
-    def _late(self) -> BaseException:
-        server = self.entry.server
-        where = server.node.fqn if server is not None else "its server"
-        return CallTimeout(
-            f"{where} did not answer {self.entry.name} in time: give the call more time, or make it an action"
-        )

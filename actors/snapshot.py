@@ -57,6 +57,12 @@ class NodeView(msgspec.Struct, frozen=True):
     incarnation: int
     waiting: int
     """Items in its inbox."""
+    handled: int = 0
+    """Items worked off so far."""
+    inbox_age: float = 0.0
+    """For how long an item waits there, seconds: see `actors.load.Load.age`."""
+    slowest: str = ""
+    """The handler that took longest for one item, as far as measured, and for how long."""
 
 
 class Snapshot(msgspec.Struct, frozen=True):
@@ -149,10 +155,11 @@ def take(system: System) -> Snapshot:
 
 
 def _node(state: Any) -> NodeView:
-    inbox = state.mailbox.inbox
+    load = state.load
+    slowest = f"{load.slowest.handler} {load.slowest.longest:.3g} s" if load.slowest is not None else ""
     return NodeView(
-        state.identity.fqn, "/".join(state.path), state.state, state.incarnation, len(inbox.items) + len(inbox.control)
-    )
+        state.identity.fqn, "/".join(state.path), state.state, state.incarnation, load.waiting, load.handled, round(load.age, 6), slowest
+    )  # fmt: skip
 
 
 def _topic(system: System, name: str) -> TopicView:
@@ -178,7 +185,7 @@ def _services(system: System) -> Iterable[ServiceView]:
         if server is not None:
             yield ServiceView(
                 name, server.response.__ros_type__.removesuffix("_Response"), "service", server.node.fqn, tuple(sorted(entry.clients)),
-                server.calls, len(server.active),
+                server.calls, len(server.open()),
             )  # fmt: skip
         elif entry.clients:
             yield ServiceView(name, "", "service", "", tuple(sorted(entry.clients)), 0, 0)

@@ -20,12 +20,15 @@ from typing import TYPE_CHECKING, Any
 
 from actors import derived
 from actors.clock import Clock
-from actors.core import Core, Identity, Mailbox
+from actors.core import Core
 from actors.deadlines import Deadlines
 from actors.errors import DeclarationError, NotRunning, NotStarted, described, place_of
 from actors.graph import Graph
+from actors.identity import Identity
 from actors.life import NodeLife
 from actors.logs import ERROR, INFO, WARN, LogRecord, LogSink, NodeLog, structlog_sink
+from actors.mailbox import Mailbox
+from actors.stall import StallWatch
 from actors.supervision.incarnation import GRACE
 from actors.supervision.reasons import Stop, cause_of
 from actors.supervision.running import RunningSupervisor
@@ -34,6 +37,7 @@ from actors.ticker import Ticker
 if TYPE_CHECKING:
     from anyio import CapacityLimiter
 
+    from actors.load import Load
     from actors.parameters import ParameterChange
     from actors.snapshot import Snapshot
     from actors.supervision.report import Report
@@ -67,6 +71,11 @@ class NodeState:
     def incarnation(self) -> int:
         return self.mailbox.incarnation
 
+    @property
+    def load(self) -> Load:
+        """How busy the node is: handler times, and how long what comes waits for its turn."""
+        return self.mailbox.inbox.load
+
 
 class System:
     """One running tree. Make it with `run(tree)`; everything in it lives in the event loop that made it."""
@@ -85,6 +94,8 @@ class System:
         self.reports: deque[Report] = deque(maxlen=10_000)
         self.supervisor: RunningSupervisor | None = None
         self.stop_reason: str | None = None
+        self.stalls: StallWatch | None = None
+        """Who blocks the loop: watched on the real clock only."""
         self.failure: BaseException | None = None
         """What ended the tree by itself: `SupervisorGaveUp`, or None."""
         self.signal: signal.Signals | None = None
@@ -101,6 +112,7 @@ class System:
         self._ids = self.random("ids")
         self._host: asyncio.Task[None] | None = None
         self._on_end: list[Callable[[System], None]] = []
+        self._on_report: list[Callable[[Report], None]] = []
         self._interrupted_at = 0.0
         self._guests: dict[NodeLife, asyncio.Task[None]] = {}
         self._names: dict[str, tuple[str, ...]] = {}
@@ -119,6 +131,9 @@ class System:
         here = _systems.setdefault(self.loop, [])
         if self not in here:
             here.append(self)
+            if not self.clock.virtual:
+                self.stalls = StallWatch(self)
+                self.stalls.start()
 
     async def start(self, tree: Supervisor | DynamicSupervisor) -> None:
         """Start the tree and return when all of it is ready.
@@ -158,6 +173,10 @@ class System:
     def on_end(self, callback: Callable[[System], None]) -> None:
         """Call `callback` once the tree has ended, however."""
         self._on_end.append(callback)
+
+    def on_report(self, callback: Callable[[Report], None]) -> None:
+        """Call `callback`, which must not raise, with every report of a supervisor, in order and before it is logged."""
+        self._on_report.append(callback)
 
     def interrupt(self, number: signal.Signals) -> None:
         """A signal's way in: the first one asks for the orderly end, a second one within 2 s kills."""
@@ -242,6 +261,14 @@ class System:
         if task.done() and not task.cancelled() and (error := task.exception()) is not None:
             raise error
 
+    def failed_beside(self) -> list[tuple[Identity, BaseException]]:
+        """The nodes beside the tree that failed and have not left yet, each with its error."""
+        return [
+            (life.identity, error)
+            for life, task in self._guests.items()
+            if task.done() and not task.cancelled() and (error := task.exception()) and not isinstance(error, Stop)
+        ]
+
     async def _end_guest(self, life: NodeLife, reason: str) -> None:
         """Ask, then kill, then give up: nobody else watches over a node beside the tree."""
         task = self._guests[life]
@@ -259,8 +286,7 @@ class System:
             if not task.done():
                 self.log.error("a node beside the tree refused to die and was abandoned", node_name=life.identity.fqn)
             del self._guests[life]
-            self.gone(life.identity.path)
-            del self.nodes[life.identity.path]
+            self.gone(life.identity.path, kept=False)
 
     def _tree_ended(self, host: asyncio.Task[None]) -> None:
         if not host.cancelled():
@@ -270,7 +296,7 @@ class System:
 
     def _guest_ended(self, life: NodeLife, task: asyncio.Task[None]) -> None:
         if life in self._guests:  # by itself: nobody will start it again
-            self.gone(life.identity.path)
+            self.gone(life.identity.path, kept=True)
         error = None if task.cancelled() else task.exception()
         if error is not None and not isinstance(error, Stop):
             self.log.error("a node beside the tree failed", node_name=life.identity.fqn, error=described(error))
@@ -285,6 +311,9 @@ class System:
         for state in self.nodes.values():
             self._dismiss(state)
         self.deadlines.close()
+        if self.stalls is not None:
+            self.stalls.stop()
+            self.stalls = None
         here = _systems.get(self.loop, [])
         if self in here:
             here.remove(self)
@@ -309,6 +338,8 @@ class System:
 
     def running_now(self, core: Core) -> None:
         """A node is ready."""
+        if core.ended:  # it had been given up, and its place may have been taken
+            return
         state = self.nodes[core.identity.path]
         state.core = core
         state.node_class = type(core.node)
@@ -316,25 +347,31 @@ class System:
 
     def stopping(self, core: Core) -> None:
         """A node has begun to clean up."""
-        self.nodes[core.identity.path].state = "stopping"
+        if not core.ended:
+            self.nodes[core.identity.path].state = "stopping"
 
     def ended(self, core: Core) -> None:
         """An incarnation is over. The supervisor will say whether another one follows, unless everything ends."""
-        state = self.nodes[core.identity.path]
+        state = self.nodes.get(core.identity.path)
+        if state is None:
+            return
         state.core = None
         state.state = "restarting"
         if self.stop_reason is not None:
             self._dismiss(state)
 
-    def gone(self, path: tuple[str, ...]) -> None:
-        """A node, or all nodes below a supervisor, have ended for good: they leave the graph, and calls to them fail at once."""
+    def gone(self, path: tuple[str, ...], kept: bool) -> None:
+        """A node, or all nodes below a supervisor, have ended for good: they leave the graph, and calls to them fail at once.
+
+        Of those that their supervisor has not `kept`, either, nothing is left but reports.
+        """
         state = self.nodes.get(path)
-        if state is not None:
+        ended = [state] if state is not None else [each for each in self.nodes.values() if each.path[: len(path)] == path]
+        for state in ended:
             self._dismiss(state)
-            return
-        for below, state in self.nodes.items():
-            if below[: len(path)] == path:
-                self._dismiss(state)
+            if not kept:
+                state.mailbox.forget(state.identity.fqn)
+                del self.nodes[state.path]
 
     def _dismiss(self, state: NodeState) -> None:
         if state.mailbox.core is not None:  # it refused to die; what it holds is taken from it
@@ -347,6 +384,8 @@ class System:
     def report(self, report: Report) -> None:
         """Take notice of a supervisor's event: kept, and logged in words."""
         self.reports.append(report)
+        for callback in self._on_report:
+            callback(report)
         state = self.nodes.get(report.child.path)
         if report.context == "child_terminated" and state is not None:
             state.restarts.append((self.clock.now(), str(report.reason)))

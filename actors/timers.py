@@ -10,6 +10,7 @@ import inspect
 from array import array
 from collections import deque
 from collections.abc import Awaitable, Callable
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from actors.errors import ActorError
@@ -193,5 +194,11 @@ class TimerItem:
 
 def _takes_argument(handler: Callable[..., Any]) -> bool:
     function = getattr(handler, "__func__", handler)
+    return _arguments(function) > (1 if function is not handler else 0)
+
+
+@lru_cache(maxsize=1024)
+def _arguments(function: Callable[..., Any]) -> int:
+    """How many arguments a function takes, self included; the same for all nodes of a class."""
     code = getattr(inspect.unwrap(function), "__code__", None)
-    return code is not None and code.co_argcount > (1 if function is not handler else 0)
+    return code.co_argcount if code is not None else 0

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from actors import Child, Intensity, Supervisor, rest_for_one
+from actors import Child, Intensity, Node, Supervisor, rest_for_one
 from robot.battery.model import Pack
 from robot.battery.node import Battery
 from robot.gait.node import Gait
@@ -44,8 +44,10 @@ def robot_tree(
 ) -> Supervisor:
     """The whole robot around `body`, walking `waypoints`. `overrides` come from parameter files and apply by full node name."""
 
-    def parameters(node: str, **own: Any) -> dict[str, Any]:
-        return own | (overrides.for_node(f"/{node}") if overrides is not None else {})
+    def parameters(kind: type[Node], node: str, **own: Any) -> dict[str, Any]:
+        """A pattern such as /** reaches nodes that lack what it sets; they go without."""
+        found = overrides.for_node(f"/{node}") if overrides is not None else {}
+        return own | {name: value for name, value in found.items() if name in kind.blueprint.table.values}
 
     grid = Grid.from_scene(body.scene)
     return Supervisor(
@@ -53,13 +55,13 @@ def robot_tree(
         strategy=rest_for_one,
         intensity=Intensity(3, within=5.0),
         children=[
-            Child(Motors, args=(body,), parameters=parameters("motors"), stop=3.0),
-            Child(Proprioception, args=(body,), parameters=parameters("proprioception")),
-            Child(Gait, parameters=parameters("gait", backend=body.backend, motor_delay=motor_delay)),
-            Child(Battery, args=(pack,), parameters=parameters("battery")),
-            Child(Lidar, args=(body,), parameters=parameters("lidar")),
-            Child(Localizer, args=(grid, body.scene.start), parameters=parameters("localizer")),
-            Child(Navigation, args=(grid,), parameters=parameters("navigation")),
-            Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters=parameters("patrol", laps=laps)),
+            Child(Motors, args=(body,), parameters=parameters(Motors, "motors"), stop=3.0),
+            Child(Proprioception, args=(body,), parameters=parameters(Proprioception, "proprioception")),
+            Child(Gait, parameters=parameters(Gait, "gait", backend=body.backend, motor_delay=motor_delay)),
+            Child(Battery, args=(pack,), parameters=parameters(Battery, "battery")),
+            Child(Lidar, args=(body,), parameters=parameters(Lidar, "lidar")),
+            Child(Localizer, args=(grid, body.scene.start), parameters=parameters(Localizer, "localizer")),
+            Child(Navigation, args=(grid,), parameters=parameters(Navigation, "navigation")),
+            Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters=parameters(Patrol, "patrol", laps=laps)),
         ],
     )

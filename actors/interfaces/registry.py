@@ -157,10 +157,10 @@ def find(name: str) -> type[Any] | None:
     if definition is None:
         return derive(name)
     (_, module), file = definition
-    package, kind, _ = name.split("/")
+    package, kind, leaf = name.split("/")
     if module is not None and _import(f"{module}.{package}.{kind}") and name in _types:
         return _types[name]
-    if name.partition("_")[0] not in _types:
+    if f"{package}/{kind}/{leaf.partition('_')[0]}" not in _types:
         _load_once(file, package)
     return _types.get(name) or derive(name)
 

@@ -106,6 +106,13 @@ class Base(ABC):
         if entry.spec.restart == temporary or self.dynamic:
             self._entries.pop(entry.spec.name, None)
 
+    def _keeps(self, entry: Entry) -> bool:
+        """Whether this child stays known after its end: it is declared, or waits for a request to start it again."""
+        if isinstance(self.spec, DynamicSupervisor):
+            return False
+        name = entry.spec.name
+        return self._entries.get(name) is entry or any(child.name == name for child in self.spec.children)
+
     # ------------------------------------------------------------------ what incarnations ask and tell
 
     def make_life(self, incarnation: Incarnation, /) -> Life:
@@ -166,9 +173,10 @@ class Base(ABC):
         self._guard("report()", self.runtime.report, report)
 
     def _tell_gone(self, entry: Entry) -> None:
-        """Nothing but a request will start this child again. Whoever ends as a whole need not say so of each child."""
-        if self._phase in ("starting", "running"):
-            self._guard("gone()", self.runtime.gone, (*self.path, entry.spec.name))
+        """Nothing but a request will start this child again. Whoever ends as a whole need not say so of each child, unless
+        it would not know them again."""
+        if self.dynamic or self._phase in ("starting", "running"):
+            self._guard("gone()", self.runtime.gone, (*self.path, entry.spec.name), self._keeps(entry))
 
     def _guard(self, hook: str, call: Callable[[*Args], object], *args: *Args) -> None:
         """Call somebody else's code. What it raises must not keep the supervisor from its work."""

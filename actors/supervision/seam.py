@@ -44,9 +44,10 @@ class Runtime(Protocol):
         is a failed start of that child."""
         ...
 
-    def gone(self, path: tuple[str, ...], /) -> None:
-        """The child at `path` has ended, and nothing will start it again but a request. If it is a supervisor, that
-        holds for all below it. Not told for the children of a supervisor that is itself ending. Must not block."""
+    def gone(self, path: tuple[str, ...], kept: bool, /) -> None:
+        """The child at `path` has ended, and nothing will start it again but a request; not `kept`, not even that: its
+        supervisor has forgotten it. If it is a supervisor, that holds for all below it. Of the children of a supervisor
+        that is itself ending only instances of a template are told of. Must not block."""
         ...
 
     def report(self, report: Report, /) -> None:

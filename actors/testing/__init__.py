@@ -1,4 +1,4 @@
-"""Tests for robots: the virtual clock, and `Rig`, the system seen from a test. The pytest plugin brings both."""
+"""Tests for robots: the virtual clock, `Rig`, the system seen from a test, and `scenario`, a test under hundreds of seeds."""
 
 from __future__ import annotations
 
@@ -6,9 +6,21 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from actors.testing.loop import Deadlock, Livelock, Stalled, VirtualLoop
-    from actors.testing.rig import Leak, Probe, Rig
+    from actors.testing.rig import ExpectedFailure, Leak, Probe, Rig, UnexpectedFailure
+    from actors.testing.simulation.decorator import scenario
 
-__all__ = ["Deadlock", "Leak", "Livelock", "Probe", "Rig", "Stalled", "VirtualLoop"]
+__all__ = [
+    "Deadlock",
+    "ExpectedFailure",
+    "Leak",
+    "Livelock",
+    "Probe",
+    "Rig",
+    "Stalled",
+    "UnexpectedFailure",
+    "VirtualLoop",
+    "scenario",
+]
 
 
 def __getattr__(name: str) -> Any:
@@ -16,8 +28,12 @@ def __getattr__(name: str) -> Any:
         from actors.testing import loop
 
         return getattr(loop, name)
-    if name in ("Leak", "Probe", "Rig"):
+    if name in ("ExpectedFailure", "Leak", "Probe", "Rig", "UnexpectedFailure"):
         from actors.testing import rig
 
         return getattr(rig, name)
+    if name == "scenario":
+        from actors.testing.simulation.decorator import scenario
+
+        return scenario
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

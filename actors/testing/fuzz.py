@@ -6,32 +6,49 @@ from __future__ import annotations
 import asyncio
 import random
 from heapq import heappop, heappush
+from typing import Any
 
 from actors.testing.handles import owner
 from actors.testing.loop import Entry, VirtualLoop
 
 __all__ = ["FuzzLoop"]
 
+HELD_BACK = 0.25
+"""How often all but one of the steps that are ready together wait, so that one task gets ahead of the others."""
+
 
 class FuzzLoop(VirtualLoop):
-    """`VirtualLoop` that shuffles, from `seed`, task steps that are ready together and deadlines of one instant.
+    """`VirtualLoop` that shuffles, from `seed`, task steps that are ready together and deadlines of one instant, and lets steps wait.
 
-    asyncio promises no order for either, so a program that breaks under some seed has a race. Plain callbacks keep
-    their order, because transports and protocols rely on it. A failing run is repeated by its seed (the order in
-    which anyio cancels the tasks of a group follows memory addresses; that no seed can pin down).
+    asyncio promises no order for any of them: a task whose wake-up comes from a thread or a socket is late by as many
+    turns. So a program that breaks under some seed has a race. Plain callbacks keep their order, because transports and
+    protocols rely on it. A failing run is repeated by its seed (the order in which anyio cancels the tasks of a group
+    follows memory addresses; that no seed can pin down).
     """
 
     def __init__(self, seed: int, start: float = 0.0) -> None:
         super().__init__(start)
         self.seed = seed
         self._rng = random.Random(seed)
+        self._held: list[Any] = []  # steps that are ready and wait for the next iteration
 
     def __repr__(self) -> str:
         return f"{super().__repr__()[:-1]} seed={self.seed}>"
 
+    @property
+    def idle(self) -> bool:
+        return super().idle and not self._held
+
+    def advance_to(self, when: float) -> bool:
+        return not self._held and super().advance_to(when)
+
     def _run_once(self) -> None:
         self._shuffle_steps()
-        super()._run_once()
+        try:
+            super()._run_once()
+        finally:
+            self._ready.extend(self._held)
+            self._held.clear()
 
     def _jump(self) -> None:
         self._shuffle_ties()
@@ -39,14 +56,18 @@ class FuzzLoop(VirtualLoop):
         self._shuffle_steps()
 
     def _shuffle_steps(self) -> None:
-        """Permute the task steps among the places they have in the queue."""
+        """Permute the task steps among the places they have in the queue; sometimes only the first one runs now."""
         ready = self._ready
         places = [place for place, handle in enumerate(ready) if _is_step(handle)]
         if len(places) > 1:
             steps = [ready[place] for place in places]
             self._rng.shuffle(steps)
+            held = steps[1:] if self._rng.random() < HELD_BACK else ()
             for place, step in zip(places, steps, strict=True):
                 ready[place] = step
+            for step in held:
+                ready.remove(step)
+            self._held.extend(held)
 
     def _shuffle_ties(self) -> None:
         """Permute the deadlines of the next instant among their places in the order of scheduling."""

@@ -79,6 +79,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     """Iterations of the loop without progress of virtual time before `Livelock`."""
     patience: float = 10.0
     """Real seconds granted to threads, processes and sockets before `Stalled`."""
+    watch: Callable[[], None] | None = None
+    """Called whenever nothing can run until time passes. What it raises ends the run, and it is not called again."""
     wait_for_io: bool = False
     """Whether to wait without limit for sockets and signals when no timer is left: for live input."""
 
@@ -148,6 +150,11 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         )
         self._push(when, timer)
         return timer
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing more can run at this instant."""
+        return not self._ready
 
     def sleep_until(self, when: float) -> Future[None]:
         """A future that is done at the virtual time `when`: awaiting it costs half of what `asyncio.sleep` does."""
@@ -256,6 +263,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
         Timers that the fired ones schedule for the same instant wait for the next iteration, as in asyncio.
         """
+        if self.watch is not None:
+            self._watch()
         timers, last, limit = self._timers, self._order, math.inf
         if last > self._tidy_after:
             self._tidy()
@@ -281,6 +290,12 @@ class VirtualLoop(asyncio.SelectorEventLoop):
                 self._fire(item)
         if limit == math.inf:
             self._wait_without_timers()
+
+    def _watch(self) -> None:
+        watch, self.watch = self.watch, None
+        if watch is not None:
+            watch()
+        self.watch = watch
 
     def _fire(self, timer: Any) -> None:
         if self._debug:

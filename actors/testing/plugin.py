@@ -32,6 +32,15 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "virtual: run this test on the virtual clock of actors.testing")
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("robactor")
+    group.addoption("--seeds", type=int, help="how many seeds every @scenario tries, instead of its own number")
+    group.addoption("--replay", metavar="TRIAL", help="run one trial of a @scenario, as its failure has printed it")
+    where = "the folder for the flight records of failed tests that use `rig` (default: pytest's temporary folder)"
+    group.addoption("--flight-records", metavar="DIR", help=where)
+    parser.addini("flight_records", where, type="paths", default=[])
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_pycollect_makeitem(collector: pytest.Collector, name: str, obj: object) -> None:
     """A coroutine test that uses `rig`, or is marked `virtual`, is an asyncio test, also in pytest-asyncio's strict mode."""
@@ -56,17 +65,20 @@ def pytest_asyncio_loop_factories(
 
 
 @fixture
-async def rig(request: pytest.FixtureRequest) -> AsyncIterator[Rig]:
+async def rig(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Rig]:
     """A `Rig`; it is closed, and checked for leaks, after the test."""
+    from actors.bag import FlightRecorder
     from actors.testing.rig import Rig
 
     rig = Rig()
     request.node.stash[_RIG] = rig
+    request.node.stash[_FLIGHT] = (rig.observe(FlightRecorder()), tmp_path_factory)
     yield rig
     await rig.close()
 
 
 _RIG = pytest.StashKey[Any]()
+_FLIGHT = pytest.StashKey[Any]()
 
 
 @pytest.hookimpl(wrapper=True)
@@ -76,7 +88,12 @@ def pytest_runtest_makereport(
     """Show what happened in the system of a failed test, whether it failed itself or left something behind."""
     report = yield
     if report.failed and (rig := item.stash.get(_RIG, None)) is not None:
+        from actors.testing.flights import save_flight
+
         report.sections.append(("rig", rig.timeline()))
+        recorder, temporary = item.stash[_FLIGHT]
+        if (flight := save_flight(recorder, item.config, temporary, item.nodeid)) is not None:
+            report.sections.append(("flight record", flight))
     if report.when == "teardown" and _RIG in item.stash:
-        del item.stash[_RIG]  # a session may have thousands of tests, each with a robot in it
+        del item.stash[_FLIGHT], item.stash[_RIG]  # a session may have thousands of tests, each with a robot in it
     return report

@@ -10,7 +10,8 @@
         assert cmd.last == Twist()
 
 Nothing here sleeps: `advance` moves the clock, and everything that is due on the way happens in order. When the test is over the rig
-stops the system and fails the test if anything is left: a task, a thread, a subscription, a goal.
+stops the system and fails the test if anything is left: a task, a thread, a subscription, a goal. A node that fails, or a supervisor that
+gives up, fails the test too, unless the test caused it by `crash` or announced it by `expect_failure`.
 """
 
 from __future__ import annotations
@@ -22,13 +23,14 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from actors.channel import Queue
-from actors.core import Failure
+from actors.control import Failure
 from actors.errors import NotStarted
 from actors.logs import LogRecord
 from actors.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.qos import of
 from actors.supervisor import Child, Spec, Supervisor
 from actors.system import NodeState, System
+from actors.testing.failures import ExpectedFailure, FailureWatch, UnexpectedFailure
 from actors.testing.loop import VirtualLoop
 
 if TYPE_CHECKING:
@@ -37,9 +39,10 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.life import NodeLife
     from actors.qos import QoS
+    from actors.running import Observer
     from actors.supervision.report import Report
 
-__all__ = ["Leak", "Probe", "Rig"]
+__all__ = ["ExpectedFailure", "Leak", "Probe", "Rig", "UnexpectedFailure"]
 
 M = TypeVar("M", bound="Message")
 G = TypeVar("G", bound="Message")
@@ -48,8 +51,11 @@ F = TypeVar("F", bound="Message")
 Req = TypeVar("Req", bound="Message")
 Resp = TypeVar("Resp", bound="Message")
 N = TypeVar("N", bound=Node)
+O = TypeVar("O", bound="Observer")  # noqa: E741
 
-KEPT_EVENTS = 200
+KEPT_LINES = 200
+_ME = ("guests", "rig")
+"""The path of the rig's own node."""
 
 
 class Leak(AssertionError):
@@ -95,7 +101,7 @@ class Probe(Queue[M], Generic[M]):
 class Rig:
     """One system on the virtual clock, and the hands and eyes of a test in it."""
 
-    def __init__(self) -> None:
+    def __init__(self, make_system: Callable[..., System] = System) -> None:
         loop = asyncio.get_running_loop()
         if not isinstance(loop, VirtualLoop):
             raise RuntimeError(
@@ -103,7 +109,11 @@ class Rig:
                 "(which needs pytest-asyncio 1.4 or newer)"
             )
         self.loop = loop
-        self.logs: deque[LogRecord] = deque(maxlen=KEPT_EVENTS)
+        self._make_system = make_system
+        self._watch = FailureWatch()
+        self._watched = make_system is System  # a harness that makes the system itself also judges what fails in it
+        self.logs: deque[LogRecord] = deque(maxlen=KEPT_LINES)
+        self._observers: list[Observer] = []
         self._system: System | None = None
         self._me: NodeLife | None = None
         self._tasks_before = asyncio.all_tasks()
@@ -123,11 +133,23 @@ class Rig:
         if more or isinstance(tree, (type, Child)):
             children = [Child(spec) if isinstance(spec, type) else spec for spec in (tree, *more)]
             tree = Supervisor("system", children=children)
-        system = System(seed=seed, sinks=(self.logs.append,), level=10)
+        system = self._make_system(seed=seed, sinks=(self.logs.append,), level=10)
+        if self._watched:
+            self._watch.begin(system)
+        for observer in self._observers:
+            observer.attach(system)
         await system.start(tree)
         self._system = system
         self._me = await system.join(Child(Node, name="rig"))
         return system
+
+    def observe(self, observer: O) -> O:
+        """Attach a `FlightRecorder`, a `Trace` or the like: before the tree starts if it has not started yet, else now."""
+        if self._system is None:
+            self._observers.append(observer)
+        else:
+            observer.attach(self._system)
+        return observer
 
     @property
     def system(self) -> System:
@@ -154,15 +176,18 @@ class Rig:
         return list(self.system.reports)
 
     async def close(self) -> None:
-        """Stop the system and check that nothing is left of it. Raises `Leak`."""
+        """Stop the system and check that nothing is left of it and nothing failed unheard. Raises `Leak` or `UnexpectedFailure`."""
         system = self._system
-        if system is None:
-            return
-        await system.stop("the test is over")
-        await self.quiet()
-        left = self._left_over(system)
-        if left:
-            raise Leak("left over after the system's end: " + "; ".join(left))
+        if system is not None:
+            self._watch.look_beside()
+            await system.stop("the test is over")
+            await self.quiet()
+            left = self._left_over(system)
+            sentence = "left over after the system's end: " + "; ".join(left) if left else ""
+            self._watch.check(more=sentence)
+            if left:
+                raise Leak(sentence)
+        self._watch.demand()
 
     # -- time ---------------------------------------------------------------------------------------------------------------
 
@@ -170,13 +195,18 @@ class Rig:
         """Let everything happen that can happen at this very instant."""
         while True:
             await asyncio.sleep(0)
-            if not self.loop._ready:  # pyright: ignore[reportPrivateUsage]
+            if self.loop.idle:
                 return
 
     async def advance(self, seconds: float) -> None:
-        """Let `seconds` pass, and everything that is due until then, including what is due at the last instant."""
+        """Let `seconds` pass, and everything that is due until then, including what is due at the last instant.
+
+        Raises `UnexpectedFailure` when a node failed, or a supervisor gave up, and the test did not say so.
+        """
         await self.system.clock.sleep_until(self.now + seconds)
         await self.quiet()
+        self._watch.look_beside(own=_ME)
+        self._watch.check()
 
     async def until(self, condition: Callable[[], bool], *, within: float = 60.0, step: float = 0.005) -> None:
         """Let time pass until `condition()` holds; it is looked at every `step` seconds. Fails after `within` seconds."""
@@ -225,11 +255,16 @@ class Rig:
 
     def state(self, node: type[Node] | str) -> NodeState:
         """What is known of a node, by its class, its name or its full name."""
-        found = [state for state in self.system.nodes.values() if _is_called(state, node)]
-        if len(found) != 1:
-            known = ", ".join(sorted(state.identity.fqn for state in self.system.nodes.values()))
-            raise LookupError(f"{len(found)} nodes are called {node!r}; there are: {known}")
-        return found[0]
+        states = self.system.nodes.values()
+        found = [state for state in states if _is_called(state, node)]
+        if len(found) == 1:
+            return found[0]
+        asked = f"called {node!r}" if isinstance(node, str) else f"a {node.__name__}"
+        if found:
+            several = ", ".join(sorted(state.identity.fqn for state in found))
+            raise LookupError(f"{len(found)} nodes are {asked}: say which one by its full name: {several}")
+        known = ", ".join(sorted(_introduced(state) for state in states if state.path != _ME))
+        raise LookupError(f"no node in this system is {asked}; there are: {known or 'none'}")
 
     def node(self, node: type[N]) -> N:
         """The living object of this class."""
@@ -243,20 +278,40 @@ class Rig:
         return self.state(node).incarnation
 
     def crash(self, node: type[Node] | str, error: Exception | None = None) -> None:
-        """Make a node fail, as if a handler of it had raised `error`."""
+        """Make a node fail, as if a handler of it had raised `error`. Raises `LookupError` and `NotStarted`.
+
+        The test means it, so the node's end is no `UnexpectedFailure`; a supervisor that gives up because of it is one.
+        """
         state = self.state(node)
         if state.core is None:
             raise NotStarted(f"{state.identity.fqn} is not running: it cannot crash now")
-        state.mailbox.inbox.put_control(Failure(error or RuntimeError("crashed by the rig"), "rig.crash"))
+        error = error or RuntimeError("crashed by the rig")
+        self._watch.planned.append(error)
+        state.mailbox.inbox.put_control(Failure(error, "rig.crash"))
+
+    def expect_failure(
+        self,
+        error: type[BaseException] | tuple[type[BaseException], ...] = BaseException,
+        *,
+        node: type[Node] | str | None = None,
+        match: str = "",
+    ) -> ExpectedFailure:
+        """Say that a node will fail with such an `error`, or that a supervisor will give up (`SupervisorGaveUp`).
+
+        It holds to the end of the test, or of the block when it is used as ``with rig.expect_failure(OSError): ...``, for any number of
+        failures; the test fails when none comes. `node` is a class, a name, a full name or a path in the tree; `match` is a regular
+        expression searched in the error's text. The errors that came are in `.errors`.
+        """
+        return self._watch.expect(error, node, match)
 
     # -- when a test fails --------------------------------------------------------------------------------------------------
 
     def timeline(self, last: int = 30) -> str:
-        """The newest log lines and supervisor reports, in order."""
+        """The newest log lines, among them the supervisors' reports, in order."""
         seed = self._system.seed if self._system is not None else 0
         time = f"{self.now:.6f}" if self._system is not None else "-"
         lines = [repr(record) for record in list(self.logs)[-last:]]
-        return "\n".join([f"rig: seed={seed} t={time} s; the last {len(lines)} events:", *lines])
+        return "\n".join([f"rig: seed={seed} t={time} s; the last {len(lines)} log lines:", *lines])
 
     def _left_over(self, system: System) -> list[str]:
         left = [
@@ -287,7 +342,18 @@ def _is_pooled(thread: threading.Thread, loop: VirtualLoop) -> bool:
 def _is_called(state: NodeState, node: type[Node] | str) -> bool:
     if isinstance(node, str):
         return node in (state.identity.name, state.identity.fqn)
-    return state.node_class is not None and issubclass(state.node_class, node)
+    return (kind := _class_of(state)) is not None and issubclass(kind, node)
+
+
+def _class_of(state: NodeState) -> type | None:
+    """The class of a node, known also of one that has never run."""
+    made_by = state.child.factory if state.child is not None else None
+    return state.node_class or (made_by if isinstance(made_by, type) else None)
+
+
+def _introduced(state: NodeState) -> str:
+    kind = _class_of(state)
+    return f"{state.identity.fqn} ({kind.__name__})" if kind is not None else state.identity.fqn
 
 
 def _is_settled(state: NodeState) -> bool:

@@ -8,6 +8,8 @@ import sys
 from collections.abc import Sequence
 from typing import Final
 
+from robot.run.options import UsageError
+
 __all__ = ["main"]
 
 MEASUREMENTS: Final = {
@@ -17,7 +19,7 @@ MEASUREMENTS: Final = {
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run one measurement; 2 when there is none of that name."""
+    """Run one measurement; 2 when there is none of that name, or it cannot be run as asked."""
     if not argv or argv[0] in ("-h", "--help"):
         print("usage: python -m robot evaluate WHAT [options]\n")
         for name, text in MEASUREMENTS.items():
@@ -29,5 +31,9 @@ def main(argv: Sequence[str]) -> int:
         hint = f"; did you mean {close[0]}?" if close else f"; there are: {', '.join(MEASUREMENTS)}"
         print(f"robot evaluate: nothing is called {name!r}{hint}", file=sys.stderr)
         return 2
-    code: int = importlib.import_module(f"robot.evaluate.{name}").main(rest)
+    try:
+        code: int = importlib.import_module(f"robot.evaluate.{name}").main(rest)
+    except UsageError as error:
+        print(f"robot evaluate {name}: {error}", file=sys.stderr)
+        return 2
     return code

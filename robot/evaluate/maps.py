@@ -1,4 +1,4 @@
-"""Moving AI grid maps: are our shortest paths exact, and how long do they take? `python -m robot.evaluate.maps FOLDER`.
+"""Moving AI grid maps: are our shortest paths exact, and how long do they take? `python -m robot evaluate maps FOLDER`.
 
 Formats: https://movingai.com/benchmarks/formats.html. A `.map` holds rows of cells (``.``, ``G`` and ``S`` are passable
 here; water only from water, so it is not entered); a `.scen` holds one question a row, with the length of its shortest
@@ -7,7 +7,6 @@ path at the end.
 
 from __future__ import annotations
 
-import argparse
 import json
 import statistics
 import sys
@@ -23,6 +22,7 @@ from numpy.typing import NDArray
 from robot.navigation.errors import NavigationError
 from robot.navigation.path import pull
 from robot.navigation.search import Cell, GridPath, OctileSearch
+from robot.run.options import Parser, UsageError
 
 __all__ = ["MapReport", "Question", "evaluate", "main", "read_map", "read_questions"]
 
@@ -167,11 +167,11 @@ def _text(reports: Sequence[MapReport]) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the maps of a folder and print the figures; 0 when every row is exact, 1 when not, 2 when there is nothing to
-    run.
+    """Run the maps of a folder and print the figures; 0 when every row is exact, 1 when not. Raises `UsageError` when there is
+    nothing to run.
     """
-    parser = argparse.ArgumentParser(
-        prog="python -m robot.evaluate.maps", description="Exactness and speed of path search on Moving AI maps."
+    parser = Parser(
+        prog="python -m robot evaluate maps", description="Exactness and speed of path search on Moving AI maps."
     )
     parser.add_argument("folder", type=Path, help="folder with NAME.map and NAME.map.scen files, or one .map file")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
@@ -181,12 +181,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     maps = [folder] if folder.is_file() else sorted(folder.glob("*.map"))
     maps = [path for path in maps if path.with_name(path.name + ".scen").exists()]
     if not maps:
-        print(f"{folder} holds no .map file with a .map.scen beside it", file=sys.stderr)
-        return 2
+        raise UsageError(
+            f"{folder} holds no .map file with a .map.scen beside it" if folder.exists() else f"there is no {folder}"
+        )
     reports = [evaluate(path, options.limit) for path in maps]
     print(json.dumps([asdict(report) for report in reports], indent=2) if options.json else _text(reports))
     return 0 if all(report.exact == report.rows for report in reports) else 1
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    from robot.evaluate.command import main as command
+
+    raise SystemExit(command(["maps", *sys.argv[1:]]))

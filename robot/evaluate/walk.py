@@ -6,7 +6,6 @@ the largest. The closed loop is the robot's own: knee torque curve, motor delay,
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import platform
@@ -21,6 +20,7 @@ from statistics import median
 from typing import Any
 
 from robot.evaluate import walk_measures as measure
+from robot.run.options import Parser, UsageError
 from robot.world.physics import BackendMissing
 
 __all__ = ["Metric", "main", "metrics", "run", "show"]
@@ -181,8 +181,8 @@ def show(result: dict[str, Any]) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Command line; 0 if every metric reaches the first version, 1 if one does not, 3 without the physics back end."""
-    parser = argparse.ArgumentParser(prog="python -m robot evaluate walk", description=(__doc__ or "").split("\n")[0])
+    """Command line; 0 if every metric reaches the first version, 1 if one does not, 3 without the physics back end. Raises `UsageError`."""
+    parser = Parser(prog="python -m robot evaluate walk", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3, 4, 5], help="one run of everything per seed")
     parser.add_argument("--delay", type=float, default=8.0, help="motor delay, ms")
     parser.add_argument("--minutes", type=float, default=2.0, help="length of each endurance run")
@@ -190,6 +190,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", default="", help="only metrics whose name contains this")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     asked = parser.parse_args(argv)
+
+    known = [metric.name for metric in metrics(asked.delay / 1000.0, asked.minutes) if metric.quick or not asked.quick]
+    if not any(asked.only in name for name in known):
+        raise UsageError(
+            f"--only {asked.only}: no metric's name contains that; there are: {', '.join(map(repr, known))}"
+        )
 
     def report(line: str) -> None:
         print(line, file=sys.stderr, flush=True)
@@ -227,4 +233,6 @@ def _machine() -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    from robot.evaluate.command import main as command
+
+    raise SystemExit(command(["walk", *sys.argv[1:]]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import re
 from collections.abc import Sequence
@@ -10,7 +9,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Literal
 
-from robot.run.options import UsageError
+from robot.run.options import Parser, UsageError
 
 __all__ = ["Options", "UsageError", "parse"]
 
@@ -36,7 +35,7 @@ class Options:
 
 
 def parse(argv: Sequence[str]) -> Options:
-    """Raises `UsageError`; `--help` and grammar mistakes end in argparse's own way (exit 0 and 2)."""
+    """Raises `UsageError`; `--help` ends in argparse's own way (exit 0)."""
     given = _parser().parse_args(argv)
     if given.renderer == "mujoco" and given.view != "robot":
         raise UsageError(f"--renderer mujoco draws the robot, not --view {given.view}: leave one of the two out")
@@ -52,8 +51,8 @@ def parse(argv: Sequence[str]) -> Options:
     )
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="python -m robot picture",
         description="Run the whole robot on its patrol, catch it in mid-stride and draw it to a PNG file; same seed, same picture.",
     )
@@ -113,6 +112,8 @@ def _writable(path: str) -> str:
     folder = os.path.dirname(os.path.abspath(path))
     if os.path.isdir(path):
         raise UsageError(f"{path}: that is a folder; name a file")
+    if os.path.splitext(path)[1].lower() != ".png":
+        raise UsageError(f"{path}: pictures are written as PNG; give it a name that ends in .png")
     if not os.path.isdir(folder):
         raise UsageError(f"{path}: there is no folder {folder} to write it in")
     if not os.access(path if os.path.exists(path) else folder, os.W_OK):

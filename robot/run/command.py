@@ -15,14 +15,12 @@ if TYPE_CHECKING:
     from actors import Supervisor
     from actors.params_file import ParameterOverrides
     from actors.system import System
+    from robot.run.flight import Flight
     from robot.run.judge import Score
     from robot.world.body import Body
     from robot.world.scene import Scene
 
 __all__ = ["main"]
-
-VIRTUAL_DURATION = 120.0
-"""A run on the virtual clock needs an end; this is its default, seconds."""
 
 
 def main(argv: Sequence[str]) -> int:
@@ -79,7 +77,12 @@ class Session:
         from robot.navigation.navigator import Navigator
         from robot.world.scene import Pose2
 
-        pose = Pose2(*goal)
+        pose, (x0, y0, x1, y1) = Pose2(*goal), self.scene.bounds
+        if not (x0 <= pose.x <= x1 and y0 <= pose.y <= y1):
+            raise UsageError(
+                f"--goal {goal[0]:g} {goal[1]:g}: that is outside of the world {self.scene.name!r}, "
+                f"where x is {x0:g} to {x1:g} m and y is {y0:g} to {y1:g} m"
+            )
         try:
             Navigator(Grid.from_scene(self.scene)).set_goal(pose, start=self.scene.start)
         except NavigationError as error:
@@ -117,6 +120,7 @@ class Session:
         from actors.levels import Level
         from actors.logs import console_sink, json_sink
         from robot.battery.model import Pack
+        from robot.run.flight import Flight
         from robot.run.judge import Judge, Score
         from robot.run.report import last_sample, make_report
         from robot.run.status import Status, StatusLine
@@ -124,6 +128,7 @@ class Session:
 
         options, began = self.options, time.monotonic()
         line, score = StatusLine(), Score()
+        flight = Flight(options, score)
         sink = json_sink() if options.log_format == "json" else console_sink()
         line.live = line.live and options.log_format == "console"
         tree = robot_tree(
@@ -133,33 +138,36 @@ class Session:
         check_parameters(tree, self.overrides)
         check_crashes(tree, options.crashes)
         report: dict[str, Any] = {}
-        context = run(tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level))
+        context = run(
+            tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level), observers=flight.observers
+        )  # fmt: skip
         try:
             async with context as system:
                 await system.join(Child(Judge, args=(self.body, score)))
                 await system.join(Child(Status, args=(line, self.body.backend)))
                 self._announce(system)
                 try:
-                    await self._until_over(system)
+                    await self._until_over(system, flight)
                 finally:
                     report = make_report(system, self.body, score, self._header())
         finally:
             line.end()
+            report |= flight.conclude(quiet=options.log_format == "json")
             report |= {"last": last_sample(self.body), "wall_seconds": round(time.monotonic() - began, 3)}
             self._conclude(score, report)
         return system.exit_code
 
-    async def _until_over(self, system: System) -> None:
+    async def _until_over(self, system: System, flight: Flight) -> None:
         """Let the time pass: crashes that were ordered, the end of the mission, the end of the duration, or the end of the tree."""
         import asyncio
 
         from robot.tasks.patrol import Patrol
 
         duration = self.options.duration
-        if duration is None and self.options.clock == "virtual":
-            duration = VIRTUAL_DURATION
-        for crash in self.options.crashes:
-            system.loop.call_at(system.clock.loop_time(crash.at), _crash, system, crash.node)
+        crashes = {
+            crash: system.loop.call_at(system.clock.loop_time(crash.at), _crash, system, crash.node)
+            for crash in self.options.crashes
+        }
         ended = asyncio.ensure_future(system.wait())
         try:
             while not ended.done():
@@ -167,6 +175,7 @@ class Session:
                 if left <= 0.0:
                     break
                 await asyncio.wait([ended], timeout=left)
+                flight.look()
                 if any(
                     isinstance(state.core.node, Patrol) and state.core.node.finished
                     for state in system.nodes.values()
@@ -178,6 +187,10 @@ class Session:
                 ended.result()
         finally:
             ended.cancel()
+            for crash, timer in crashes.items():
+                timer.cancel()  # later it would hit a robot that is sitting down
+                if system.clock.now() < crash.at:
+                    system.log.warning("crash not made: the run had ended", asked=f"{crash.node}@{crash.at:g}")
 
     def _announce(self, system: System) -> None:
         warning = {"note": "the kinematic body has no physics: it cannot fall, and nothing here counts as walking"}
@@ -245,7 +258,7 @@ def check_crashes(tree: Supervisor, crashes: Sequence[Crash]) -> None:
 
 def _crash(system: System, name: str) -> None:
     """Make a node fail as if one of its handlers had raised."""
-    from actors.core import Failure
+    from actors.control import Failure
 
     for state in system.nodes.values():
         if name in (state.identity.name, state.identity.fqn) and state.core is not None:

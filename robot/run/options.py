@@ -7,13 +7,23 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite, radians
-from typing import Any, Literal
+from typing import Any, Literal, NoReturn
 
-__all__ = ["Crash", "Options", "UsageError", "parse"]
+__all__ = ["VIRTUAL_DURATION", "Crash", "Options", "Parser", "UsageError", "parse"]
+
+VIRTUAL_DURATION = 120.0
+"""A run on the virtual clock needs an end; this is its default, seconds."""
 
 
 class UsageError(Exception):
     """The command line, or what it names, cannot be used; the text is one line for the user."""
+
+
+class Parser(argparse.ArgumentParser):
+    """argparse, but a mistake is one `UsageError` that says where the help is, instead of a page."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{message} (see {self.prog} --help)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,15 +51,22 @@ class Options:
     log_level: str
     report: str | None
     motor_delay: float
+    flight_record: str | None
+    trace: bool
 
 
 def parse(argv: Sequence[str]) -> Options:
-    """Raises `UsageError`; `--help` and grammar mistakes end in argparse's own way (exit 0 and 2)."""
+    """Raises `UsageError`; `--help` ends in argparse's own way (exit 0)."""
     given = _parser().parse_args(argv)
+    if given.trace and given.clock != "virtual":
+        raise UsageError("--trace: two runs are equal on the virtual clock only; add --clock virtual")
+    duration = given.duration
+    if duration is None and given.clock == "virtual":
+        duration = VIRTUAL_DURATION
     return Options(
-        duration=given.duration,
+        duration=duration,
         battery=_within("--battery", given.battery, 0.0, 100.0, "per cent"),
-        crashes=tuple(_crash(text) for text in given.crash),
+        crashes=tuple(_crash(text, duration) for text in given.crash),
         clock=given.clock,
         world=given.world,
         backend=given.backend,
@@ -58,13 +75,15 @@ def parse(argv: Sequence[str]) -> Options:
         params=given.params,
         log_format=given.log_format,
         log_level=given.log_level,
-        report=_writable(given.report),
+        report=_writable("--report", given.report),
         motor_delay=_within("--motor-delay", given.motor_delay, 0.0, 20.0, "milliseconds") / 1e3,
+        flight_record=_writable("--flight-record", given.flight_record),
+        trace=given.trace,
     )
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="python -m robot run",
         description="Run the whole robot in a world: it stands up, walks its patrol, reports battery and pose, docks when low, and sits when told to stop.",
     )
@@ -111,6 +130,17 @@ def _parser() -> argparse.ArgumentParser:
     add("--log-level", choices=("debug", "info", "warn", "error", "fatal"), default="info")
     add("--report", metavar="FILE", help="write a report of the run as JSON")
     add(
+        "--flight-record",
+        metavar="FILE",
+        help="keep the last 30 s of all messages, log lines and supervisor events, and write them to FILE (MCAP) when the "
+        "run ends or a supervisor gives up; after a fall, those that led to it",
+    )
+    add(
+        "--trace",
+        action="store_true",
+        help="print one hash over all messages, log lines and supervisor events: equal for equal runs on the virtual clock",
+    )
+    add(
         "--motor-delay",
         type=float,
         default=4.0,
@@ -122,7 +152,10 @@ def _parser() -> argparse.ArgumentParser:
 
 def seconds(text: str) -> float:
     """A positive number of seconds, for argparse."""
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
     if not isfinite(value) or value <= 0.0:
         raise argparse.ArgumentTypeError(f"{text} is not a positive number of seconds")
     return value
@@ -134,7 +167,7 @@ def _within(option: str, value: float, low: float, high: float, unit: str) -> fl
     return value
 
 
-def _crash(text: str) -> Crash:
+def _crash(text: str, duration: float | None) -> Crash:
     node, mark, at = text.rpartition("@")
     try:
         seconds = float(at)
@@ -142,6 +175,8 @@ def _crash(text: str) -> Crash:
         seconds = -1.0
     if not mark or not node or not isfinite(seconds) or seconds < 0.0:
         raise UsageError(f"--crash {text}: write NODE@SECONDS, such as navigation@10")
+    if duration is not None and seconds >= duration:
+        raise UsageError(f"--crash {text}: the run ends at {duration:g} s, before that; give a longer --duration")
     return Crash(node, seconds)
 
 
@@ -159,13 +194,13 @@ def _goal(values: Sequence[float] | None) -> tuple[float, float, float] | None:
     return x, y, theta
 
 
-def _writable(path: str | None) -> str | None:
+def _writable(option: str, path: str | None) -> str | None:
     if path is not None:
         folder = os.path.dirname(os.path.abspath(path))
         if not os.path.isdir(folder) or os.path.isdir(path):
             raise UsageError(
-                f"--report {path}: there is no folder {folder} to write it in"
+                f"{option} {path}: there is no folder {folder} to write it in"
                 if not os.path.isdir(folder)
-                else f"--report {path}: that is a folder"
+                else f"{option} {path}: that is a folder"
             )
     return path

@@ -20,6 +20,8 @@ __all__ = ["Status", "StatusLine"]
 
 LINES_EVERY = 5.0
 """Seconds between the status lines of a log."""
+STATUS = "robot"
+"""The event of such a line."""
 
 
 class StatusLine:
@@ -38,9 +40,11 @@ class StatusLine:
         self._stream.flush()
 
     def above(self, sink: LogSink) -> LogSink:
-        """A sink that writes its lines above the status line."""
+        """A sink that writes its lines above the status line, but for those that say the same as it does."""
 
         def write(record: LogRecord) -> None:
+            if self.live and record.event == STATUS:
+                return
             if self._text:
                 self._stream.write("\r\x1b[2K")
             sink(record)
@@ -58,7 +62,7 @@ class StatusLine:
 
 
 class Status(Node):
-    """Reports battery and pose as the robot goes. Not a part of the robot."""
+    """Reports battery and pose as the robot goes: x and y in metres, the heading in degrees for people. Not a part of the robot."""
 
     def __init__(self, line: StatusLine, backend: str) -> None:
         self._line = line
@@ -86,12 +90,12 @@ class Status(Node):
 
     @background
     async def log_lines(self) -> None:
-        while not self._line.live:
+        while True:  # whatever is shown of it: a run is the same on a terminal and in a pipe
             await self.clock.sleep(LINES_EVERY)
             pose, battery = self._pose, self._battery
             if pose is not None and battery is not None:
                 self.log.info(
-                    "robot", x=round(pose.x, 2), y=round(pose.y, 2), heading=round(degrees(pose.yaw)), gait=self._mode,
+                    STATUS, x=round(pose.x, 2), y=round(pose.y, 2), heading_deg=round(degrees(pose.yaw)), gait=self._mode,
                     battery=f"{100 * battery.percentage:.1f} %", volts=round(battery.voltage, 2), backend=self._backend,
                 )  # fmt: skip
 

@@ -21,7 +21,7 @@ _EAST, _NORTH, _WEST, _SOUTH = 0.0, math.pi / 2, math.pi, -math.pi / 2
 
 
 class UnknownWorld(LookupError):
-    """No world has this name; the message names the closest ones."""
+    """No world has this name; the message names the closest ones, or all."""
 
 
 def _walls(bounds: tuple[float, float, float, float]) -> tuple[Box, ...]:
@@ -126,9 +126,10 @@ WORLDS: tuple[str, ...] = tuple(_BUILDERS)
 
 
 def get_world(name: str = "warehouse") -> Scene:
-    """The scene called `name`. Raises `UnknownWorld` with the closest names."""
+    """The scene called `name`. Raises `UnknownWorld` with the closest names, or all."""
     builder = _BUILDERS.get(name)
     if builder is None:
-        close = difflib.get_close_matches(name, WORLDS) or WORLDS
-        raise UnknownWorld(f"there is no world called {name!r}; did you mean {' or '.join(map(repr, close))}?")
+        close = difflib.get_close_matches(name, WORLDS)
+        hint = f"did you mean {' or '.join(map(repr, close))}?" if close else f"there are: {', '.join(WORLDS)}"
+        raise UnknownWorld(f"there is no world called {name!r}; {hint}")
     return builder()

@@ -19,14 +19,17 @@ PATIENCE = 5.0
 LEAST = 30.0
 
 
-def drawn(names: list[str], count: int, seed: int) -> list[tuple[str, Mutant]]:
-    """`count` mutants of these subjects, or all where there are fewer; the same for the same seed and sources."""
+def drawn(root: Path, names: list[str], count: int, seed: int) -> list[tuple[str, Mutant]]:
+    """`count` mutants of these subjects, or all where there are fewer; the same for the same seed and sources.
+
+    `root` is the copy, not the project: somebody may be at work in the project while this runs.
+    """
     every = [
         (name, mutant)
         for name in names
         for pattern in SUBJECTS[name].files
-        for path in sorted(ROOT.glob(pattern))
-        for mutant in mutants_of(path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8"))
+        for path in sorted(root.glob(pattern))
+        for mutant in mutants_of(path.relative_to(root).as_posix(), path.read_text(encoding="utf-8"))
     ]
     chosen = every if count >= len(every) else Random(seed).sample(every, count)
     print(f"{len(every)} mutants of {', '.join(names)}; trying {len(chosen)}, seed {seed}", flush=True)
@@ -46,7 +49,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         workshop = Workshop(ROOT, Path(folder))
         limits = {name: max(LEAST, PATIENCE * workshop.baseline(SUBJECTS[name].tests)) for name in names}
-        for name, mutant in drawn(names, options.count, options.seed):
+        for name, mutant in drawn(workshop.folder, names, options.count, options.seed):
             fate = workshop.try_out(mutant, SUBJECTS[name].tests, limits[name])
             fates[name][fate] += 1
             print(f"{fate:<9}  {mutant}", flush=True)

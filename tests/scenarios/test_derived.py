@@ -13,9 +13,10 @@ from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Fee
 from actors.interfaces.rcl_interfaces.msg import Log, ParameterEvent
 from actors.interfaces.rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from actors.interfaces.unique_identifier_msgs.msg import UUID
-from actors.parameters import Parameter
+from actors.parameters import Parameter, SetResult
 from actors.parameters.messages import to_parameter
 from actors.testing import Rig
+from tests.stage import events
 
 FIBONACCI = Action(Fibonacci, "fibonacci")
 STATUS = Topic(GoalStatusArray, "/fibonacci/_action/status", qos.ACTION_STATUS)
@@ -157,3 +158,56 @@ async def test_all_goals_are_canceled_by_a_request_without_id(rig: Rig) -> None:
     assert (first.status, second.status) == (GoalStatus.CANCELED, GoalStatus.CANCELED)
     late = await rig.call(CANCEL, CancelGoal.Request(goal_info=GoalInfo(goal_id=UUID(uuid=first.goal_id))))
     assert late.return_code == CancelCode.GOAL_TERMINATED
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "/fibonacci/_action/pause",
+        "/nowhere/_action/send_goal",
+        "/arm/get_state",
+        "/leg/get_state",
+    ],
+)
+async def test_a_service_that_only_looks_like_a_derived_one_is_not_there(rig: Rig, name: str) -> None:
+    await rig.start(Arm)
+    with pytest.raises(ServiceUnavailable, match=name):
+        await rig.call(Service(ListParameters, name), ListParameters.Request(), timeout=0.1)
+
+
+@pytest.mark.parametrize("name", ["/fibonacci/_action/mood", "/nowhere/_action/status"])
+async def test_a_topic_that_only_looks_like_a_derived_one_is_silent(rig: Rig, name: str) -> None:
+    await rig.start(Arm)
+    heard = rig.probe(STATUS, name=name)
+    await rig.start_goal(FIBONACCI, Fibonacci.Goal(order=1))
+    await rig.advance(2.0)
+    assert len(heard) == 0
+
+
+async def test_many_may_listen_and_each_hears_everything_once(rig: Rig) -> None:
+    """The second listener of a derived topic does not open it a second time."""
+    await rig.start(Arm)
+    probes = [rig.probe(topic) for topic in (FEEDBACK, FEEDBACK, ROSOUT, ROSOUT, STATUS, STATUS)]
+    await rig.start_goal(FIBONACCI, Fibonacci.Goal(order=2))
+    await rig.advance(2.0)
+    assert [len(probe) for probe in probes[:2]] == [2, 2]
+    assert [[log.msg for log in probe.messages if log.name == "arm"] for probe in probes[2:4]] == [  # type: ignore[attr-defined]
+        ["tick speed=0.5"] * 2
+    ] * 2
+    assert probes[4].messages == probes[5].messages
+
+
+async def test_a_callback_that_breaks_fails_the_request_and_is_logged(rig: Rig) -> None:
+    await rig.start(Arm)
+
+    def broken(parameters: object) -> SetResult:
+        raise OSError("no such register")
+
+    rig.node(Arm).core.parameters.add_on_set_callback(broken)
+    wanted = SetParameters.Request(parameters=[to_parameter(Parameter("speed", 1.5))])
+    (outcome,) = (await rig.call(Service(SetParameters, "/arm/set_parameters"), wanted)).results
+    assert not outcome.successful
+    (line,) = events(rig.logs, "service handler failed")
+    assert line.fields["handler"] == "/arm/set_parameters"
+    assert "no such register" in str(line.fields["error"])
+    assert rig.incarnation(Arm) == 1

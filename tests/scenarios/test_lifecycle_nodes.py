@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 
-from actors import Child, Service, Supervisor, Topic, every, publishes, qos
+from actors import (
+    Child,
+    Node,
+    NodeRestarting,
+    NotRunning,
+    Service,
+    ServiceUnavailable,
+    StartFailed,
+    Supervisor,
+    Topic,
+    every,
+    publishes,
+    qos,
+)
 from actors.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
-from actors.interfaces.lifecycle_msgs.srv import ChangeState, GetAvailableTransitions, GetState
+from actors.interfaces.lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
 from actors.interfaces.std_msgs.msg import String
-from actors.lifecycle import HookResult, LifecycleState, TransitionRefused
+from actors.lifecycle import STATES, TRANSITIONS, HookResult, LifecycleState, TransitionRefused
 from actors.lifecycle_node import LifecycleNode, bring_down, bring_up
 from actors.testing import Rig
 
@@ -154,3 +169,123 @@ async def test_L_06_the_end_of_the_node_runs_its_shutdown_hook(rig: Rig) -> None
     await rig.system.stop()
     assert camera.seen[-1] == "on_shutdown"
     assert camera.state is LifecycleState.FINALIZED
+
+
+# -- the corners ---------------------------------------------------------------------------------------------------------
+
+
+class Plain(LifecycleNode):
+    """A managed node that says nothing about its states."""
+
+
+async def test_a_node_without_hooks_goes_through_all_its_states(rig: Rig) -> None:
+    await rig.start(Plain)
+    await bring_up(rig.system)
+    assert rig.node(Plain).state is LifecycleState.ACTIVE
+    await bring_down(rig.system)
+    assert rig.node(Plain).state is LifecycleState.UNCONFIGURED
+
+
+async def test_bringing_down_goes_only_as_far_as_each_node_is_up(rig: Rig) -> None:
+    await rig.start(Camera, Child(Camera, name="second"))
+    await bring_up(rig.system, ["/camera"], to="inactive")
+    await bring_down(rig.system)
+    first, second = (rig.state(name).core for name in ("/camera", "/second"))
+    assert first is not None
+    assert second is not None
+    assert getattr(first.node, "seen", None) == ["on_configure", "on_cleanup"]
+    assert getattr(second.node, "seen", None) == []
+
+
+async def test_L_01_a_shut_down_node_stays_finalized_to_its_end_and_runs_no_hook_again(rig: Rig) -> None:
+    await rig.start(Camera)
+    camera = rig.node(Camera)
+    assert await change(rig, "shutdown")
+    await rig.close()
+    assert camera.state is LifecycleState.FINALIZED
+    assert camera.seen == ["on_shutdown"]
+
+
+async def test_a_node_that_cannot_be_brought_to_its_start_fails_to_start(rig: Rig) -> None:
+    class Stubborn(AutoCamera):
+        refuses = "configure"
+
+    with pytest.raises(StartFailed, match=r"/stubborn could not be brought to active: configure did not succeed"):
+        await rig.start(Stubborn)
+
+
+async def test_states_and_the_whole_graph_of_transitions_are_told(rig: Rig) -> None:
+    await rig.start(Camera)
+    states = await rig.call(Service(GetAvailableStates, "/camera/get_available_states"), GetAvailableStates.Request())
+    assert [(one.id, one.label) for one in states.available_states] == [(int(one), one.label) for one in STATES]
+    graph = Service(GetAvailableTransitions, "/camera/get_transition_graph")
+    told = (await rig.call(graph, GetAvailableTransitions.Request())).available_transitions
+    assert [(one.start_state.label, one.transition.label, one.goal_state.label) for one in told] == [
+        (edge.start.label, edge.label, edge.goal.label) for edge in TRANSITIONS
+    ]
+
+
+async def test_a_node_that_is_not_managed_has_no_states_to_ask_for(rig: Rig) -> None:
+    await rig.start(Child(Node, name="camera"))
+    with pytest.raises(ServiceUnavailable, match="/camera/get_state"):
+        await rig.call(STATE, GetState.Request(), timeout=0.1)
+
+
+async def test_two_who_bring_up_at_once_do_not_do_it_twice(rig: Rig) -> None:
+    await rig.start(Camera)
+    first, second = (asyncio.ensure_future(bring_up(rig.system, to="inactive")) for _ in range(2))
+    await first
+    with pytest.raises(TransitionRefused, match="configure"):
+        await second
+    assert rig.node(Camera).seen == ["on_configure"]
+
+
+class Slow(LifecycleNode):
+    """Takes a second to be configured; refuses a second time as an impossible transition would be."""
+
+    async def on_configure(self, previous: LifecycleState) -> HookResult | None:
+        await self.clock.sleep(1.0)
+        return None
+
+
+async def test_who_brings_up_may_be_canceled_and_the_transition_goes_on(rig: Rig) -> None:
+    await rig.start(Slow)
+    first, second = (asyncio.ensure_future(bring_up(rig.system, to="inactive")) for _ in range(2))
+    await rig.advance(0.5)
+    first.cancel()
+    second.cancel()  # its own would have been refused: nobody is left to hear of it
+    await rig.advance(1.0)
+    assert first.cancelled()
+    assert second.cancelled()
+    assert rig.node(Slow).state is LifecycleState.INACTIVE
+
+
+async def test_who_brings_up_a_node_that_ends_meanwhile_is_told(rig: Rig) -> None:
+    class Doomed(LifecycleNode):
+        @OUT.on()
+        async def hear(self, message: String) -> None:
+            await self.clock.sleep(0.4)
+
+    await rig.start(Doomed)
+    rig.publish(OUT, String())
+    await rig.advance(0.1)
+    rig.crash(Doomed)  # when the handler has ended, and before whatever is asked from now on
+    task = asyncio.ensure_future(bring_up(rig.system))
+    await rig.settled()
+    with pytest.raises(NodeRestarting):
+        await asyncio.wait_for(task, 10.0)
+    assert rig.node(Doomed).state is LifecycleState.UNCONFIGURED
+
+
+async def test_who_brings_up_a_node_whose_transition_never_ends_is_told_of_its_end(rig: Rig) -> None:
+    class Hanging(Slow):
+        async def on_configure(self, previous: LifecycleState) -> HookResult | None:
+            await asyncio.get_running_loop().create_future()
+            return None
+
+    await rig.start(Child(Hanging, stop=1.0))
+    task = asyncio.ensure_future(bring_up(rig.system, to="inactive"))
+    await rig.advance(0.5)
+    await rig.system.stop("enough")
+    with pytest.raises(NotRunning, match="enough"):
+        await asyncio.wait_for(task, 10.0)

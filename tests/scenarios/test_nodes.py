@@ -167,6 +167,9 @@ async def test_a_flood_in_one_node_does_not_starve_the_others(rig: Rig) -> None:
         out = publishes(NUMBERS)
         rounds = 0
 
+        async def on_start(self) -> None:
+            echoes.append(self)
+
         @NUMBERS.on()
         async def take(self, message: Int32) -> None:
             self.rounds += 1
@@ -181,9 +184,10 @@ async def test_a_flood_in_one_node_does_not_starve_the_others(rig: Rig) -> None:
 
         async def watch(self) -> None:
             while not self.rounds_seen or self.rounds_seen[-1] < 2_000:
-                self.rounds_seen.append(rig.node(Echo).rounds if rig.state(Echo).core else 0)
+                self.rounds_seen.append(echoes[0].rounds)
                 await asyncio.sleep(0)
 
+    echoes: list[Echo] = []
     await rig.start(Echo, Bystander)
     rig.publish(NUMBERS, number(0))
     await rig.quiet()
@@ -366,6 +370,7 @@ async def test_Skip_in_on_start_declines_and_the_siblings_start_as_usual(rig: Ri
 
 
 async def test_Skip_after_the_start_is_a_failure_like_any_other(rig: Rig) -> None:
+    rig.expect_failure(Skip)
     heard: list[ExitReason] = []
 
     class Confused(Node):
@@ -466,6 +471,8 @@ async def test_E_08_on_error_may_say_continue_and_the_node_goes_on(rig: Rig) -> 
 
 @pytest.mark.parametrize("verdict", [None, "fail"])
 async def test_an_exception_in_a_handler_ends_the_incarnation_by_default(rig: Rig, verdict: Any) -> None:
+    rig.expect_failure(LookupError)
+
     class Strict(Node):
         def on_error(self, error: Exception, handler: str) -> Any:
             return verdict
@@ -483,6 +490,7 @@ async def test_an_exception_in_a_handler_ends_the_incarnation_by_default(rig: Ri
 
 
 async def test_a_handler_that_awaits_something_canceled_is_a_failure_with_its_clean_up(rig: Rig) -> None:
+    rig.expect_failure(RuntimeError)
     heard: list[ExitReason] = []
 
     class Careless(Node):
@@ -506,6 +514,8 @@ async def test_a_handler_that_awaits_something_canceled_is_a_failure_with_its_cl
 
 
 async def test_a_background_or_spawned_task_that_fails_ends_the_incarnation(rig: Rig) -> None:
+    rig.expect_failure(OSError)
+
     class Driver(Node):
         @background
         async def read(self) -> None:
@@ -669,6 +679,8 @@ async def test_E_07_after_its_end_a_node_is_gone_from_the_graph(rig: Rig) -> Non
 
 
 async def test_an_on_stop_that_fails_hides_nothing_and_skips_nothing(rig: Rig) -> None:
+    rig.expect_failure(LookupError)
+
     class Clumsy(Node):
         async def on_stop(self, reason: ExitReason) -> None:
             raise LookupError("lost the key")

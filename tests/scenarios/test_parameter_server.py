@@ -112,6 +112,7 @@ async def test_P08_values_survive_a_crash_of_the_server_deletions_too(rig: Rig) 
 
 
 async def test_P08_without_a_server_the_error_names_what_is_missing(rig: Rig) -> None:
+    rig.expect_failure(ServiceUnavailable)
     await rig.start(Leg)
     with pytest.raises(ServiceUnavailable, match="/parameter_server/get_parameters"):
         await get_global(rig.me, "mode", "walk", timeout=0.5)

@@ -65,6 +65,8 @@ class Odometer(Node):
 
 
 async def test_F_01_a_node_that_crashes_is_restarted_and_the_others_never_notice(rig: Rig) -> None:
+    rig.expect_failure(ValueError)
+
     class Beacon(Node):
         out = publishes(WORDS)
 
@@ -89,6 +91,7 @@ async def test_F_01_a_node_that_crashes_is_restarted_and_the_others_never_notice
 
 @pytest.mark.parametrize(("way", "after_crash"), [("", 0), ("handover", 0), ("checkpoint", 7)])
 async def test_only_what_was_checkpointed_survives_a_crash(rig: Rig, way: str, after_crash: int) -> None:
+    rig.expect_failure(ValueError)
     await rig.start(Child(Odometer, args=(way,)))
     for value in (3, 4, -1):
         rig.publish(NUMBERS, number(value))
@@ -129,6 +132,8 @@ async def test_a_handover_comes_before_the_last_checkpoint_and_a_new_kind_of_nod
 
 
 async def test_a_resume_that_fails_is_a_failed_start(rig: Rig) -> None:
+    rig.expect_failure((ValueError, TypeError, SupervisorGaveUp))
+
     class Picky(Odometer):
         def resume(self, state: Any) -> None:
             raise TypeError("cannot read this")
@@ -187,6 +192,7 @@ async def test_messages_wait_through_a_backoff_up_to_the_depth_of_their_queue(ri
 
 
 async def test_a_nested_supervisors_restart_keeps_the_messages_of_its_nodes_too(rig: Rig) -> None:
+    rig.expect_failure((ValueError, SupervisorGaveUp))
     group = Supervisor(
         "group", intensity=Intensity(0, within=5.0), children=[Child(Odometer), Child(Node, name="other")]
     )
@@ -229,6 +235,7 @@ async def test_a_streams_messages_do_not_survive_but_a_new_one_listens_from_the_
 
 
 async def test_intensity_ends_the_tree_when_restarts_come_too_often_and_wait_says_so(rig: Rig) -> None:
+    rig.expect_failure((ValueError, SupervisorGaveUp))
     tree = Supervisor(
         "system", intensity=Intensity(2, within=5.0), children=[Child(Odometer), Child(Node, name="other")]
     )
@@ -248,6 +255,8 @@ async def test_intensity_ends_the_tree_when_restarts_come_too_often_and_wait_say
 
 
 async def test_a_caller_hears_at_each_stage_what_became_of_its_server(rig: Rig) -> None:
+    rig.expect_failure(OSError)
+
     class Adder(Node):
         @ADD.serve()
         async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
@@ -276,6 +285,8 @@ async def test_a_caller_hears_at_each_stage_what_became_of_its_server(rig: Rig) 
 
 
 async def test_a_timer_that_faults_ends_its_incarnation_once_not_every_one_that_follows(rig: Rig) -> None:
+    rig.expect_failure(TickMissed)
+
     class Strict(Node):
         ticks: ClassVar[list[tuple[int, int]]] = []
 
@@ -366,18 +377,16 @@ async def test_instances_of_a_template_come_and_go_and_free_their_names(rig: Rig
     assert len(rig.system.graph.topic("/numbers").subscriptions) == 3
     rig.publish(NUMBERS, number(1))
     await rig.settled()
-    assert [state.state for name in range(3) for state in [rig.state(f"robot_{name}")]] == [
-        "running",
-        "stopped",
-        "running",
-    ]
+    assert sorted(state.identity.name for state in rig.system.nodes.values()) == ["rig", "robot_0", "robot_2"]
     assert len(rig.system.graph.topic("/numbers").subscriptions) == 2
     await fleet.spawn(7, name="robot_1")
-    assert rig.incarnation("robot_1") == 2
+    assert rig.incarnation("robot_1") == 1  # another one, of the same name
     assert rig.state("robot_1").core.node.number == 7  # type: ignore[union-attr]
 
 
 async def test_an_instance_that_does_not_start_frees_its_name(rig: Rig) -> None:
+    rig.expect_failure(OSError)
+
     class Moody(Node):
         def __init__(self, good: bool) -> None:
             if not good:

@@ -153,13 +153,94 @@ def test_the_motors_sit_the_robot_down_when_the_gait_is_gone(tmp_path: Path) -> 
         (("--battery", "120"), "0 to 100"),
         (("--report", "no/such/folder/r.json"), "no folder"),
         (("--duration", "-1"), "positive"),
+        (("--duration", "soon"), "soon is not a positive number of seconds (see python -m robot run --help)"),
+        (("--bogus",), "robot run: unrecognized arguments: --bogus (see python -m robot run --help)"),
+        (("--world", "nowhere"), "there are: warehouse, empty, corridor, pillars"),
+        (("--goal", "100", "100"), "outside of the world 'warehouse', where x is -2 to 10 m and y is -3.2 to 7.2 m"),
+        (("--crash", "gait@50", "--duration", "20"), "the run ends at 20 s, before that; give a longer --duration"),
+        (("--crash", "gait@130", "--clock", "virtual"), "the run ends at 120 s"),
     ],
 )
 def test_a_mistake_is_one_clear_line_and_exit_code_2(words: tuple[str, ...], hint: str) -> None:
     done = robot("run", *words)
     assert done.returncode == 2
-    assert "Traceback" not in done.stderr
-    assert hint in done.stderr.strip().splitlines()[-1]
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("robot run: ")
+    assert hint in line
+
+
+def test_a_crash_that_the_end_of_the_mission_forestalls_does_not_hit_the_sitting_robot(tmp_path: Path) -> None:
+    words = ("--goal", "1", "0", "--duration", "60", "--crash", "battery@8.0")
+    done, report = run(tmp_path, *KINEMATIC, *words)
+    assert done.returncode == 0, done.stderr
+    assert report["simulated_seconds"] < 8.0
+    (line,) = [line for line in done.stderr.splitlines() if "crash not made: the run had ended" in line]
+    assert "battery@8" in line
+    assert "crashed on request" not in done.stderr
+
+
+def test_the_status_lines_say_that_the_heading_is_in_degrees(tmp_path: Path) -> None:
+    done, _ = run(tmp_path, *KINEMATIC, "--duration", "6")
+    assert "heading_deg=" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("gait:\n  ros__parameters:\n    x: [1, 2\n", "bad.yaml:4: not valid YAML: "),
+        ("gait:\n\tros__parameters: 1\n", "bad.yaml:2: not valid YAML: "),
+        ("gait:\n  ros__parameters:\n    x: 1\n   y: 2\n", "bad.yaml:4: not valid YAML: "),
+        ("gait:\n  x: \x01\n", "bad.yaml:2: not valid YAML: the character U+0001 is not allowed"),
+    ],
+)
+def test_a_parameter_file_that_is_no_yaml_names_file_and_line(text: str, place: str, tmp_path: Path) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text(text, encoding="utf-8")
+    done = robot("run", "--params", str(file))
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("robot run: --params: ")
+    assert place in line
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (
+            ("walk", "--only", "nothing"),
+            "robot evaluate walk: --only nothing: no metric's name contains that; there are: ",
+        ),
+        (
+            ("walk", "--bogus"),
+            "robot evaluate walk: unrecognized arguments: --bogus (see python -m robot evaluate walk --help)",
+        ),
+        (
+            ("maps",),
+            "robot evaluate maps: the following arguments are required: folder (see python -m robot evaluate maps",
+        ),
+        (("maps", "no/folder"), "robot evaluate maps: there is no no/folder"),
+        (("walks",), "did you mean walk?"),
+    ],
+)
+def test_a_measurement_that_cannot_be_made_is_one_line_and_exit_code_2(words: tuple[str, ...], hint: str) -> None:
+    done = robot("evaluate", *words)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert hint in line
+    if "walk" in words and "--only" in words:
+        assert "'top speed held 20 s'" in line
+
+
+def test_evaluate_maps_calls_itself_what_was_typed() -> None:
+    done = robot("evaluate", "maps", "--help")
+    assert done.stdout.startswith("usage: python -m robot evaluate maps ")
+
+
+def test_a_pattern_for_all_nodes_sets_what_they_have_and_leaves_the_others_alone(tmp_path: Path) -> None:
+    file = tmp_path / "all.yaml"
+    file.write_text("/**:\n  ros__parameters:\n    max_speed: 0.6\n", encoding="utf-8")
+    done, _ = run(tmp_path, *KINEMATIC, "--params", str(file), "--duration", "1")
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_malformed_parameter_file_names_file_line_and_key(tmp_path: Path) -> None:

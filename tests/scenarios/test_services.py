@@ -13,6 +13,7 @@ from actors import (
     CallCycle,
     CallTimeout,
     Child,
+    DeclarationError,
     Node,
     NodeRestarting,
     NotRunning,
@@ -239,7 +240,7 @@ async def test_a_caller_that_is_canceled_is_forgotten_its_request_is_not_worked_
     await rig.advance(9.0)
     assert rig.node(Counting).calls == 3
     assert [call.result().sum for call in (calls[1], calls[3])] == [1, 3]
-    assert rig.system.graph.service("/add").server.active == {}  # type: ignore[union-attr]
+    assert rig.system.graph.service("/add").server.open() == []  # type: ignore[union-attr]
 
 
 # -- servers that fail -----------------------------------------------------------------------------------------------
@@ -387,6 +388,7 @@ async def test_S_02_a_call_to_a_node_that_has_stopped_for_good_fails_at_once(rig
 
 
 async def test_a_node_that_was_terminated_and_is_started_again_serves_again(rig: Rig) -> None:
+    rig.expect_failure(DeclarationError)
     await rig.start(Adder)
     supervisor = rig.system.supervisor
     assert supervisor is not None
@@ -410,6 +412,8 @@ async def test_a_call_that_is_open_when_the_system_stops_hears_that_its_server_h
 
 
 async def test_on_error_may_let_a_failed_request_end_the_node_and_is_asked_once(rig: Rig) -> None:
+    rig.expect_failure(ValueError)
+
     class Strict(Adder):
         asked: list[tuple[str, str]] = []
 
@@ -426,6 +430,8 @@ async def test_on_error_may_let_a_failed_request_end_the_node_and_is_asked_once(
 
 
 async def test_an_on_error_that_fails_itself_ends_the_node_and_leaves_no_caller_waiting(rig: Rig) -> None:
+    rig.expect_failure(LookupError)
+
     class Broken(Adder):
         def on_error(self, error: Exception, handler: str) -> Any:
             raise LookupError("no verdict")

@@ -14,6 +14,7 @@ import pytest
 
 from actors import (
     Child,
+    DeclarationError,
     DynamicSupervisor,
     Intensity,
     Node,
@@ -27,6 +28,7 @@ from actors import (
     every,
     execute,
     open_node,
+    parameter,
     publishes,
     run,
 )
@@ -566,3 +568,59 @@ def test_a_failure_ends_a_program_with_its_reason(tmp_path: Path) -> None:
     assert errors.splitlines()[-1].startswith("actors.supervision.errors.SupervisorGaveUp: supervisor system gave up")
     assert "OSError: snapped" in errors
     assert "never retrieved" not in errors
+
+
+# -- what is easily written wrongly ----------------------------------------------------------------------------------------
+
+
+class Leg(Node):
+    speed = parameter(1.0)
+
+
+class Loose(Node):
+    """Takes any parameter it is given."""
+
+    async def on_start(self) -> None:
+        self.core.parameters.allow_undeclared = True
+
+
+class Own(Node):
+    """Declares a parameter of its own when it starts."""
+
+    async def on_start(self) -> None:
+        self.core.parameters.declare("gain", 1.0)
+
+
+@pytest.mark.virtual
+async def test_a_parameter_that_the_node_does_not_have_is_refused_with_what_may_be_meant() -> None:
+    sentence = r"/leg has no parameter 'sped'; did you mean 'speed'\? \(Leg declares speed\)"
+    with pytest.raises(StartFailed, match=sentence) as caught:
+        async with run(Child(Leg, parameters={"sped": 2.0}), sinks=()):
+            raise AssertionError("it must not start")
+    assert isinstance(caught.value.__cause__, DeclarationError)
+    with pytest.raises(
+        StartFailed, match=r"/node has no parameter 'sped': correct the name, or declare it \(Still declares none\)"
+    ):
+        async with run(Child(type("Still", (Node,), {}), name="node", parameters={"sped": 2.0}), sinks=()):
+            raise AssertionError("it must not start")
+
+
+@pytest.mark.virtual
+async def test_a_parameter_that_is_declared_at_the_start_or_need_not_be_is_taken() -> None:
+    children = [
+        Child(Leg, parameters={"use_sim_time": False, "speed": 2.0}),
+        Child(Own, parameters={"gain": 3.0}),
+        Child(Loose, parameters={"anything": 4}),
+    ]
+    async with run(Supervisor("s", children=children), sinks=()) as system:
+        core = system.core_of("/own")
+        assert core is not None
+        assert core.parameters.value("gain") == 3.0
+
+
+@pytest.mark.virtual
+async def test_awaiting_what_is_a_block_says_how_to_write_it() -> None:
+    with pytest.raises(TypeError, match=r"await run.tree.: a system runs within a block, write `async with run"):
+        await run(Child(Leg))  # type: ignore[misc]
+    with pytest.raises(TypeError, match="write `async with open_node"):
+        await open_node("listener")  # type: ignore[misc]

@@ -147,6 +147,7 @@ class World:
         self.rng = Random(7)
         self.reports: list[Report] = []
         self.gone_for_good: list[str] = []
+        self.forgotten: list[str] = []
         self.times: list[tuple[float, str, str]] = []
         self.alive: list[ScriptedLife] = []
         self.reasons: list[str] = []
@@ -164,8 +165,10 @@ class World:
             script = script[min(incarnation, len(script)) - 1]
         return ScriptedLife(self, child, path, incarnation, script)
 
-    def gone(self, path: tuple[str, ...]) -> None:
+    def gone(self, path: tuple[str, ...], kept: bool) -> None:
         self.gone_for_good.append("/".join(path))
+        if not kept:
+            self.forgotten.append("/".join(path))
 
     def report(self, report: Report) -> None:
         self.reports.append(report)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -25,6 +25,7 @@ from actors import (
 )
 from actors.blueprint import Blueprint
 from actors.contracts import Declaration
+from actors.interfaces import Message
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32, String
@@ -210,6 +211,153 @@ def test_a_handler_that_takes_another_message_than_its_contract_is_refused() -> 
 
             @COUNT.accepts  # type: ignore[arg-type]
             def check(self, goal: Fibonacci.Result) -> None: ...
+
+
+def test_a_service_handler_that_returns_another_message_than_its_contract_is_refused() -> None:
+    with refused(
+        "Server.add serves Service(AddTwoInts, 'add') but returns AddTwoInts_Request: it must return AddTwoInts_Response; change"
+    ):
+
+        class Server(Node):
+            @ADD.serve()  # type: ignore[arg-type]
+            async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Request:
+                return request
+
+    with refused("Silent.add serves Service(AddTwoInts, 'add') but returns None: it must return AddTwoInts_Response"):
+
+        class Silent(Node):
+            @ADD.serve()  # type: ignore[arg-type]
+            async def add(self, request: AddTwoInts.Request) -> None: ...
+
+    with refused("Hasty.add serves Service(AddTwoInts, 'add') but returns int | None"):
+
+        class Hasty(Node):
+            @ADD.serve()  # type: ignore[arg-type]
+            async def add(self, request: AddTwoInts.Request) -> int | None: ...
+
+
+def test_a_topic_handler_that_returns_something_is_refused() -> None:
+    with refused("Echo.take listens to Topic(Int32, 'numbers') but returns Int32: nobody takes that"):
+
+        class Echo(Node):
+            @NUMBERS.on()  # type: ignore[type-var]
+            async def take(self, message: Int32) -> Int32:
+                return message
+
+    with refused("Sync.take listens to Topic(Int32, 'numbers') but returns int"):
+
+        class Sync(Node):
+            @NUMBERS.on()  # type: ignore[type-var]
+            def take(self, message: Int32) -> int:
+                return 1
+
+    class Fine(Node):
+        @NUMBERS.on()
+        def take(self, message: Int32) -> Coroutine[Any, Any, None]:
+            return self.later()
+
+        async def later(self) -> None: ...
+
+    assert len(Fine.blueprint.topics) == 1
+
+
+def test_an_action_body_that_yields_or_ends_with_another_message_than_its_contract_is_refused() -> None:
+    with refused(
+        "Swapped.count serves Action(Fibonacci, 'count') but says it will yield Fibonacci_Result as feedback: "
+    ):
+
+        class Swapped(Node):
+            @COUNT.serve()  # type: ignore[arg-type]
+            async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Result, Fibonacci.Result]:
+                yield Done(result())
+
+    with refused("but says it will end with actors.contracts.Done[") as caught:
+
+        class Ended(Node):
+            @COUNT.serve()  # type: ignore[arg-type]
+            async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Goal]:
+                yield Done(goal)
+
+    assert str(caught.value).endswith("annotate it `-> Steps[Fibonacci_Feedback, Fibonacci_Result]`")
+    with refused(
+        "Returning.count serves Action(Fibonacci, 'count') but says it returns Fibonacci_Result: it is an async"
+    ):
+
+        class Returning(Node):
+            @COUNT.serve()  # type: ignore[arg-type]
+            async def count(self, goal: Fibonacci.Goal) -> Fibonacci.Result:  # type: ignore[misc]
+                yield Done(result())
+
+
+def test_a_parameter_annotation_is_refused_only_when_it_contradicts() -> None:
+    with refused("Lists.take listens to Topic(Int32, 'numbers') (Int32) but takes list[actors.interfaces"):
+
+        class Lists(Node):
+            @NUMBERS.on()  # type: ignore[arg-type]
+            async def take(self, message: list[Int32]) -> None: ...
+
+    with refused("Unions.take listens to Topic(Int32, 'numbers') (Int32) but takes "):
+
+        class Unions(Node):
+            @NUMBERS.on()  # type: ignore[arg-type]
+            async def take(self, message: String | None) -> None: ...
+
+    class Generous(Node):
+        @NUMBERS.on()
+        async def take(self, message: Message) -> None: ...
+
+        @ADD.serve()
+        async def add(self, request: AddTwoInts.Request | None) -> Message:  # type: ignore[arg-type]
+            return AddTwoInts.Response()
+
+    assert Generous.blueprint.owner is Generous
+
+
+def test_behind_a_decorator_of_the_users_own_the_return_annotation_says_nothing() -> None:
+    def answers(method: Callable[..., Any]) -> Any:
+        @functools.wraps(method)
+        async def wrapper(self: Any, request: Any) -> AddTwoInts.Response:
+            return AddTwoInts.Response(sum=await method(self, request))
+
+        return wrapper
+
+    class Short(Node):
+        @ADD.serve()
+        @answers
+        async def add(self, request: AddTwoInts.Request) -> int:
+            return request.a + request.b
+
+    assert len(Short.blueprint.services) == 1
+
+
+def test_a_decorator_without_its_parentheses_says_how_to_write_it() -> None:
+    with refused("@Topic(Int32, 'numbers').on without parentheses: write @Topic(Int32, 'numbers').on() above `take`"):
+
+        class Listener(Node):
+            @NUMBERS.on  # type: ignore[arg-type]
+            async def take(self, message: Int32) -> None: ...
+
+    with refused("@Service(AddTwoInts, 'add').serve without parentheses: write"):
+
+        class Server(Node):
+            @ADD.serve  # type: ignore[arg-type]
+            async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response: ...
+
+    with refused("@Action(Fibonacci, 'count').serve without parentheses: write"):
+
+        class Mover(Node):
+            @COUNT.serve  # type: ignore[arg-type]
+            async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+                yield Done(result())
+
+    with refused("@every without its rate: write @every(hz=10) or @every(period=0.1) above `tick`"):
+
+        class Timed(Node):
+            @every  # type: ignore[arg-type]
+            async def tick(self) -> None: ...
+
+    with refused("@Topic(Int32, 'numbers').on(5): its options are given by name"):
+        NUMBERS.on(5)  # type: ignore[arg-type]
 
 
 def test_a_handler_with_the_wrong_number_of_arguments_is_refused() -> None:

@@ -305,6 +305,7 @@ def test_a_service_type_ties_two_messages_and_is_never_built_itself() -> None:
     assert (Plan.Request, Plan.Response) == (Plan_Request, Plan_Response)
     with pytest.raises(TypeError, match=r"Plan is a service type; build Plan\.Request"):
         Plan()
+    assert definition_text(Plan) == f"{definition_text(Plan_Request)}---\n{definition_text(Plan_Response)}"
     assert type_hash(Plan).startswith("RIHS01_")
 
 
@@ -353,3 +354,23 @@ def test_an_action_type_ties_three_messages() -> None:
     assert (parts.Goal, parts.Result, parts.Feedback) == (Move_Goal, Move_Result, Move_Feedback)
     with pytest.raises(TypeError, match="Move is an action type"):
         Move()
+    assert definition_text(Move) == "float64 x\n---\nbool success\n---\nfloat64 distance\n"
+
+
+class Start(Message, frozen=True, kw_only=True):
+    """A message whose nested field does not begin at zero, and whose class holds things that are no constants."""
+
+    ORIGIN: ClassVar[Point] = Point()
+    PRIMES: ClassVar[int32_array] = np.array([2, 3], np.int32)
+
+    place: Point = Point(x=1.0)
+
+
+def test_a_nested_field_may_have_a_default_of_its_own() -> None:
+    assert Start().place == Point(x=1.0)
+    assert Start(place=Point()).place == Point()
+
+
+def test_a_class_variable_of_a_kind_that_ros_has_no_constants_of_is_the_classes_own_business() -> None:
+    assert Start.__ros_constants__ == ()
+    assert Point() == Start.ORIGIN

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import runpy
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -121,3 +122,17 @@ def test_a_keyword_as_a_field_name_cannot_be_generated_and_says_what_to_do(share
     write(share, "odd_pkg/msg/Keyword", "int32 from\n")
     with pytest.raises(BadDeclaration, match=r"field 'from' is a Python keyword.*load this package at run time"):
         generate(share, "made_here")
+
+
+def test_a_package_that_needs_no_type_names_imports_none(tmp_path: Path) -> None:
+    write(tmp_path, "plain_pkg/msg/Empty", "")
+    modules = generate(tmp_path, "made_here")
+    assert "actors.interfaces.types" not in modules["plain_pkg/msg.py"]
+
+
+def test_it_is_a_program(share: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", ["generate", str(share), "--out", str(share.parent / "made_here"), "--check"])
+    with pytest.raises(SystemExit) as stopped:
+        runpy.run_path(inspect.getfile(generate), run_name="__main__")
+    assert stopped.value.code == 1
+    assert "is missing or old" in capsys.readouterr().out

@@ -344,6 +344,9 @@ def test_messages_are_equal_element_by_element() -> None:
     assert state != JointState(name=["a"], position=[1.0, 1.0])
     assert state != JointState(name=["b"], position=[1.0])
     assert state != anything("state")
+    assert (state == anything("state"), state == state.replace(), state == state) == (False, True, True)
+    assert Twist() != anything("twist")
+    assert anything(Vector3()) != Point()
     assert JointState(position=[math.nan]) != JointState(position=[math.nan])
 
 
@@ -375,3 +378,22 @@ def test_the_repr_shows_short_arrays_whole_and_long_ones_by_their_ends() -> None
     )
     assert "data=array([1, 2], dtype=int32)" in repr(Int32MultiArray(data=[1, 2]))
     assert "array([0, 1, 2, ..., 97, 98, 99], dtype=uint8, size=100)" in repr(UInt8MultiArray(data=range(100)))
+
+
+def test_float_arrays_take_arrays_of_whole_numbers_and_of_narrower_floats() -> None:
+    state = anything(JointState)(position=np.array([1, 2], np.int16), velocity=np.array([0.5], np.float32))
+    assert (state.position.dtype, state.position.tolist()) == (np.float64, [1.0, 2.0])
+    assert (state.velocity.dtype, state.velocity.tolist()) == (np.float64, [0.5])
+    assert anything(Int32MultiArray)(data=np.array([], np.int64)).data.tolist() == []
+
+
+def test_scans_without_angles_and_clouds_with_missing_rows_are_looked_at_too() -> None:
+    assert flaws(LaserScan(ranges=[1.0, 2.0])) == ()
+    assert flaws(LaserScan(ranges=[1.0, 2.0], intensities=[1.0])) == (
+        "LaserScan: 1 intensities for 2 ranges; they are none, or one for each",
+    )
+    cloud = PointCloud2(width=2, height=2, point_step=4, row_step=8, data=bytes(16))
+    assert flaws(cloud) == ()
+    assert flaws(cloud.replace(data=bytes(12))) == (
+        "PointCloud2: row_step 8 times height 2 is not the 12 bytes of data",
+    )

@@ -75,3 +75,8 @@ def test_a_decimal_number_may_have_leading_zeros() -> None:
 def test_any_text_is_read_or_refused_with_the_one_error(text: str, kind: str) -> None:
     with suppress(DefinitionError):  # and no other error
         assert parse(text, "my_pkg", "Sample", kind).name == f"my_pkg/{kind}/Sample"  # type: ignore[arg-type]
+
+
+def test_empty_comment_lines_at_the_ends_are_left_out_and_two_become_one() -> None:
+    part = parse_message("\n#\n# first\n#\n#\n# second\n#\nint32 x\n", "my_pkg", "Sample")
+    assert [field.comment for field in part.fields] == [("first", "", "second")]

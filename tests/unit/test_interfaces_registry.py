@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 
@@ -12,6 +14,7 @@ from actors.interfaces import (
     get_message,
     get_service,
     known_names,
+    registry,
     type_hash,
     type_name,
 )
@@ -110,3 +113,37 @@ def test_derived_types_are_made_once_and_found_by_name() -> None:
 def test_what_is_not_derived_from_a_type_is_unknown(name: str) -> None:
     with pytest.raises(UnknownInterface):
         get_message(name)
+
+
+def test_derived_types_are_made_when_their_names_are_asked_for_first() -> None:
+    derived = ("_SendGoal", "_GetResult", "_FeedbackMessage", "_Event")
+    plain = {name: cls for name, cls in registry._types.items() if not any(part in name for part in derived)}
+    with patch.object(registry, "_types", plain):
+        asked: Any = get_message("example_interfaces/action/Fibonacci_SendGoal_Event")
+        assert asked is event_message(send_goal_service(Fibonacci))
+        assert get_message("std_srvs/srv/SetBool_Event") is event_message(SetBool)
+        assert get_message("example_interfaces/action/Fibonacci_FeedbackMessage") is feedback_message(Fibonacci)
+
+
+def test_a_folder_may_hold_other_files_and_definitions_without_modules(tmp_path: Path) -> None:
+    folder = tmp_path / "loose_pkg" / "msg"
+    folder.mkdir(parents=True)
+    (folder / "Loose.msg").write_text("int32 x\n")
+    (folder / "README.md").write_text("not a definition")
+    with patch.object(registry, "_types", dict(registry._types)), patch.object(registry, "_folders", []):
+        registry.add_folder(tmp_path, "modules_that_were_never_generated")
+        assert [name for name in known_names() if name.startswith("loose_pkg/")] == ["loose_pkg/msg/Loose"]
+        loose: Any = get_message("loose_pkg/Loose")
+        assert loose(x=3).x == 3
+
+
+def test_a_generated_module_that_lacks_something_else_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "torn_home" / "torn_pkg").mkdir(parents=True)
+    (tmp_path / "torn_home" / "torn_pkg" / "msg.py").write_text("import a_library_that_is_not_installed\n")
+    (tmp_path / "share" / "torn_pkg" / "msg").mkdir(parents=True)
+    (tmp_path / "share" / "torn_pkg" / "msg" / "Torn.msg").write_text("int32 x\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with patch.object(registry, "_types", dict(registry._types)), patch.object(registry, "_folders", []):
+        registry.add_folder(tmp_path / "share", "torn_home")
+        with pytest.raises(ModuleNotFoundError, match="a_library_that_is_not_installed"):
+            get_message("torn_pkg/Torn")

@@ -76,3 +76,8 @@ def test_the_parts_of_a_service_have_definitions_of_their_own() -> None:
 def test_an_unknown_type_is_an_error_with_the_closest_names() -> None:
     with pytest.raises(UnknownInterface, match=r"unknown type 'std_msgs/Heder'\. Did you mean 'std_msgs/msg/Header'"):
         show("std_msgs/Heder")
+
+
+def test_a_type_that_is_nested_twice_stands_once_in_the_schema() -> None:
+    lines = schema_text("geometry_msgs/msg/Twist").splitlines()
+    assert [line for line in lines if line.startswith("MSG: ")] == ["MSG: geometry_msgs/Vector3"]

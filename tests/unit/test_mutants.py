@@ -135,7 +135,7 @@ def test_the_files_and_tests_of_every_subject_exist() -> None:
 
 
 def test_the_draw_is_the_same_for_the_same_seed() -> None:
-    first, again, other = (drawn(["services"], 10, seed) for seed in (1, 1, 2))
+    first, again, other = (drawn(ROOT, ["services"], 10, seed) for seed in (1, 1, 2))
     assert first == again != other
     assert len(first) == 10
 

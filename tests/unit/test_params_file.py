@@ -263,3 +263,9 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 def test_the_repr_shows_the_entries() -> None:
     assert repr(EMPTY.with_rule("gait:speed:=0.5")) == "ParameterOverrides({'gait': {'speed': 0.5}})"
     assert EMPTY != {}
+
+
+@pytest.mark.parametrize("text", ["1\n---\n2", "--- a\n--- b"])
+def test_two_values_where_one_is_wanted_are_refused(text: str) -> None:
+    with pytest.raises(InvalidParams, match="more than one value; put quotes around a text"):
+        parse_value(text)

@@ -44,11 +44,21 @@ def test_a_file_that_cannot_be_written_is_said_before_anything_runs(
         assert said.count("\n") == 1
 
 
-def test_words_it_does_not_know_end_as_everywhere(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(["--view", "inside"])
-    assert ended.value.code == 2
-    assert "invalid choice" in capsys.readouterr().err
+def test_words_it_does_not_know_are_one_line_too(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--view", "inside"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("robot picture: argument --view: invalid choice: 'inside'")
+    assert said.endswith("(see python -m robot picture --help)\n")
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", ["x.jpg", "x", "x.png.gif"])
+def test_another_suffix_than_that_of_what_is_written_is_refused(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(tmp_path / name)]) == 2
+    said = capsys.readouterr().err
+    assert said == f"robot picture: {tmp_path / name}: pictures are written as PNG; give it a name that ends in .png\n"
 
 
 def test_without_mujoco_its_renderer_says_so_in_one_line(

@@ -165,7 +165,7 @@ def test_the_rig_is_closed_after_the_test_and_a_leak_fails_it_with_the_timeline(
         [
             "*Leak: left over after the system's end: task forgotten*",
             "*- rig -*",
-            "rig: seed=42 t=1.500000 s; the last * events:",
+            "rig: seed=42 t=1.500000 s; the last * log lines:",
         ]
     )
 
@@ -181,7 +181,6 @@ def test_a_failing_test_shows_what_happened_in_its_system(pytester: pytest.Pytes
         async def test_it_holds(rig):
             await rig.start(Brittle, seed=7)
             await rig.advance(1.0)
-            assert rig.incarnation(Brittle) == 1
 
         def test_without_a_rig():
             raise AssertionError("plain")
@@ -190,8 +189,10 @@ def test_a_failing_test_shows_what_happened_in_its_system(pytester: pytest.Pytes
     outcome.assert_outcomes(failed=2)
     outcome.stdout.fnmatch_lines(
         [
+            "*raise OSError(\"snapped\")",
+            "*UnexpectedFailure: system/brittle (incarnation 1) failed at t=1.000 s: OSError: snapped (at *in Brittle.tick)",
             "*- rig -*",
-            "rig: seed=7 t=1.000000 s; the last 4 events:",
+            "rig: seed=7 t=1.000000 s; the last 4 log lines:",
             "*0.000] debug system: progress child='system/brittle' incarnation_ended=1",
             "*1.000] warning /brittle: creaking force=7",
             "*1.000] warning system: child terminated child='system/brittle' * reason='it raised OSError: snapped'*",

@@ -10,7 +10,16 @@ import pickle
 import pytest
 
 from actors import qos
-from actors.qos import Durability, History, InvalidQoS, Liveliness, QoS, QoSWarning, Reliability
+from actors.qos import (
+    BEST_AVAILABLE_DURATION,
+    Durability,
+    History,
+    InvalidQoS,
+    Liveliness,
+    QoS,
+    QoSWarning,
+    Reliability,
+)
 
 
 @pytest.mark.parametrize(
@@ -231,3 +240,19 @@ def test_system_default_is_resolved_to_one_reliable_message() -> None:
     resolved = qos.resolve_publisher(qos.SYSTEM_DEFAULT)
 
     assert resolved == QoS(depth=1, liveliness=Liveliness.AUTOMATIC)
+
+
+@pytest.mark.parametrize("depth", [True, 2.0, "10"])
+def test_a_depth_that_is_no_whole_number_is_refused(depth: object) -> None:
+    with pytest.raises(TypeError, match="depth is a number of messages"):
+        QoS(depth=depth)  # type: ignore[arg-type]
+
+
+def test_a_duration_that_follows_the_other_side_says_so() -> None:
+    assert "best_available" in repr(QoS(depth=1, deadline=BEST_AVAILABLE_DURATION))
+
+
+def test_what_is_odd_about_a_profile_is_said_to_who_wrote_it_and_not_again_to_who_uses_it() -> None:
+    with pytest.warns(QoSWarning, match="KEEP_ALL with best_effort"):
+        odd = QoS(history=History.KEEP_ALL, limit=2, reliability=Reliability.BEST_EFFORT)
+    assert qos.resolve_subscription(odd, []).liveliness is Liveliness.AUTOMATIC

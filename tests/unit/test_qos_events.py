@@ -1,4 +1,4 @@
-"""The counters behind QoS events."""
+"""QoS events: what statuses say of each other, and the watches over deadlines and leases."""
 
 from __future__ import annotations
 
@@ -6,76 +6,88 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.qos_events import DeadlineWatch, LivelinessWatch, LostWatch, MatchedCount
+from actors.qos_events import (
+    DeadlineMissed,
+    DeadlineWatch,
+    IncompatibleQoS,
+    IncompatibleType,
+    LeaseWatch,
+    LivelinessChanged,
+    LivelinessLost,
+    Matched,
+    MessageLost,
+    PublisherStatus,
+    SubscriptionStatus,
+)
 
 
-def test_peers_come_and_go_between_two_looks() -> None:
-    matched = MatchedCount()
-    matched.joined()
-    matched.joined()
-    matched.left()
-
-    assert matched.take() == (2, 2, 1, 1)
-    matched.left()
-    assert matched.take() == (2, 0, 0, -1)
-    assert matched.take() == (2, 0, 0, 0)
+def test_between_two_equal_statuses_nothing_has_happened() -> None:
+    assert list(PublisherStatus(matched=1, matched_total=2).since(PublisherStatus(matched=1, matched_total=2))) == []
+    assert list(SubscriptionStatus(matched=0, matched_total=0).since(SubscriptionStatus(matched=0, matched_total=0))) == []
 
 
-def test_every_period_without_a_message_is_one_miss() -> None:
+def test_what_happened_to_a_publisher_comes_as_one_event_of_each_kind() -> None:
+    before = PublisherStatus(matched=2, matched_total=2, deadline_missed=1)
+    after = PublisherStatus(
+        matched=1,
+        matched_total=3,
+        deadline_missed=4,
+        liveliness_lost=1,
+        incompatible_qos=2,
+        last_policy_kind="DURABILITY",
+        incompatible_type=1,
+    )
+    assert list(after.since(before)) == [
+        Matched(total_count=3, total_count_change=1, current_count=1, current_count_change=-1),
+        DeadlineMissed(total_count=4, total_count_change=3),
+        IncompatibleQoS(total_count=2, total_count_change=2, last_policy_kind="DURABILITY"),
+        IncompatibleType(total_count=1, total_count_change=1),
+        LivelinessLost(total_count=1, total_count_change=1),
+    ]
+
+
+def test_what_happened_to_a_subscription_comes_as_one_event_of_each_kind() -> None:
+    before = SubscriptionStatus(matched=2, matched_total=2, alive=2)
+    after = SubscriptionStatus(matched=2, matched_total=2, alive=1, not_alive=1, message_lost=7)
+    assert list(after.since(before)) == [
+        LivelinessChanged(alive_count=1, alive_count_change=-1, not_alive_count=1, not_alive_count_change=1),
+        MessageLost(total_count=7, total_count_change=7),
+    ]
+
+
+def test_a_peer_that_came_and_went_between_two_looks_is_counted() -> None:
+    before, after = PublisherStatus(matched=1, matched_total=1), PublisherStatus(matched=1, matched_total=2)
+    assert list(after.since(before)) == [Matched(2, 1, 1, 0)]
+
+
+# -- deadlines --------------------------------------------------------------------------------------------------------------
+
+
+def test_every_whole_period_without_a_message_is_one_miss() -> None:
     watch = DeadlineWatch(100)
     watch.start(0)
     watch.message(99)
-    assert watch.take(198) == (0, 0)
-    assert watch.due() == 199
-
-    assert watch.take(450) == (3, 3)
+    assert watch.due() == 200
+    assert (watch.advance(199), watch.advance(200)) == (0, 1)
+    assert watch.advance(450) == 3
     watch.message(460)
-    assert watch.take(500) == (3, 0)
+    assert watch.advance(500) == watch.missed == 3
 
 
-def test_nothing_is_missed_before_the_first_message() -> None:
+def test_a_message_at_the_very_end_of_its_period_is_in_time() -> None:
     watch = DeadlineWatch(100)
+    for now in range(0, 10_000, 100):
+        watch.message(now)
+    assert watch.missed == 0
 
+
+def test_nothing_is_missed_before_the_start_and_a_second_start_changes_nothing() -> None:
+    watch = DeadlineWatch(100)
     assert watch.due() is None
-    assert watch.take(10_000) == (0, 0)
-    watch.message(10_000)
-    assert watch.take(10_100) == (1, 1)
-
-
-def test_a_publisher_that_is_silent_for_its_lease_is_lost_once() -> None:
-    watch = LostWatch(100, 0)
-    watch.assert_alive(50)
-    assert watch.due() == 150
-    assert watch.take(149) == (0, 0)
-
-    assert watch.take(1000) == (1, 1)
-    assert watch.due() is None
-    assert not watch.alive
-    watch.assert_alive(1000)
-    assert watch.take(1001) == (1, 0)
-    assert watch.take(1100) == (2, 1)
-
-
-def test_a_subscription_counts_its_publishers_alive_and_lost() -> None:
-    seen = LivelinessWatch(100)
-    seen.assert_alive("a", 0)
-    seen.assert_alive("b", 0)
-    assert seen.take(50) == (2, 2, 0, 0)
-
-    seen.assert_alive("a", 60)
-    assert seen.take(150) == (1, -1, 1, 1)
-    seen.assert_alive("b", 155)
-    assert seen.take(155) == (2, 1, 0, -1)
-    seen.left("b")
-    seen.left("b")
-    assert seen.take(155) == (1, -1, 0, 0)
-
-
-def test_without_a_lease_nobody_is_ever_lost() -> None:
-    seen = LivelinessWatch(None)
-    seen.assert_alive("a", 0)
-
-    assert seen.take(10**18) == (1, 1, 0, 0)
+    assert watch.advance(10_000) == 0
+    watch.start(10_000)
+    watch.start(10_050)
+    assert watch.advance(10_101) == 1
 
 
 @pytest.mark.parametrize("wrong", [0, -1])
@@ -83,24 +95,45 @@ def test_a_deadline_or_lease_must_be_positive(wrong: int) -> None:
     with pytest.raises(ValueError, match="deadline must be positive"):
         DeadlineWatch(wrong)
     with pytest.raises(ValueError, match="lease must be positive"):
-        LostWatch(wrong, 0)
+        LeaseWatch(wrong, 0)
 
 
 @given(st.integers(1, 50), st.lists(st.tuples(st.booleans(), st.integers(0, 200)), max_size=30))
-def test_misses_are_the_full_periods_in_the_gaps_however_often_one_looks(
+def test_misses_are_the_whole_periods_in_the_gaps_however_often_one_looks(
     period: int, steps: list[tuple[bool, int]]
 ) -> None:
-    watch, now, last, misses, changes = DeadlineWatch(period), 0, 0, 0, 0
+    watch, now, last, misses = DeadlineWatch(period), 0, 0, 0
     watch.start(0)
     for is_message, wait in steps:
         now += wait
+        due = watch.due()
+        before = watch.missed
+        assert (watch.advance(now) > before) is (due is not None and due <= now)
         if is_message:
-            misses += (now - last) // period
+            misses += max(0, now - last - 1) // period
             last = now
             watch.message(now)
-        else:
-            changes += watch.take(now).total_count_change
+    assert watch.advance(now) == misses + max(0, now - last - 1) // period
 
-    status = watch.take(now)
-    assert status.total_count == misses + (now - last) // period
-    assert changes + status.total_count_change == status.total_count
+
+# -- leases -----------------------------------------------------------------------------------------------------------------
+
+
+def test_a_publisher_that_is_silent_for_longer_than_its_lease_is_lost_once() -> None:
+    watch = LeaseWatch(100, 0)
+    assert watch.assert_alive(50) is False
+    assert watch.due() == 151
+    assert watch.advance(150) is True
+    assert watch.advance(151) is False
+    assert watch.advance(1000) is False
+    assert (watch.lost, watch.due()) == (1, None)
+    assert watch.assert_alive(1000) is True
+    assert watch.advance(1100) is True
+    assert watch.advance(1101) is False
+    assert watch.lost == 2
+
+
+def test_a_lease_that_nobody_looked_at_is_counted_when_it_is_renewed() -> None:
+    watch = LeaseWatch(100, 0)
+    assert watch.assert_alive(500) is True
+    assert (watch.lost, watch.alive) == (1, True)

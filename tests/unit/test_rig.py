@@ -15,19 +15,23 @@ from actors import (
     Done,
     GoalRejected,
     GoalStatus,
+    Intensity,
     Node,
     NotStarted,
     Steps,
     Supervisor,
+    SupervisorGaveUp,
     Topic,
     every,
+    open_node,
     publishes,
     qos,
 )
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
-from actors.testing import Leak, Probe, Rig, VirtualLoop
+from actors.supervision.reasons import ExitReason
+from actors.testing import Leak, Probe, Rig, UnexpectedFailure, VirtualLoop
 from tests.stage import ADD, COUNT, NUMBERS, number, order, result, step, total, two, values
 
 
@@ -80,7 +84,7 @@ async def test_before_the_start_there_is_nothing_to_see(rig: Rig) -> None:
     for look in (lambda: rig.system, lambda: rig.me, lambda: rig.now, lambda: rig.reports, lambda: rig.probe(NUMBERS)):
         with pytest.raises(NotStarted, match=r"the rig runs no system yet: await rig\.start\(tree\) first"):
             look()
-    assert rig.timeline() == "rig: seed=0 t=- s; the last 0 events:"
+    assert rig.timeline() == "rig: seed=0 t=- s; the last 0 log lines:"
 
 
 async def test_it_needs_the_virtual_clock() -> None:
@@ -218,10 +222,21 @@ async def test_a_node_is_found_by_class_name_or_full_name(rig: Rig) -> None:
     found = rig.state("one")
     assert rig.state("/ns/one") is rig.state(Derived) is rig.state(Base) is found
     assert isinstance(rig.node(Base), Derived)
-    with pytest.raises(LookupError, match="0 nodes are called 'two'; there are: /counter, /ns/one, /rig"):
+    there = re.escape("there are: /counter (Counter), /ns/one (Derived)")
+    with pytest.raises(LookupError, match=f"^no node in this system is called 'two'; {there}$"):
         rig.state("two")
-    with pytest.raises(LookupError, match="3 nodes are called"):
+    with pytest.raises(
+        LookupError, match="3 nodes are a Node: say which one by its full name: /counter, /ns/one, /rig"
+    ):
         rig.state(Node)
+
+
+async def test_a_crash_of_a_node_that_is_not_in_the_tree_says_what_is_there(rig: Rig) -> None:
+    class Other(Node): ...
+
+    await rig.start(Counter)
+    with pytest.raises(LookupError, match=r"no node in this system is a Other; there are: /counter \(Counter\)$"):
+        rig.crash(Other)
 
 
 async def test_a_crash_is_like_that_of_a_handler(rig: Rig) -> None:
@@ -256,12 +271,164 @@ async def test_the_timeline_has_the_newest_events_with_their_times(rig: Rig) -> 
     await rig.advance(50.0)
     lines = rig.timeline(3).splitlines()
     assert lines == [
-        "rig: seed=5 t=50.000000 s; the last 3 events:",
+        "rig: seed=5 t=50.000000 s; the last 3 log lines:",
         "[    48.000] info /talkative: tick at=48.0",
         "[    49.000] info /talkative: tick at=49.0",
         "[    50.000] info /talkative: tick at=50.0",
     ]
     assert len(rig.timeline().splitlines()) == 31
+
+
+# -- failures ----------------------------------------------------------------------------------------------------------
+
+
+class Brittle(Node):
+    """Fails when it is sent a negative number."""
+
+    @NUMBERS.on()
+    async def take(self, message: Int32) -> None:
+        if message.data < 0:
+            raise ValueError(f"{message.data} is negative")
+
+
+def brittle(restarts: int = 3) -> Supervisor:
+    return Supervisor("system", intensity=Intensity(restarts, within=5.0), children=[Child(Brittle)])
+
+
+async def test_a_node_that_fails_unexpectedly_fails_the_test_where_time_passes(rig: Rig) -> None:
+    await rig.start(Brittle)
+    await rig.advance(1.0)
+    rig.publish(NUMBERS, number(-1))
+    with pytest.raises(UnexpectedFailure) as caught:
+        await rig.advance(1.0)
+    first, remedy = str(caught.value).splitlines()
+    assert first.startswith("system/brittle (incarnation 1) failed at t=1.000 s: ValueError: -1 is negative (at ")
+    assert first.endswith("in Brittle.take)")
+    assert remedy == "If the test means this to happen, let it say so before: rig.expect_failure(ValueError)"
+    assert isinstance(caught.value.__cause__, ValueError)
+    await rig.advance(1.0)  # said once
+
+
+@pytest.mark.virtual
+async def test_a_node_that_failed_fails_the_test_at_the_rigs_end_when_no_time_passed() -> None:
+    rig = Rig()
+    await rig.start(Brittle)
+    rig.publish(NUMBERS, number(-1))
+    await rig.quiet()
+    with pytest.raises(UnexpectedFailure, match=r"system/brittle .incarnation 1. failed at t=0.000 s: ValueError"):
+        await rig.close()
+
+
+@pytest.mark.virtual
+async def test_a_system_that_gave_up_fails_the_test_even_after_planned_crashes() -> None:
+    rig = Rig()
+    await rig.start(brittle(restarts=0))
+    rig.crash(Brittle)
+    with pytest.raises(UnexpectedFailure, match=r"^supervisor system gave up: restart intensity reached") as caught:
+        await rig.advance(1.0)
+    assert "rig.expect_failure(SupervisorGaveUp)" in str(caught.value)
+    await rig.close()
+
+
+@pytest.mark.virtual
+async def test_an_end_that_is_not_in_order_fails_the_test() -> None:
+    class Clumsy(Node):
+        async def on_stop(self, reason: ExitReason) -> None:
+            raise OSError("door stuck")
+
+    rig = Rig()
+    await rig.start(Clumsy)
+    with pytest.raises(
+        UnexpectedFailure, match=r"system/clumsy .* did not stop in order at t=0.000 s: OSError: door stuck"
+    ):
+        await rig.close()
+
+
+@pytest.mark.virtual
+async def test_a_handler_of_the_rigs_own_node_that_fails_fails_the_test() -> None:
+    def refuse(message: Int32) -> None:
+        raise ValueError("not my number")
+
+    rig = Rig()
+    await rig.start(Counter)
+    rig.me.on(NUMBERS, refuse)
+    with pytest.raises(UnexpectedFailure, match="/rig, a node beside the tree, failed: ValueError: not my number"):
+        await rig.advance(0.2)
+    await rig.close()
+
+
+async def test_an_error_of_a_node_beside_the_tree_is_for_who_opened_it(rig: Rig) -> None:
+    def refuse(message: Int32) -> None:
+        raise ValueError("not my number")
+
+    await rig.start(Counter)
+    with pytest.raises(ValueError, match="not my number"):
+        async with open_node("listener") as node:
+            node.on(NUMBERS, refuse)
+            await rig.advance(1.0)
+
+
+@pytest.mark.virtual
+async def test_a_node_that_joined_and_failed_and_that_nobody_asked_fails_the_test() -> None:
+    rig = Rig()
+    system = await rig.start(Counter)
+    await system.join(Child(Brittle))
+    rig.publish(NUMBERS, number(-1))
+    await rig.advance(1.0)
+    with pytest.raises(UnexpectedFailure, match="/brittle, a node beside the tree, failed: ValueError"):
+        await rig.close()
+
+
+async def test_a_failure_that_the_test_expects_is_fine_and_its_error_is_kept(rig: Rig) -> None:
+    await rig.start(brittle(restarts=1))
+    expected = rig.expect_failure(ValueError, node=Brittle, match="^-1 is")
+    rig.publish(NUMBERS, number(-1))
+    await rig.settled()
+    assert [str(error) for error in expected.errors] == ["-1 is negative"]
+    with rig.expect_failure((ValueError, SupervisorGaveUp)) as end:
+        rig.publish(NUMBERS, number(-2))
+        await rig.advance(1.0)
+    assert [type(error) for error in end.errors] == [ValueError, SupervisorGaveUp]
+
+
+@pytest.mark.parametrize(
+    "other", [{"error": OSError}, {"node": Counter}, {"node": "counter"}, {"match": "positive"}], ids=str
+)
+@pytest.mark.virtual
+async def test_another_failure_than_the_expected_one_fails_the_test(other: dict[str, Any]) -> None:
+    rig = Rig()
+    await rig.start(Brittle, Counter)
+    with pytest.raises(UnexpectedFailure, match="-1 is negative"):
+        with rig.expect_failure(**other):
+            rig.publish(NUMBERS, number(-1))
+            await rig.quiet()
+    await rig.close()
+
+
+@pytest.mark.virtual
+async def test_an_expected_failure_that_does_not_come_fails_the_test() -> None:
+    rig = Rig()
+    await rig.start(Brittle)
+    sentence = r"expected a failure \(ValueError matching 'neg' of Brittle\), but none had come by the end of "
+    with pytest.raises(AssertionError, match=f"{sentence}its block"):
+        with rig.expect_failure(ValueError, node=Brittle, match="neg"):
+            await rig.advance(1.0)
+    rig.expect_failure(ValueError, node=Brittle, match="neg")
+    with pytest.raises(AssertionError, match=f"{sentence}the test"):
+        await rig.close()
+
+
+@pytest.mark.virtual
+async def test_after_the_block_a_failure_is_unexpected_again() -> None:
+    rig = Rig()
+    await rig.start(Brittle)
+    with rig.expect_failure():
+        rig.publish(NUMBERS, number(-1))
+        await rig.advance(1.0)
+    rig.publish(NUMBERS, number(-2))
+    with pytest.raises(UnexpectedFailure, match="-2 is negative"):
+        await rig.advance(1.0)
+    await rig.close()
 
 
 # -- leaks -----------------------------------------------------------------------------------------------------------
@@ -303,7 +470,8 @@ async def test_the_threads_of_the_loops_pools_are_no_leak() -> None:
 
 @pytest.mark.virtual
 async def test_an_endpoint_that_outlives_the_system_is_a_leak() -> None:
-    from actors.channel import Publisher, Stream, Subscription
+    from actors.channel import Publisher
+    from actors.stream import Stream, Subscription
 
     rig = Rig()
     await rig.start(Counter)

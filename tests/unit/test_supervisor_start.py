@@ -323,7 +323,7 @@ def test_D08_start_failure_reaches_main_with_its_cause() -> None:
         class Runtime:
             def life(self, child, path, incarnation): return child.factory()
             def report(self, report): print(report)
-            def gone(self, path): ...
+            def gone(self, path, kept): ...
 
         tree = Supervisor("robot", children=[Supervisor("legs", children=[Child(Encoder)])])
         asyncio.run(RunningSupervisor(tree, Runtime()).run(print))

@@ -246,3 +246,37 @@ def test_the_reprs_tell_the_state() -> None:
     assert repr(timer) == "TimerGrid(every 100 ns, next at 105 ns)"
     timer.cancel()
     assert repr(timer) == "TimerGrid(every 100 ns, canceled)"
+
+
+def test_an_instant_as_a_float_and_what_cannot_be_taken_from_it() -> None:
+    assert ros(1_500_000_000).seconds == 1.5
+    with pytest.raises(TypeError):
+        ros(1) - 1  # type: ignore[operator]  # pyright: ignore
+
+
+def test_switching_to_the_time_in_force_tells_nobody() -> None:
+    clock = RosClock(lambda: 5)
+    told: list[ClockChange] = []
+    clock.on_jump(JumpThreshold(min_forward=None, min_backward=None), post=lambda jump: told.append(jump.clock_change))
+    clock.deactivate()
+    assert (clock.active, told) == (False, [])
+    clock.activate()
+    clock.activate()
+    assert (clock.active, told) == (True, [ClockChange.ROS_TIME_ACTIVATED])
+
+
+def test_who_wants_to_hear_only_before_a_jump_hears_only_before_it() -> None:
+    clock = RosClock(lambda: 5)
+    story: list[str] = []
+    clock.on_jump(JumpThreshold(min_forward=None, min_backward=None), pre=lambda: story.append("pre"))
+    clock.activate()
+    assert story == ["pre"]
+
+
+def test_a_timer_keeps_its_plan_when_the_new_time_is_not_known_yet() -> None:
+    clock = RosClock(lambda: 7)
+    timer = TimerGrid(10, clock.now_ns())
+    timer.attach(clock)
+    clock.activate()  # nobody has said yet what simulated time it is: it stands at 0
+    assert clock.now_ns() == 0
+    assert timer.time_until_next_call(0) == 17

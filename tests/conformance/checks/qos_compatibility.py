@@ -1,6 +1,6 @@
 """Quality of service: matching, resolution, profiles, construction, and what matching does to messages.
 
-`event_sequence` is asked of the counters in `actors.qos_events`, driven by the steps of the script.
+`event_sequence` is asked of a real publisher and a real subscription on the virtual clock.
 """
 
 from __future__ import annotations
@@ -13,14 +13,19 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from actors import Node, QoS, Topic, qos
+from actors.endpoint import EventStream
+from actors.graph import Graph
 from actors.interfaces.std_msgs.msg import String
 from actors.logs import LogRecord
-from actors.qos_events import DeadlineWatch, LivelinessWatch, LostWatch, MatchedCount
+from actors.qos_events import DeadlineMissed, LivelinessChanged, LivelinessLost, Matched
+from actors.stream import Subscription
 from actors.testing import Rig, VirtualLoop
+from actors.timed import publisher_for
 from tests.conformance.checks.common import Case, Skip, Vector, by_kind, expected, raises, same
 
-SECOND = 1_000_000_000
 _POLICIES: dict[str, type[qos.Policy]] = {
     "history": qos.History,
     "reliability": qos.Reliability,
@@ -189,81 +194,94 @@ def late_joiner(vector: Vector) -> None:
 
 
 class Script:
-    """One publisher and one subscription on a clock of their own, seen through their event counters."""
+    """One publisher and one subscription on the virtual clock, seen through their events."""
 
     def __init__(self, given: Vector) -> None:
-        self.deadline = round(given.get("deadline_sec", 3600) * SECOND)
-        self.lease = round(given.get("lease_sec", 3600) * SECOND)
-        self.automatic = given.get("liveliness", "automatic") == "automatic"
-        self.now = 0
-        self.matched = MatchedCount()
-        self.offered, self.requested = DeadlineWatch(self.deadline), DeadlineWatch(self.deadline)
-        self.offered.start(0)
-        self.lost, self.seen = LostWatch(self.lease, 0), LivelinessWatch(self.lease)
-
-    def publish(self) -> None:
-        self.offered.message(self.now)
-        self.requested.message(self.now)
-        self.assert_alive()
-
-    def assert_alive(self) -> None:
-        self.lost.assert_alive(self.now)
-        self.seen.assert_alive("publisher", self.now)
-
-    def wait(self, nanoseconds: int, *, publishing: bool = False) -> None:
-        """Let time pass; a process that runs asserts automatic liveliness all the while."""
-        end = self.now + nanoseconds
-        while self.now < end:
-            self.now = min(end, self.now + min(self.deadline, self.lease) // 2)
-            if self.automatic:
-                self.assert_alive()
-            if publishing:
-                self.publish()
+        self.loop = asyncio.get_running_loop()
+        self.deadline, self.lease = given.get("deadline_sec", 3600.0), given.get("lease_sec", 3600.0)
+        manual = given.get("liveliness", "automatic") == "manual_by_topic"
+        self.qos = QoS(
+            depth=10,
+            deadline=self.deadline,
+            liveliness=qos.Liveliness.MANUAL_BY_TOPIC if manual else qos.Liveliness.AUTOMATIC,
+            liveliness_lease=self.lease,
+        )
+        self.entry = Graph(self.loop.time).topic("/chatter")
+        self.subscription = Subscription(_Silent(), self.entry, String, self.qos)
+        self.publisher = publisher_for(_Silent(), self.entry, String, self.qos)
+        self.heard, self.met = self.subscription.events(), self.publisher.events()
+        self.entry.add_publisher(self.publisher)
+        if given["event"] != "matched":
+            self.entry.add_subscription(self.subscription)
 
     def take(self, event: str) -> Vector:
         """What every side's event of this name says now."""
         if event == "matched":
-            return {"matched": self.matched.take()._asdict()}
+            return {"matched": self._said(Matched, self.met)}
         if event.startswith("deadline"):
-            offered, requested = self.offered.take(self.now), self.requested.take(self.now)
-            return {"publisher": offered._asdict(), "subscription": requested._asdict()}
-        lost, seen = self.lost.take(self.now), self.seen.take(self.now)
-        return {"publisher_liveliness_lost": lost._asdict(), "subscription_liveliness_changed": seen._asdict()}
+            return {
+                side: self._said(DeadlineMissed, at)
+                for side, at in (("publisher", self.met), ("subscription", self.heard))
+            }
+        return {
+            "publisher_liveliness_lost": self._said(LivelinessLost, self.met),
+            "subscription_liveliness_changed": self._said(LivelinessChanged, self.heard),
+        }
+
+    def _said(self, kind: type[Any], events: EventStream[Any]) -> Vector:
+        """The event of this kind; where nothing has happened, zeros."""
+        found = [event for event in events.take() if isinstance(event, kind)]
+        return msgspec.structs.asdict(found[0]) if found else dict.fromkeys(kind.__struct_fields__, 0)
+
+
+class _Silent:
+    """Nobody: it takes part and says nothing."""
+
+    fqn = "/somebody"
+
+    def warn(self, event: str, **fields: object) -> None:
+        raise AssertionError(event)
 
 
 _WAIT = re.compile(r"wait_(one|two|three|four|five|half_a|a)_(period|deadline|lease)s?(_|\Z)")
 _NUMBERS = {"half_a": 0.5, "a": 1, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5}
 
 
-def play(script: Script, step: str) -> None:
+async def play(script: Script, step: str) -> None:
     """One step of a script, by its readable name."""
     if step.endswith("_created"):
-        script.matched.joined()
+        script.entry.add_subscription(script.subscription)
     elif step.endswith("_destroyed"):
-        script.matched.left()
+        script.subscription.close()
     elif step == "publish_in_time":
-        script.publish()
-        script.wait(3 * script.deadline, publishing=True)
+        for _ in range(7):
+            script.publisher(OLD)
+            await asyncio.sleep(script.deadline / 2)
     elif step == "publish":
-        script.publish()
+        script.publisher(OLD)
     elif step in ("assert", "assert_liveliness"):
-        script.assert_alive()
+        script.publisher.assert_liveliness()
     elif found := _WAIT.match(step):
-        span = script.lease if found[2] == "lease" else script.deadline
-        script.wait(round(_NUMBERS[found[1]] * span))
+        await asyncio.sleep(_NUMBERS[found[1]] * (script.lease if found[2] == "lease" else script.deadline))
     else:
         raise Skip(f"the step {step!r} is not known")
 
 
-def event_sequence(vector: Vector) -> None:
-    given, expect = vector["input"], vector["expect"]
+async def _played(given: Vector) -> list[Vector]:
     script = Script(given)
     taken: list[Vector] = []
     for step in given["steps"]:
         if step == "take_event":
             taken.append(script.take(given["event"]))
         else:
-            play(script, step)
+            await play(script, step)
+    return taken
+
+
+def event_sequence(vector: Vector) -> None:
+    expect = vector["expect"]
+    with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+        taken = runner.run(_played(vector["input"]))
     if "events" in expect:
         same("events", [next(iter(one.values())) for one in taken], expect["events"])
     for side, wanted in expect.items():

@@ -1,0 +1,303 @@
+"""The flight recorder: the last seconds of everything that happened in a system, kept in memory and written to a file when asked.
+
+::
+
+    recorder = FlightRecorder(seconds=30.0)
+    async with run(tree, observers=(recorder,)) as system:
+        ...
+        recorder.dump("flight.mcap")
+
+It looks on: a run is the same with it and without. The file opens in Foxglove, Lichtblick, PlotJuggler and `ros2 bag`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Mapping
+from heapq import merge
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+
+from actors.bag.events import SUPERVISOR_EVENTS, event_message
+from actors.bag.mcap_file import McapFile
+from actors.bag.weight import weight_of
+from actors.derived import ROSOUT
+from actors.errors import NotStarted
+from actors.interfaces.cdr import encode
+from actors.interfaces.errors import CdrError
+from actors.logs import log_message
+from actors.qos import DEFAULT
+from actors.qos import ROSOUT as ROSOUT_QOS
+
+if TYPE_CHECKING:
+    from typing import Self
+
+    from actors.channel import Publisher
+    from actors.interfaces.message import Message
+    from actors.logs import LogRecord
+    from actors.qos import QoS
+    from actors.supervision.report import Report
+    from actors.system import System
+
+__all__ = ["Channel", "Entry", "FlightRecord", "FlightRecorder"]
+
+SECONDS: Final = 30.0
+MAX_BYTES: Final = 64 * 1024 * 1024
+LINES_SHARE: Final = 8
+"""One part in so many of the memory is for log lines and events alone, so that no flood of images can wash them out."""
+
+
+class Channel:
+    """One topic with one type, and what its publishers offered. `latched`: publisher's node -> what of it has left the ring but is still valid."""
+
+    __slots__ = ("latched", "offered", "topic", "type")
+
+    def __init__(self, topic: str, type: type[Message]) -> None:
+        self.topic = topic
+        self.type = type
+        self.offered: list[QoS] = []
+        self.latched: dict[str, deque[Entry]] = {}
+
+    def offer(self, qos: QoS) -> None:
+        if qos not in self.offered:
+            self.offered.append(qos)
+
+
+class Source(NamedTuple):
+    """Where a message came from. `keeps`: how many of its newest messages late joiners would receive (0: it is volatile)."""
+
+    channel: Channel
+    node: str = ""
+    keeps: int = 0
+
+
+class Entry(NamedTuple):
+    """One message of a recording: its place in the order of all, when it was published on the system's clock, in seconds, and its bytes."""
+
+    order: int
+    at: float
+    source: Source
+    message: Message
+    weight: int
+
+
+_new: Any = cast("Any", tuple).__new__  # makes an `Entry` in half the time
+
+
+class Ring:
+    """The newest entries, within a number of bytes."""
+
+    __slots__ = ("bytes", "entries", "kept", "lost", "max_bytes")
+
+    def __init__(self, max_bytes: int) -> None:
+        self.entries: deque[Entry] = deque()
+        self.bytes = 0
+        self.max_bytes = max_bytes
+        self.kept = 0
+        """Of `bytes`, what latched publishers hold beyond the ring: at most half, for it does not expire."""
+        self.lost = 0
+        """Entries that had to go before their time because there was no room."""
+
+    def append(self, entry: Entry, horizon: float) -> None:
+        self.entries.append(entry)
+        self.bytes += entry.weight
+        self.trim(horizon)
+
+    def trim(self, horizon: float) -> None:
+        """Drop what is older than `horizon`, and more if there is no room for the rest."""
+        entries = self.entries
+        while entries and (self.bytes > self.max_bytes or entries[0].at < horizon):
+            self.lost += entries[0].at >= horizon
+            self._drop()
+
+    def _drop(self) -> None:
+        """The oldest entry goes, but not what a latched publisher still holds."""
+        entry = self.entries.popleft()
+        self.bytes -= entry.weight
+        source = entry.source
+        if source.keeps:
+            latched = source.channel.latched.setdefault(source.node, deque())
+            latched.append(entry)
+            self._hold(entry.weight)
+            while latched and (len(latched) > source.keeps or 2 * self.kept > self.max_bytes):
+                self._hold(-latched.popleft().weight)
+
+    def _hold(self, weight: int) -> None:
+        self.bytes += weight
+        self.kept += weight
+
+
+class FlightRecorder:
+    """Keeps the last `seconds` of every topic, every log line and every event of a supervisor, in at most `max_bytes` of memory.
+
+    What would not fit goes before its time, oldest first, and is counted in `lost`; log lines and events have an eighth of the memory to
+    themselves. What a latched publisher still holds (a map, a robot description) stays as long as it holds it. Messages are kept by reference,
+    which costs about a microsecond each. Topics that exist only while somebody asks for them (the feedback and status of an action,
+    /parameter_events) are recorded while somebody does.
+    """
+
+    def __init__(self, *, seconds: float = SECONDS, max_bytes: int = MAX_BYTES) -> None:
+        if not seconds > 0.0:
+            raise ValueError(f"FlightRecorder(seconds={seconds}): give a positive number of seconds")
+        self.seconds = seconds
+        self._system: System | None = None
+        self._order = count()
+        self._messages = Ring(max_bytes - max_bytes // LINES_SHARE)
+        self._lines = Ring(max_bytes // LINES_SHARE)
+        self._channels: dict[tuple[str, type[Message]], Channel] = {}
+
+    def __repr__(self) -> str:
+        held = len(self._messages.entries) + len(self._lines.entries)
+        return f"<flight recorder of the last {self.seconds:g} s: {held} entries, {self.bytes} bytes, {self.lost} lost>"
+
+    @property
+    def bytes(self) -> int:
+        """About how much memory the recording takes."""
+        return self._messages.bytes + self._lines.bytes
+
+    @property
+    def lost(self) -> int:
+        """How many entries went before their time because there was no room for them."""
+        return self._messages.lost + self._lines.lost
+
+    def attach(self, system: System) -> Self:
+        """Begin to record `system`: from the first message on when it has not started yet, else with what is latched in it now."""
+        if self._system is not None:
+            raise RuntimeError("this recorder records a system already: make another recorder")
+        self._system = system
+        system.graph.tap(self._tap)
+        system.add_sink(self._log)
+        system.on_report(self._report)
+        return self
+
+    def freeze(self) -> FlightRecord:
+        """What is held at this instant, as a value that later events do not change. Quick: nothing is copied but references."""
+        newest = max((ring.entries[-1].at for ring in self._rings if ring.entries), default=0.0)
+        for ring in self._rings:
+            ring.trim(newest - self.seconds)
+        latched = [entry for channel in self._channels.values() for kept in channel.latched.values() for entry in kept]
+        entries = tuple(merge(*(ring.entries for ring in self._rings)))
+        return FlightRecord(self.system, entries, tuple(sorted(latched)), self)
+
+    def dump(self, path: str | os.PathLike[str], *, notes: Mapping[str, str] | None = None) -> Path:
+        """Write what is held at this instant to an MCAP file and return its path. `notes` are kept in the file.
+
+        Where the loop must not be held up: ``await asyncio.to_thread(recorder.freeze().write, path)``. Raises `OSError`.
+        """
+        return self.freeze().write(path, notes=notes)
+
+    @property
+    def system(self) -> System:
+        """The system that is recorded. Raises `NotStarted` as long as there is none."""
+        if self._system is None:
+            raise NotStarted("this recorder records no system yet: recorder.attach(system)")
+        return self._system
+
+    @property
+    def _rings(self) -> tuple[Ring, Ring]:
+        return self._lines, self._messages
+
+    def _channel(self, topic: str, type: type[Message]) -> Channel:
+        channel = self._channels.get((topic, type))
+        if channel is None:
+            channel = self._channels[topic, type] = Channel(topic, type)
+        return channel
+
+    def _tap(self, publisher: Publisher[Any]) -> Callable[[Any], None]:
+        qos, topic = publisher.qos, publisher.entry.name
+        if topic == ROSOUT:  # every line comes by the sink
+            return _nothing
+        channel = self._channel(topic, publisher.type)
+        channel.offer(qos)
+        source = Source(channel, publisher.node.fqn, qos.limit if qos.transient_local else 0)
+        weigh, order, seconds, now = weight_of(channel.type), self._order, self.seconds, publisher.entry.graph.now
+        ring = self._messages
+        entries, max_bytes = ring.entries, ring.max_bytes
+
+        def deliver(message: Message) -> None:  # `Ring.append`, written out: it runs for every message of the system
+            at = now()
+            weight = weigh(message)
+            entries.append(_new(Entry, (next(order), at, source, message, weight)))
+            ring.bytes += weight
+            if ring.bytes > max_bytes or entries[0].at < at - seconds:
+                ring.trim(at - seconds)
+
+        for message in publisher.latched:
+            deliver(message)
+        return deliver
+
+    def _log(self, record: LogRecord) -> None:
+        message = log_message(record, self.system.clock.wall_ns_at(record.time))
+        self._line(ROSOUT, message, record.time, ROSOUT_QOS)
+
+    def _report(self, report: Report) -> None:
+        clock = self.system.clock
+        now = clock.now()
+        self._line(SUPERVISOR_EVENTS, event_message(report, clock.wall_ns_at(now)), now, DEFAULT)
+
+    def _line(self, topic: str, message: Message, at: float, qos: QoS) -> None:
+        """Log lines and events become messages at once: what they tell of may change, and would be kept alive by them."""
+        channel = self._channel(topic, type(message))
+        channel.offer(qos)
+        entry = Entry(next(self._order), at, Source(channel), message, weight_of(channel.type)(message))
+        self._lines.append(entry, at - self.seconds)
+
+
+class FlightRecord:
+    """What a recorder held at one instant: `entries`, in the order in which they happened, and before them `latched`, what was still valid then."""
+
+    __slots__ = ("entries", "latched", "lost", "seconds", "system")
+
+    def __init__(
+        self, system: System, entries: tuple[Entry, ...], latched: tuple[Entry, ...], recorder: FlightRecorder
+    ) -> None:
+        self.system = system
+        self.entries = entries
+        self.latched = latched
+        self.seconds = recorder.seconds
+        self.lost = recorder.lost
+
+    def __repr__(self) -> str:
+        return f"<flight record of {len(self.entries)} entries and {len(self.latched)} latched messages>"
+
+    def write(self, path: str | os.PathLike[str], *, notes: Mapping[str, str] | None = None) -> Path:
+        """Write an MCAP file and return its path; from any thread. `notes` become part of its metadata record `flight_record`.
+
+        Log lines are on /rosout, events of supervisors on /supervisor_events. Times are those of publication; a latched message from before
+        the window keeps its own as `publish_time` and has the window's beginning as `log_time`. A message that cannot be encoded is left
+        out and counted in the metadata. Raises `OSError`.
+        """
+        wall = self.system.clock.wall_ns_at
+        begin = self.entries[0].at if self.entries else 0.0
+        numbers: dict[Channel, int] = {}
+        unencodable = 0
+        with McapFile(path) as file:
+            for entry in (*self.latched, *self.entries):
+                channel = entry.source.channel
+                if channel not in numbers:
+                    numbers[channel] = file.channel(channel.topic, channel.type, channel.offered)
+                try:
+                    data = encode(entry.message)
+                except CdrError:
+                    unencodable += 1
+                    continue
+                file.write(numbers[channel], data, received_ns=wall(max(entry.at, begin)), published_ns=wall(entry.at))
+            file.metadata("flight_record", self._facts(unencodable) | dict(notes or {}))
+        return file.path
+
+    def _facts(self, unencodable: int) -> dict[str, str]:
+        return {
+            "clock": "virtual" if self.system.clock.virtual else "real",
+            "seed": str(self.system.seed),
+            "seconds": f"{self.seconds:g}",
+            "entries": str(len(self.entries)),
+            "latched": str(len(self.latched)),
+            "lost": str(self.lost),
+            "unencodable": str(unencodable),
+        }
+
+
+def _nothing(message: object) -> None:
+    """Takes a message that is recorded elsewhere."""

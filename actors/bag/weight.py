@@ -1,0 +1,55 @@
+"""How much memory a message holds, roughly and quickly: what bounds a recording, without a look at every byte."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from actors.interfaces.fields import STRINGS
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import Message
+
+__all__ = ["weight_of"]
+
+OBJECT, SCALAR, TEXT, ARRAY, ELEMENT = 64, 32, 56, 112, 8
+"""Bytes of a message object and its place in a recording, a boxed number, an empty text, an empty array, and a place in a tuple."""
+
+
+@cache
+def weight_of(cls: type[Message]) -> Callable[[Message], int]:
+    """A function that gives the size of a message of this type in bytes: about, and never less than its arrays.
+
+    It is compiled from the fields, since it runs for every message that is recorded: for an Imu it is a sum of five numbers.
+    """
+    names: dict[str, Any] = {}
+    fixed, terms = _terms(cls, "message", names)
+    weigh: Callable[[Message], int] = eval(f"lambda message: {' + '.join([str(fixed), *terms])}", names)
+    return weigh
+
+
+def _terms(cls: type[Message], path: str, names: dict[str, Any]) -> tuple[int, list[str]]:
+    """What all messages of the type weigh, and terms for what is different from one to the next."""
+    fixed, terms = OBJECT, list[str]()
+    for field in cls.__ros_fields__:
+        kind, value = field.type, f"{path}.{field.name}"
+        if kind.is_numeric_array:
+            fixed += ARRAY
+            terms.append(f"{value}.nbytes")
+        elif field.message is not None and not kind.is_array:
+            inside, more = _terms(field.message, value, names)
+            fixed += inside
+            terms += more
+        elif field.message is not None:
+            weigh = f"weigh{len(names)}"
+            names[weigh] = weight_of(field.message)
+            terms.append(f"{ELEMENT} * len({value}) + sum(map({weigh}, {value}))")
+        elif kind.base in STRINGS and kind.is_array:
+            terms.append(f"{ELEMENT + TEXT} * len({value}) + sum(map(len, {value}))")
+        elif kind.base in STRINGS:
+            fixed += TEXT
+            terms.append(f"len({value})")
+        else:
+            fixed += SCALAR
+    return fixed, terms

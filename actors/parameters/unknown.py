@@ -1,0 +1,34 @@
+"""Parameters that a node was given but does not have: almost always a name that is spelled wrongly."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from actors.errors import DeclarationError
+from actors.parameters.declare import NO_PARAMETERS
+
+if TYPE_CHECKING:
+    from actors.parameters.store import ParameterStore
+
+__all__ = ["hint", "refuse_unknown"]
+
+
+def refuse_unknown(store: ParameterStore, owner: str) -> None:
+    """Raise `DeclarationError` for the first override that the node, of class `owner`, has not declared and does not allow undeclared."""
+    if store.allow_undeclared:
+        return
+    for name in store.overrides:
+        if not store.has(name):
+            known = sorted(set(store.values) - set(NO_PARAMETERS.values))
+            raise DeclarationError(
+                f"{store.node} has no parameter {name!r}{hint(name, store.values) or ': correct the name, or declare it'} "
+                f"({owner} declares {', '.join(known) or 'none'})"
+            )
+
+
+def hint(name: str, known: Iterable[str]) -> str:
+    """``; did you mean 'speed'?``, if something of nearly that name is known."""
+    close = difflib.get_close_matches(name, list(known), n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""

@@ -1,0 +1,1 @@
+"""Simulation testing: one program, thousands of seeds, each another legal order of events and another set of faults."""

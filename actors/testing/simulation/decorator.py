@@ -1,0 +1,98 @@
+"""`@scenario`: a test that runs under hundreds of seeds, each another legal order of events and another set of faults.
+
+::
+
+    @scenario(seeds=200, faults=[lose(CMD_VEL), crash(Planner)])
+    async def test_the_robot_always_stops_in_the_end(rig: Rig) -> None:
+        await rig.start(tree())
+        ...
+
+A failing seed is shrunk to the fewest faults that still fail in the same way, run once more with a flight recorder, and reported with
+the one line that replays it.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Awaitable, Callable, Sequence
+from typing import Any
+
+import pytest
+
+from actors.testing.faults import Possible
+from actors.testing.simulation.invariants import PATIENCE, Invariant
+from actors.testing.simulation.search import Finding, Replay, search
+from actors.testing.simulation.trial import Scenario
+
+__all__ = ["scenario"]
+
+SEEDS = 200
+
+
+def scenario(
+    *,
+    seeds: int = SEEDS,
+    faults: Sequence[Possible] = (),
+    invariants: Sequence[Invariant] = (),
+    patience: float = PATIENCE,
+) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
+    """Run an async test with a fresh `rig` for each of `seeds` seeds on virtual time, and once in plain order without faults.
+
+    `faults` says what may go wrong (see `actors.testing.faults`; ``ALL`` is everything). `invariants` are called with the
+    system whenever it is quiet. A handler or a canceled goal that makes no progress for `patience` seconds fails the test.
+    Other fixtures of the test are made once and shared by all seeds. ``pytest --seeds N`` overrides `seeds`; ``--replay TRIAL`` runs one.
+    """
+    if seeds < 1:
+        raise ValueError(f"@scenario(seeds={seeds}): at least one")
+
+    def decorate(test: Callable[..., Awaitable[None]]) -> Callable[..., None]:
+        signature = inspect.signature(test)
+        if "rig" not in signature.parameters or not inspect.iscoroutinefunction(test):
+            raise TypeError(
+                f"@scenario is for `async def` tests with the argument `rig`, and {test.__qualname__} is not one"
+            )
+
+        @functools.wraps(test)
+        def run(request: pytest.FixtureRequest, **fixtures: Any) -> None:
+            if "request" in signature.parameters:
+                fixtures["request"] = request
+            body = functools.partial(_with_rig, test, fixtures)
+            played = Scenario(body, tuple(invariants), patience)
+            _play(played, request.config, request.node.nodeid, seeds, faults)
+
+        others = [parameter for name, parameter in signature.parameters.items() if name not in ("rig", "request")]
+        first = inspect.Parameter("request", inspect.Parameter.KEYWORD_ONLY)
+        run.__signature__ = signature.replace(  # type: ignore[attr-defined]
+            parameters=[*(other.replace(kind=inspect.Parameter.KEYWORD_ONLY) for other in others), first],
+            return_annotation=None,
+        )
+        return run
+
+    return decorate
+
+
+async def _with_rig(test: Callable[..., Awaitable[None]], fixtures: dict[str, Any], rig: Any) -> None:
+    await test(rig=rig, **fixtures)
+
+
+def _play(played: Scenario, config: pytest.Config, test: str, seeds: int, faults: Sequence[Possible]) -> None:
+    replay = config.getoption("--replay")
+    if replay is not None:
+        outcome = Replay.parse(replay).run(played)
+        if outcome.error is not None:
+            outcome.error.add_note(outcome.timeline)
+            raise outcome.error
+        return
+    finding = search(played, range(config.getoption("--seeds") or seeds), faults)
+    if finding is not None:
+        raise _explained(finding, test)
+
+
+def _explained(finding: Finding, test: str) -> BaseException:
+    error = finding.outcome.error
+    assert error is not None
+    error.add_note(f"scenario: {finding.describe()}, found and shrunk in {finding.trials} trials")
+    error.add_note(f"replay:   python -m pytest '{test}' --replay '{finding.replay}'")
+    error.add_note(finding.outcome.timeline)
+    return error

@@ -1,0 +1,136 @@
+"""Faults of messages: what stands between a publisher and a subscription in a simulated run."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from actors.interfaces.message import Message
+from actors.lifespan import Aged
+from actors.testing.faults import Fault, Profile
+
+if TYPE_CHECKING:
+    from actors.channel import Queue
+
+__all__ = ["Link", "entrance", "has_numbers", "not_a_number"]
+
+
+class Link:
+    """The way of one topic's messages into one subscription: counts them, and does to the n-th what the faults say."""
+
+    def __init__(self, queue: Queue[Any], name: str, faults: Sequence[Fault], profile: Profile) -> None:
+        self._queue = queue
+        self._name = name
+        self._profile = profile
+        self._loop = asyncio.get_running_loop()
+        self._faults: dict[int, list[Fault]] = {}
+        for fault in faults:
+            self._faults.setdefault(fault.nth, []).append(fault)
+        self._held: list[Message] = []
+        self._last: Message | None = None
+        self._frozen_until = -1.0
+        self._frozen: Message | None = None
+
+    def deliver(self, message: Message) -> None:
+        """Count the message, and pass it on as the faults say."""
+        links = self._profile.links
+        nth = links[self._name] = links.get(self._name, 0) + 1
+        if nth == 1 and has_numbers(message):
+            self._profile.numeric.add(self._name)
+        now = self._loop.time()
+        copies = [message]
+        delay = 0.0
+        swapped = False
+        for fault in self._faults.get(nth, ()):
+            if fault.kind == "lose":
+                copies = []
+            elif fault.kind == "duplicate":
+                copies = copies * 2
+            elif fault.kind == "nan":
+                copies = [not_a_number(copy) for copy in copies]
+            elif fault.kind == "delay":
+                delay += fault.by
+            elif fault.kind == "swap":
+                swapped = True
+            elif fault.kind == "freeze" and self._last is not None:
+                self._frozen, self._frozen_until = self._last, now + fault.by
+        if now < self._frozen_until and self._frozen is not None:
+            copies = [self._frozen] * len(copies)
+        else:
+            self._last = message
+        if swapped:
+            self._held += copies
+            return
+        self._pass_on([*copies, *self._held], delay)
+        self._held = []
+
+    def _pass_on(self, messages: list[Message], delay: float) -> None:
+        for message in messages:
+            if delay:
+                self._loop.call_later(delay, self._arrive, message)
+            else:
+                self._queue.inlet(message)
+
+    def _arrive(self, message: Message) -> None:
+        if self._queue in self._queue.entry.subscriptions:  # else it has left meanwhile
+            self._queue.inlet(message)
+
+
+def entrance(
+    links: dict[Queue[Any], Link], faults: Sequence[Fault], profile: Profile
+) -> Callable[[Queue[Any]], Callable[[Any], None]]:
+    """The graph's way into a subscription, with the faults of this run in between."""
+
+    def enter(queue: Queue[Any]) -> Callable[[Any], None]:
+        link = links.get(queue)
+        if link is None:
+            name = f"{queue.entry.name}>{queue.node.fqn}"
+            mine = [fault for fault in faults if fault.target == name]
+            link = links[queue] = Link(queue, name, mine, profile)
+        return link.deliver
+
+    return enter
+
+
+def has_numbers(message: Message | Aged[Message]) -> bool:
+    """Whether a floating-point number is somewhere in it."""
+    if isinstance(message, Aged):
+        return has_numbers(message.message)
+    return any(_is_numeric(getattr(message, name)) for name in message.__struct_fields__)
+
+
+def _is_numeric(value: object) -> bool:
+    if isinstance(value, float):
+        return True
+    if isinstance(value, np.ndarray):
+        return _is_floating(cast("NDArray[Any]", value))
+    if isinstance(value, tuple):
+        return any(_is_numeric(item) for item in cast("tuple[object, ...]", value))
+    return isinstance(value, Message) and has_numbers(value)
+
+
+def not_a_number(message: Message) -> Message:
+    """A copy in which every floating-point number is NaN."""
+    if isinstance(message, Aged):
+        return cast("Message", message.holding(not_a_number(message.message)))
+    return message.replace(**{name: _to_nan(getattr(message, name)) for name in message.__struct_fields__})
+
+
+def _to_nan(value: object) -> object:
+    if isinstance(value, float):
+        return math.nan
+    if isinstance(value, np.ndarray):
+        array = cast("NDArray[Any]", value)
+        return np.full_like(array, math.nan) if _is_floating(array) else array
+    if isinstance(value, tuple):
+        return tuple(_to_nan(item) for item in cast("tuple[object, ...]", value))
+    return not_a_number(value) if isinstance(value, Message) else value
+
+
+def _is_floating(array: NDArray[Any]) -> bool:
+    return array.dtype.kind == "f"

@@ -1,0 +1,57 @@
+"""What a run leaves behind besides its report: a flight record (`--flight-record`), a trace (`--trace`), or neither."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from actors.bag import FlightRecorder, Trace
+
+if TYPE_CHECKING:
+    from actors.bag import FlightRecord
+    from robot.run.judge import Score
+    from robot.run.options import Options
+
+__all__ = ["Flight"]
+
+
+class Flight:
+    """Looks on from before the tree starts until after it has stopped. The record is that of the first fall, if there is one."""
+
+    def __init__(self, options: Options, score: Score) -> None:
+        self._path = options.flight_record
+        self._score = score
+        self._recorder = FlightRecorder() if options.flight_record is not None else None
+        self._trace = Trace() if options.trace else None
+        self._fall: FlightRecord | None = None
+        self.observers = tuple(one for one in (self._recorder, self._trace) if one is not None)
+
+    def look(self) -> None:
+        """Keep what led to a fall, before later seconds push it out."""
+        if self._recorder is not None and self._fall is None and self._score.falls:
+            self._fall = self._recorder.freeze()
+
+    def conclude(self, *, quiet: bool) -> dict[str, str]:
+        """Write the file, print the trace; what the report has to say of them. Call it when the system has stopped."""
+        words: dict[str, str] = {}
+        if self._recorder is not None and self._path is not None:
+            words |= self._write(self._recorder, self._path, quiet)
+        if self._trace is not None:
+            words["trace"] = self._trace.hexdigest()
+            print(f"trace {words['trace']}", flush=True)
+        return words
+
+    def _write(self, recorder: FlightRecorder, path: str, quiet: bool) -> dict[str, str]:
+        self.look()
+        failure = sys.exception()
+        why = f"{type(failure).__name__}: {failure}" if isinstance(failure, Exception) else "the run ended"
+        if self._fall is not None:
+            why = "the robot fell"
+        try:
+            (self._fall or recorder.freeze()).write(path, notes={"why": why})
+        except OSError as error:
+            print(f"robot run: --flight-record {path}: {error}", file=sys.stderr)
+            return {}
+        if not quiet:
+            print(f"flight record: {path} ({why})", file=sys.stderr)
+        return {"flight_record": path, "flight_record_of": why}

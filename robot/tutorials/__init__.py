@@ -1,0 +1,1 @@
+"""The small systems of the ROS 2 tutorials, each in one file."""

@@ -1,0 +1,335 @@
+"""Random lives of a topic, its publishers and its readers, against a model of lists."""
+
+from __future__ import annotations
+
+import asyncio
+import warnings
+from collections.abc import Coroutine
+from contextlib import AsyncExitStack
+from typing import Any, TypeVar
+
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, precondition, rule
+
+from actors import CallTimeout, NotStarted, Publisher, Stream, open_node
+from actors.interfaces.std_msgs.msg import Int32
+from actors.qos import QoS, QoSWarning
+from actors.testing.loop import VirtualLoop
+from tests.stage import NUMBERS, number
+
+T = TypeVar("T")
+
+reliable_or_not = st.sampled_from(["reliable", "reliable", "best_effort"])
+durabilities = st.sampled_from(["volatile", "transient_local"])
+bounds = st.integers(1, 3)
+
+
+def made_of(reliability: str, durability: str, keep_all: bool, bound: int) -> QoS:
+    kept: dict[str, Any] = {"history": "keep_all", "limit": bound} if keep_all else {"depth": bound}
+    with warnings.catch_warnings():  # best effort with KEEP_ALL is odd, but possible
+        warnings.simplefilter("ignore", QoSWarning)
+        return QoS(**kept, reliability=reliability, durability=durability)  # type: ignore[arg-type]
+
+
+class Writer:
+    """A publisher, and what the model knows of it."""
+
+    def __init__(self, real: Publisher[Int32], qos: QoS, bound: int) -> None:
+        self.real = real
+        self.qos = qos
+        self.bound = bound
+        self.count = 0
+        self.latched: list[int] = []
+        self.open = True
+        self.active = True
+
+    def __repr__(self) -> str:
+        return repr(self.real)
+
+    def reaches(self, reader: Reader) -> bool:
+        """ROS 2's rules: a reader gets no less than it asks for."""
+        return (
+            self.open
+            and reader.open
+            and (self.qos.reliable or not reader.qos.reliable)
+            and (self.qos.transient_local or not reader.qos.transient_local)
+        )
+
+
+class Reader:
+    """A stream, and what the model knows of it."""
+
+    def __init__(self, real: Stream[Int32], qos: QoS, bound: int) -> None:
+        self.real = real
+        self.qos = qos
+        self.bound = bound
+        self.waiting: list[int] = []
+        self.received = 0
+        self.dropped = 0
+        self.latest: int | None = None
+        self.open = True
+        self.task: asyncio.Task[Int32] | None = None
+        """Somebody who waits for the next message."""
+
+    def __repr__(self) -> str:
+        return repr(self.real)
+
+    def deliver(self, value: int) -> None:
+        self.received += 1
+        self.latest = value
+        if len(self.waiting) < self.bound:
+            self.waiting.append(value)
+            return
+        self.dropped += 1
+        if not self.qos.keep_all:
+            self.waiting = [*self.waiting[1:], value]
+
+    @property
+    def full(self) -> bool:
+        """Whether a reliable sender has to wait for it."""
+        return self.open and self.qos.keep_all and self.qos.reliable and len(self.waiting) >= self.bound
+
+
+class Sender:
+    """A `send` that waits for room: at most one at a time, so that the order of several is no question here."""
+
+    def __init__(self, task: asyncio.Task[None], writer: Writer, value: int, blocker: Reader) -> None:
+        self.task = task
+        self.writer = writer
+        self.value = value
+        self.blocker = blocker
+
+
+class Channel(RuleBasedStateMachine):
+    """Publishers and readers of all kinds come and go; what each reader gets is what the model says."""
+
+    writers = Bundle("writers")
+    readers = Bundle("readers")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.loop = VirtualLoop()
+        self.stack = AsyncExitStack()
+        self.node = self.run(self.stack.enter_async_context(open_node("machine", sinks=())))
+        self.all_writers: list[Writer] = []
+        self.all_readers: list[Reader] = []
+        self.sender: Sender | None = None
+        self.next = 0
+
+    def run(self, work: Coroutine[Any, Any, T]) -> T:
+        return self.loop.run_until_complete(work)
+
+    def teardown(self) -> None:
+        for reader in self.all_readers:
+            while reader.task is None and reader.waiting:  # whatever the rules left is there, too
+                self.take(reader)
+        tasks = [reader.task for reader in self.all_readers if reader.task is not None]
+        tasks += [self.sender.task] if self.sender is not None else []  # type: ignore[list-item]
+        self.run(self.abandon(tasks))
+        self.run(self.stack.aclose())
+        self.loop.close()
+
+    @staticmethod
+    async def abandon(tasks: list[asyncio.Task[Any]]) -> None:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    # -- the model ----------------------------------------------------------------------------------------------------------
+
+    def publish_in_model(self, writer: Writer, value: int) -> None:
+        if not writer.active:
+            return
+        writer.count += 1
+        if writer.qos.transient_local:
+            writer.latched = [*writer.latched, value][-writer.bound :]
+        for reader in self.all_readers:
+            if writer.reaches(reader):
+                reader.deliver(value)
+
+    def blocker_of(self, writer: Writer) -> Reader | None:
+        """The first reader that has no room, if that matters to the writer."""
+        reached = [reader for reader in self.all_readers if writer.reaches(reader)] if writer.qos.reliable else []
+        return next((reader for reader in reached if reader.full), None)
+
+    def settle(self) -> None:
+        """Let those who wait do what they can: in reality, and in the model."""
+
+        async def turns() -> None:
+            for _ in range(12):
+                await asyncio.sleep(0)
+
+        self.run(turns())
+        while self.somebody_moves():
+            pass
+
+    def somebody_moves(self) -> bool:
+        for reader in self.all_readers:
+            if reader.task is not None and (reader.waiting or not reader.open):
+                self.arrived(reader)
+                return True
+        sender = self.sender
+        if sender is None or sender.blocker.full:
+            return False
+        other = self.blocker_of(sender.writer)
+        if other is not None:
+            sender.blocker = other
+            return False
+        self.sender = None
+        assert sender.task.done()
+        if sender.writer.open:
+            self.publish_in_model(sender.writer, sender.value)
+            sender.task.result()
+        else:
+            with pytest.raises(NotStarted):
+                sender.task.result()
+        return True
+
+    @staticmethod
+    def arrived(reader: Reader) -> None:
+        task, reader.task = reader.task, None
+        assert task is not None
+        assert task.done()
+        if reader.waiting:
+            assert task.result().data == reader.waiting.pop(0)
+        else:
+            with pytest.raises(NotStarted):
+                task.result()
+
+    # -- publishers ---------------------------------------------------------------------------------------------------------
+
+    @rule(target=writers, reliability=reliable_or_not, durability=durabilities, keep_all=st.booleans(), bound=bounds)
+    def advertise(self, reliability: str, durability: str, keep_all: bool, bound: int) -> Writer:
+        qos = made_of(reliability, durability, keep_all, bound)
+        writer = Writer(self.run(self.made(lambda: self.node.publisher(NUMBERS, qos=qos))), qos, bound)
+        self.all_writers.append(writer)
+        return writer
+
+    @staticmethod
+    async def made(make: Any) -> Any:
+        return make()
+
+    @rule(writer=writers, count=st.integers(1, 3))
+    def publish(self, writer: Writer, count: int) -> None:
+        for _ in range(count):
+            self.next += 1
+            if not writer.open:
+                with pytest.raises(NotStarted):
+                    writer.real.publish(number(self.next))
+                return
+            writer.real.publish(number(self.next))
+            self.publish_in_model(writer, self.next)
+        self.settle()
+
+    @precondition(lambda self: self.sender is None)
+    @rule(writer=writers)
+    def send(self, writer: Writer) -> None:
+        self.next += 1
+        task = self.loop.create_task(writer.real.send(number(self.next)))
+        self.run(asyncio.sleep(0))
+        blocker = self.blocker_of(writer)
+        if writer.open and writer.active and blocker is not None:
+            assert not task.done()
+            self.sender = Sender(task, writer, self.next, blocker)
+            return
+        if writer.open:
+            task.result()
+            self.publish_in_model(writer, self.next)
+        else:
+            with pytest.raises(NotStarted):
+                task.result()
+        self.settle()
+
+    @precondition(lambda self: self.sender is not None)
+    @rule()
+    def give_up_sending(self) -> None:
+        assert self.sender is not None
+        self.run(self.abandon([self.sender.task]))
+        assert self.sender.task.cancelled()
+        self.sender = None
+
+    @rule(writer=writers)
+    def close_publisher(self, writer: Writer) -> None:
+        self.run(self.made(writer.real.close))
+        writer.open, writer.active = False, True
+        self.settle()
+
+    @rule(writer=writers, active=st.booleans())
+    def as_a_lifecycle_node_does(self, writer: Writer, active: bool) -> None:
+        if writer.open:
+            self.run(self.made(writer.real.resume if active else writer.real.suspend))
+            writer.active = active
+
+    # -- readers ------------------------------------------------------------------------------------------------------------
+
+    @rule(target=readers, reliability=reliable_or_not, durability=durabilities, keep_all=st.booleans(), bound=bounds)
+    def subscribe(self, reliability: str, durability: str, keep_all: bool, bound: int) -> Reader:
+        qos = made_of(reliability, durability, keep_all, bound)
+        reader = Reader(self.run(self.made(lambda: self.node.subscribe(NUMBERS, qos=qos))), qos, bound)
+        for writer in self.all_writers:
+            if writer.reaches(reader) and reader.qos.transient_local:
+                for value in writer.latched[-bound:]:
+                    reader.deliver(value)
+        self.all_readers.append(reader)
+        self.settle()
+        return reader
+
+    @rule(reader=readers, count=st.integers(1, 3))
+    def take(self, reader: Reader, count: int = 1) -> None:
+        for _ in range(count):
+            if reader.task is not None:
+                with pytest.raises(RuntimeError, match="two tasks wait on one stream"):
+                    self.run(reader.real.next(timeout=0.0))
+                return
+            if reader.waiting:
+                assert self.run(reader.real.next(timeout=0.0)).data == reader.waiting.pop(0)
+            else:
+                with pytest.raises(CallTimeout if reader.open else NotStarted):
+                    self.run(reader.real.next(timeout=0.0))
+        self.settle()
+
+    @precondition(lambda self: any(reader.task is None for reader in self.all_readers))
+    @rule(reader=readers)
+    def wait(self, reader: Reader) -> None:
+        if reader.task is None:
+            reader.task = self.loop.create_task(reader.real.next())
+            self.settle()
+
+    @rule(reader=readers)
+    def give_up_waiting(self, reader: Reader) -> None:
+        if reader.task is not None:
+            self.run(self.abandon([reader.task]))
+            assert reader.task.cancelled()
+            reader.task = None
+
+    @rule(reader=readers)
+    def close_reader(self, reader: Reader) -> None:
+        """What waits in it can still be taken; nothing new comes."""
+        self.run(self.made(reader.real.close))
+        reader.open = False
+        self.settle()
+
+    # -- what always holds --------------------------------------------------------------------------------------------------
+
+    @invariant()
+    def publishers_and_readers_say_what_the_model_says(self) -> None:
+        for writer in self.all_writers:
+            matched = sum(writer.reaches(reader) for reader in self.all_readers)
+            assert (writer.real.count, writer.real.subscription_count) == (writer.count, matched)
+        for reader in self.all_readers:
+            latest = reader.real.latest
+            assert (reader.real.received, reader.real.dropped) == (reader.received, reader.dropped)
+            assert (None if latest is None else latest.data) == reader.latest
+            if reader.open:
+                matched = sum(writer.reaches(reader) for writer in self.all_writers)
+                assert reader.real.publisher_count == matched
+
+    @invariant()
+    def a_sender_waits_only_for_room(self) -> None:
+        assert self.sender is None or not self.sender.task.done()
+
+
+TestChannel = Channel.TestCase
+TestChannel.settings = settings(deadline=None, max_examples=60, stateful_step_count=40)

@@ -1,0 +1,60 @@
+"""One incarnation by itself: told to stop before it begins and after it has ended, and the hooks of several actions."""
+
+from __future__ import annotations
+
+import pytest
+
+from actors import Action, Child, Done, GoalRejected, Node, Reject, Steps, temporary
+from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.life import NodeLife
+from actors.testing import Rig
+from tests.stage import order, result
+
+UP = Action(Fibonacci, "up")
+DOWN = Action(Fibonacci, "down")
+
+
+class Brief(Node):
+    """Notes what happens to it, and leaves when it is told to."""
+
+    async def on_stop(self, reason: object) -> None:
+        self.log.info("stopping", reason=str(reason))
+
+
+async def test_a_stop_before_the_first_step_and_one_after_the_end_hurt_nobody(rig: Rig) -> None:
+    system = await rig.start(Child(Brief, restart=temporary))
+    rig.node(Brief).stop("done")
+    await rig.settled()
+    state = rig.state(Brief)
+    life = NodeLife(system, Child(Brief, restart=temporary), state.identity, state.mailbox)
+    life.stop("changed my mind")
+    await life.run(lambda: None)
+    last = rig.logs[-1]
+    assert (last.event, last.fields["reason"]) == ("stopping", "it stopped: changed my mind")
+    life.stop("too late")  # must not reach the next incarnation, which would find it in its inbox
+    assert not state.mailbox.inbox.control
+
+
+class Lift(Node):
+    """Two actions, each with a check of its own."""
+
+    @UP.accepts
+    def may_rise(self, goal: Fibonacci.Goal) -> None:
+        if goal.order > 5:
+            raise Reject("there is no such floor")
+
+    @UP.serve()
+    async def up(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+        yield Done(result(goal.order))
+
+    @DOWN.serve()
+    async def down(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+        yield Done(result(-goal.order))
+
+
+async def test_the_check_of_one_action_is_none_of_the_others_business(rig: Rig) -> None:
+    await rig.start(Lift)
+    with pytest.raises(GoalRejected, match="no such floor"):
+        await rig.start_goal(UP, order(7))
+    assert await (await rig.start_goal(DOWN, order(7))) == result(-7)
+    assert await (await rig.start_goal(UP, order(2))) == result(2)
