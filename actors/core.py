@@ -5,18 +5,16 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
-from threading import get_ident
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.actions import ActionServer
-from actors.control import Failure, StopRequest
-from actors.errors import DeclarationError, NodeRestarting, NotRunning, NotStarted, WrongThread, described, place_of
+from actors.errors import DeclarationError
 from actors.feeds import ConcurrentFeed, Feed
 from actors.goal_client import Goal
+from actors.ground import Ground
 from actors.identity import Identity
-from actors.inbox import Inbox, Item, awaited_in
+from actors.inbox import Item, awaited_in
 from actors.mailbox import Mailbox
 from actors.qos import (
     ACTION_FEEDBACK,
@@ -30,22 +28,16 @@ from actors.qos import (
 )
 from actors.services import Client, Server
 from actors.stream import Stream, Subscription
-from actors.supervision.reasons import Stop
 from actors.timed import publisher_for
 from actors.timers import TimerItem, TimerRecord
 
 if TYPE_CHECKING:
-    from random import Random
-
     from actors.blueprint import Blueprint
     from actors.channel import Publisher
-    from actors.clock import Clock
     from actors.contracts import Action, Service, Topic
-    from actors.deadlines import Deadlines
     from actors.graph import TopicEntry
     from actors.interfaces.message import Message
-    from actors.logs import NodeLog
-    from actors.node import ErrorVerdict, Node
+    from actors.node import Node
     from actors.parameters import ParameterChange, ParameterStore
     from actors.system import System
 
@@ -71,120 +63,49 @@ CLIENTS: Final = 256
 """So many services a node remembers its way to; it finds it again when it has forgotten it."""
 
 
-class Core:
+class Core(Ground):
     """One incarnation of one node in one system."""
 
-    __slots__ = (
-        "clients", "_log", "_parameters", "_rng", "blueprint", "derived", "ended", "identity", "inbox", "incarnation", "mailbox", "node",
-        "publishers", "publishing", "serving", "streams", "system", "tasks", "timers", "waits_for",
-    )  # fmt: skip
+    __slots__ = ("_parameters", "blueprint", "clients", "derived", "publishers", "publishing", "streams", "timers")
 
     def __init__(self, system: System, node: Node, blueprint: Blueprint, identity: Identity, mailbox: Mailbox) -> None:
-        self.system = system
-        self.node = node
-        self.blueprint = blueprint
-        self.identity = identity
-        self.mailbox = mailbox
-        self.inbox: Inbox = mailbox.inbox
         if mailbox.core is not None:  # one that refused to die: nothing of it may go on under the new one's name
             mailbox.core.release()
         mailbox.core = self
-        mailbox.incarnation += 1
-        self.incarnation = mailbox.incarnation
+        super().__init__(system, node, identity, mailbox)
+        self.blueprint = blueprint
         self.publishers: list[Publisher[Any]] = []
         self.streams: list[Subscription[Any]] = []
         self.timers: list[TimerItem] = []
         self.derived: list[Server] = []
         """Services that ROS 2 gives every node, as far as somebody asked for them."""
-        self.tasks: dict[asyncio.Task[Any], None] = {}
         self.publishing = True
-        self.serving = False
-        """Whether the start phase is over: what came meanwhile has waited for that."""
-        self.ended = False
-        self.waits_for: Any = None
         self.clients: dict[Any, Client[Any, Any]] = {}
-        self._log: NodeLog | None = None
-        self._rng: Random | None = None
         self._parameters: ParameterStore | None = None
 
-    def __repr__(self) -> str:
-        return f"<core of {self.fqn}, incarnation {self.incarnation}>"
-
-    # -- what others ask of a node ------------------------------------------------------------------------------------------
-
-    @property
-    def fqn(self) -> str:
-        return self.identity.fqn
-
-    @property
-    def clock(self) -> Clock:
-        return self.system.clock
-
-    @property
-    def deadlines(self) -> Deadlines:
-        return self.system.deadlines
-
-    @property
-    def log(self) -> NodeLog:
-        if self._log is None:
-            self._log = self.system.node_log(self.fqn, self.incarnation)
-        return self._log
-
-    @property
-    def rng(self) -> Random:
-        if self._rng is None:
-            self._rng = self.system.random(f"{self.fqn}#{self.incarnation}")
-        return self._rng
+    # -- parameters ----------------------------------------------------------------------------------------------------------
 
     @property
     def parameters(self) -> ParameterStore:
         if self._parameters is None:
-            from actors.parameters import ParameterStore
-
-            told = self._parameters_changed if self.system.on_parameters is not None else None
-            self._parameters = ParameterStore(
-                self.fqn, self.identity.overrides, table=self.blueprint.table, on_event=told
-            )
-            self._parameters.on_event = self._parameters_changed  # for who listens only later
+            self._parameters = self._parameter_store(None)
         return self._parameters
+
+    def open_parameters(self) -> None:
+        """Check the overrides, and tell who listens what the node has. Otherwise the store is made at its first use."""
+        if self.identity.overrides or self.system.on_parameters is not None:
+            self._parameters = self._parameter_store(self._parameters_changed)
+
+    def _parameter_store(self, told: Callable[[ParameterChange], None] | None) -> ParameterStore:
+        from actors.parameters import ParameterStore
+
+        store = ParameterStore(self.fqn, self.identity.overrides, table=self.blueprint.table, on_event=told)
+        store.on_event = self._parameters_changed  # for who listens only later
+        return store
 
     def _parameters_changed(self, change: ParameterChange) -> None:
         if self.system.on_parameters is not None:
             self.system.on_parameters(self, change)
-
-    def new_id(self) -> bytes:
-        return self.system.new_id()
-
-    def warn(self, event: str, **fields: object) -> None:
-        self.log.warning(event, **fields)
-
-    def service_failed(self, service: str, error: Exception) -> None:
-        """An exception left a service handler; its caller hears of it, the node only if it says so."""
-        self._answered(error, service, "service handler failed")
-
-    def goal_failed(self, action: str, error: Exception) -> None:
-        """An exception left an action body; its client hears of it, the node only if it says so."""
-        self._answered(error, action, "goal failed")
-
-    def _answered(self, error: Exception, handler: str, event: str) -> None:
-        if isinstance(error, Stop):
-            self.fail(error, handler, decided=True)
-            return
-        self.log.error(event, handler=handler, error=described(error), at=place_of(error))
-        try:
-            verdict = self.node.on_error(error, handler)
-        except Exception as problem:  # the verdict on a verdict: nobody may wait for ever because of it
-            self.fail(problem, f"on_error for {handler}", decided=True)
-            return
-        if verdict == "fail":
-            self.fail(error, handler, decided=True)
-
-    def fail(self, error: BaseException, label: str, *, decided: bool = False) -> None:
-        """Let `error` end this incarnation at its next turn, unless it is `decided` not yet and `on_error` says otherwise."""
-        if self.ended:  # the next incarnation is not to blame
-            self.log.error("failed after the end of its node", handler=label, error=described(error))
-        else:
-            self.inbox.put_control(Failure(error, label, decided=decided))
 
     # -- making endpoints ---------------------------------------------------------------------------------------------------
 
@@ -353,49 +274,6 @@ class Core:
         entry.add_publisher(publisher)
         return publisher
 
-    # -- tasks --------------------------------------------------------------------------------------------------------------
-
-    def spawn(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
-        """Run `work` in a task that this node owns: its failure is the node's failure, the node's stop cancels it."""
-        if self.ended:
-            work.close()
-            raise self._over()
-        task = self.system.loop.create_task(work, name=f"{self.fqn} {name or getattr(work, '__qualname__', work)}")
-        self.tasks[task] = None
-        task.add_done_callback(self._task_ended)
-        return task
-
-    def _task_ended(self, task: asyncio.Task[Any]) -> None:
-        self.tasks.pop(task, None)
-        if not task.cancelled() and (error := task.exception()) is not None:
-            self.fail(error, task.get_name())
-
-    def threadsafe(self, function: Callable[[], object]) -> None:
-        """From any thread: call `function` in the loop; what it raises is this node's failure."""
-
-        def call() -> None:
-            try:
-                function()
-            except Exception as error:
-                self.fail(error, "a call from another thread")
-
-        self.system.threadsafe(call)
-
-    async def cancel_tasks(self) -> None:
-        """Cancel what this node runs, newest first, and wait until it has ended."""
-        current = asyncio.current_task()
-        while tasks := [task for task in reversed(self.tasks) if task is not current]:
-            for task in tasks:
-                task.cancel()
-                await asyncio.wait([task])
-
-    def on_error(self, error: Exception, handler: str) -> ErrorVerdict:
-        """An exception left a timer or topic handler: what the node says; `Stop` is no error but the node's own word."""
-        current = self.inbox.current
-        if isinstance(error, Stop) or (isinstance(current, Failure) and current.decided):
-            return "fail"
-        return self.node.on_error(error, handler)
-
     def on_holding(self, item: Item, seconds: float) -> None:
         """A handler keeps the node's other handlers waiting: tell once, with what it waits for and the remedy."""
         task = self.inbox.task
@@ -404,20 +282,6 @@ class Core:
             f"handler holds the inbox for more than {seconds:g} s", handler=item.label, awaits=awaited_in(task) if task else "",
             ticks_lost=lost, remedy="declare it concurrent=n, make it an action, or self.offload() its work",
         )  # fmt: skip
-
-    def check_use(self) -> None:
-        """Refuse a foreign thread, and what comes after the end of this incarnation."""
-        if get_ident() != self.system.thread:
-            raise WrongThread(f"{self.fqn} was used from a foreign thread: use node.threadsafe(function, *arguments)")
-        if self.ended:
-            raise self._over()
-
-    def _over(self) -> NotStarted:
-        return NotStarted(f"{self.fqn}, incarnation {self.incarnation}, has ended: ask its successor, if there is one")
-
-    def request_stop(self, reason: str) -> None:
-        """Have the inbox raise `StopServing` when the present handler has ended."""
-        self.inbox.put_control(StopRequest(reason))
 
     # -- the end ------------------------------------------------------------------------------------------------------------
 
@@ -430,7 +294,9 @@ class Core:
         self.stop_timers()
         for task in reversed(self.tasks):
             task.cancel()
-        self.mailbox.note(one.entry for one in (*self.publishers, *self.clients.values(), *self.derived))
+        self.mailbox.note(publisher.entry for publisher in self.publishers)
+        self.mailbox.note(client.entry for client in self.clients.values())
+        self.mailbox.note(server.entry for server in self.derived)
         for publisher in self.publishers:
             publisher.close()
         self.publishers.clear()
@@ -441,9 +307,3 @@ class Core:
             server.entry.server = None
         self.derived.clear()
         self.mailbox.park(self.fqn, self.absent)
-
-    def absent(self) -> Exception:
-        """What those hear who wait for an answer of this incarnation when it ends."""
-        if self.system.stop_reason is not None:
-            return NotRunning(f"{self.fqn} has stopped: {self.system.stop_reason}")
-        return NodeRestarting(self.fqn, self.incarnation)

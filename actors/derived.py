@@ -132,7 +132,8 @@ def _open_rosout(system: System, entry: TopicEntry) -> None:
         core = system.core_of(record.node)
         if core is None:
             return
-        core.event_publisher(Log, entry).publish(log_message(record, system.clock.wall_ns_at(record.time)))
+        message = log_message(record, system.clock.wall_ns_at(record.time))
+        core.event_publisher(Log, system.graph.topic(ROSOUT)).publish(message)
 
     system.rosout = publish
     for record in system.records:

@@ -247,7 +247,9 @@ class ServerEntry(Generic[S]):
     def forget(self, node: str) -> None:
         """`node` will not come back: it is no client any more, and a name that nobody serves or waits for is none."""
         self.clients.pop(node, None)
-        if self.server is None and self.restarting is None and not self.waiters and (not self.clients or self.stopped == node):
+        served = self.stopped == node or self.name.startswith(f"{node}/")
+        absent = self.server is None and self.restarting is None and not self.waiters
+        if absent and (served or not self.clients):
             self.graph.drop(self)
 
     async def available(self) -> None:

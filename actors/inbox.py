@@ -173,10 +173,12 @@ class Inbox:
         """Somebody waits: see in half a second whether still for the same item, and measure how long this one waits."""
         self.watch = self.loop.call_later(HOLDING_SECONDS, self._look, self.handled)
         if self.items and self.mark is None:
-            stamp = getattr(self.items[-1], "stamp", None)  # its message may be replaced while it waits
-            self.mark = _Mark(self, self.loop.time()) if stamp is None else stamp()
-            if stamp is None:
-                self.items.insert(len(self.items) - 1, self.mark)
+            stamp: Callable[[], Stamped[Any]] | None = getattr(self.items[-1], "stamp", None)
+            if stamp is not None:  # what this item stands for may be replaced while it waits
+                self.mark = stamp()
+                return
+            self.mark = mark = _Mark(self, self.loop.time())
+            self.items.insert(len(self.items) - 1, mark)
 
     def _look(self, handled: int) -> None:
         """Half a second after somebody found the node busy: is it still busy with the same item?"""

@@ -145,24 +145,20 @@ def open_endpoints(core: Core) -> None:
     core.inbox.on_error = core.on_error
     core.inbox.on_holding = core.on_holding
     for published in blueprint.publishers:
-        node.__dict__[published.attribute] = core.publisher(published.topic, published.qos)
+        setattr(node, published.attribute, core.publisher(published.topic, published.qos))
     for stream in blueprint.streams:
-        node.__dict__[stream.attribute] = core.subscribe(stream.topic, stream.qos)
+        setattr(node, stream.attribute, core.subscribe(stream.topic, stream.qos))
     if blueprint.parameters:
-        core.parameters  # noqa: B018  # overrides are checked now, not at the first read
-    owner = blueprint.owner.__name__
+        core.open_parameters()
+    labels = blueprint.labels
     for topic in blueprint.topics:
-        core.feed(
-            topic.topic, topic.qos, getattr(node, topic.attribute), f"{owner}.{topic.attribute}", topic.concurrent
-        )
+        core.feed(topic.topic, topic.qos, getattr(node, topic.attribute), labels[topic.attribute], topic.concurrent)
     for service in blueprint.services:
-        core.serve(
-            service.service, getattr(node, service.attribute), f"{owner}.{service.attribute}", service.concurrent
-        )
+        core.serve(service.service, getattr(node, service.attribute), labels[service.attribute], service.concurrent)
     for action in blueprint.actions:
         entry = core.system.graph.action(core.identity.service(action.action.name))
         server = ActionServer(
-            core, entry, action.action, action.arrivals, action.result_timeout, f"{owner}.{action.attribute}"
+            core, entry, action.action, action.arrivals, action.result_timeout, labels[action.attribute]
         )
         server.handler = getattr(node, action.attribute)
         for hook in blueprint.hooks:

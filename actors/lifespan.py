@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Generic, TypeVar, cast
 
 __all__ = ["Aged", "Stamped"]
 
@@ -41,7 +41,8 @@ class Stamped(Aged[M]):
 
     def __init__(self, message: M | Aged[M], time: Callable[[], float]) -> None:
         if isinstance(message, Aged):
-            super().__init__(message.message, message.expires, time)
+            aged = cast("Aged[M]", message)
+            super().__init__(aged.message, aged.expires, time)
         else:
             super().__init__(message, math.inf, time)
         self.since = time()

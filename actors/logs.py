@@ -112,7 +112,7 @@ def log_message(record: LogRecord, nanoseconds: int) -> Log:
         stamp=Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000),
         level=int(record.level),
         name=record.node.lstrip("/").replace("/", "."),
-        msg=printable(record.event + fields),
+        msg=printable(f"{record.event}{fields}"),
     )
 
 

@@ -54,7 +54,8 @@ if sys.platform == "linux":
             select.select(epoll, (), (), timeout)
 
     class _PreciseLoop(asyncio.SelectorEventLoop):
-        time = staticmethod(time.monotonic)  # as asyncio has it, but without a Python call: everything asks for it
+        # As asyncio has it, but without a Python call: everything asks for it.
+        time = staticmethod(time.monotonic)  # pyright: ignore[reportAssignmentType]
 
         def run_forever(self) -> None:
             with _sharp_timers():

@@ -22,7 +22,18 @@ __all__ = ["Mailbox"]
 class Mailbox:
     """What outlives an incarnation: the inbox, and the subscriptions and servers whose messages wait for the next life."""
 
-    __slots__ = ("actions", "asked_state", "core", "feeds", "inbox", "incarnation", "saved", "services", "timers", "used")
+    __slots__ = (
+        "actions",
+        "asked_state",
+        "core",
+        "feeds",
+        "inbox",
+        "incarnation",
+        "saved",
+        "services",
+        "timers",
+        "used",
+    )
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self.timers: dict[str, TimerRecord] = {}
@@ -81,11 +92,12 @@ class Mailbox:
 
     def close(self, fqn: str) -> None:
         """There will be no next life: leave the graph."""
-        self.note(one.entry for one in (*self.feeds, *self.services.values(), *self.actions.values()))
+        servers: list[Server | ActionServer] = [*self.services.values(), *self.actions.values()]
+        self.note(feed.entry for feed in self.feeds)
+        self.note(server.entry for server in servers)
         for feed in self.feeds:
             feed.close()
         self.feeds.clear()
-        servers: list[Server | ActionServer] = [*self.services.values(), *self.actions.values()]
         for server in servers:
             if server.entry.server is None:
                 server.entry.close(fqn)

@@ -209,7 +209,10 @@ class Node:
                 ) from None
 
     def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
-        """A goal, to be entered with ``async with``; `timeout` bounds the wait for its acceptance."""
+        """A goal, to be entered with ``async with``; `timeout` (5 s) bounds the wait for its acceptance, nothing its execution.
+
+        Entering raises `ActionUnavailable` when nobody has accepted by then, and `GoalRejected`.
+        """
         return self.core.goal(action, goal, timeout)
 
     def on(

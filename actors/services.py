@@ -224,7 +224,9 @@ class Client(Generic[Req, Resp]):
     async def call(self, message: Req, timeout: float) -> Resp:
         """Ask, and wait for the answer for at most `timeout` seconds in all."""
         if message.__class__ is not self.request:
-            raise WrongType(f"{self.entry.name} takes {self.request.__name__}, not {type(message).__name__} {message!r:.60}")
+            raise WrongType(
+                f"{self.entry.name} takes {self.request.__name__}, not {type(message).__name__} {message!r:.60}"
+            )
         inbox, server = self.inbox, self.entry.server
         if server is None:
             started = inbox.loop.time()

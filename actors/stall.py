@@ -1,7 +1,7 @@
 """Who blocks the event loop: a thread that looks, because nothing in a loop that stands still can.
 
 A handler that computes, sleeps or reads without an `await` holds up every node of its process. Afterwards nobody in the loop can say
-which one it was, so a thread looks every tenth of a second: if the loop does not turn for half a second while a task runs, it notes
+which one it was, so a thread looks five times a second: if the loop does not turn for half a second while a task runs, it notes
 which node's handler that is and on which line. When the loop turns again, that is one warning in the log for each such handler.
 """
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["POLL_SECONDS", "StallWatch"]
 
-POLL_SECONDS = 0.1
+POLL_SECONDS = 0.2
 
 STDLIB = os.path.dirname(os.__file__)
 
@@ -108,7 +108,7 @@ class StallWatch:
 
     def _line(self) -> str:
         """Where the loop's thread is, as ``file:line in function``: the innermost line outside the libraries."""
-        innermost = sys._current_frames().get(self._system.thread)
+        innermost = sys._current_frames().get(self._system.thread)  # pyright: ignore[reportPrivateUsage]
         for frame in _outwards(innermost):
             file = frame.f_code.co_filename
             if not file.startswith((STDLIB, "<")) and not is_library(file):

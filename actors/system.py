@@ -366,7 +366,9 @@ class System:
         Of those that their supervisor has not `kept`, either, nothing is left but reports.
         """
         state = self.nodes.get(path)
-        ended = [state] if state is not None else [each for each in self.nodes.values() if each.path[: len(path)] == path]
+        ended = (
+            [state] if state is not None else [each for each in self.nodes.values() if each.path[: len(path)] == path]
+        )
         for state in ended:
             self._dismiss(state)
             if not kept:

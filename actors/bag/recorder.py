@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from actors.supervision.report import Report
     from actors.system import System
 
-__all__ = ["Channel", "Entry", "FlightRecord", "FlightRecorder"]
+__all__ = ["Channel", "Entry", "FlightRecord", "FlightRecorder", "Source"]
 
 SECONDS: Final = 30.0
 MAX_BYTES: Final = 64 * 1024 * 1024
@@ -50,7 +50,7 @@ LINES_SHARE: Final = 8
 
 
 class Channel:
-    """One topic with one type, and what its publishers offered. `latched`: publisher's node -> what of it has left the ring but is still valid."""
+    """One topic with one type, and what its publishers offered. `latched`: publisher's node -> what late joiners would get, once it has left the ring."""
 
     __slots__ = ("latched", "offered", "topic", "type")
 
@@ -133,8 +133,8 @@ class FlightRecorder:
     """Keeps the last `seconds` of every topic, every log line and every event of a supervisor, in at most `max_bytes` of memory.
 
     What would not fit goes before its time, oldest first, and is counted in `lost`; log lines and events have an eighth of the memory to
-    themselves. What a latched publisher still holds (a map, a robot description) stays as long as it holds it. Messages are kept by reference,
-    which costs about a microsecond each. Topics that exist only while somebody asks for them (the feedback and status of an action,
+    themselves. What late joiners would get of a latched topic (a map, a robot description) stays, however old. Messages are kept by reference,
+    which costs one to two microseconds each. Topics that exist only while somebody asks for them (the feedback and status of an action,
     /parameter_events) are recorded while somebody does.
     """
 

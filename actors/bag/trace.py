@@ -31,7 +31,8 @@ class Trace:
 
     On the virtual clock the trace of a system is the same for the same seed: in every process, whatever PYTHONHASHSEED says; across machines as
     far as their floating-point libraries agree (BLAS threads 1). It covers what happened from `attach` on, and the log lines that
-    the system's level lets pass. In log lines the addresses of objects are left out, and sets are sorted.
+    the system's level lets pass. In log lines the addresses of objects are left out, and sets are sorted; whatever else they tell of the
+    world outside (the time of day, the folder of a file) makes a difference.
     """
 
     def __init__(self) -> None:
@@ -75,7 +76,7 @@ class Trace:
     def _log(self, record: LogRecord) -> None:
         self.lines += 1
         who = (str(int(record.level)), record.node, str(record.incarnation))
-        self._add(b"l", _framed(*who, record.event, canonical(record.fields)))
+        self._add(b"l", _framed(*who, str(record.event), canonical(record.fields)))
 
     def _report(self, report: Report) -> None:
         self.events += 1

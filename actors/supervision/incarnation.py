@@ -130,7 +130,8 @@ class Incarnation:
 
     def unwatch(self, watcher: Callable[[Down], object]) -> None:
         """Take a `watch` back; nothing happens if it has been called or taken back already."""
-        (self.watchers or {}).pop(watcher, None)
+        assert self.watchers is not None
+        self.watchers.pop(watcher, None)
 
     def _end(self, why: str, timeout: StopTimeout) -> None:
         if timeout == "kill":

@@ -1,10 +1,20 @@
 """``python -m actors.testing explore MODULE:TREE``."""
 
 import sys
+from collections.abc import Sequence
+from typing import NoReturn
 
 from actors.testing.explore import main
 
-if __name__ == "__main__":
-    if sys.argv[1:2] != ["explore"]:
+__all__ = ["run"]
+
+
+def run(argv: Sequence[str]) -> NoReturn:
+    """The program."""
+    if argv[:1] != ["explore"]:
         sys.exit("usage: python -m actors.testing explore MODULE:TREE [options]; -h after `explore` shows them")
-    sys.exit(main(sys.argv[2:]))
+    sys.exit(main(argv[1:]))
+
+
+if __name__ == "__main__":
+    run(sys.argv[1:])

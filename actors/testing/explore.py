@@ -14,8 +14,10 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, cast
 
+from actors.bag import FlightRecorder
 from actors.errors import ActorError
 from actors.node import Node
 from actors.supervision.reasons import Failed, cause_of
@@ -56,7 +58,7 @@ def main(argv: Sequence[str]) -> int:
     if finding is None:
         print(f"{options.tree}: {options.seeds} seeds of {options.seconds:g} s, no failure ({took:.1f} s)")
         return 0
-    _report(finding, options, took)
+    _report(finding, scenario, options, took)
     return 1
 
 
@@ -101,10 +103,13 @@ def _find(name: str) -> Callable[[], Tree]:
     raise ValueError(f"{name!r}: {module} has no tree, node class or function of the name {attribute!r}")
 
 
-def _report(finding: Finding, options: argparse.Namespace, took: float) -> None:
+def _report(finding: Finding, scenario: Scenario, options: argparse.Namespace, took: float) -> None:
     error = finding.outcome.error
     print(f"{options.tree}: {finding.describe()}, found and shrunk in {finding.trials} trials ({took:.1f} s)")
     print(f"  {type(error).__name__}: {error}")
+    recorder = FlightRecorder()
+    finding.replay.run(replace(scenario, observers=(recorder.attach,)))
+    print(f"flight record: {recorder.dump(options.flight_record)}")
     more = "" if options.patience == PATIENCE else f" --patience {options.patience:g}"
     print(
         f"replay: python -m actors.testing explore {options.tree} --seconds {options.seconds:g}{more} --replay '{finding.replay}'"
@@ -149,6 +154,12 @@ def _parser() -> argparse.ArgumentParser:
         type=float,
         default=PATIENCE,
         help=f"seconds after which a handler is taken to be stuck ({PATIENCE:g})",
+    )
+    parser.add_argument(
+        "--flight-record",
+        metavar="FILE",
+        default="explore.mcap",
+        help="where the last 30 s before a failure go (explore.mcap)",
     )
     parser.add_argument("--replay", metavar="TRIAL", help="run one trial, as a failure has printed it")
     return parser

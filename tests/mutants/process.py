@@ -6,10 +6,12 @@ import os
 import sys
 from typing import Final
 
-__all__ = ["OUTPUT", "PRELOADED", "run_tests"]
+__all__ = ["OUTPUT", "PRELOADED", "PROFILE", "run_tests"]
 
 OUTPUT: Final = "output.txt"
 """The file in the folder of the copy with what the last run of the tests printed."""
+PROFILE: Final = "mutants"
+"""The hypothesis profile of a trial."""
 PRELOADED: Final = (
     "pytest",
     "pytest_asyncio.plugin",
@@ -28,6 +30,7 @@ def run_tests(folder: str, arguments: list[str]) -> None:
     import resource
 
     import pytest
+    from hypothesis import Phase, settings
 
     os.setsid()  # so that it can be killed with all that it starts
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
@@ -41,6 +44,8 @@ def run_tests(folder: str, arguments: list[str]) -> None:
     for name in list(sys.modules):  # this very module came from the original
         if name.partition(".")[0] in own:
             del sys.modules[name]
+    # whether an example is found matters here, not how small it can be made
+    settings.register_profile(PROFILE, derandomize=True, phases=[Phase.explicit, Phase.generate])
     code = int(pytest.main(arguments))
     sys.stdout.flush()
     os._exit(code)  # a thread that a mutant has left behind must not hold it up

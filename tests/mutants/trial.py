@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import Final, Literal
 
 from tests.mutants.mutate import Mutant
-from tests.mutants.process import OUTPUT, PRELOADED, run_tests
+from tests.mutants.process import OUTPUT, PRELOADED, PROFILE, run_tests
 
 __all__ = ["SUBJECTS", "Fate", "Subject", "Workshop"]
 
 OPTIONS: Final = (
-    "-x", "-q", "--no-header", "-p", "no:cacheprovider", "-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning",
+    "-x", "-q", "--no-header", "-p", "no:cacheprovider", f"--hypothesis-profile={PROFILE}",
+    "-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning",
 )  # fmt: skip
 Fate = Literal["killed", "timed out", "survived"]
 
@@ -36,7 +37,10 @@ class Subject:
 
 
 SUBJECTS: Final = {
-    "channel": Subject(("actors/channel.py",), ("tests/scenarios/test_topics.py", "tests/unit/test_channel.py")),
+    "channel": Subject(
+        ("actors/channel.py", "actors/feeds.py", "actors/stream.py"),
+        ("tests/unit/test_channel.py", "tests/scenarios/test_topics.py", "tests/properties/test_channel_machine.py"),
+    ),
     "services": Subject(
         ("actors/services.py",), ("tests/scenarios/test_services.py", "tests/scenarios/test_derived.py")
     ),
@@ -46,6 +50,7 @@ SUBJECTS: Final = {
             "tests/scenarios/test_actions.py",
             "tests/conformance/test_action_scripts.py",
             "tests/scenarios/test_derived.py",
+            "tests/properties/test_action_server_machine.py",
         ),
     ),
     "supervisor": Subject(  # without M02 and M03, which measure and take most of the time

@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeVar
 
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import Bundle, RuleBasedStateMachine, consumes, initialize, invariant, precondition, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from actors import (
     Aborted,
@@ -134,13 +134,21 @@ class Known:
         return self.status in ENDED
 
 
+PICKS = st.integers(0, 11)
+"""Which of the goals that come into question a rule is about."""
+there_are_goals = precondition(lambda self: self.accepted)
+goals_are_active = precondition(lambda self: self.waiting or self.running)
+goals_run = precondition(lambda self: self.running)
+
+
 class Actions(RuleBasedStateMachine):
-    goals = Bundle("goals")
+    """Clients send goals, cancel them, vanish and ask for results; bodies go on and end; the node crashes; time passes."""
 
     def __init__(self) -> None:
         super().__init__()
         self.loop = VirtualLoop()
         self.known: list[Known] = []
+        self.accepted: list[Known] = []
         self.waiting: list[Known] = []
         self.running: list[Known] = []
         self.restarting = False
@@ -216,8 +224,16 @@ class Actions(RuleBasedStateMachine):
 
     # -- clients ------------------------------------------------------------------------------------------------------------
 
-    @rule(target=goals, kind=st.sampled_from(KINDS), negative=st.sampled_from([False, False, False, True]))
-    def send(self, kind: Kind, negative: bool) -> Known:
+    def active(self, pick: int) -> Known:
+        goals = [*self.waiting, *self.running]
+        return goals[pick % len(goals)]
+
+    @rule(kinds=st.lists(st.sampled_from((*KINDS, None)), min_size=1, max_size=4))
+    def send(self, kinds: list[Kind | None]) -> None:
+        for kind in kinds:
+            self.send_one(kind or "plain", negative=kind is None)
+
+    def send_one(self, kind: Kind, *, negative: bool) -> None:
         number = len(self.known) * len(KINDS) + KINDS.index(kind)
         each = Known(number, kind)
         Body.orders[number] = asyncio.Queue()
@@ -227,15 +243,15 @@ class Actions(RuleBasedStateMachine):
         if self.is_refused(negative):
             assert each.client.done()
             assert isinstance(each.client.exception(), GoalRejected)
-            return each
+            return
         assert not each.client.done()
         if self.policy == "preempt":
             for other in (*self.waiting, *self.running):
                 self.cancel_in_model(other)
         each.status = GoalStatus.ACCEPTED
+        self.accepted.append(each)
         self.waiting.append(each)
         self.start_next_in_model()
-        return each
 
     async def stay(self, each: Known, number: int) -> None:
         """A client that stays in its goal's block until it is sent away."""
@@ -243,10 +259,11 @@ class Actions(RuleBasedStateMachine):
             each.goal = goal
             await asyncio.get_running_loop().create_future()
 
-    @rule(each=goals)
-    def cancel(self, each: Known) -> None:
-        if each.goal is None:
-            return
+    @goals_are_active
+    @rule(pick=PICKS)
+    def cancel(self, pick: int) -> None:
+        each = self.active(pick)
+        assert each.goal is not None
         answer = self.run(each.goal.cancel())
         self.settle()
         if each.kind == "stubborn" and each.status is not GoalStatus.CANCELING:
@@ -255,10 +272,19 @@ class Actions(RuleBasedStateMachine):
         assert answer == self.cancel_in_model(each)
         self.start_next_in_model()
 
-    @rule(each=goals)
-    def vanish(self, each: Known) -> None:
+    @there_are_goals
+    @rule(pick=PICKS)
+    def cancel_too_late(self, pick: int) -> None:
+        each = self.accepted[-1 - pick % len(self.accepted)]
+        if each.ended and each.goal is not None:
+            assert not self.run(each.goal.cancel())
+
+    @goals_are_active
+    @rule(pick=PICKS)
+    def vanish(self, pick: int) -> None:
         """The client is canceled; leaving its block cancels the goal, and waits while that is cleaned up."""
-        if each.client is None or each.client.done():
+        each = self.active(pick)
+        if each.client is None or each.client.done() or each.client.cancelling():
             return
         each.client.cancel()
         self.settle()
@@ -267,10 +293,11 @@ class Actions(RuleBasedStateMachine):
         self.start_next_in_model()
         assert each.client.done() == (each.ended or each.kind == "stubborn")
 
-    @rule(each=goals)
-    def ask_for_the_result(self, each: Known) -> None:
-        if each.goal is None:
-            return
+    @there_are_goals
+    @rule(pick=PICKS)
+    def ask_for_the_result(self, pick: int) -> None:
+        each = self.accepted[-1 - pick % len(self.accepted)]
+        assert each.goal is not None
         ask = GET_RESULT.request(goal_id=UUID(uuid=each.goal.goal_id))
         asker = self.loop.create_task(self.rig.call(GET_RESULT, ask, timeout=1e6))
         self.settle()
@@ -286,17 +313,18 @@ class Actions(RuleBasedStateMachine):
 
     # -- bodies -------------------------------------------------------------------------------------------------------------
 
-    @rule(each=goals)
-    def give_feedback(self, each: Known) -> None:
-        if each in self.running and each.cleaned_at is None:
+    @goals_run
+    @rule(pick=PICKS, steps=st.integers(0, 2), how=st.sampled_from(["", *AS_TOLD]))
+    def tell_the_body(self, pick: int, steps: int, how: str) -> None:
+        each = self.running[pick % len(self.running)]
+        for _ in range(steps if each.cleaned_at is None else 0):
             Body.orders[each.number].put_nowait("feedback")
             self.settle()
             each.feedback += 1
+        if how:
+            self.end(each, how)
 
-    @rule(each=goals, how=st.sampled_from(sorted(AS_TOLD)))
     def end(self, each: Known, how: str) -> None:
-        if each not in self.running:
-            return
         Body.orders[each.number].put_nowait(how)
         self.settle()
         status = each.verdict if how == "done" and each.cleaned_at is not None else AS_TOLD[how]
@@ -312,7 +340,7 @@ class Actions(RuleBasedStateMachine):
                     self.end_in_model(each, each.verdict)
             self.start_next_in_model()
 
-    @precondition(lambda self: self.known)
+    @goals_are_active
     @rule()
     def crash(self) -> None:
         """The server's node fails, cleans up, and lives again, without any memory of its goals."""
@@ -333,10 +361,6 @@ class Actions(RuleBasedStateMachine):
                 assert asker.done()
                 if isinstance(asker.exception(), NodeRestarting):
                     each.askers = []
-
-    @rule(each=consumes(goals))
-    def think_no_more_of(self, each: Known) -> None:
-        """Keep the bundle short, so that the other rules meet goals that are alive."""
 
     # -- what always holds --------------------------------------------------------------------------------------------------
 
@@ -363,4 +387,4 @@ class Actions(RuleBasedStateMachine):
 
 
 TestActions = Actions.TestCase
-TestActions.settings = settings(deadline=None, max_examples=40, stateful_step_count=30)
+TestActions.settings = settings(deadline=None, max_examples=60, stateful_step_count=40)

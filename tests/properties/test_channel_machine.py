@@ -6,12 +6,12 @@ import asyncio
 import warnings
 from collections.abc import Coroutine
 from contextlib import AsyncExitStack
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, precondition, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from actors import CallTimeout, NotStarted, Publisher, Stream, open_node
 from actors.interfaces.std_msgs.msg import Int32
@@ -20,10 +20,15 @@ from actors.testing.loop import VirtualLoop
 from tests.stage import NUMBERS, number
 
 T = TypeVar("T")
+Profile: TypeAlias = tuple[str, str, bool, int]
 
 reliable_or_not = st.sampled_from(["reliable", "reliable", "best_effort"])
 durabilities = st.sampled_from(["volatile", "transient_local"])
 bounds = st.integers(1, 3)
+profiles = st.tuples(reliable_or_not, durabilities, st.booleans(), bounds)
+"""Reliability, durability, whether all is kept, and how many at most."""
+picks = st.integers(0, 11)
+"""Which publisher or reader a rule is about."""
 
 
 def made_of(reliability: str, durability: str, keep_all: bool, bound: int) -> QoS:
@@ -105,9 +110,6 @@ class Sender:
 class Channel(RuleBasedStateMachine):
     """Publishers and readers of all kinds come and go; what each reader gets is what the model says."""
 
-    writers = Bundle("writers")
-    readers = Bundle("readers")
-
     def __init__(self) -> None:
         super().__init__()
         self.loop = VirtualLoop()
@@ -124,7 +126,7 @@ class Channel(RuleBasedStateMachine):
     def teardown(self) -> None:
         for reader in self.all_readers:
             while reader.task is None and reader.waiting:  # whatever the rules left is there, too
-                self.take(reader)
+                self.take_from(reader, 1)
         tasks = [reader.task for reader in self.all_readers if reader.task is not None]
         tasks += [self.sender.task] if self.sender is not None else []  # type: ignore[list-item]
         self.run(self.abandon(tasks))
@@ -200,19 +202,33 @@ class Channel(RuleBasedStateMachine):
 
     # -- publishers ---------------------------------------------------------------------------------------------------------
 
-    @rule(target=writers, reliability=reliable_or_not, durability=durabilities, keep_all=st.booleans(), bound=bounds)
-    def advertise(self, reliability: str, durability: str, keep_all: bool, bound: int) -> Writer:
-        qos = made_of(reliability, durability, keep_all, bound)
-        writer = Writer(self.run(self.made(lambda: self.node.publisher(NUMBERS, qos=qos))), qos, bound)
+    @initialize(writers=st.lists(profiles, min_size=1, max_size=2), readers=st.lists(profiles, min_size=1, max_size=4))
+    def begin(self, writers: list[Profile], readers: list[Profile]) -> None:
+        for profile in writers:
+            self.advertise(profile)
+        for profile in readers:
+            self.subscribe(profile)
+
+    @precondition(lambda self: len(self.all_writers) < 4)
+    @rule(profile=profiles)
+    def advertise(self, profile: Profile) -> None:
+        qos = made_of(*profile)
+        writer = Writer(self.run(self.made(lambda: self.node.publisher(NUMBERS, qos=qos))), qos, profile[-1])
         self.all_writers.append(writer)
-        return writer
+
+    def writer(self, pick: int) -> Writer:
+        return self.all_writers[pick % len(self.all_writers)]
+
+    def reader(self, pick: int) -> Reader:
+        return self.all_readers[pick % len(self.all_readers)]
 
     @staticmethod
     async def made(make: Any) -> Any:
         return make()
 
-    @rule(writer=writers, count=st.integers(1, 3))
-    def publish(self, writer: Writer, count: int) -> None:
+    @rule(pick=picks, count=st.integers(1, 5))
+    def publish(self, pick: int, count: int) -> None:
+        writer = self.writer(pick)
         for _ in range(count):
             self.next += 1
             if not writer.open:
@@ -224,8 +240,13 @@ class Channel(RuleBasedStateMachine):
         self.settle()
 
     @precondition(lambda self: self.sender is None)
-    @rule(writer=writers)
-    def send(self, writer: Writer) -> None:
+    @rule(pick=picks, count=st.integers(1, 5))
+    def send(self, pick: int, count: int) -> None:
+        while count and self.sender is None:
+            self.send_one(self.writer(pick))
+            count -= 1
+
+    def send_one(self, writer: Writer) -> None:
         self.next += 1
         task = self.loop.create_task(writer.real.send(number(self.next)))
         self.run(asyncio.sleep(0))
@@ -250,34 +271,39 @@ class Channel(RuleBasedStateMachine):
         assert self.sender.task.cancelled()
         self.sender = None
 
-    @rule(writer=writers)
-    def close_publisher(self, writer: Writer) -> None:
+    @rule(pick=picks)
+    def close_publisher(self, pick: int) -> None:
+        writer = self.writer(pick)
         self.run(self.made(writer.real.close))
         writer.open, writer.active = False, True
         self.settle()
 
-    @rule(writer=writers, active=st.booleans())
-    def as_a_lifecycle_node_does(self, writer: Writer, active: bool) -> None:
+    @rule(pick=picks, active=st.booleans())
+    def as_a_lifecycle_node_does(self, pick: int, active: bool) -> None:
+        writer = self.writer(pick)
         if writer.open:
             self.run(self.made(writer.real.resume if active else writer.real.suspend))
             writer.active = active
 
     # -- readers ------------------------------------------------------------------------------------------------------------
 
-    @rule(target=readers, reliability=reliable_or_not, durability=durabilities, keep_all=st.booleans(), bound=bounds)
-    def subscribe(self, reliability: str, durability: str, keep_all: bool, bound: int) -> Reader:
-        qos = made_of(reliability, durability, keep_all, bound)
-        reader = Reader(self.run(self.made(lambda: self.node.subscribe(NUMBERS, qos=qos))), qos, bound)
+    @precondition(lambda self: len(self.all_readers) < 8)
+    @rule(profile=profiles)
+    def subscribe(self, profile: Profile) -> None:
+        qos = made_of(*profile)
+        reader = Reader(self.run(self.made(lambda: self.node.subscribe(NUMBERS, qos=qos))), qos, profile[-1])
         for writer in self.all_writers:
             if writer.reaches(reader) and reader.qos.transient_local:
-                for value in writer.latched[-bound:]:
+                for value in writer.latched[-reader.bound :]:
                     reader.deliver(value)
         self.all_readers.append(reader)
         self.settle()
-        return reader
 
-    @rule(reader=readers, count=st.integers(1, 3))
-    def take(self, reader: Reader, count: int = 1) -> None:
+    @rule(pick=picks, count=st.integers(1, 3))
+    def take(self, pick: int, count: int) -> None:
+        self.take_from(self.reader(pick), count)
+
+    def take_from(self, reader: Reader, count: int) -> None:
         for _ in range(count):
             if reader.task is not None:
                 with pytest.raises(RuntimeError, match="two tasks wait on one stream"):
@@ -288,25 +314,27 @@ class Channel(RuleBasedStateMachine):
             else:
                 with pytest.raises(CallTimeout if reader.open else NotStarted):
                     self.run(reader.real.next(timeout=0.0))
-        self.settle()
+            self.settle()
 
-    @precondition(lambda self: any(reader.task is None for reader in self.all_readers))
-    @rule(reader=readers)
-    def wait(self, reader: Reader) -> None:
+    @rule(pick=picks)
+    def wait(self, pick: int) -> None:
+        reader = self.reader(pick)
         if reader.task is None:
             reader.task = self.loop.create_task(reader.real.next())
             self.settle()
 
-    @rule(reader=readers)
-    def give_up_waiting(self, reader: Reader) -> None:
+    @rule(pick=picks)
+    def give_up_waiting(self, pick: int) -> None:
+        reader = self.reader(pick)
         if reader.task is not None:
             self.run(self.abandon([reader.task]))
             assert reader.task.cancelled()
             reader.task = None
 
-    @rule(reader=readers)
-    def close_reader(self, reader: Reader) -> None:
+    @rule(pick=picks)
+    def close_reader(self, pick: int) -> None:
         """What waits in it can still be taken; nothing new comes."""
+        reader = self.reader(pick)
         self.run(self.made(reader.real.close))
         reader.open = False
         self.settle()
@@ -332,4 +360,4 @@ class Channel(RuleBasedStateMachine):
 
 
 TestChannel = Channel.TestCase
-TestChannel.settings = settings(deadline=None, max_examples=60, stateful_step_count=40)
+TestChannel.settings = settings(deadline=None, max_examples=80, stateful_step_count=40)

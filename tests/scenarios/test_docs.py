@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import re
 import subprocess
@@ -27,6 +28,10 @@ def program(page: str) -> dict[str, Any]:
     return names
 
 
+once = functools.cache(program)
+"""The same, run once for all the tests of a page."""
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_the_page_runs_as_printed(page: str) -> None:
     """In a process of its own: a page may run event loops."""
@@ -45,8 +50,14 @@ TESTS = [
 ]
 
 
+@pytest.fixture
+def names(page: str) -> dict[str, Any]:
+    """The page's names. A fixture that is not async, because a page may run event loops."""
+    return once(page)
+
+
 @pytest.mark.parametrize(("page", "name"), TESTS)
-async def test_the_tests_of_the_page_pass(page: str, name: str, rig: Rig) -> None:
-    test = program(page)[name]
+async def test_the_tests_of_the_page_pass(page: str, name: str, names: dict[str, Any], rig: Rig) -> None:
+    test = names[name]
     assert inspect.iscoroutinefunction(test)
     await test(rig)

@@ -61,7 +61,9 @@ class Watcher(Node):
 # -- who fits ---------------------------------------------------------------------------------------------------------------
 
 
-async def test_H_02_an_incompatible_pair_hears_of_it_on_both_sides_and_the_log_says_once_what_to_change(rig: Rig) -> None:
+async def test_H_02_an_incompatible_pair_hears_of_it_on_both_sides_and_the_log_says_once_what_to_change(
+    rig: Rig,
+) -> None:
     class Sensor(Node):
         out = publishes(Topic(Int32, "numbers", qos.SENSOR_DATA))
 

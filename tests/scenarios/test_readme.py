@@ -86,3 +86,16 @@ def test_the_rig_needs_no_configuration_of_pytest(tmp_path: Path) -> None:
         cwd=tmp_path,
     )
     assert "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+def test_the_robots_commands_work_as_pasted_after_the_first_command(tmp_path: Path) -> None:
+    """The environment of the first command is activated, and from then on `python` is its python."""
+    activate, *commands = block("robot commands").splitlines()
+    assert activate == ". .venv/bin/activate"
+    assert all(line.startswith("python -m robot ") for line in commands)
+    if not (Path(sys.prefix) / "bin" / "activate").exists():
+        pytest.skip("these tests do not run in a virtual environment")
+    (tmp_path / ".venv").symlink_to(sys.prefix)
+    done = run("sh", "-c", f"{activate}\npython -m robot run --help\ncommand -v python", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == str(Path(sys.prefix) / "bin" / "python")

@@ -120,7 +120,7 @@ def test_at_the_end_of_a_run_its_last_seconds_are_in_the_file(tmp_path: Path) ->
     recorded = {topic for topic, _ in messages}
     assert recorded >= {*counted, "/rosout", "/supervisor_events"}
     assert sum(topic == "/map" for topic, _ in messages) == counted["/map"] == 1
-    assert sum(topic == "/lidar/scan" for topic, _ in messages) == counted["/lidar/scan"]
+    assert sum(topic == "/lidar/scan" for topic, _ in messages) >= counted["/lidar/scan"] > 0
     assert any(topic == "/rosout" and "braking and sitting down" in message.msg for topic, message in messages)
 
 

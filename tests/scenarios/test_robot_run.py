@@ -170,12 +170,12 @@ def test_a_mistake_is_one_clear_line_and_exit_code_2(words: tuple[str, ...], hin
 
 
 def test_a_crash_that_the_end_of_the_mission_forestalls_does_not_hit_the_sitting_robot(tmp_path: Path) -> None:
-    words = ("--goal", "1", "0", "--duration", "60", "--crash", "battery@8.0")
+    words = ("--goal", "1", "0", "--duration", "60", "--crash", "battery@9.0")
     done, report = run(tmp_path, *KINEMATIC, *words)
     assert done.returncode == 0, done.stderr
-    assert report["simulated_seconds"] < 8.0
+    assert report["simulated_seconds"] < 9.0
     (line,) = [line for line in done.stderr.splitlines() if "crash not made: the run had ended" in line]
-    assert "battery@8" in line
+    assert "battery@9" in line
     assert "crashed on request" not in done.stderr
 
 

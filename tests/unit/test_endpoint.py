@@ -162,8 +162,14 @@ async def test_a_stream_lives_as_long_as_somebody_listens_to_its_events() -> Non
 
 async def test_a_deadline_needs_no_timer_but_while_somebody_listens(monkeypatch: pytest.MonkeyPatch) -> None:
     loop = asyncio.get_running_loop()
-    looks: list[float] = []
-    monkeypatch.setattr(Happenings, "_look", lambda self, due, look=Happenings._look: (looks.append(due), look(self, due)))  # type: ignore[misc]
+    looks: list[int] = []
+    look = Happenings._look
+
+    def noted(self: Happenings, due: int) -> None:
+        looks.append(due)
+        look(self, due)
+
+    monkeypatch.setattr(Happenings, "_look", noted)
     entry = topic()
     out = timed(entry, QoS(depth=1, deadline=0.1))
     assert isinstance(out, TimedPublisher)

@@ -189,7 +189,7 @@ def test_a_failing_test_shows_what_happened_in_its_system(pytester: pytest.Pytes
     outcome.assert_outcomes(failed=2)
     outcome.stdout.fnmatch_lines(
         [
-            "*raise OSError(\"snapped\")",
+            '*raise OSError("snapped")',
             "*UnexpectedFailure: system/brittle (incarnation 1) failed at t=1.000 s: OSError: snapped (at *in Brittle.tick)",
             "*- rig -*",
             "rig: seed=7 t=1.000000 s; the last 4 log lines:",

@@ -23,7 +23,9 @@ from actors.qos_events import (
 
 def test_between_two_equal_statuses_nothing_has_happened() -> None:
     assert list(PublisherStatus(matched=1, matched_total=2).since(PublisherStatus(matched=1, matched_total=2))) == []
-    assert list(SubscriptionStatus(matched=0, matched_total=0).since(SubscriptionStatus(matched=0, matched_total=0))) == []
+    assert (
+        list(SubscriptionStatus(matched=0, matched_total=0).since(SubscriptionStatus(matched=0, matched_total=0))) == []
+    )
 
 
 def test_what_happened_to_a_publisher_comes_as_one_event_of_each_kind() -> None:

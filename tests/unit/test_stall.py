@@ -7,6 +7,7 @@ import time
 from typing import Any
 
 import anyio.to_thread
+
 from actors import Node, Supervisor, Topic, background, run
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord

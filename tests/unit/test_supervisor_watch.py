@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from actors.supervision.errors import LinkBroken, NotFound
-from actors.supervision.reasons import Failed, Gone, Returned, Stop, Stopped
+from actors.supervision.reasons import Failed, Gone, Returned, Skip, Stop, Stopped
 from actors.supervision.refs import ChildRef, Down
 from actors.supervisor import (
     Supervisor,
@@ -129,3 +129,20 @@ async def test_a_linked_child_that_is_still_failing_can_be_stopped() -> None:
         assert asyncio.get_running_loop().time() == 3
         assert state(root, "b") == "stopped"
         assert world.errors() == ["child_terminated a", "shutdown_error b"]
+        assert world.events("stop").count("stop b") == 1, "it is told once, however many have a reason to"
+
+
+@virtual
+async def test_a_child_that_is_killed_without_ado_gives_notice_of_just_that() -> None:
+    world = World()
+    async with running(world, Supervisor("root", children=[child("a", stop="kill")])) as root:
+        ref = root.which("a")
+        assert ref is not None
+        down = root.watch(ref)
+        await root.terminate_child("a")
+        assert str((await down).reason) == "it was killed"
+
+
+def test_the_word_of_who_stops_or_declines_is_the_text_of_the_exception() -> None:
+    assert str(Stop("battery empty")) == Stop("battery empty").reason == "battery empty"
+    assert str(Skip("no camera")) == Skip("no camera").reason == "no camera"

@@ -273,7 +273,12 @@ async def test_a_deadline_and_a_lease_of_one_publisher_run_side_by_side() -> Non
     out = timed(entry, MANUAL.replace(deadline=0.4))
     events = out.events()
     told = [await events.next() for _ in range(4)]
-    assert [type(event).__name__ for event in told] == ["DeadlineMissed", "DeadlineMissed", "LivelinessLost", "DeadlineMissed"]
+    assert [type(event).__name__ for event in told] == [
+        "DeadlineMissed",
+        "DeadlineMissed",
+        "LivelinessLost",
+        "DeadlineMissed",
+    ]
     out.close()
     assert entry.publishers == []
 

@@ -16,11 +16,14 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from actors.bag import FlightRecorder
 from actors.testing.faults import Possible
+from actors.testing.flights import save_flight
 from actors.testing.simulation.invariants import PATIENCE, Invariant
 from actors.testing.simulation.search import Finding, Replay, search
 from actors.testing.simulation.trial import Scenario
@@ -59,7 +62,13 @@ def scenario(
                 fixtures["request"] = request
             body = functools.partial(_with_rig, test, fixtures)
             played = Scenario(body, tuple(invariants), patience)
-            _play(played, request.config, request.node.nodeid, seeds, faults)
+            replay = request.config.getoption("--replay")
+            if replay is not None:
+                _again(played, Replay.parse(replay))
+            else:
+                finding = search(played, range(request.config.getoption("--seeds") or seeds), faults)
+                if finding is not None:
+                    raise _explained(finding, played, request)
 
         others = [parameter for name, parameter in signature.parameters.items() if name not in ("rig", "request")]
         first = inspect.Parameter("request", inspect.Parameter.KEYWORD_ONLY)
@@ -76,23 +85,23 @@ async def _with_rig(test: Callable[..., Awaitable[None]], fixtures: dict[str, An
     await test(rig=rig, **fixtures)
 
 
-def _play(played: Scenario, config: pytest.Config, test: str, seeds: int, faults: Sequence[Possible]) -> None:
-    replay = config.getoption("--replay")
-    if replay is not None:
-        outcome = Replay.parse(replay).run(played)
-        if outcome.error is not None:
-            outcome.error.add_note(outcome.timeline)
-            raise outcome.error
-        return
-    finding = search(played, range(config.getoption("--seeds") or seeds), faults)
-    if finding is not None:
-        raise _explained(finding, test)
+def _again(played: Scenario, replay: Replay) -> None:
+    outcome = replay.run(played)
+    if outcome.error is not None:
+        outcome.error.add_note(outcome.timeline)
+        raise outcome.error
 
 
-def _explained(finding: Finding, test: str) -> BaseException:
+def _explained(finding: Finding, played: Scenario, request: pytest.FixtureRequest) -> BaseException:
+    """The error of the shrunk trial, with all that helps to understand it."""
     error = finding.outcome.error
     assert error is not None
+    test = request.node.nodeid
+    recorder = FlightRecorder()
+    finding.replay.run(replace(played, observers=(recorder.attach,)))
+    flight = save_flight(recorder, request.config, request.getfixturevalue("tmp_path_factory"), test)
     error.add_note(f"scenario: {finding.describe()}, found and shrunk in {finding.trials} trials")
     error.add_note(f"replay:   python -m pytest '{test}' --replay '{finding.replay}'")
+    error.add_note(f"flight record: {flight}")
     error.add_note(finding.outcome.timeline)
     return error

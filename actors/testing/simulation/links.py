@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ from actors.testing.faults import Fault, Profile
 
 if TYPE_CHECKING:
     from actors.channel import Queue
+
+M = TypeVar("M", bound=Message)
 
 __all__ = ["Link", "entrance", "has_numbers", "not_a_number"]
 
@@ -31,16 +33,16 @@ class Link:
         self._faults: dict[int, list[Fault]] = {}
         for fault in faults:
             self._faults.setdefault(fault.nth, []).append(fault)
-        self._held: list[Message] = []
-        self._last: Message | None = None
+        self._held: list[Message | Aged[Any]] = []
+        self._last: Message | Aged[Any] | None = None
         self._frozen_until = -1.0
-        self._frozen: Message | None = None
+        self._frozen: Message | Aged[Any] | None = None
 
-    def deliver(self, message: Message) -> None:
+    def deliver(self, message: Message | Aged[Any]) -> None:
         """Count the message, and pass it on as the faults say."""
         links = self._profile.links
         nth = links[self._name] = links.get(self._name, 0) + 1
-        if nth == 1 and has_numbers(message):
+        if nth == 1 and has_numbers(message.message if isinstance(message, Aged) else message):
             self._profile.numeric.add(self._name)
         now = self._loop.time()
         copies = [message]
@@ -52,7 +54,7 @@ class Link:
             elif fault.kind == "duplicate":
                 copies = copies * 2
             elif fault.kind == "nan":
-                copies = [not_a_number(copy) for copy in copies]
+                copies = [_spoiled(copy) for copy in copies]
             elif fault.kind == "delay":
                 delay += fault.by
             elif fault.kind == "swap":
@@ -69,14 +71,14 @@ class Link:
         self._pass_on([*copies, *self._held], delay)
         self._held = []
 
-    def _pass_on(self, messages: list[Message], delay: float) -> None:
+    def _pass_on(self, messages: list[Message | Aged[Any]], delay: float) -> None:
         for message in messages:
             if delay:
                 self._loop.call_later(delay, self._arrive, message)
             else:
                 self._queue.inlet(message)
 
-    def _arrive(self, message: Message) -> None:
+    def _arrive(self, message: Message | Aged[Any]) -> None:
         if self._queue in self._queue.entry.subscriptions:  # else it has left meanwhile
             self._queue.inlet(message)
 
@@ -97,10 +99,13 @@ def entrance(
     return enter
 
 
-def has_numbers(message: Message | Aged[Message]) -> bool:
+def _spoiled(message: Message | Aged[Any]) -> Message | Aged[Any]:
+    """With NaN for its numbers; a message that ages goes on ageing."""
+    return message.holding(not_a_number(message.message)) if isinstance(message, Aged) else not_a_number(message)
+
+
+def has_numbers(message: Message) -> bool:
     """Whether a floating-point number is somewhere in it."""
-    if isinstance(message, Aged):
-        return has_numbers(message.message)
     return any(_is_numeric(getattr(message, name)) for name in message.__struct_fields__)
 
 
@@ -114,10 +119,8 @@ def _is_numeric(value: object) -> bool:
     return isinstance(value, Message) and has_numbers(value)
 
 
-def not_a_number(message: Message) -> Message:
+def not_a_number(message: M) -> M:
     """A copy in which every floating-point number is NaN."""
-    if isinstance(message, Aged):
-        return cast("Message", message.holding(not_a_number(message.message)))
     return message.replace(**{name: _to_nan(getattr(message, name)) for name in message.__struct_fields__})
 
 

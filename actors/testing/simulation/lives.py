@@ -78,7 +78,10 @@ class _SimulatedLife(NodeLife):
             await asyncio.sleep(late.by)
         deaths = self.system.faults_of("crash", node)
         try:
-            await _Mortal(super().run(started), lambda: self.phase == "running" and self.system.stop_reason is None and self._resumed(node, deaths))
+            await _Mortal(
+                super().run(started),
+                lambda: self.phase == "running" and self.system.stop_reason is None and self._resumed(node, deaths),
+            )
         except _Death:
             raise InjectedCrash(f"{node} was ended here by the simulation") from None
 

@@ -45,7 +45,7 @@ class Scenario:
     body: Body
     invariants: tuple[Invariant, ...] = ()
     patience: float = PATIENCE
-    observers: tuple[Callable[[SimulatedSystem], None], ...] = field(default=())
+    observers: tuple[Callable[[SimulatedSystem], object], ...] = field(default=())
     """Called with each system before its tree starts."""
 
     def run(self, seed: int, *, shuffled: bool = True, faults: Sequence[Fault] = ()) -> Outcome:
@@ -66,14 +66,16 @@ class Scenario:
     async def _live(
         self, loop: VirtualLoop, seed: int, faults: tuple[Fault, ...], profile: Profile, rigs: list[Rig]
     ) -> None:
-        def make(*, seed: int, **options: Any) -> SimulatedSystem:
-            system = SimulatedSystem(faults, profile, seed=seed + base, **options)
+        def make(**options: Any) -> SimulatedSystem:
+            options["seed"] += seed
+            system = SimulatedSystem(faults, profile, **options)
+            systems.append(system)
             loop.watch = Watch(system, self.invariants, self.patience)
             for observe in self.observers:
                 observe(system)
             return system
 
-        base = seed
+        systems: list[SimulatedSystem] = []
         rig = Rig(make)
         rigs.append(rig)
         problems: list[BaseException] = []
@@ -83,7 +85,7 @@ class Scenario:
             profile.seconds = loop.time()
         finally:
             await rig.close()
-        for report in rig.reports:
+        for report in (report for system in systems for report in system.reports):
             if report.context == "shutdown_error":
                 raise InvariantBroken(f"{'/'.join(report.child.path)} did not end as it was asked to: {report.reason}")
         if problems:
