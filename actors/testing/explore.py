@@ -18,25 +18,17 @@ from dataclasses import replace
 from typing import Any, cast
 
 from actors.bag import FlightRecorder
-from actors.errors import ActorError
 from actors.node import Node
-from actors.supervision.reasons import Failed, cause_of
 from actors.supervisor import Child, DynamicSupervisor, Supervisor
-from actors.system import System
 from actors.testing.faults import KINDS
 from actors.testing.rig import Rig
 from actors.testing.simulation.invariants import PATIENCE
-from actors.testing.simulation.lives import InjectedCrash, SimulatedSystem
 from actors.testing.simulation.search import Finding, Replay, search
 from actors.testing.simulation.trial import Outcome, Scenario
 
-__all__ = ["NodeFailed", "main"]
+__all__ = ["main"]
 
 Tree = Supervisor | DynamicSupervisor | Child | type[Node]
-
-
-class NodeFailed(AssertionError):
-    """A node failed by itself."""
 
 
 def main(argv: Sequence[str]) -> int:
@@ -66,24 +58,8 @@ def _body(make: Callable[[], Tree], seconds: float) -> Callable[[Rig], Any]:
     async def live(rig: Rig) -> None:
         await rig.start(make())
         await rig.advance(seconds)
-        judge(rig.system)
 
     return live
-
-
-def judge(system: System) -> None:
-    """Raise `NodeFailed` for the first node that failed by itself."""
-    faulty = isinstance(system, SimulatedSystem) and bool(system.faults)
-    if system.failure is not None:
-        raise system.failure
-    for report in system.reports:
-        if report.context not in ("child_terminated", "start_error", "shutdown_error"):
-            continue
-        error = cause_of(report.reason) if isinstance(report.reason, Failed) else None
-        if isinstance(error, InjectedCrash) or (faulty and isinstance(error, ActorError)):
-            continue
-        failed = NodeFailed(f"{'/'.join(report.child.path)} ended by itself: {report.reason}")
-        raise failed from error
 
 
 def _find(name: str) -> Callable[[], Tree]:

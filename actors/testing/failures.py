@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, Final
 
@@ -99,9 +100,13 @@ class ExpectedFailure:
 
 
 class FailureWatch:
-    """Hears the reports of one system and keeps the failures that nobody expected, until they are raised."""
+    """Hears the reports of one system and keeps the failures that nobody expected, until they are raised.
 
-    def __init__(self) -> None:
+    `excused` says of a node's error that it is no failure: a simulation has caused it.
+    """
+
+    def __init__(self, excused: Callable[[BaseException], bool] | None = None) -> None:
+        self._excused = excused
         self.expected: list[ExpectedFailure] = []
         self.planned: list[BaseException] = []
         """Errors with which the test itself made a node fail."""
@@ -178,6 +183,8 @@ class FailureWatch:
 
     def _judge(self, failure: Failure) -> None:
         if any(failure.error is planned for planned in self.planned):
+            return
+        if self._excused is not None and failure.error is not None and self._excused(failure.error):
             return
         if not any(expected.takes(failure) for expected in self.expected):
             self._untold.append(failure)

@@ -101,7 +101,11 @@ class Probe(Queue[M], Generic[M]):
 class Rig:
     """One system on the virtual clock, and the hands and eyes of a test in it."""
 
-    def __init__(self, make_system: Callable[..., System] = System) -> None:
+    def __init__(
+        self,
+        make_system: Callable[..., System] = System,
+        excused: Callable[[BaseException], bool] | None = None,
+    ) -> None:
         loop = asyncio.get_running_loop()
         if not isinstance(loop, VirtualLoop):
             raise RuntimeError(
@@ -110,8 +114,7 @@ class Rig:
             )
         self.loop = loop
         self._make_system = make_system
-        self._watch = FailureWatch()
-        self._watched = make_system is System  # a harness that makes the system itself also judges what fails in it
+        self._watch = FailureWatch(excused)
         self.logs: deque[LogRecord] = deque(maxlen=KEPT_LINES)
         self._observers: list[Observer] = []
         self._system: System | None = None
@@ -134,8 +137,7 @@ class Rig:
             children = [Child(spec) if isinstance(spec, type) else spec for spec in (tree, *more)]
             tree = Supervisor("system", children=children)
         system = self._make_system(seed=seed, sinks=(self.logs.append,), level=10)
-        if self._watched:
-            self._watch.begin(system)
+        self._watch.begin(system)
         for observer in self._observers:
             observer.attach(system)
         await system.start(tree)

@@ -267,3 +267,8 @@ async def test_types_of_another_ros_name_are_kept_apart() -> None:
     out(number(1))
     assert (out.subscription_count, queue.received) == (0, 0)
     assert queue.publisher_count == 0
+    told = len(ME.warnings)
+    again = Subscription(Someone("/other"), entry, String, qos.DEFAULT)
+    entry.add_subscription(again)
+    assert len(ME.warnings) == told  # once for each pair of nodes; the counts go on
+    assert (out.status.incompatible_type, again.status.incompatible_type) == (2, 1)

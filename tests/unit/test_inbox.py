@@ -122,8 +122,11 @@ async def test_a_long_queue_lets_the_loop_turn_now_and_then() -> None:
     await finish(watcher)
 
 
-async def test_an_exception_ends_the_serving_unless_somebody_says_continue() -> None:
+@pytest.mark.parametrize("before", [0, 500])
+async def test_an_exception_ends_the_serving_unless_somebody_says_continue(before: int) -> None:
     bench = Bench()
+    for _ in range(before):  # the first items are measured, later ones by samples
+        bench.inbox.put(Job("earlier"))
     asked: list[tuple[str, str]] = []
 
     def fail() -> None:
@@ -138,6 +141,7 @@ async def test_an_exception_ends_the_serving_unless_somebody_says_continue() -> 
         bench.inbox.put(item)
     with pytest.raises(OSError, match="broken"):
         await bench.inbox.serve()
+    assert bench.inbox.handled == before + 2
     assert bench.story == ["after"]
     assert asked == [("broken", "forgiven"), ("broken", "fatal")]
     assert [item.label for item in bench.inbox.items] == ["kept"]

@@ -152,3 +152,5 @@ def test_a_watch_ends_with_a_loop_that_was_closed_under_it() -> None:
     watch._ask()
     watch._run()  # returns at once
     assert watch._line().startswith(__file__)
+    watch._system.thread = 0  # a loop whose thread has ended
+    assert watch._line() == ""

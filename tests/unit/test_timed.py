@@ -166,13 +166,29 @@ async def test_a_late_joiner_gets_no_latched_message_that_is_too_old_nor_longer_
     assert repr(shallow.messages[0]) == "<std_msgs.msg.Int32(data=3) until 1.900000>"
 
 
-async def test_what_a_tap_sees_is_the_message_itself() -> None:
+async def test_a_latched_publisher_with_a_deadline_replays_as_every_other() -> None:
     entry = topic()
-    out = timed(entry, SHORT)
+    latched = QoS(depth=2, durability=Durability.TRANSIENT_LOCAL, deadline=1.0)
+    out = timed(entry, latched)
+    for value in range(3):
+        out(number(value))
+    assert values(out.latched) == values(subscription(entry, latched).messages) == [1, 2]
+
+
+@pytest.mark.parametrize("policy", [SHORT, qos.DEFAULT])
+async def test_what_a_tap_sees_is_the_message_itself(policy: QoS) -> None:
+    entry = topic()
+    out = timed(entry, policy)
     seen: list[Any] = []
     entry.graph.tap(lambda publisher: seen.append)
+    later = timed(entry, policy)
+    queue = subscription(entry)
     out(number(1))
-    assert seen == [number(1)]
+    queue.close()
+    out(number(2))
+    later(number(3))
+    assert seen == [number(1), number(2), number(3)]
+    assert (queue.received, out.subscription_count) == (1, 0)
 
 
 async def test_an_expired_message_makes_place_and_is_not_counted_as_lost() -> None:

@@ -7,13 +7,13 @@ from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from actors.errors import place_of
+from actors.errors import ActorError, place_of
 from actors.testing.faults import Fault, Profile
 from actors.testing.fuzz import FuzzLoop
 from actors.testing.loop import VirtualLoop
 from actors.testing.rig import Rig
 from actors.testing.simulation.invariants import PATIENCE, Invariant, InvariantBroken, Watch
-from actors.testing.simulation.lives import SimulatedSystem
+from actors.testing.simulation.lives import InjectedCrash, SimulatedSystem
 
 __all__ = ["Body", "Outcome", "Scenario"]
 
@@ -76,7 +76,9 @@ class Scenario:
             return system
 
         systems: list[SimulatedSystem] = []
-        rig = Rig(make)
+        rig = Rig(
+            make, lambda error: isinstance(error, InjectedCrash) or (bool(faults) and isinstance(error, ActorError))
+        )
         rigs.append(rig)
         problems: list[BaseException] = []
         loop.set_exception_handler(lambda _, context: problems.append(_problem(context)))
