@@ -69,7 +69,9 @@ class Profile:
     """What there is to go wrong: counted in a run without faults."""
 
     links: dict[str, int] = field(default_factory=dict[str, int])
-    """``TOPIC>SUBSCRIBER`` -> messages."""
+    """``TOPIC>SUBSCRIBER`` -> messages, to nodes of the tree."""
+    watching: dict[str, int] = field(default_factory=dict[str, int])
+    """The same to nodes beside the tree, such as a rig; faults are drawn for none of them."""
     numeric: set[str] = field(default_factory=set[str])
     """The links whose messages hold floating-point numbers."""
     awaits: dict[str, int] = field(default_factory=dict[str, int])

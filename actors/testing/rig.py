@@ -138,8 +138,8 @@ class Rig:
             tree = Supervisor("system", children=children)
         system = self._make_system(seed=seed, sinks=(self.logs.append,), level=10)
         self._watch.begin(system)
-        for observer in self._observers:
-            observer.attach(system)
+        while self._observers:  # each observes one system: the first, also when it does not come to start
+            self._observers.pop(0).attach(system)
         await system.start(tree)
         self._system = system
         self._me = await system.join(Child(Node, name="rig"))
