@@ -290,12 +290,9 @@ class ActionServer:
     def ended(self, run: GoalRun, outcome: Outcome) -> None:
         """Enter the outcome into the table, by legal transitions only."""
         record = run.record
-        if record is None:
-            return
+        assert record is not None
         if record.status is GoalStatus.ACCEPTED:  # it never ran: its node ended first
             self.table.execute(record)
-        if outcome.status is GoalStatus.CANCELED and record.status is GoalStatus.EXECUTING:
-            self.table.cancel(run.goal_id)
         self.table.end(record, _EVENTS[outcome.status], self.node.clock.now_ns(), outcome.result, outcome.reason)
         self.changed()
 

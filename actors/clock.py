@@ -66,27 +66,32 @@ class Clock:
         """The event loop's time at which this clock shows `now`."""
         return self._origin + now
 
-    async def sleep(self, seconds: float) -> None:
-        """Wait for so many seconds; at least one turn of the loop, also for zero and less. NaN and infinity are refused."""
+    async def sleep(self, seconds: float) -> bool:
+        """Wait for so many seconds; at least one turn of the loop, also for zero and less. NaN and infinity are refused.
+
+        True when they have passed; False only under simulated time, when that is switched off meanwhile (see `actors.sim_time`).
+        """
         if not math.isfinite(seconds):
             raise ValueError(f"clock.sleep({seconds}): the duration must be a finite number of seconds")
         await asyncio.sleep(max(0.0, seconds))
+        return True
 
-    async def sleep_until(self, instant: float) -> None:
-        """Wait until `now()` reaches `instant`; an instant that has passed costs one turn of the loop."""
+    async def sleep_until(self, instant: float) -> bool:
+        """Wait until `now()` reaches `instant`; an instant that has passed costs one turn of the loop. True and False as for `sleep`."""
         if not math.isfinite(instant):
             raise ValueError(f"clock.sleep_until({instant}): the instant must be a finite number of seconds")
         loop = self._loop
         when = self._origin + instant
         if when <= loop.time():
             await asyncio.sleep(0)
-            return
+            return True
         future = loop.create_future()
         timer = loop.call_at(when, _wake, future)
         try:
             await future
         finally:
             timer.cancel()
+        return True
 
 
 def _wake(future: asyncio.Future[None]) -> None:

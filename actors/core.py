@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.node import Node
     from actors.parameters import ParameterChange, ParameterStore
+    from actors.sim_time import SimTime
     from actors.system import System
 
 __all__ = ["Core"]
@@ -66,7 +67,17 @@ CLIENTS: Final = 256
 class Core(Ground):
     """One incarnation of one node in one system."""
 
-    __slots__ = ("_parameters", "blueprint", "clients", "derived", "publishers", "publishing", "streams", "timers")
+    __slots__ = (
+        "_parameters",
+        "blueprint",
+        "clients",
+        "derived",
+        "publishers",
+        "publishing",
+        "sim",
+        "streams",
+        "timers",
+    )
 
     def __init__(self, system: System, node: Node, blueprint: Blueprint, identity: Identity, mailbox: Mailbox) -> None:
         if mailbox.core is not None:  # one that refused to die: nothing of it may go on under the new one's name
@@ -80,6 +91,7 @@ class Core(Ground):
         self.derived: list[Server] = []
         """Services that ROS 2 gives every node, as far as somebody asked for them."""
         self.publishing = True
+        self.sim: SimTime | None = None
         self.clients: dict[Any, Client[Any, Any]] = {}
         self._parameters: ParameterStore | None = None
 
@@ -104,8 +116,20 @@ class Core(Ground):
         return store
 
     def _parameters_changed(self, change: ParameterChange) -> None:
+        for parameter in change.changed:
+            if parameter.name == "use_sim_time":
+                self.ros_time().use(parameter.value is True)
         if self.system.on_parameters is not None:
             self.system.on_parameters(self, change)
+
+    def ros_time(self) -> SimTime:
+        """This incarnation's ROS time, made at its first use; its clock is the node's from then on."""
+        if self.sim is None:
+            from actors.sim_time import SimTime
+
+            self.sim = SimTime(self)
+            self.clock = self.sim.clock
+        return self.sim
 
     # -- making endpoints ---------------------------------------------------------------------------------------------------
 
@@ -142,14 +166,13 @@ class Core(Ground):
         self.mailbox.note((queue.entry,))
 
     def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]:
-        client = self.clients.get(service)
-        if client is None:
-            if len(self.clients) >= CLIENTS:  # its contracts are made by the dozen
-                self.mailbox.note(one.entry for one in self.clients.values())
-                self.clients.clear()
-            entry = self.system.graph.service(self.identity.service(service.name))
-            client = self.clients[service] = Client(self, entry, service)
-            entry.clients[self.fqn] = entry.clients.get(self.fqn, 0)
+        """The way to a service that is not among `clients` yet."""
+        if len(self.clients) >= CLIENTS:  # its contracts are made by the dozen
+            self.mailbox.note(one.entry for one in self.clients.values())
+            self.clients.clear()
+        entry = self.system.graph.service(self.identity.service(service.name))
+        client = self.clients[service] = Client(self, entry, service)
+        entry.clients[self.fqn] = entry.clients.get(self.fqn, 0)
         return client
 
     def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]:
@@ -246,7 +269,10 @@ class Core(Ground):
             handler, label = getattr(node, timer.attribute), labels[timer.attribute]
             item = TimerItem(self.inbox, handler, hz, timer.late, label, record)
             self.timers.append(item)
-            item.begin(self.system.ticker)
+            if self.sim is None:
+                item.begin(self.system.ticker)
+            else:
+                self.sim.begin(item)
 
     def stop_timers(self) -> None:
         for timer in self.timers:
@@ -286,14 +312,14 @@ class Core(Ground):
     # -- the end ------------------------------------------------------------------------------------------------------------
 
     def release(self) -> None:
-        """Give up, at once and without waiting, all that belongs to this incarnation only. Twice is fine."""
-        if self.ended:
-            return
+        """Give up, at once and without waiting, all that belongs to this incarnation only. Once: then it has `ended`."""
         self.ended = True
         self.mailbox.core = None
         self.stop_timers()
         for task in reversed(self.tasks):
             task.cancel()
+        if self.sim is not None:
+            self.sim.clock.close()
         self.mailbox.note(publisher.entry for publisher in self.publishers)
         self.mailbox.note(client.entry for client in self.clients.values())
         self.mailbox.note(server.entry for server in self.derived)

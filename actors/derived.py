@@ -7,7 +7,7 @@ start on: what is latched is filled in.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.errors import Reject
 from actors.services import Server
@@ -41,6 +41,8 @@ LIFECYCLE_SERVICES: Final = (
 PARAMETER_EVENTS: Final = "/parameter_events"
 ROSOUT: Final = "/rosout"
 ACTION: Final = "/_action/"
+ROSOUT_SECONDS: Final = 10.0
+"""For how long a log line is worth something to late listeners: the lifespan of `qos.ROSOUT`."""
 AT_ONCE: Final = 1000
 """How many requests to one derived service may be open at once; a `get_result` waits for its goal's end."""
 
@@ -63,9 +65,7 @@ def open_service(system: System, entry: ServiceEntry) -> None:
         action, _, verb = entry.name.rpartition(ACTION)
         known = system.graph.actions.get(action)
         if known is not None and known.server is not None:
-            core = system.core_of(known.server.node.fqn)
-            if core is not None:
-                _open_action_service(core, known.server, entry, verb)
+            _open_action_service(_core_of(known.server), known.server, entry, verb)
 
 
 def open_topic(system: System, entry: TopicEntry) -> None:
@@ -78,11 +78,15 @@ def open_topic(system: System, entry: TopicEntry) -> None:
         action, _, part = entry.name.rpartition(ACTION)
         known = system.graph.actions.get(action)
         if known is not None and known.server is not None:
-            core = system.core_of(known.server.node.fqn)
-            if core is not None and part == "status":
-                _open_status(core, known.server, entry)
-            elif core is not None and part == "feedback":
-                _open_feedback(core, known.server, entry)
+            if part == "status":
+                _open_status(_core_of(known.server), known.server, entry)
+            elif part == "feedback":
+                _open_feedback(_core_of(known.server), known.server, entry)
+
+
+def _core_of(server: ActionServer) -> Core:
+    """Who serves this action; also while it still starts, when its system does not count it as running."""
+    return cast("Core", server.node)
 
 
 def _serve(core: Core, entry: ServiceEntry, type: Any, handler: Any, label: str, concurrent: int) -> None:
@@ -136,8 +140,10 @@ def _open_rosout(system: System, entry: TopicEntry) -> None:
         core.event_publisher(Log, system.graph.topic(ROSOUT)).publish(message)
 
     system.rosout = publish
+    oldest = system.clock.now() - ROSOUT_SECONDS
     for record in system.records:
-        publish(record)
+        if record.time >= oldest:
+            publish(record)
 
 
 # -- actions --------------------------------------------------------------------------------------------------------------------

@@ -77,8 +77,8 @@ class TopicEntry:
 
     def forget(self, node: str) -> None:
         """`node` will not come back: nothing here speaks of it any more, and a topic that nobody else uses is none."""
-        for pair in [pair for pair in self.mismatches if node in pair[:2]]:
-            del self.mismatches[pair]
+        if self.mismatches:
+            self.mismatches = {pair: why for pair, why in self.mismatches.items() if node not in pair[:2]}
         if not self.publishers and not self.subscriptions and self.graph.topics.get(self.name) is self:
             del self.graph.topics[self.name]
 

@@ -32,6 +32,7 @@ class Ground:
     __slots__ = (
         "_log",
         "_rng",
+        "clock",
         "ended",
         "identity",
         "inbox",
@@ -46,6 +47,8 @@ class Ground:
 
     def __init__(self, system: System, node: Node, identity: Identity, mailbox: Mailbox) -> None:
         self.system = system
+        self.clock: Clock = system.clock
+        """The system's, until this incarnation uses simulated time."""
         self.node = node
         self.identity = identity
         self.mailbox = mailbox
@@ -66,10 +69,6 @@ class Ground:
     @property
     def fqn(self) -> str:
         return self.identity.fqn
-
-    @property
-    def clock(self) -> Clock:
-        return self.system.clock
 
     @property
     def deadlines(self) -> Deadlines:

@@ -150,6 +150,8 @@ def open_endpoints(core: Core) -> None:
         setattr(node, stream.attribute, core.subscribe(stream.topic, stream.qos))
     if blueprint.parameters:
         core.open_parameters()
+    if "use_sim_time" in core.identity.overrides and core.parameters.value("use_sim_time"):
+        core.ros_time().use(True)
     labels = blueprint.labels
     for topic in blueprint.topics:
         core.feed(topic.topic, topic.qos, getattr(node, topic.attribute), labels[topic.attribute], topic.concurrent)

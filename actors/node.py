@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
     from actors.parameters import SetResult
+    from actors.ros_clock import JumpHandle, JumpThreshold, TimeJump
     from actors.stream import Stream
     from actors.supervision.reasons import ExitReason
 
@@ -147,8 +148,22 @@ class Node:
 
     @property
     def clock(self) -> Clock:
-        """The system's clock, real or virtual."""
+        """The system's clock, real or virtual; with `use_sim_time`, the time of `/clock` (see `actors.sim_time`)."""
         return self.core.clock
+
+    def on_jump(
+        self,
+        threshold: JumpThreshold,
+        *,
+        pre: Callable[[], object] | None = None,
+        post: Callable[[TimeJump], object] | None = None,
+    ) -> JumpHandle:
+        """Hear of jumps of this node's ROS time: `pre()` runs before, `post(jump)` after each one that passes the threshold.
+
+        Both are plain functions; they run while `/clock` is published or `use_sim_time` is set, in order of registration. What they raise
+        is this node's failure. The handle's `remove()` ends it; so does the end of the incarnation.
+        """
+        return self.core.ros_time().on_jump(threshold, pre, post)
 
     @property
     def rng(self) -> Random:
@@ -178,6 +193,7 @@ class Node:
     ) -> Coroutine[Any, Any, Resp]:
         """Ask a service and wait for its answer, `timeout` seconds at most, the wait for its server included.
 
+        The timeout is on the event loop's clock, also when the node uses simulated time: a paused simulation holds up nobody for ever.
         Raises `ServiceUnavailable`, `CallTimeout`, `NodeRestarting`, `NotRunning`, `ServiceFailed`, `CallCycle` or `WrongType`.
         """
         core = self._core or self.core
@@ -211,6 +227,7 @@ class Node:
     def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
         """A goal, to be entered with ``async with``; `timeout` (5 s) bounds the wait for its acceptance, nothing its execution.
 
+        The timeout is on the event loop's clock, as that of `call`.
         Entering raises `ActionUnavailable` when nobody has accepted by then, and `GoalRejected`.
         """
         return self.core.goal(action, goal, timeout)

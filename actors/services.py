@@ -103,7 +103,10 @@ class Server:
         """Queue a request; its future is completed whatever happens."""
         self.calls += 1
         if not self.concurrent:
-            self.inbox.put(request)
+            inbox = self.inbox
+            inbox.items.append(request)
+            if inbox.waiter is not None or inbox.watch is None:  # `Inbox.put`, written out, with the common case first
+                inbox.wake()
             return
         assert self.active is not None
         assert self.waiting is not None
@@ -233,8 +236,9 @@ class Client(Generic[Req, Resp]):
             server = await self._found(timeout)
             timeout = max(1e-9, timeout - (inbox.loop.time() - started))
         node = self.node
-        exclusive = not server.concurrent and inbox.task is current_task()
-        if exclusive:  # while this handler waits, a call back to its node would wait for itself
+        # A node that sleeps is in no handler; in one that waits, a call back to its node would wait for itself.
+        exclusive = inbox.waiter is None and inbox.task is current_task(inbox.loop) and not server.concurrent
+        if exclusive:
             refuse_cycle(node, server.node)
         future: asyncio.Future[Resp] = inbox.loop.create_future()
         request = Request(server, message, future, node)

@@ -11,16 +11,15 @@ from array import array
 from collections import deque
 from collections.abc import Awaitable, Callable
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.errors import ActorError
 
 if TYPE_CHECKING:
     from actors.blueprint import Late
     from actors.inbox import Inbox
-    from actors.ticker import Ticker, TickHandle
 
-__all__ = ["Lateness", "Tick", "TickMissed", "TimerItem", "TimerRecord"]
+__all__ = ["Lateness", "Tick", "TickMissed", "TickSource", "Ticking", "TimerItem", "TimerRecord"]
 
 KEPT = 65536
 
@@ -32,8 +31,32 @@ class TickMissed(ActorError):
     """A timer with ``late="fault"`` was due while its last tick had not begun."""
 
 
+class Ticking(Protocol):
+    """What delivers the ticks of one timer: a `TickHandle`, or under simulated time a `SimTick`."""
+
+    k: int
+    """The number of the last tick."""
+
+    def skip_missed(self) -> int:
+        """Drop the ticks that are due already and not delivered. Returns how many."""
+        ...
+
+    def cancel(self) -> None:
+        """No more ticks."""
+        ...
+
+
+class TickSource(Protocol):
+    """A `Ticker` or a `SimTicker`."""
+
+    def add(self, hz: float, callback: Callable[[int, float], None], start: float | None = None) -> Ticking: ...
+
+
 class Tick:
-    """One tick: its number from 1, when it was due and by how much it began late, seconds on the event loop's clock."""
+    """One tick: its number from 1, when it was due and by how much it began late, seconds on the event loop's clock.
+
+    Under simulated time both are seconds of ROS time.
+    """
 
     __slots__ = ("due", "k", "late")
 
@@ -106,7 +129,7 @@ class TimerItem:
 
     __slots__ = (
         "backlog", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "pending", "period", "record", "seen",
-        "takes_tick",
+        "takes_tick", "time",
     )  # fmt: skip
 
     def __init__(
@@ -121,14 +144,14 @@ class TimerItem:
         self.inbox = inbox
         self.handler = handler
         self.hz = hz
-        self.period = 1.0 / hz
+        self.period = 0.999 / hz  # a little less, as times are rounded: it only asks whether ticks may have been missed
         self.late: Late = late
         self.label = label
         self.takes_tick = _takes_argument(handler)
         self.record = record
-        self.loop_time = inbox.loop.time
+        self.loop_time = self.time = inbox.loop.time
         self.backlog: deque[tuple[int, float]] | None = deque() if late == "catch_up" else None
-        self.handle: TickHandle | None = None
+        self.handle: Ticking | None = None
         self.pending = False
         self.missed = 0
         """Ticks lost in this incarnation; the record counts those of all."""
@@ -139,7 +162,7 @@ class TimerItem:
     def __repr__(self) -> str:
         return f"<{self.label} at {self.hz:g} Hz: {self.record.fired} ticks, {self.record.missed} missed>"
 
-    def begin(self, ticker: Ticker, start: float | None = None) -> None:
+    def begin(self, ticker: TickSource, start: float | None = None) -> None:
         """Start ticking; the first tick is due one period from now (or from the loop time `start`)."""
         self.handle = ticker.add(self.hz, self.on_tick, start)
         self.record.since = self.loop_time()
@@ -152,12 +175,17 @@ class TimerItem:
             self.record.alive = self.record.seconds(self.loop_time())
             self.record.since = None
 
+    def move(self, handle: Ticking, time: Callable[[], float]) -> None:
+        """Tick by `handle`, on a clock that shows `time()`, from now on. A tick that waits counts as due now."""
+        self.handle, self.time = handle, time
+        self.due = now = time()
+        if self.backlog is not None:
+            self.backlog = deque((k, now) for k, _ in self.backlog)
+
     def on_tick(self, k: int, due: float) -> None:
         """The ticker's call: put this tick into the inbox, or, if the node or the loop is late, apply the late policy."""
-        if self.backlog is None and self.handle is not None and self.loop_time() >= due + self.period:
-            lost = self.handle.skip_missed()  # the loop is late by periods: one tick now, then back onto the grid
-            self.missed += lost
-            self.record.missed += lost
+        if self.backlog is None and self.handle is not None and self.time() >= due + self.period:
+            self._lose(self.handle.skip_missed())  # the loop is late by periods: one tick now, then back onto the grid
         if not self.pending:
             self.pending = True
             self.k = k
@@ -168,16 +196,23 @@ class TimerItem:
         if self.backlog is not None and len(self.backlog) < BACKLOG:
             self.backlog.append((k, due))
         else:
-            self.missed += 1
-            self.record.missed += 1
+            self._lose(1)
+            if self.backlog is not None and self.handle is not None:  # the rest would be lost one by one
+                self._lose(self.handle.skip_missed())
         inbox = self.inbox
         if inbox.current is not None and inbox.handled == self.seen:  # one and the same item for a whole period
             inbox.report_holding(inbox.current, 1.0 / self.hz)
+
+    def _lose(self, ticks: int) -> None:
+        self.missed += ticks
+        self.record.missed += ticks
 
     def run(self) -> Awaitable[None] | None:
         k, due = self.k, self.due
         now = self.record.latest = self.loop_time()
         late = now - due
+        if self.time is not self.loop_time:
+            late = max(0.0, self.time() - due)  # simulated time may have gone back since
         self.record.fired += 1
         self.record.lateness.add(late)
         if self.missed and self.late == "fault":

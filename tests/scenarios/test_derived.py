@@ -211,3 +211,18 @@ async def test_a_callback_that_breaks_fails_the_request_and_is_logged(rig: Rig) 
     assert line.fields["handler"] == "/arm/set_parameters"
     assert "no such register" in str(line.fields["error"])
     assert rig.incarnation(Arm) == 1
+
+
+async def test_who_listens_to_an_action_hears_its_next_incarnation_as_well(rig: Rig) -> None:
+    await rig.start(Arm)
+    status, feedback = rig.probe(STATUS), rig.probe(FEEDBACK)
+    rig.crash(Arm)
+    await rig.settled()
+    goal = await rig.start_goal(FIBONACCI, Fibonacci.Goal(order=1))
+    await rig.advance(1.5)
+    assert [message.feedback.sequence.tolist() for message in feedback.messages] == [[0, 1, 1]]  # type: ignore[attr-defined]
+    last = status.last
+    assert last is not None
+    assert [(one.goal_info.goal_id.uuid.tobytes(), one.status) for one in last.status_list] == [
+        (goal.goal_id, GoalStatus.SUCCEEDED)
+    ]

@@ -289,3 +289,17 @@ async def test_who_brings_up_a_node_whose_transition_never_ends_is_told_of_its_e
     await rig.system.stop("enough")
     with pytest.raises(NotRunning, match="enough"):
         await asyncio.wait_for(task, 10.0)
+
+
+async def test_L_04_a_publisher_that_is_made_on_the_way_up_waits_for_the_activation_too(rig: Rig) -> None:
+    class Late(LifecycleNode):
+        async def on_configure(self, previous: LifecycleState) -> HookResult | None:
+            self.out = self.publisher(OUT)
+            self.out(String(data="too early"))
+            return None
+
+    await rig.start(Late)
+    heard = rig.probe(OUT)
+    await bring_up(rig.system)
+    rig.node(Late).out(String(data="in time"))
+    assert [message.data for message in heard] == ["in time"]

@@ -6,7 +6,20 @@ import asyncio
 
 import pytest
 
-from actors import Child, DeclarationError, Node, NotStarted, Supervisor, Topic, background, every, publishes, qos
+from actors import (
+    Child,
+    DeclarationError,
+    Node,
+    NotStarted,
+    Supervisor,
+    Topic,
+    background,
+    derived,
+    every,
+    publishes,
+    qos,
+)
+from actors.interfaces.rcl_interfaces.msg import Log
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos import QoS
 from actors.qos_events import (
@@ -21,7 +34,7 @@ from actors.qos_events import (
     SubscriptionEvent,
 )
 from actors.qos_policies import Durability, History, Liveliness
-from actors.testing import Rig
+from actors.testing import Probe, Rig
 from tests.stage import NUMBERS, events, number
 
 CAMERA = Topic(Int32, "camera", QoS(depth=5, deadline=0.1))
@@ -279,6 +292,25 @@ async def test_Q_23_what_is_latched_with_a_lifespan_reaches_late_joiners_while_i
     late = rig.me.subscribe(fleeting)
     assert [(await late.next()).data for _ in range(2)] == [1, 2]
     assert late.received == 2
+
+
+async def test_late_listeners_of_rosout_get_what_was_said_in_the_last_ten_seconds(rig: Rig) -> None:
+    class Talkative(Node):
+        @every(hz=1)
+        def talk(self) -> None:
+            self.log.info(f"it is {self.clock.now():g}")
+
+    def said(probe: Probe[Log]) -> list[str]:
+        return [line.msg for line in probe if line.name == "talkative"]
+
+    assert qos.ROSOUT.lifespan == derived.ROSOUT_SECONDS
+    rosout = Topic(Log, "/rosout", qos.ROSOUT)
+    await rig.start(Talkative)
+    await rig.advance(20.5)
+    first = rig.probe(rosout)
+    assert said(first) == [f"it is {second}" for second in range(11, 21)]
+    await rig.advance(20.0)
+    assert said(rig.probe(rosout)) == [f"it is {second}" for second in range(31, 41)]
 
 
 async def test_Q_25_a_sender_is_held_back_by_a_slow_keep_all_handler_and_nothing_is_lost(rig: Rig) -> None:

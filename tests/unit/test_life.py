@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 
 from actors import Action, Child, Done, GoalRejected, Node, Reject, Steps, temporary
 from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.life import NodeLife
 from actors.testing import Rig
-from tests.stage import order, result
+from tests.stage import ADD, order, result, total, two
 
 UP = Action(Fibonacci, "up")
 DOWN = Action(Fibonacci, "down")
@@ -58,3 +61,26 @@ async def test_the_check_of_one_action_is_none_of_the_others_business(rig: Rig) 
         await rig.start_goal(UP, order(7))
     assert await (await rig.start_goal(DOWN, order(7))) == result(-7)
     assert await (await rig.start_goal(UP, order(2))) == result(2)
+
+
+async def test_what_serves_and_asks_introduces_itself(rig: Rig) -> None:
+    """The texts that a debugger shows of a request on its way."""
+
+    class Adder(Node):
+        """Adds, when somebody lets it."""
+
+        async def on_start(self) -> None:
+            self.go = asyncio.Event()
+
+        @ADD.serve()
+        async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+            await self.go.wait()
+            return total(request.a + request.b)
+
+    await rig.start(Adder)
+    asking = asyncio.create_task(rig.call(ADD, two(1, 2)))
+    await rig.quiet()
+    assert repr(rig.state(Adder).mailbox.inbox.current).startswith("<request of /rig to /add: ")
+    assert repr(rig.me.core.clients[ADD]) == "<client of /add in /rig>"
+    rig.node(Adder).go.set()
+    assert (await asking).sum == 3
