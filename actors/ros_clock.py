@@ -264,7 +264,8 @@ class TimerGrid:
         """Follow the jumps of this clock, whose ``now_ns()`` the other methods are given.
 
         Back before the last call: next call one period from the new now. A change of the source: the timer waits the
-        rest of its period in the new time, unless one of the two clocks stands at 0 (not yet known).
+        rest of its period in the new time, unless one of the two clocks stands at 0 (not yet known). The first time
+        after that may be a step forward from 0 and still lie before the last call, so it hears of every step.
         """
 
         def pre() -> None:
@@ -282,7 +283,7 @@ class TimerGrid:
                 self._next = now + self._remaining
                 self._last = self._next - self.period_ns
 
-        threshold = JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=True)
+        threshold = JumpThreshold(min_forward=Duration(nanoseconds=1), min_backward=Duration(nanoseconds=-1))
         return clock.on_jump(threshold, pre=pre, post=post)
 
     def __repr__(self) -> str:

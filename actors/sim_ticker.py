@@ -35,6 +35,7 @@ class SimTick:
     def skip_missed(self) -> int:
         """Drop the ticks that are due besides the one that is being delivered. Returns how many."""
         missed, self.missed = self.missed, 0
+        self.k += missed
         return missed
 
     def cancel(self) -> None:

@@ -169,8 +169,8 @@ class SimTime:
         return f"<ROS time of {self._core.fqn}: {self.ros!r}>"
 
     def use(self, simulated: bool) -> None:
-        """Switch simulated time on or off: what setting `use_sim_time` does. No change if it is so already."""
-        if simulated is not self.ros.active:
+        """Switch simulated time on or off: what setting `use_sim_time` does. No change if it is so already, or the node has ended."""
+        if simulated is not self.ros.active and not self._core.ended:
             if simulated:
                 self._on()
             else:
@@ -218,8 +218,8 @@ class SimTime:
         self.ticker.deliver()
 
     def _off(self) -> None:
-        if self._queue is not None:
-            self._queue.close()
+        assert self._queue is not None
+        self._queue.close()
         self.ros.deactivate()
         self.clock.wake_all()
         for timer in self._core.timers:

@@ -41,8 +41,12 @@ def robot_tree(
     laps: int = 0,
     motor_delay: float = 0.004,
     overrides: ParameterOverrides | None = None,
+    publish_clock: float | None = None,
 ) -> Supervisor:
-    """The whole robot around `body`, walking `waypoints`. `overrides` come from parameter files and apply by full node name."""
+    """The whole robot around `body`, walking `waypoints`. `overrides` come from parameter files and apply by full node name.
+
+    With `publish_clock`, a rate in Hz, it has one node more, the first: a `ClockPublisher`, so that time runs for all who follow it.
+    """
 
     def parameters(kind: type[Node], node: str, **own: Any) -> dict[str, Any]:
         """A pattern such as /** reaches nodes that lack what it sets; they go without."""
@@ -50,11 +54,17 @@ def robot_tree(
         return own | {name: value for name, value in found.items() if name in kind.blueprint.table.values}
 
     grid = Grid.from_scene(body.scene)
+    clock: list[Child] = []
+    if publish_clock is not None:
+        from actors.clock_publisher import ClockPublisher
+
+        clock = [Child(ClockPublisher, args=(publish_clock,))]
     return Supervisor(
         "robot",
         strategy=rest_for_one,
         intensity=Intensity(3, within=5.0),
         children=[
+            *clock,
             Child(Motors, args=(body,), parameters=parameters(Motors, "motors"), stop=3.0),
             Child(Proprioception, args=(body,), parameters=parameters(Proprioception, "proprioception")),
             Child(Gait, parameters=parameters(Gait, "gait", backend=body.backend, motor_delay=motor_delay)),

@@ -133,7 +133,7 @@ class Session:
         line.live = line.live and options.log_format == "console"
         tree = robot_tree(
             self.body, Pack(options.battery), self.waypoints,
-            laps=self.laps, motor_delay=options.motor_delay, overrides=self.overrides,
+            laps=self.laps, motor_delay=options.motor_delay, overrides=self.overrides, publish_clock=options.publish_clock,
         )  # fmt: skip
         check_parameters(tree, self.overrides)
         check_crashes(tree, options.crashes)

@@ -53,6 +53,7 @@ class Options:
     motor_delay: float
     flight_record: str | None
     trace: bool
+    publish_clock: float | None
 
 
 def parse(argv: Sequence[str]) -> Options:
@@ -60,6 +61,8 @@ def parse(argv: Sequence[str]) -> Options:
     given = _parser().parse_args(argv)
     if given.trace and given.clock != "virtual":
         raise UsageError("--trace: two runs are equal on the virtual clock only; add --clock virtual")
+    if given.publish_clock is not None:
+        _within("--publish-clock", given.publish_clock, 0.1, 1000.0, "Hz")
     duration = given.duration
     if duration is None and given.clock == "virtual":
         duration = VIRTUAL_DURATION
@@ -79,6 +82,7 @@ def parse(argv: Sequence[str]) -> Options:
         motor_delay=_within("--motor-delay", given.motor_delay, 0.0, 20.0, "milliseconds") / 1e3,
         flight_record=_writable("--flight-record", given.flight_record),
         trace=given.trace,
+        publish_clock=given.publish_clock,
     )
 
 
@@ -139,6 +143,14 @@ def _parser() -> argparse.ArgumentParser:
         "--trace",
         action="store_true",
         help="print one hash over all messages, log lines and supervisor events: equal for equal runs on the virtual clock",
+    )
+    add(
+        "--publish-clock",
+        type=float,
+        nargs="?",
+        const=40.0,
+        metavar="HZ",
+        help="publish the run's time on /clock for nodes with use_sim_time, HZ times a second (default 40)",
     )
     add(
         "--motor-delay",

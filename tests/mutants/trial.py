@@ -39,15 +39,32 @@ class Subject:
 SUBJECTS: Final = {
     "channel": Subject(
         ("actors/channel.py", "actors/feeds.py", "actors/stream.py"),
-        ("tests/unit/test_channel.py", "tests/scenarios/test_topics.py", "tests/properties/test_channel_machine.py"),
+        (
+            "tests/unit/test_channel.py",
+            "tests/unit/test_timed.py",
+            "tests/unit/test_qos_events.py",
+            "tests/scenarios/test_qos_events.py",
+            "tests/properties/test_channel_machine.py",
+            "tests/scenarios/test_topics.py",
+        ),
     ),
     "services": Subject(
-        ("actors/services.py",), ("tests/scenarios/test_services.py", "tests/scenarios/test_derived.py")
+        ("actors/services.py",),
+        (
+            "tests/scenarios/test_services.py",
+            "tests/scenarios/test_derived.py",
+            "tests/scenarios/test_crossings.py",
+            "tests/unit/test_life.py",
+            "tests/unit/test_deadlines.py",
+            "tests/unit/test_graph.py",
+            "tests/unit/test_inbox.py",
+        ),
     ),
     "actions": Subject(
         ("actors/actions.py", "actors/goal_client.py"),
         (
             "tests/scenarios/test_actions.py",
+            "tests/scenarios/test_crossings.py",
             "tests/conformance/test_action_scripts.py",
             "tests/scenarios/test_derived.py",
             "tests/properties/test_action_server_machine.py",

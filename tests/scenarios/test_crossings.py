@@ -7,6 +7,7 @@ import asyncio
 import pytest
 
 from actors import (
+    CallTimeout,
     Child,
     Done,
     GoalStatus,
@@ -200,3 +201,41 @@ async def test_a_service_that_somebody_else_took_over_meanwhile_stays_with_the_o
     await system.supervisor.terminate_child("other")
     with pytest.raises(NotRunning):
         await rig.call(ADD, two(1, 1))
+
+
+async def test_the_wait_for_a_server_counts_towards_the_timeout_of_the_call(rig: Rig) -> None:
+    class Slow(Node):
+        """Adds, in half a second."""
+
+        @ADD.serve()
+        async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+            await self.clock.sleep(0.5)
+            return total(request.a + request.b)
+
+    system = await rig.start(Worker)
+    assert system.supervisor is not None
+    await rig.advance(5.0)
+    in_time, late = (asyncio.create_task(rig.call(ADD, two(1, 2), timeout=seconds)) for seconds in (2.0, 1.2))
+    await rig.advance(1.0)
+    await system.supervisor.start_child(Child(Slow))
+    with pytest.raises(CallTimeout, match="did not answer /add in time"):
+        await late
+    assert rig.now == pytest.approx(6.2)
+    assert (await in_time).sum == 3
+
+
+async def test_a_body_that_has_had_its_last_word_does_not_hold_up_the_end_of_its_node(rig: Rig) -> None:
+    class Tidy(Node):
+        """Says what it has to say, and then takes for ever."""
+
+        @COUNT.serve()
+        async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+            yield Done(result(goal.order))
+            await self.clock.sleep(1e6)
+
+    system = await rig.start(Tidy)
+    goal = await rig.start_goal(COUNT, order(2))
+    await rig.advance(1.0)
+    await system.stop()
+    assert rig.now == 1.0
+    assert goal.status is GoalStatus.SUCCEEDED

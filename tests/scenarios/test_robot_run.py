@@ -103,6 +103,18 @@ def test_one_goal_is_walked_to_and_ends_the_run(tmp_path: Path) -> None:
     assert report["last"]["body_height"] < 0.22
 
 
+def test_the_run_publishes_its_time_for_those_who_follow_it(tmp_path: Path) -> None:
+    file = tmp_path / "follow.yaml"
+    file.write_text("/battery:\n  ros__parameters:\n    use_sim_time: true\n", encoding="utf-8")
+    done, report = run(tmp_path, *KINEMATIC, "--duration", "5", "--publish-clock", "50", "--params", str(file))
+    assert done.returncode == 0, done.stderr
+    (clock,) = [topic for topic in report["topics"] if topic["name"] == "/clock"]
+    assert clock["rate"] == pytest.approx(50.0, rel=0.02)
+    ticking = [timer for timer in report["timers"] if timer["node"] == "/battery"]
+    assert ticking
+    assert all(timer["missed"] == 0 and timer["rate"] == pytest.approx(timer["hz"], rel=0.02) for timer in ticking)
+
+
 # -- failures -------------------------------------------------------------------------------------------------------------------
 
 
@@ -151,6 +163,7 @@ def test_the_motors_sit_the_robot_down_when_the_gait_is_gone(tmp_path: Path) -> 
         (("--crash", "navigation"), "NODE@SECONDS"),
         (("--crash", "nose@1"), "navigation"),
         (("--battery", "120"), "0 to 100"),
+        (("--publish-clock", "0"), "0.1 to 1000 Hz"),
         (("--report", "no/such/folder/r.json"), "no folder"),
         (("--duration", "-1"), "positive"),
         (("--duration", "soon"), "soon is not a positive number of seconds (see python -m robot run --help)"),

@@ -7,7 +7,21 @@ from typing import Any
 
 import pytest
 
-from actors import CallTimeout, Child, Done, LifecycleNode, Node, Steps, Stop, Supervisor, Tick, TickMissed, every
+from actors import (
+    CallTimeout,
+    Child,
+    Done,
+    LifecycleNode,
+    Node,
+    QoS,
+    Service,
+    Steps,
+    Supervisor,
+    Tick,
+    TickMissed,
+    Topic,
+    every,
+)
 from actors.clock_publisher import ClockPublisher
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.action import Fibonacci
@@ -16,11 +30,9 @@ from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.ros_clock import ClockChange, JumpThreshold, TimeJump
 from actors.sim_time import CLOCK, SimClock
 from actors.supervision.reasons import ExitReason
-from actors.system import system_here
 from actors.testing import Rig
 from actors.time import Duration
 from tests.stage import ADD, COUNT, WORDS, events, order, result, two, word
-from actors import QoS, Service, Topic
 
 SIMULATED = {"use_sim_time": True}
 SET = Service(srv.SetParameters, "/follower/set_parameters")
@@ -89,7 +101,7 @@ async def test_T_19_stamps_follow_the_simulated_clock_to_the_nanosecond(rig: Rig
 
 
 async def test_each_node_has_its_own_time_and_the_others_pay_nothing(rig: Rig) -> None:
-    class Plain(Follower):
+    class Plain(Node):
         pass
 
     await rig.start(Child(Follower, parameters=SIMULATED), Child(Plain, parameters={"use_sim_time": False}))
@@ -110,6 +122,7 @@ async def test_time_is_there_as_soon_as_it_is_published_also_within_a_handler(ri
     sleeper = await following(rig, Sleeper)
     await show(rig, 5.0)
     rig.publish(WORDS, word("go"))
+    await rig.quiet()
     await show(rig, 5.5, 5.999, every=10.0)
     assert sleeper.heard == []
     await show(rig, 6.25)
@@ -204,6 +217,7 @@ async def test_an_action_runs_at_the_pace_of_simulated_time(rig: Rig) -> None:
 
     await following(rig, Counter)
     goal = await rig.start_goal(COUNT, order(3))
+    await rig.quiet()
     await show(rig, 1.0, 2.0, every=60.0)
     assert not goal.done
     await show(rig, 3.0)
@@ -233,7 +247,9 @@ async def test_a_jump_forward_is_made_up_for_where_ticks_catch_up(rig: Rig) -> N
     await show(rig, 0.1, 0.55)
     assert keen.due == [0.1, 0.2, 0.3, 0.4, 0.5]
     assert keen.numbers == [1, 2, 3, 4, 5]
-    await show(rig, 1_700_000_000.0)  # the first time of a recording, say: a thousand and one ticks are made up for, not all
+    await show(
+        rig, 1_700_000_000.0
+    )  # the first time of a recording, say: a thousand and one ticks are made up for, not all
     assert len(keen.ticks) == 5 + 1001
     (record,) = keen.core.mailbox.timers.values()
     assert record.missed == 17_000_000_000 - 5 - 1001
@@ -313,9 +329,9 @@ async def test_sleepers_wake_in_the_order_of_their_instants_and_wait_through_jum
     await show(rig, 10.5)
     assert follower.heard == [(9.0, True)]
     follower.heard.clear()
-    naps[-1].cancel()
     await show(rig, 5.0, 10.9, every=100.0)
     assert follower.heard == []
+    naps[-1].cancel()
     await show(rig, 20.0)
     assert follower.heard == [(11.0, True), (12.0, True)]
 
@@ -323,23 +339,331 @@ async def test_sleepers_wake_in_the_order_of_their_instants_and_wait_through_jum
 # -- switched on and off at run time -------------------------------------------------------------------------------------------------
 
 
-async def test_switched_on_the_timer_waits_for_the_rest_of_its_period(rig: Rig) -> None:
+async def test_switched_at_run_time_a_timer_waits_for_the_rest_of_its_period(rig: Rig) -> None:
     await rig.start(Child(Follower))
     follower = rig.node(Follower)
+    await show(rig, 50.0, every=0.26)  # nobody follows yet
+    assert follower.due == [0.1, 0.2]
     follower.set_parameter("use_sim_time", True)
-    await show(rig, 2.0, every=0.0)
+    assert follower.clock.now() == 0.0
+    await show(rig, 0.25, every=5.0)  # before the tick at 0.2, so as good as any other time
     follower.set_parameter("use_sim_time", False)
-    assert follower.clock.now() == rig.now
-    await rig.advance(0.35)  # ticks were due since the switch
+    assert follower.clock.now() == rig.now == pytest.approx(5.26)
+    assert len(follower.ticks) == 2
+    await rig.advance(0.049)
+    assert len(follower.ticks) == 2
+    await rig.advance(0.002)
+    assert follower.due[2:] == [5.31]
+    follower.set_parameter("use_sim_time", True)
+    assert follower.clock.now() == 0.25  # the last that it knew
+    await show(rig, 0.3, every=1.0)
+    assert len(follower.ticks) == 3
+    await show(rig, 0.35, 0.45, every=1.0)
+    assert follower.numbers == [1, 2, 3, 4, 5]
+    assert follower.due[3:] == [0.349, 0.449]
+
+
+async def test_switched_on_it_waits_for_a_first_message_before_it_ticks(rig: Rig) -> None:
+    await rig.start(Child(Follower))
+    follower = rig.node(Follower)
+    await rig.advance(100.05)
     follower.ticks.clear()
-    wait = follower.ticks_wait() if hasattr(follower, "ticks_wait") else None
-    assert wait is None
+    follower.set_parameter("use_sim_time", True)
+    await rig.advance(10.0)
+    assert follower.ticks == []
+    await show(rig, 7.0)  # before the last tick: the period begins anew
+    assert follower.ticks == []
+    await show(rig, 7.1)
+    assert follower.due == [7.1]
 
 
-async def test_non_boolean_values_are_refused(rig: Rig) -> None:
+async def test_switched_off_before_the_first_message_it_ticks_at_once(rig: Rig) -> None:
     follower = await following(rig)
-    refused = follower.set_parameter("use_sim_time", 1)
+    await rig.advance(3.21)
+    follower.set_parameter("use_sim_time", False)
+    await rig.advance(0.1)
+    assert follower.due == [3.21, 3.31]
+
+
+async def test_a_tick_that_waits_during_the_switch_counts_as_due_now(rig: Rig) -> None:
+    class Keen(Follower):
+        @every(hz=10, late="catch_up")
+        async def tick(self, tick: Tick) -> None:
+            self.ticks.append(tick)
+
+        @WORDS.on()
+        async def hear(self, _: Any) -> None:
+            await asyncio.sleep(1.0)
+
+    await rig.start(Child(Keen))
+    keen = rig.node(Keen)
+    await rig.advance(0.05)
+    rig.publish(WORDS, word("be busy"))
+    await rig.advance(0.3)
+    keen.set_parameter("use_sim_time", True)
+    await show(rig, 0.35)
+    keen.set_parameter("use_sim_time", False)
+    await rig.advance(0.8)
+    assert keen.due[:3] == [0.35, 0.35, 0.35]
+    assert keen.numbers[:3] == [1, 2, 3]
+    assert all(tick.late >= 0.0 for tick in keen.ticks)
+
+
+async def test_sleeps_under_simulated_time_end_when_it_is_switched_off(rig: Rig) -> None:
+    follower = await following(rig)
+    await show(rig, 5.0)
+    clock = follower.clock
+
+    async def nap(seconds: float) -> None:
+        follower.heard.append(await clock.sleep(seconds))
+
+    for seconds in (1.0, 2.0, 3.0, 0.0, -1.0):
+        follower.spawn(nap(seconds))
+    await rig.quiet()
+    await show(rig, 6.0)
+    assert follower.heard == [True, True, True]
+    follower.set_parameter("use_sim_time", False)
+    await rig.quiet()
+    assert follower.heard[3:] == [False, False]
+    assert follower.clock is clock
+    assert await clock.sleep(1.5)  # now the system's seconds
+    assert await clock.sleep_until(2.0)
+    assert rig.now == clock.now() == 2.0
+    assert clock.now_ns() == clock.wall_ns() == clock.wall_ns_at(2.0) == 2_000_000_000
+    assert (clock.loop_time(2.0), repr(clock)) == (rig.system.clock.loop_time(2.0), repr(rig.system.clock))
+    clock.shift_wall(100.0)
+    assert clock.wall() == rig.system.clock.wall() == 102.0
+
+
+async def test_a_sleep_that_began_on_the_system_s_clock_ends_on_it(rig: Rig) -> None:
+    class Sleeper(Follower):
+        @WORDS.on()
+        async def hear(self, _: Any) -> None:
+            self.heard.append(await self.clock.sleep(2.0))
+
+    await rig.start(Child(Sleeper))
+    sleeper = rig.node(Sleeper)
+    rig.publish(WORDS, word("sleep"))
+    await rig.quiet()
+    sleeper.set_parameter("use_sim_time", True)
+    await show(rig, 100.0, every=1.9)
+    assert sleeper.heard == []
+    await rig.advance(0.2)
+    assert sleeper.heard == [True]
+
+
+async def test_tools_switch_it_by_the_parameter_services(rig: Rig) -> None:
+    from actors.parameters import Parameter
+    from actors.parameters.messages import from_result, to_parameter
+
+    follower = await following(rig)
+
+    async def set_to(value: Any) -> Any:
+        request = srv.SetParameters.Request(parameters=[to_parameter(Parameter("use_sim_time", value))])
+        return from_result((await rig.call(SET, request)).results[0])
+
+    def listeners() -> int:
+        return len(rig.system.graph.topic("/clock").subscriptions)
+
+    assert listeners() == 1
+    assert (await set_to(False)).successful
+    assert listeners() == 0
+    refused = await set_to("yes")
     assert not refused.successful
-    assert isinstance(follower.clock, SimClock)
+    assert "bool" in refused.reason.lower()
+    assert (await set_to(True)).successful
+    assert (await set_to(True)).successful  # no change
+    assert listeners() == 1
     await show(rig, 7.0)
     assert follower.clock.now() == 7.0
+    assert isinstance(follower.clock, SimClock)
+
+
+async def test_a_value_that_is_no_boolean_refuses_the_start(rig: Rig) -> None:
+    from actors import StartFailed
+
+    rig.expect_failure()
+    with pytest.raises(StartFailed, match="use_sim_time"):
+        await rig.start(Child(Follower, parameters={"use_sim_time": "true"}))
+
+
+async def test_the_timers_of_a_lifecycle_node_begin_on_the_time_it_then_has(rig: Rig) -> None:
+    class Managed(LifecycleNode):
+        count = 0
+
+        @every(hz=10)
+        async def tick(self) -> None:
+            self.count += 1
+
+    await rig.start(Child(Managed, parameters=SIMULATED))
+    node = rig.node(Managed)
+    await show(rig, 5.0)
+    await node.change_state("configure")
+    await node.change_state("activate")
+    await show(rig, 5.05, every=1.0)
+    assert node.count == 0
+    await show(rig, 5.1, 5.2, every=1.0)
+    assert node.count == 2
+    await node.change_state("deactivate")
+    node.set_parameter("use_sim_time", False)
+    await node.change_state("activate")
+    await rig.advance(1.05)
+    assert node.count == 12
+
+
+# -- restarts and the end ------------------------------------------------------------------------------------------------------------
+
+
+async def test_after_a_restart_the_follower_keeps_following(rig: Rig) -> None:
+    class Frail(Follower):
+        async def on_start(self) -> None:
+            self.heard.append(self.clock.now())
+
+    frail = await following(rig, Frail)
+    await show(rig, 5.0, 5.1)
+    rig.crash(Frail)
+    await rig.settled()
+    again = rig.node(Frail)
+    assert again is not frail
+    assert again.heard == [0.0]  # the first message is still to come
+    await show(rig, 5.2, 5.3)
+    assert (again.clock.now(), again.due, again.incarnation) == (5.3, [0.1, 5.3], 2)
+    assert len(rig.system.graph.topic("/clock").subscriptions) == 1
+
+
+async def test_time_goes_on_while_a_node_starts_and_stops(rig: Rig) -> None:
+    class Slow(Follower):
+        async def on_start(self) -> None:
+            assert await self.clock.sleep(1.0)
+
+        async def on_stop(self, reason: ExitReason) -> None:
+            assert await self.clock.sleep(1.0)
+            log.append(self.clock.now())
+
+    log: list[float] = []
+    tree = Supervisor("lab", children=[Child(ClockPublisher, args=(10.0,)), Child(Slow, parameters=SIMULATED)])
+    await rig.start(tree)
+    assert rig.now == pytest.approx(1.0)
+    rig.node(Slow).stop()
+    await rig.advance(2.0)
+    assert log == [pytest.approx(2.0)]
+
+
+async def test_who_sleeps_on_the_time_of_a_node_that_ends_is_woken(rig: Rig) -> None:
+    from actors import temporary
+
+    await rig.start(Child(Follower, parameters=SIMULATED, restart=temporary))
+    node = rig.node(Follower)
+    clock = node.clock
+    nap = asyncio.ensure_future(clock.sleep(5.0))
+    await rig.quiet()
+    node.stop()
+    assert not await nap
+    assert not await clock.sleep(5.0)
+    assert await clock.sleep(0.0)
+    node.set_parameter("use_sim_time", False)
+    assert len(rig.system.graph.topic("/clock").subscriptions) == 0
+
+
+# -- jump callbacks ------------------------------------------------------------------------------------------------------------------
+
+
+ANY = JumpThreshold(min_forward=Duration(nanoseconds=1), min_backward=Duration(nanoseconds=-1))
+
+
+async def test_jump_callbacks_run_before_and_after_the_change(rig: Rig) -> None:
+    await rig.start(Child(Follower))
+    follower = rig.node(Follower)
+    seen: list[Any] = []
+    handle = follower.on_jump(
+        ANY,
+        pre=lambda: seen.append(follower.clock.now()),
+        post=lambda jump: seen.append((jump.clock_change, jump.delta.seconds, follower.clock.now())),
+    )
+    follower.on_jump(JumpThreshold(min_forward=None, min_backward=Duration(seconds=-1.0), on_clock_change=False))
+    await rig.advance(0.5)
+    follower.set_parameter("use_sim_time", True)
+    await show(rig, 2.0, 2.0, 1.5)
+    follower.set_parameter("use_sim_time", False)
+    assert seen == [
+        0.5, (ClockChange.ROS_TIME_ACTIVATED, 0.0, 0.0), 0.0, (ClockChange.ROS_TIME_NO_CHANGE, 2.0, 2.0),
+        2.0, (ClockChange.ROS_TIME_NO_CHANGE, -0.5, 1.5), 1.5, (ClockChange.ROS_TIME_DEACTIVATED, 0.0, 0.5),
+    ]  # fmt: skip
+    handle.remove()
+    follower.set_parameter("use_sim_time", True)
+    assert len(seen) == 8
+
+
+async def test_a_threshold_says_which_jumps_are_told(rig: Rig) -> None:
+    class Careful(Follower):
+        async def on_start(self) -> None:
+            backward = JumpThreshold(min_forward=None, min_backward=Duration(seconds=-1.0), on_clock_change=False)
+            self.on_jump(backward, post=self.heard.append)
+
+    careful = await following(rig, Careful)
+    await show(rig, 100.0, 99.5, 98.0)
+    (jump,) = careful.heard
+    assert jump == TimeJump(ClockChange.ROS_TIME_NO_CHANGE, Duration(seconds=-1.5))
+
+
+async def test_a_jump_callback_that_raises_is_its_node_s_failure(rig: Rig) -> None:
+    class Frail(Follower):
+        async def on_start(self) -> None:
+            self.on_jump(ANY, post=self.fall)
+
+        def fall(self, jump: TimeJump) -> None:
+            raise OSError(f"no map for a time {jump.delta.seconds:g} s later")
+
+    await following(rig, Frail)
+    failure = rig.expect_failure(OSError, match="no map for a time 8 s later")
+    rig.publish(CLOCK, at(8.0))  # does not raise
+    await rig.settled()
+    assert len(failure.errors) == 1
+    assert rig.incarnation(Frail) == 2
+
+
+async def test_a_jump_callback_may_switch_simulated_time_off(rig: Rig) -> None:
+    class Doubting(Follower):
+        async def on_start(self) -> None:
+            self.on_jump(JumpThreshold(min_forward=Duration(seconds=1000.0), min_backward=None), post=self.doubt)
+
+        def doubt(self, jump: TimeJump) -> None:
+            if not jump.source_changed:
+                self.set_parameter("use_sim_time", False)
+
+    doubting = await following(rig, Doubting)
+    await show(rig, 1.0, every=1.0)
+    await show(rig, 5000.0)
+    assert doubting.clock.now() == rig.now
+    await rig.advance(0.25)
+    assert len(doubting.ticks) == 1 + 3
+
+
+# -- the publisher -------------------------------------------------------------------------------------------------------------------
+
+
+async def test_a_clock_publisher_drives_its_followers(rig: Rig) -> None:
+    class Timed(Follower):
+        pass
+
+    await rig.start(Child(ClockPublisher, args=(20.0,)), Child(Timed, parameters=SIMULATED))
+    times = rig.probe(CLOCK)
+    await rig.advance(2.0)
+    assert len(times) == 40
+    assert [round(time, 6) for time in times.times] == [n / 20 for n in range(1, 41)]
+    assert times.last == at(2.0)
+    assert rig.node(Timed).due == [n / 10 for n in range(1, 21)]
+
+
+async def test_a_clock_publisher_never_follows_itself(rig: Rig) -> None:
+    await rig.start(Child(ClockPublisher, parameters=SIMULATED))
+    times = rig.probe(CLOCK)
+    await rig.advance(1.0)
+    assert len(times) == 40  # the rate of `ros2 bag play --clock`
+    assert rig.node(ClockPublisher).clock.now() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("hz", [0.0, -1.0, float("nan"), 2e6])
+def test_a_clock_publisher_refuses_rates_that_make_no_sense(hz: float) -> None:
+    with pytest.raises(ValueError, match=r"ClockPublisher\(hz=.*must be above 0"):
+        ClockPublisher(hz)

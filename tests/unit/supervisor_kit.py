@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import functools
-from collections.abc import AsyncIterator, Callable, Coroutine
+from collections.abc import AsyncGenerator, Callable, Coroutine
 from contextlib import asynccontextmanager
 from random import Random
 from typing import Any, ParamSpec
@@ -224,7 +224,7 @@ async def run_to_end(world: World, spec: Supervisor | DynamicSupervisor) -> None
 
 
 @asynccontextmanager
-async def running(world: World, spec: Supervisor | DynamicSupervisor) -> AsyncIterator[RunningSupervisor]:
+async def running(world: World, spec: Supervisor | DynamicSupervisor) -> AsyncGenerator[RunningSupervisor]:
     """A supervisor that is ready; stopped in order at the end of the block, unless it has ended before."""
     supervisor = await launch(world, spec)
     ready = asyncio.ensure_future(world.ready.wait())

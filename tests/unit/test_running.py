@@ -136,7 +136,7 @@ def test_a_loop_without_signal_handlers_runs_a_tree_all_the_same() -> None:
     class Elsewhere(asyncio.SelectorEventLoop):
         """As the event loops of Windows are."""
 
-        def add_signal_handler(self, *arguments: Any) -> None:
+        def add_signal_handler(self, *arguments: Any) -> None:  # type: ignore[override]
             raise NotImplementedError
 
     async def main() -> bool:
