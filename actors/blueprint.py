@@ -209,7 +209,6 @@ class Blueprint:
         for name, value in _members(owner).items():
             self._take(name, value)
         self._check_names()
-        _check_hooks(owner)
         self.table = ParameterTable(self.parameters) if self.parameters else NO_PARAMETERS
 
     def _take(self, name: str, value: object) -> None:
@@ -314,19 +313,6 @@ def _members(owner: type) -> dict[str, object]:
         for name, value in vars(base).items():
             members[name] = value
     return members
-
-
-def _check_hooks(owner: type) -> None:
-    """The hooks that take an argument are easily written without it, and would be missed only at the end."""
-    for name, takes in (("on_start", "self"), ("on_stop", "self, reason"), ("on_error", "self, error, handler")):
-        code = getattr(inspect.unwrap(getattr(owner, name, _check_hooks)), "__code__", None)
-        if (
-            code is not None
-            and name in vars(owner)
-            and code.co_argcount != len(takes.split(", "))
-            and not code.co_flags & 0x04
-        ):
-            raise DeclarationError(f"{owner.__name__}.{name} takes ({takes}): change its arguments")
 
 
 def _refuse_twice(owner: type, served: list[tuple[object, str]], verb: str = "serve") -> None:

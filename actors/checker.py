@@ -17,7 +17,7 @@ from actors.names import lint_name
 from actors.node import Node
 from actors.parameters.unknown import hint
 from actors.qos import compatible
-from actors.supervisor import Child, DynamicSupervisor, Spec, Supervisor
+from actors.supervisor import Child, Spec, Supervisor
 
 if TYPE_CHECKING:
     from actors.contracts import Topic
@@ -83,7 +83,7 @@ class _Tree:
         elif isinstance(spec, Supervisor):
             for child in spec.children:
                 self.add(child, (*path, child.name))
-        elif isinstance(spec, DynamicSupervisor):  # pyright: ignore[reportUnnecessaryIsInstance]
+        else:
             self._add_child(spec.template, (*path, spec.template.name))
 
     def _add_child(self, child: Child, path: tuple[str, ...]) -> None:

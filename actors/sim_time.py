@@ -2,8 +2,8 @@
 
 It may be given at the node's start or set at run time, as in ROS 2. From then on `self.clock` shows the time of the newest message, 0 before
 the first one; stamps, `self.clock.sleep()`, `sleep_until()` and `@every` follow it; when no message comes, time stands still. Each
-node has its own clock. Timeouts of calls and goals, QoS deadlines, lifespans and leases stay on the event loop's clock, so that nobody
-waits for ever because a simulation is paused; so do log lines.
+node has its own clock. Timeouts of calls, goals and streams, QoS deadlines, lifespans and leases stay on the event loop's clock, so that
+nobody waits for ever because a simulation is paused; so do log lines and the rates of timers in reports.
 
 When time jumps, or its source changes:
 
@@ -93,12 +93,12 @@ class SimClock(Clock):
     async def sleep(self, seconds: float) -> bool:
         if not self._ros.active or not math.isfinite(seconds):
             return await self._system.sleep(seconds)
-        return await self._wait(self._ros.now_ns() + round(seconds * 1e9))
+        return await self._wait(self._ros.now_ns() + _nanoseconds(seconds))
 
     async def sleep_until(self, instant: float) -> bool:
         if not self._ros.active or not math.isfinite(instant):
             return await self._system.sleep_until(instant)
-        return await self._wait(round(instant * 1e9))
+        return await self._wait(_nanoseconds(instant))
 
     async def _wait(self, instant: int) -> bool:
         reached = instant <= self._ros.now_ns()
@@ -128,6 +128,14 @@ class SimClock(Clock):
         """The node has ended, and with it its time: whoever still sleeps on it, or begins to, does not wait for ever."""
         self._closed = True
         self.wake_all()
+
+
+def _nanoseconds(seconds: float) -> int:
+    return round(min(seconds, _FAR) * 1e9)
+
+
+_FAR: Final = 1e10
+"""Seconds beyond all times that a `/clock` message can hold."""
 
 
 def _answer(future: asyncio.Future[bool], reached: bool) -> None:

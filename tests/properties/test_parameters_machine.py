@@ -134,18 +134,16 @@ class Parameters(RuleBasedStateMachine):
 
     @rule(parameters=st.lists(PARAMETERS, max_size=4))
     def set(self, parameters: list[Parameter]) -> None:
-        stop = next((i for i, p in enumerate(parameters) if p.name not in self.model and not self.allow), None)
-        if stop is None:
-            results = self.store.set(parameters)
-            assert len(results) == len(parameters)
-            for parameter, result in zip(parameters, results, strict=True):
-                assert result.successful == self.permits(parameter)
-                self.apply([parameter] if result.successful else [])
-            return
-        with pytest.raises(ParameterNotDeclared):
-            self.store.set(parameters[: stop + 1])
-        for parameter in parameters[:stop]:
-            self.apply([parameter] if self.permits(parameter) else [])
+        """One after the other: a name that an earlier one has deleted is undeclared for a later one."""
+        expected: list[bool] = []
+        for parameter in parameters:
+            if parameter.name not in self.model and not self.allow:
+                with pytest.raises(ParameterNotDeclared):
+                    self.store.set(parameters)
+                return
+            expected.append(self.permits(parameter))
+            self.apply([parameter] if expected[-1] else [])
+        assert [result.successful for result in self.store.set(parameters)] == expected
 
     def permits(self, parameter: Parameter) -> bool:
         known = self.model.get(parameter.name)

@@ -303,3 +303,16 @@ async def test_L_04_a_publisher_that_is_made_on_the_way_up_waits_for_the_activat
     await bring_up(rig.system)
     rig.node(Late).out(String(data="in time"))
     assert [message.data for message in heard] == ["in time"]
+
+
+async def test_L_04_a_node_that_will_not_rest_goes_on_as_it_was(rig: Rig) -> None:
+    class Restless(AutoCamera):
+        async def on_deactivate(self, previous: LifecycleState) -> HookResult | None:
+            return HookResult.FAILURE
+
+    await rig.start(Child(Restless, name="camera"))
+    assert not await change(rig, "deactivate")
+    assert rig.node(Restless).state is LifecycleState.ACTIVE
+    heard = rig.probe(OUT)
+    await rig.advance(1.0)
+    assert len(heard) == 10, "and not twice as often"

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -21,6 +24,7 @@ from actors import (
     TickMissed,
     Topic,
     every,
+    open_node,
 )
 from actors.clock_publisher import ClockPublisher
 from actors.interfaces.builtin_interfaces.msg import Time
@@ -34,6 +38,7 @@ from actors.testing import Rig
 from actors.time import Duration
 from tests.stage import ADD, COUNT, WORDS, events, order, result, two, word
 
+ROOT = Path(__file__).parents[2]
 SIMULATED = {"use_sim_time": True}
 SET = Service(srv.SetParameters, "/follower/set_parameters")
 
@@ -113,6 +118,27 @@ async def test_each_node_has_its_own_time_and_the_others_pay_nothing(rig: Rig) -
     assert rig.node(Follower).clock.now() == 100.0
 
 
+def test_a_system_without_simulated_time_does_not_even_import_it() -> None:
+    code = (
+        "import sys\n"
+        "from actors import Child, Node, execute, run\n"
+        "class Plain(Node): pass\n"
+        "async def main():\n"
+        "    async with run(Child(Plain), sinks=()): pass\n"
+        "execute(main, clock='virtual')\n"
+        "print([name for name in sys.modules if 'sim_t' in name or 'ros_clock' in name])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert (done.stdout, done.stderr) == ("[]\n", "")
+
+
+async def test_a_script_s_node_may_live_on_simulated_time(rig: Rig) -> None:
+    await rig.start(Child(Node, name="other"))
+    async with open_node("viewer", parameters=SIMULATED) as viewer:
+        await show(rig, 42.0)
+        assert viewer.clock.now() == 42.0
+
+
 async def test_time_is_there_as_soon_as_it_is_published_also_within_a_handler(rig: Rig) -> None:
     class Sleeper(Follower):
         @WORDS.on()
@@ -156,6 +182,13 @@ async def test_what_has_no_meaning_under_simulated_time_says_so(rig: Rig) -> Non
             await follower.clock.sleep(wrong)
         with pytest.raises(ValueError, match="finite"):
             await follower.clock.sleep_until(wrong)
+
+    async def nap() -> None:
+        await follower.clock.sleep(1e300)
+
+    sleeping = follower.spawn(nap())
+    await show(rig, 2.0**31 - 1.0)
+    assert not sleeping.done()
 
 
 # -- paused, slower, faster ------------------------------------------------------------------------------------------------------

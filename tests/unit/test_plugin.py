@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import runpy
 import subprocess
 import sys
 import textwrap
@@ -266,3 +267,9 @@ def test_without_pytest_asyncio_other_suites_run_as_ever(tmp_path: Path) -> None
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=tmp_path, env=environment)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "1 passed" in done.stdout
+
+
+def test_without_pytest_asyncio_the_fixture_is_pytest_s_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pytest_asyncio", None)
+    module = runpy.run_path(str(ROOT / "actors" / "testing" / "plugin.py"))
+    assert module["fixture"] is pytest.fixture
