@@ -17,7 +17,7 @@ from datetime import date
 from importlib import metadata
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import Any, TypeAlias
 
 from robot.evaluate import walk_measures as measure
 from robot.run.options import Parser, UsageError
@@ -26,27 +26,27 @@ from robot.world.physics import BackendMissing
 __all__ = ["Metric", "main", "metrics", "run", "show"]
 
 LEVELS = ("first version", "good", "beats the anchors")
+NO_LEVEL = "not in the ladder"
+Ladder: TypeAlias = tuple[float | None, float | None, float | None]
 
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """One line of the table. `ladder` holds the bounds of the three columns; `quick` lines are measured by `--quick` too."""
+    """One line of the table. `quick` lines are measured by `--quick` too."""
 
     name: str
     unit: str
-    ladder: tuple[float, float, float]
+    ladder: Ladder
+    """The bounds of the three columns; None where a column has none, or asks for more than is measured here."""
     take: Callable[[int], float]
     larger_is_better: bool = False
     quick: bool = False
 
     def level(self, value: float) -> str:
-        """The highest column of the ladder that `value` reaches; empty if none."""
-        reached = [
-            name
-            for name, bound in zip(LEVELS, self.ladder, strict=True)
-            if (value >= bound if self.larger_is_better else value <= bound)
-        ]
-        return reached[-1] if reached else ""
+        """The highest column of the ladder that `value` reaches; empty if it reaches none of those that have a bound."""
+        bounds = [(name, bound) for name, bound in zip(LEVELS, self.ladder, strict=True) if bound is not None]
+        reached = [name for name, bound in bounds if (value >= bound if self.larger_is_better else value <= bound)]
+        return reached[-1] if reached else "" if bounds else NO_LEVEL
 
 
 def metrics(delay: float, minutes: float) -> tuple[Metric, ...]:
@@ -61,6 +61,10 @@ def metrics(delay: float, minutes: float) -> tuple[Metric, ...]:
     def slope(direction: str) -> Callable[[int], float]:
         return lambda seed: measure.steepest(seed, delay, direction)
 
+    def endured(asked: float) -> float | None:
+        """No falls, if the runs are as long as the column asks."""
+        return 0.0 if minutes >= asked else None
+
     seconds = 60.0 * minutes
     return (
         Metric("leg: |FK(IK(p)) - p|", "m", (1e-9, 1e-9, 1e-9), measure.point_error, quick=True),
@@ -69,19 +73,19 @@ def metrics(delay: float, minutes: float) -> tuple[Metric, ...]:
         Metric("speed rmse at 0.3 m/s", "m/s", (0.10, 0.05, 0.02), speed(0.3), quick=True),
         Metric("speed rmse at 0.6 m/s", "m/s", (0.10, 0.05, 0.02), speed(0.6), quick=True),
         Metric("speed rmse at 1.0 m/s", "m/s", (0.10, 0.05, 0.02), speed(1.0), quick=True),
-        Metric("speed rmse at 1.6 m/s", "m/s", (0.20, 0.10, 0.05), speed(1.6), quick=True),
+        Metric("speed rmse at 1.6 m/s", "m/s", (None, None, 0.05), speed(1.6), quick=True),
         Metric("yaw rate rmse at 1.0 rad/s", "rad/s", (0.10, 0.03, 0.01), speed(0.0, 1.0), quick=True),
         Metric(
             f"falls in {minutes:g} min of random commands",
             "",
-            (0.0, 0.0, 0.0),
+            (endured(2.0), endured(10.0), None),
             lambda seed: measure.falls(seed, delay, seconds),
             quick=True,
         ),
         Metric(
             f"falls in {minutes:g} min with 40 N s pushes",
             "",
-            (0.0, 0.0, 0.0),
+            (None, None, endured(10.0)),
             lambda seed: measure.falls(seed, delay, seconds, 40.0),
         ),
         Metric("push to the left, worst phase", "N s", (15.0, 30.0, 50.0), push(0.0, 1.0), True),
@@ -111,7 +115,7 @@ def metrics(delay: float, minutes: float) -> tuple[Metric, ...]:
         Metric(
             "controller and estimator, one step",
             "ms",
-            (1.5, 0.8, 0.5),
+            (None, None, None),
             lambda seed: measure.control_cost(seed, delay),
             quick=True,
         ),
@@ -174,7 +178,7 @@ def show(result: dict[str, Any]) -> str:
         f"{'metric':<42}{'median':>10}{'min':>10}{'max':>10} {'unit':<6}{'first':>8}{'good':>8}{'beats':>8}  level",
     ]
     for row in result["metrics"]:
-        bounds = "".join(f"{bound:>8.4g}" for bound in row["ladder"].values())
+        bounds = "".join(f"{'-' if bound is None else format(bound, '.4g'):>8}" for bound in row["ladder"].values())
         values = "".join(f"{row[key]:>10.4g}" for key in ("median", "min", "max"))
         lines.append(f"{row['name']:<42}{values} {row['unit']:<6}{bounds}  {row['level'] or 'below first version'}")
     return "\n".join(lines)
