@@ -72,9 +72,10 @@ class JumpThreshold:
         """Whether this jump is one to report."""
         if jump.source_changed and self.on_clock_change:
             return True
-        if jump.delta.nanoseconds > 0:
-            return self.min_forward is not None and jump.delta >= self.min_forward
-        return jump.delta.nanoseconds < 0 and self.min_backward is not None and jump.delta <= self.min_backward
+        delta = jump.delta.nanoseconds
+        if delta > 0:
+            return self.min_forward is not None and delta >= self.min_forward.nanoseconds
+        return delta < 0 and self.min_backward is not None and delta <= self.min_backward.nanoseconds
 
     def __repr__(self) -> str:
         change = ", source changes" if self.on_clock_change else ""
@@ -151,8 +152,9 @@ class RosClock:
 
     def set(self, nanoseconds: int) -> None:
         """Set simulated time. Raises ``ValueError`` below zero and ``OverflowError`` beyond int64."""
-        Time(nanoseconds=nanoseconds)
-        if not self._active:
+        if not 0 <= nanoseconds < 2**63:
+            Time(nanoseconds=nanoseconds)  # says what is wrong with it
+        if not self._active or not self._handles:
             self._override = nanoseconds
             return
         jump = TimeJump(ClockChange.ROS_TIME_NO_CHANGE, Duration(nanoseconds=nanoseconds - self._override))

@@ -36,16 +36,27 @@ class Subject:
     tests: tuple[str, ...]
 
 
+THOUSAND: Final = (
+    "--deselect=tests/scenarios/test_dynamic_children.py::test_a_thousand_children_that_have_ended_leave_nothing_behind"
+)
+"""It takes most of the time of its file, whose other tests look at the same."""
+
 SUBJECTS: Final = {
     "channel": Subject(
         ("actors/channel.py", "actors/feeds.py", "actors/stream.py"),
         (
             "tests/unit/test_channel.py",
             "tests/unit/test_timed.py",
+            "tests/unit/test_graph.py",
+            "tests/unit/test_load.py",
+            "tests/unit/test_endpoint.py",
             "tests/unit/test_qos_events.py",
             "tests/scenarios/test_qos_events.py",
+            "tests/scenarios/test_load.py",
             "tests/properties/test_channel_machine.py",
             "tests/scenarios/test_topics.py",
+            "tests/scenarios/test_lifecycle_nodes.py",
+            "tests/scenarios/test_nodes.py",
         ),
     ),
     "services": Subject(
@@ -58,6 +69,13 @@ SUBJECTS: Final = {
             "tests/unit/test_deadlines.py",
             "tests/unit/test_graph.py",
             "tests/unit/test_inbox.py",
+            "tests/scenarios/test_graph_views.py",
+            "tests/scenarios/test_restarts.py",
+            "tests/scenarios/test_retry.py",
+            "tests/scenarios/test_load.py",
+            "tests/scenarios/test_nodes.py",
+            "tests/scenarios/test_dynamic_children.py",
+            THOUSAND,
         ),
     ),
     "actions": Subject(
@@ -67,7 +85,11 @@ SUBJECTS: Final = {
             "tests/scenarios/test_crossings.py",
             "tests/conformance/test_action_scripts.py",
             "tests/scenarios/test_derived.py",
+            "tests/scenarios/test_graph_views.py",
             "tests/properties/test_action_server_machine.py",
+            "tests/properties/test_goals_machine.py",
+            "tests/scenarios/test_dynamic_children.py",
+            THOUSAND,
         ),
     ),
     "supervisor": Subject(  # without M02 and M03, which measure and take most of the time
