@@ -35,10 +35,10 @@ class _Queue:
 
     __slots__ = ("full", "timer", "waiting")
 
-    def __init__(self) -> None:
+    def __init__(self, timer: asyncio.TimerHandle) -> None:
         self.waiting: deque[Waiting] = deque()
         self.full = FEW
-        self.timer: asyncio.TimerHandle | None = None
+        self.timer = timer
 
     def sweep(self) -> None:
         """Drop what has been answered. As the queue may grow to twice of what is left, this costs little for each call."""
@@ -72,19 +72,17 @@ class Deadlines:
     def close(self) -> None:
         """Forget everything; the futures are left to their owners."""
         for queue in self._queues.values():
-            if queue.timer is not None:
-                queue.timer.cancel()
+            queue.timer.cancel()
         self._queues.clear()
 
     def _opened(self, timeout: float) -> _Queue:
         if not isinstance(timeout, (int, float)) or math.isnan(timeout):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise ValueError(f"timeout={timeout!r}: every call has a limit, a number of seconds")
-        queue = self._queues[timeout] = _Queue()
-        self._arm(queue, timeout, self._time() + timeout)
+        queue = self._queues[timeout] = _Queue(self._timer(timeout, self._time() + timeout))
         return queue
 
-    def _arm(self, queue: _Queue, timeout: float, due: float) -> None:
-        queue.timer = self._loop.call_at(due, self._expire, timeout)
+    def _timer(self, timeout: float, due: float) -> asyncio.TimerHandle:
+        return self._loop.call_at(due, self._expire, timeout)
 
     def _expire(self, timeout: float) -> None:
         queue = self._queues[timeout]
@@ -95,6 +93,6 @@ class Deadlines:
             if not one.future.done():
                 one.future.set_exception(one.late())
         if waiting:
-            self._arm(queue, timeout, waiting[0].due)
+            queue.timer = self._timer(timeout, waiting[0].due)
         else:
             del self._queues[timeout]

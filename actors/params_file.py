@@ -303,8 +303,6 @@ class _Events:
             line = text.count("\n", 0, error.position) + 1
             problem = f"not valid YAML: the character U+{ord(text[error.position]):04X} is not allowed; take it out"
             raise InvalidParams(problem, source=self.source, line=line) from None
-        except yaml.YAMLError as error:
-            raise InvalidParams(f"not valid YAML: {error}", source=self.source) from None
 
 
 def _yaml() -> Any:

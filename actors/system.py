@@ -352,9 +352,7 @@ class System:
 
     def ended(self, core: Core) -> None:
         """An incarnation is over. The supervisor will say whether another one follows, unless everything ends."""
-        state = self.nodes.get(core.identity.path)
-        if state is None:
-            return
+        state = self.nodes[core.identity.path]
         state.core = None
         state.state = "restarting"
         if self.stop_reason is not None:

@@ -93,7 +93,8 @@ SUBJECTS: Final = {
         ),
     ),
     "supervisor": Subject(  # without M02 and M03, which measure and take most of the time
-        ("actors/supervision/*.py",), ("tests/unit/test_supervisor_*.py", "-k", "not M02 and not M03")
+        ("actors/supervision/*.py",),
+        ("tests/unit/test_supervisor_*.py", "tests/properties/test_supervisor_machine.py", "-k", "not M02 and not M03"),
     ),
 }
 

@@ -314,6 +314,8 @@ class SupervisorMachine(RuleBasedStateMachine):
 
             self.run(stop())
             assert self.world.log == self.model.log
+        else:
+            assert isinstance(self.world.host.exception(), SupervisorGaveUp)
         self.runner.close()
 
 

@@ -766,6 +766,25 @@ async def test_D2_a_body_that_swallows_cancellations_is_closed_and_reported(rig:
     assert rig.incarnation(Deaf) == 1
 
 
+async def test_D2_a_body_that_is_closed_has_cleaned_up_before_its_goal_has_ended(rig: Rig) -> None:
+    cleaned: list[float] = []
+
+    async def body(self: Node, goal: Fibonacci.Goal) -> Body:
+        try:
+            while True:
+                try:
+                    yield "feedback"  # type: ignore[misc]
+                except WrongType:
+                    pass
+        finally:
+            await self.clock.sleep(2.0)
+            cleaned.append(self.clock.now())
+
+    outcome = await ended(rig, body)
+    assert outcome.status is GoalStatus.ABORTED
+    assert cleaned == [rig.now] == [2.0]
+
+
 async def test_D2_a_second_item_after_done_is_an_error_at_that_yield(rig: Rig) -> None:
     heard: list[str] = []
 

@@ -203,6 +203,29 @@ async def test_a_service_that_somebody_else_took_over_meanwhile_stays_with_the_o
         await rig.call(ADD, two(1, 1))
 
 
+async def test_a_node_that_serves_no_more_after_its_restart_takes_nothing_from_who_serves_now(rig: Rig) -> None:
+    class Fickle(Node):
+        """Adds in its first life only."""
+
+        async def on_start(self) -> None:
+            if self.incarnation == 1:
+                self.serve(ADD, self.add)
+
+        async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+            return total(request.a - request.b)
+
+    fickle = Child(Fickle, backoff=Backoff(5.0, 5.0))
+    system = await rig.start(Supervisor("system", children=[fickle]))
+    assert system.supervisor is not None
+    assert (await rig.call(ADD, two(4, 2))).sum == 2
+    rig.crash(Fickle)
+    await rig.advance(1.0)
+    await system.supervisor.start_child(Child(Other))
+    await rig.advance(6.0)
+    assert rig.incarnation(Fickle) == 2
+    assert (await rig.call(ADD, two(4, 2))).sum == 6
+
+
 async def test_the_wait_for_a_server_counts_towards_the_timeout_of_the_call(rig: Rig) -> None:
     class Slow(Node):
         """Adds, in half a second."""

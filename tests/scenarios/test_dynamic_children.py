@@ -176,6 +176,18 @@ async def test_S_02_who_asks_for_an_ended_child_hears_at_once_that_it_has_stoppe
     assert rig.now == 0.0
 
 
+async def test_who_calls_a_name_that_has_come_back_is_a_client_of_the_new_one(rig: Rig) -> None:
+    await start(rig)
+    service = Service(AddTwoInts, "worker/add")
+    for _ in range(2):
+        child = await workers(rig).spawn(name="worker")
+        assert child is not None
+        assert (await rig.call(service, two(3, 4))).sum == 12
+        (view,) = [one for one in rig.system.snapshot().services if one.name == "/worker/add"]
+        assert (view.server, view.clients, view.calls) == ("/worker", (rig.me.fqn,), 1)
+        await workers(rig).terminate_child(child)
+
+
 async def test_who_listens_to_the_logs_hears_them_after_another_listener_has_come_and_gone(rig: Rig) -> None:
     class Listener(Node):
         logs = subscribes(Topic(Log, "/rosout", ROSOUT))

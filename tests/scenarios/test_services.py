@@ -540,6 +540,32 @@ async def test_two_handlers_that_call_each_other_at_the_same_time_are_a_cycle_to
     assert [rig.state(name).core.node.outcome for name in ("p0", "p1")] == [1, ("/p1", "/p0")]  # type: ignore[union-attr]
 
 
+async def test_who_has_its_answer_waits_for_nobody_and_may_be_called_by_who_gave_it(rig: Rig) -> None:
+    class Peer(Node):
+        def __init__(self, index: int) -> None:
+            self.index = index
+            self.sums: list[int] = []
+
+        async def on_start(self) -> None:
+            self.serve(RING[self.index], self.answer)
+
+        async def answer(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+            return total(self.index)
+
+        @NUMBERS.on()
+        async def ask(self, message: Int32) -> None:
+            if message.data == self.index:
+                self.sums.append((await self.call(RING[1 - self.index], two(0, 0))).sum)
+
+    peers = [Child(Peer, name=f"p{index}", args=(index,)) for index in range(2)]
+    await rig.start(*peers)
+    for index in (0, 1, 0):
+        rig.publish(NUMBERS, number(index))
+        await rig.settled()
+    sums = [rig.state(peer.name).core.node.sums for peer in peers]  # type: ignore[union-attr]
+    assert sums == [[1, 1], [0]]
+
+
 async def test_a_call_back_into_a_caller_whose_service_is_concurrent_is_no_cycle(rig: Rig) -> None:
     class Front(Node):
         @RING[0].serve(concurrent=2)

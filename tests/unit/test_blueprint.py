@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Callable, Coroutine
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 import pytest
 
@@ -33,6 +33,13 @@ from tests.stage import ADD, COUNT, NUMBERS, WORDS, result
 
 if TYPE_CHECKING:
     from actors.interfaces.std_msgs.msg import Bool
+
+
+class Shape(Protocol):
+    """What a handler may ask of a message without naming its class; it cannot be looked at while the program runs."""
+
+    @property
+    def data(self) -> int: ...
 
 
 def logged(method: Callable[..., Any]) -> Callable[..., Any]:
@@ -179,7 +186,18 @@ def test_annotations_that_cannot_be_read_or_say_nothing_are_left_to_the_type_che
         @NUMBERS.on()
         async def union(self, message: Int32 | None) -> None: ...
 
-    assert len(Lenient.blueprint.topics) == 5
+        @NUMBERS.on()
+        async def noted(self, message: Annotated[Int32, "metres"]) -> None: ...
+
+        @NUMBERS.on()
+        async def shaped(self, message: Shape) -> None: ...
+
+        @COUNT.serve()
+        async def count(self, goal: Fibonacci.Goal) -> Any:
+            yield Done(result())
+
+    assert len(Lenient.blueprint.topics) == 7
+    assert len(Lenient.blueprint.actions) == 1
 
 
 def refused(sentence: str) -> Any:
@@ -295,6 +313,12 @@ def test_a_parameter_annotation_is_refused_only_when_it_contradicts() -> None:
         class Lists(Node):
             @NUMBERS.on()  # type: ignore[arg-type]
             async def take(self, message: list[Int32]) -> None: ...
+
+    with refused("Noted.take listens to Topic(Int32, 'numbers') (Int32) but takes "):
+
+        class Noted(Node):
+            @NUMBERS.on()  # type: ignore[arg-type]
+            async def take(self, message: Annotated[String, "metres"]) -> None: ...
 
     with refused("Unions.take listens to Topic(Int32, 'numbers') (Int32) but takes "):
 

@@ -14,6 +14,7 @@ from actors.graph import Graph, TopicEntry
 from actors.inbox import Inbox
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.qos import QoS
+from actors.qos_events import Matched
 from actors.qos_policies import History
 from actors.stream import Stream, Subscription
 from tests.stage import number, values, word
@@ -166,6 +167,7 @@ async def test_a_feed_puts_itself_into_the_inbox_once_for_each_message_it_keeps(
     for value in range(5):
         out(number(value))
     assert repr(feed) == "<Node.take on /numbers: 2 waiting, 3 dropped>"
+    assert feed.received == 5
     assert list(inbox.items) == [feed, feed]
     task = asyncio.create_task(inbox.serve())
     await asyncio.sleep(1.0)
@@ -176,6 +178,83 @@ async def test_a_feed_puts_itself_into_the_inbox_once_for_each_message_it_keeps(
     canceled.cancel()
     out(number(9))  # whoever waited has been canceled in this moment
     assert len(inbox.items) == 1
+
+
+async def handling(feed: Feed[Int32], seconds: float) -> list[int]:
+    """Serve the feed's inbox from now on, `seconds` for each message; what the handler has seen."""
+    seen: list[int] = []
+
+    async def handle(message: Int32) -> None:
+        seen.append(message.data)
+        await asyncio.sleep(seconds)
+
+    feed.handler = handle
+    feed.entry.add_subscription(feed)
+    feed.inbox.task = asyncio.create_task(feed.inbox.serve())
+    await asyncio.sleep(0)
+    return seen
+
+
+def plain_feed(entry: TopicEntry, policy: QoS) -> Feed[Int32]:
+    return Feed(ME, entry, Int32, policy, Inbox(asyncio.get_running_loop()), "Node.take")
+
+
+async def test_a_message_that_waits_brings_the_report_of_who_holds_the_node_up() -> None:
+    loop, entry = asyncio.get_running_loop(), topic()
+    out, feed = publisher(entry), plain_feed(entry, QoS(depth=9))
+    held: list[tuple[str, float]] = []
+    feed.inbox.on_holding = lambda item, seconds: held.append((item.label, loop.time()))
+    await handling(feed, 2.0)
+    out(number(1))
+    await asyncio.sleep(0.5)
+    out(number(2))
+    await asyncio.sleep(0.75)
+    assert held == [("Node.take", 1.0)]
+
+
+async def test_the_message_whose_wait_is_measured_reaches_the_handler_as_itself_wherever_it_stands() -> None:
+    entry = topic()
+    out, feed = publisher(entry), plain_feed(entry, QoS(depth=99))
+    seen = await handling(feed, 0.4)
+    for value in range(10):
+        out(number(value))
+    await asyncio.sleep(10.0)
+    assert seen == list(range(10))
+    assert feed.inbox.load.longest_wait == pytest.approx(3.6)  # of the last one
+    assert not feed.attended  # taking out is as cheap again as before
+
+
+async def test_a_measured_message_that_is_dropped_is_measured_no_more() -> None:
+    entry = topic()
+    out, feed = publisher(entry), plain_feed(entry, QoS(depth=3))
+    seen = await handling(feed, 3.0)
+    out(number(1))
+    await asyncio.sleep(1.0)
+    out(number(2))
+    await asyncio.sleep(0.25)
+    assert feed.inbox.load.age == 0.25
+    for value in (3, 4, 5):
+        out(number(value))
+    assert feed.inbox.load.age == 0.0
+    await asyncio.sleep(0.5)
+    assert feed.inbox.load.age == 0.25  # half a second after the first had to wait, another one is measured: the last
+    await asyncio.sleep(19.0)
+    assert (seen, feed.dropped) == ([1, 3, 4, 5], 1)
+    assert not feed.attended
+
+
+async def test_a_publisher_hears_at_once_who_comes_and_who_leaves() -> None:
+    entry = topic()
+    out = publisher(entry)
+    told = out.events()
+    for change in (1, -1):
+        waiting = asyncio.create_task(told.next(timeout=1.0))
+        await asyncio.sleep(0)
+        if change == 1:
+            queue = subscription(entry)
+        else:
+            queue.close()
+        assert await waiting == Matched(1, max(change, 0), max(change, 0), change)
 
 
 async def test_a_concurrent_feed_begins_nothing_between_two_lives_and_an_old_task_takes_nothing_from_the_new() -> None:
@@ -206,6 +285,9 @@ async def test_a_concurrent_feed_begins_nothing_between_two_lives_and_an_old_tas
     assert story == [("old", 1), ("new", 2), ("new", 3)]
     assert feed.active == 0
     assert len(tasks) == 2
+    feed.spawn = None
+    out(number(4))
+    assert (feed.received, values(feed.messages)) == (4, [4])
 
 
 async def test_a_subscription_closes_once() -> None:

@@ -431,6 +431,42 @@ async def test_after_the_block_a_failure_is_unexpected_again() -> None:
     await rig.close()
 
 
+class Fatalist(Node):
+    """Cancels the task that its handlers run in."""
+
+    @NUMBERS.on()
+    async def take(self, message: Int32) -> None:
+        task = asyncio.current_task()
+        assert task is not None
+        task.cancel()
+        await self.clock.sleep(1.0)
+
+
+@pytest.mark.virtual
+async def test_a_node_that_is_ended_without_an_error_is_a_failure_without_one() -> None:
+    rig = Rig()
+    await rig.start(Fatalist)
+    with rig.expect_failure(node=Fatalist) as expected:
+        rig.publish(NUMBERS, number(1))
+        await rig.settled()
+    assert expected.errors == []
+    with pytest.raises(UnexpectedFailure, match="it was cancelled by somebody other than its supervisor"):
+        with rig.expect_failure(ValueError):
+            rig.publish(NUMBERS, number(1))
+            await rig.settled()
+    await rig.close()
+
+
+@pytest.mark.virtual
+async def test_what_a_test_raises_itself_hides_no_error_and_asks_for_no_failure() -> None:
+    rig = Rig()
+    await rig.start(Brittle)
+    with pytest.raises(KeyError, match="the test's own"):
+        with rig.expect_failure(ValueError):
+            raise KeyError("the test's own")
+    await rig.close()
+
+
 # -- leaks -----------------------------------------------------------------------------------------------------------
 
 

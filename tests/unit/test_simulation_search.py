@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import runpy
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from actors import Child, Node, Supervisor
+from actors import Child, Done, Node, Steps, Supervisor, qos
+from actors.channel import Publisher
+from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
 from actors.system import System
 from actors.testing import Rig, scenario
@@ -18,6 +22,7 @@ from actors.testing.faults import ALL, Delay, Duplicate, Lose, parse
 from actors.testing.simulation.invariants import InvariantBroken
 from actors.testing.simulation.search import Replay, search, shrink
 from actors.testing.simulation.trial import Scenario
+from tests.stage import COUNT, order
 from tests.unit import planted
 from tests.unit.planted import TICKS, Source
 
@@ -89,6 +94,14 @@ def test_the_command_says_what_it_knows(capsys: pytest.CaptureFixture[str]) -> N
         run([])
     with pytest.raises(SystemExit, match="0"):
         run(["explore", f"{HERE}:sound", "--seeds", "1", "--seconds", "1"])
+
+
+def test_the_module_is_the_command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("sys.argv", ["testing", "explore", f"{HERE}:sound", "--seeds", "1", "--seconds", "1"])
+    monkeypatch.delitem(sys.modules, "actors.testing.__main__")
+    with pytest.raises(SystemExit, match="0"):
+        runpy.run_module("actors.testing", run_name="__main__")
+    assert "1 seeds of 1 s, no failure" in capsys.readouterr().out
 
 
 class Strict(Node):
@@ -175,6 +188,45 @@ def test_a_node_that_does_not_end_when_asked_is_a_failure() -> None:
         await rig.start(Stubborn)
 
     assert isinstance(Scenario(body).run(0).error, InvariantBroken)
+
+
+def test_a_canceled_goal_that_goes_on_is_a_failure() -> None:
+    class Deaf(Node):
+        @COUNT.serve()
+        async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+            for _ in range(2):
+                try:
+                    await self.clock.sleep(60.0)
+                except asyncio.CancelledError:
+                    pass
+            yield Done(Fibonacci.Result())
+
+    async def body(rig: Rig) -> None:
+        await rig.start(Deaf)
+        goal = await rig.start_goal(COUNT, order(1))
+        await rig.advance(1.0)
+        await goal.cancel()
+        await rig.advance(30.0)
+
+    error = Scenario(body).run(0).error
+    assert isinstance(error, InvariantBroken)
+    assert str(error).endswith("was asked to cancel at t=1.000 s and goes on")
+
+
+def test_an_endpoint_that_outlives_its_node_is_a_failure() -> None:
+    async def body(rig: Rig) -> None:
+        system = await rig.start(Source)
+        core, supervisor = rig.state(Source).core, system.supervisor
+        assert core is not None
+        assert supervisor is not None
+        await supervisor.terminate_child("source")
+        topic = system.graph.topic("/left")
+        topic.add_publisher(Publisher(core, topic, Int32, qos.DEFAULT))
+        await rig.advance(1.0)
+
+    error = Scenario(body).run(0).error
+    assert isinstance(error, InvariantBroken)
+    assert str(error) == "<publisher of /left [Int32] in /source: 0 sent> has outlived its node"
 
 
 def test_an_error_that_nobody_noticed_is_a_failure() -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 
-from actors import Action, Done, Node, Service, ServiceUnavailable, Steps, open_node
+from actors import Action, Done, Node, Service, ServiceUnavailable, Steps, Topic, open_node
 from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
 
@@ -58,3 +60,16 @@ async def test_a_client_that_has_left_is_no_longer_drawn(rig: Rig) -> None:
         assert '"node /visitor" -> "service /count"' in system.snapshot().to_dot()
     view = system.snapshot()
     assert "visitor" not in view.to_dot() + view.to_mermaid()
+
+
+async def test_of_a_choice_of_nodes_only_what_concerns_them_is_drawn(rig: Rig) -> None:
+    system = await rig.start(Counter)
+    await rig.start_goal(COUNT, Fibonacci.Goal(order=3))
+    rig.me.publisher(Topic(String, "words"))
+    rig.me.subscribe(Topic(String, "words"))
+    whole = system.snapshot()
+    part = msgspec.structs.replace(whole, nodes=tuple(node for node in whole.nodes if node.name == "/counter"))
+    drawn = part.to_dot()
+    assert '"service /count" -> "node /counter"' in drawn
+    assert "/rig" in whole.to_dot() and "/rig" not in drawn
+    assert "/rig" in whole.to_mermaid() and "/rig" not in part.to_mermaid()

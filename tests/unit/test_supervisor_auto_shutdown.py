@@ -10,6 +10,7 @@ from actors.supervision.reasons import Stop, Stopped
 from actors.supervision.running import RunningSupervisor
 from actors.supervisor import (
     AutoShutdown,
+    Backoff,
     Child,
     DynamicSupervisor,
     Restart,
@@ -90,6 +91,20 @@ async def test_G03_any_transient_significant() -> None:
         world.finish("a")
         await world.host
         assert world.events("stop") == ["stop b"]
+
+
+@virtual
+async def test_G04_a_significant_child_that_waits_for_its_restart_has_not_ended() -> None:
+    world = World()
+    waits = significant("a", transient).replace(backoff=Backoff(5.0, 5.0, jitter=0.0))
+    async with running(world, Supervisor("root", auto_shutdown=all_significant, children=[waits, significant("b")])):
+        world.crash("a")
+        await settle()
+        world.finish("b")
+        await asyncio.sleep(6.0)
+        assert world.names() == ["a"]
+        world.finish("a")
+        await world.host
 
 
 @pytest.mark.parametrize("restart", [temporary, transient])

@@ -276,6 +276,19 @@ async def test_backoff_spreads_the_attempts_and_begins_anew_after_a_long_enough_
 
 
 @virtual
+async def test_backoff_begins_anew_after_a_life_of_just_the_mean_of_its_first_and_longest_wait() -> None:
+    world = World()
+    backoff = Backoff(1.0, 6.0, jitter=0.0)
+    async with running(world, Supervisor("root", intensity=OFTEN, children=[child("a", backoff=backoff)])):
+        for life in (0.0, 3.5, 3.25):
+            await asyncio.sleep(life)
+            world.crash("a")
+            await asyncio.sleep(1.0)
+        await asyncio.sleep(1.5)
+        assert [time for time, event, _ in world.times if event == "start"] == [0.0, 1.0, 5.5, 10.75]
+
+
+@virtual
 async def test_backoff_draws_its_jitter_from_the_seeded_source() -> None:
     times = []
     for _ in range(2):

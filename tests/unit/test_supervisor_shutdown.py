@@ -298,6 +298,16 @@ async def test_cancelling_a_supervisor_kills_its_whole_tree_at_once() -> None:
 
 
 @virtual
+async def test_a_child_that_is_killed_while_it_starts_was_shut_down_and_did_not_fail_to_start() -> None:
+    world = World(b=Script(start=5))
+    await launch(world, Supervisor("root", children=[child("a"), child("b")]))
+    world.host.cancel()
+    await asyncio.wait([world.host])
+    assert world.events("cancelled") == ["cancelled b", "cancelled a"]
+    assert world.errors() == ["shutdown_error b", "shutdown_error a"]
+
+
+@virtual
 async def test_a_supervisor_in_a_cancelled_scope_ends_without_spinning() -> None:
     world = World(a=Script(stubborn=True))
     supervisor = RunningSupervisor(Supervisor("root", children=[child("a")]), world)

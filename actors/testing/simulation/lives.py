@@ -103,9 +103,6 @@ class _Mortal(Coroutine[Any, Any, None]):
     def __await__(self) -> Generator[Any, Any, None]:
         return cast("Generator[Any, Any, None]", self)
 
-    def __iter__(self) -> _Mortal:
-        return self
-
     def __next__(self) -> Any:
         return self.send(None)
 
@@ -116,9 +113,6 @@ class _Mortal(Coroutine[Any, Any, None]):
 
     def throw(self, *error: Any) -> Any:
         return self.cr_await.throw(*error)
-
-    def close(self) -> None:
-        self.cr_await.close()
 
 
 def _slow_down(core: Core, profile: Profile, slow: dict[int, Fault]) -> None:
