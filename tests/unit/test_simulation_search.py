@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from actors import Child, Done, Node, Steps, Supervisor, qos
+from actors import Child, Done, Node, Steps, Supervisor, background, qos
 from actors.channel import Publisher
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
@@ -202,7 +202,7 @@ def test_a_canceled_goal_that_goes_on_is_a_failure() -> None:
             yield Done(Fibonacci.Result())
 
     async def body(rig: Rig) -> None:
-        await rig.start(Deaf)
+        await rig.start(Deaf, Source)
         goal = await rig.start_goal(COUNT, order(1))
         await rig.advance(1.0)
         await goal.cancel()
@@ -227,6 +227,33 @@ def test_an_endpoint_that_outlives_its_node_is_a_failure() -> None:
     error = Scenario(body).run(0).error
     assert isinstance(error, InvariantBroken)
     assert str(error) == "<publisher of /left [Int32] in /source: 0 sent> has outlived its node"
+
+
+@pytest.mark.parametrize(("seconds", "fails"), [(3.0, False), (100.0, True)])
+def test_a_task_that_goes_on_long_after_its_node_has_died_is_a_failure(seconds: float, fails: bool) -> None:
+    class Parent(Node):
+        @background
+        async def child(self) -> None:
+            try:
+                await self.clock.sleep(1000.0)
+            finally:
+                await asyncio.sleep(seconds)
+
+        @TICKS.on()
+        async def take(self, message: Int32) -> None:
+            await self.clock.sleep(0.01)
+
+    async def body(rig: Rig) -> None:
+        await rig.start(Source, Parent)
+        await rig.advance(20.0)
+
+    outcome = Scenario(body).run(0, shuffled=False, faults=parse("crash:/parent#4"))
+    if fails:
+        assert isinstance(outcome.error, InvariantBroken)
+        assert "/parent child" in str(outcome.error)
+        assert "go on" in str(outcome.error)
+    else:
+        assert outcome.error is None
 
 
 def test_an_error_that_nobody_noticed_is_a_failure() -> None:

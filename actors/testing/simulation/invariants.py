@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from actors.channel import Publisher, Queue
     from actors.inbox import Item
     from actors.system import System
+    from actors.testing.simulation.lives import SimulatedSystem
 
 __all__ = ["PATIENCE", "Invariant", "InvariantBroken", "Watch"]
 
@@ -29,10 +30,10 @@ class Watch:
     """Looks at a system in every quiet moment.
 
     Endpoints belong to living nodes, no handler holds its node for longer than `patience` seconds, and a goal that was asked to cancel
-    ends within as many. Then what the user demands.
+    ends within as many, and so does a task whose node has ended. Then what the user demands.
     """
 
-    def __init__(self, system: System, more: Sequence[Invariant] = (), patience: float = PATIENCE) -> None:
+    def __init__(self, system: SimulatedSystem, more: Sequence[Invariant] = (), patience: float = PATIENCE) -> None:
         self._system = system
         self._patience = patience
         self._more = tuple(more)
@@ -49,6 +50,7 @@ class Watch:
                 self._next = now + self._patience / 10.0
                 self._look_at_handlers(now)
                 self._look_at_goals(now)
+                self._look_at_orphans(now)
             for invariant in self._more:
                 invariant(system)
         if system.graph.version != self._version:
@@ -94,3 +96,12 @@ class Watch:
                     if now - since > self._patience:
                         raise InvariantBroken(f"{goal!r} was asked to cancel at t={since:.3f} s and goes on")
         self._canceling = canceling
+
+    def _look_at_orphans(self, now: float) -> None:
+        bereaved = self._system.bereaved
+        for core, since in list(bereaved.items()):
+            if not core.tasks:
+                del bereaved[core]
+            elif now - since > self._patience:
+                names = ", ".join(task.get_name() for task in core.tasks)
+                raise InvariantBroken(f"{core.fqn} ended at t={since:.3f} s, and these tasks of it go on: {names}")

@@ -38,12 +38,19 @@ class SimulatedSystem(System):
         self.faults = tuple(faults)
         self.profile = profile
         self.links: dict[Queue[Any], Link] = {}
+        self.bereaved: dict[Core, float] = {}
+        """Incarnations that ended before their tasks -> when that was."""
         self.graph.entrance = entrance(self.links, faults, profile)
         for fault in faults:
             if fault.kind == "clock-jump" and fault.target == CLOCK:
                 self.loop.call_at(self.clock.loop_time(fault.nth / 1000.0), self.clock.shift_wall, fault.by)
             elif fault.kind == "kill":
                 self.loop.call_at(self.clock.loop_time(fault.nth / 1000.0), self._kill, fault.target)
+
+    def ended(self, core: Core) -> None:
+        super().ended(core)
+        if core.tasks:
+            self.bereaved[core] = self.loop.time()
 
     def faults_of(self, kind: str, node: str) -> dict[int, Fault]:
         """The faults of one kind in one node, by their number."""
@@ -92,7 +99,7 @@ class _SimulatedLife(NodeLife):
         return count in deaths
 
 
-class _Mortal(Coroutine[Any, Any, None]):
+class _Mortal:
     """A coroutine that dies at the await at which `dies` says so: the awaited expression raises."""
 
     def __init__(self, inner: Coroutine[Any, Any, None], dies: Callable[[], bool]) -> None:
