@@ -67,7 +67,6 @@ class Server:
         "calls",
         "concurrent",
         "entry",
-        "failures",
         "handler",
         "inbox",
         "label",
@@ -88,7 +87,6 @@ class Server:
         """What is not in the inbox and has no answer: all of a concurrent service, else what was broken off."""
         self.waiting: deque[Request] | None = deque() if concurrent else None
         self.calls = 0
-        self.failures = 0
 
     def __repr__(self) -> str:
         return f"<server of {self.entry.name} in {self.node.fqn}: {self.calls} calls, {len(self.open())} open>"
@@ -191,7 +189,6 @@ class Request(msgspec.Struct, eq=False):
 
     def _failed(self, error: Exception) -> None:
         server = self.server
-        server.failures += 1
         failure = ServiceFailed(server.node.fqn, type(error).__name__, str(error))
         failure.__cause__ = error
         self.fail(failure)

@@ -91,7 +91,7 @@ class Core(Restarts):
             self._declined(entry)
         else:
             self._failed_to_start(incarnation, reason)
-        if entry.now is None and not entry.intent:
+        if not entry.intent:
             self._tell_gone(entry)
         self._notify(incarnation, reason)
         self._done_in_lane(entry)

@@ -80,7 +80,7 @@ class ExpectedFailure:
     def takes(self, failure: Failure) -> bool:
         """Whether this is one of those that were expected; if so it is kept."""
         if failure.error is None:
-            fits = self._kinds is BaseException and not self._match
+            fits = self._kinds is BaseException and not self._match.pattern
         else:
             fits = isinstance(failure.error, self._kinds) and self._match.search(str(failure.error)) is not None
         if isinstance(self._node, str):

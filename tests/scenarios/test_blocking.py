@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import cast
+from typing import Any, cast
 
 import pytest
 
@@ -309,6 +309,25 @@ def test_what_is_asked_of_a_loop_that_has_just_ended_is_refused_and_never_begun(
             waits.result()
     with pytest.raises(NotStarted, match="has ended"):
         BlockingNode(cast("Node", None), loop, Future()).run(for_ever)
+
+
+def test_what_is_on_its_way_to_a_system_that_ends_is_not_waited_for_and_broken_off() -> None:
+    life: Future[None] = Future()
+    loop = asyncio.new_event_loop()
+
+    def asked(node: Node) -> Coroutine[Any, Any, None]:
+        life.set_result(None)  # the system ends in this very moment
+        return for_ever(node)
+
+    async def turns() -> list[asyncio.Task[Any]]:
+        for _ in range(5):
+            await asyncio.sleep(0)
+        return [task for task in asyncio.all_tasks() if task is not asyncio.current_task()]
+
+    with pytest.raises(NotRunning, match="its system ended while this thread waited"):
+        BlockingNode(cast("Node", None), loop, life).run(asked)
+    assert loop.run_until_complete(turns()) == []
+    loop.close()
 
 
 def test_after_the_block_everything_is_refused() -> None:

@@ -283,3 +283,22 @@ async def test_a_join_that_is_canceled_takes_its_node_back(rig: Rig) -> None:
     assert stopped == [1.0]
     with pytest.raises(LookupError):
         rig.state("slow")
+
+
+async def test_a_stop_that_is_canceled_leaves_no_node_behind() -> None:
+    class Slow(Node):
+        async def on_stop(self, reason: Any) -> None:
+            await self.clock.sleep(60.0)
+
+    system = System(sinks=(Ear(),))
+    system.open()
+    for name in ("first", "second"):
+        await system.join(Child(Slow, name=name, stop=100.0))
+    stopping = asyncio.create_task(system.stop())
+    await asyncio.sleep(1.0)
+    stopping.cancel()
+    await asyncio.wait([stopping])
+    assert stopping.cancelled()
+    assert system.nodes == {}
+    assert system_here() is None
+    assert asyncio.all_tasks() == {asyncio.current_task()}

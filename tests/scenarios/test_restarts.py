@@ -404,3 +404,41 @@ async def test_an_instance_that_does_not_start_frees_its_name(rig: Rig) -> None:
 async def test_a_child_in_a_process_of_its_own_needs_a_transport(rig: Rig) -> None:
     with pytest.raises(StartFailed, match="process=True needs a transport"):
         await rig.start(Child(Odometer, process=True))
+
+
+class Clinging(Node):
+    """Takes ten seconds to start, and lets nobody interrupt it."""
+
+    async def on_start(self) -> None:
+        until = self.clock.now() + 10.0
+        while (left := until - self.clock.now()) > 0.0:
+            try:
+                await self.clock.sleep(left)
+            except asyncio.CancelledError:
+                pass
+
+    @ADD.serve()
+    async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+        return total(request.a + request.b)
+
+
+@pytest.mark.parametrize("again", [False, True])
+async def test_a_node_that_was_given_up_is_not_there_when_it_has_started_at_last(rig: Rig, again: bool) -> None:
+    await rig.start(Odometer)
+    starting = asyncio.ensure_future(supervisor_of(rig).start_child(Child(Clinging, stop=0.5)))
+    await rig.advance(1.0)
+    await supervisor_of(rig).terminate_child("clinging")
+    assert rig.now == 2.5  # half a second for its clean-up, one more after the kill
+    with pytest.raises(StartFailed, match="terminated"):
+        await starting
+    if again:
+        starting = asyncio.ensure_future(supervisor_of(rig).restart_child("clinging"))
+    await rig.advance(8.0)  # the first one has started, and ends because it was asked to
+    assert rig.state("clinging").state == ("starting" if again else "stopped")
+    if again:
+        await starting
+        assert rig.now == 12.5
+        assert (await rig.call(ADD, two(1, 2))).sum == 3
+    else:
+        with pytest.raises(NotRunning):
+            await rig.call(ADD, two(1, 2))

@@ -106,6 +106,25 @@ async def test_S_03_a_node_that_awaits_an_answer_goes_on_ticking_when_its_handle
     assert rig.node(Caller).ticks == 10
 
 
+async def test_requests_that_wait_are_counted_for_the_service_they_are_for(rig: Rig) -> None:
+    class Both(Adder):
+        @PING.serve()
+        async def ping(self, request: Trigger.Request) -> Trigger.Response:
+            return Trigger.Response(success=True)
+
+    await rig.start(Both)
+    calls = [asyncio.create_task(rig.call(ADD, two(1, 7), timeout=9.0)) for _ in range(2)]
+    calls.append(asyncio.create_task(rig.call(ADD, two(1, 2), timeout=9.0)))
+    ping = asyncio.create_task(rig.call(PING, Trigger.Request(), timeout=9.0))
+    await rig.advance(0.5)
+    views = {view.name: (view.calls, view.open) for view in rig.system.snapshot().services}
+    assert views == {"/add": (3, 3), "/ping": (1, 1)}
+    assert [answer.sum for answer in await asyncio.gather(*calls)] == [8, 8, 3]
+    assert (await ping).success
+    views = {view.name: (view.calls, view.open) for view in rig.system.snapshot().services}
+    assert views == {"/add": (3, 0), "/ping": (1, 0)}
+
+
 async def test_S_09_after_a_call_the_answer_is_there_after_a_publish_nothing_is(rig: Rig) -> None:
     class Doubler(Adder):
         def __init__(self) -> None:

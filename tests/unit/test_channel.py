@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from actors import NotStarted, WrongType, qos
+from actors import NotStarted, WrongThread, WrongType, qos
 from actors.channel import Publisher, Queue
 from actors.feeds import ConcurrentFeed, Feed
 from actors.graph import Graph, TopicEntry
@@ -74,6 +74,13 @@ async def test_a_suspended_publisher_discards_silently_what_is_of_its_type() -> 
     out.resume()
     out(number(3))
     assert values(queue.messages) == [3]
+
+
+async def test_a_sign_of_life_comes_from_the_node_s_own_thread() -> None:
+    out = publisher(topic())
+    out.assert_liveliness()
+    with pytest.raises(WrongThread, match=r"use node\.threadsafe"):
+        await asyncio.to_thread(out.assert_liveliness)
 
 
 async def test_a_closed_publisher_has_left_and_refuses() -> None:
@@ -288,6 +295,16 @@ async def test_a_concurrent_feed_begins_nothing_between_two_lives_and_an_old_tas
     feed.spawn = None
     out(number(4))
     assert (feed.received, values(feed.messages)) == (4, [4])
+
+
+async def test_who_waits_for_the_events_of_a_subscription_hears_at_once_that_it_has_closed() -> None:
+    queue = subscription(topic())
+    waiting = asyncio.create_task(queue.events().next(timeout=1.0))
+    await asyncio.sleep(0)
+    queue.close()
+    with pytest.raises(NotStarted, match="have ended"):
+        await waiting
+    assert asyncio.get_running_loop().time() == 0.0
 
 
 async def test_a_subscription_closes_once() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import runpy
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -96,12 +96,11 @@ def test_the_command_says_what_it_knows(capsys: pytest.CaptureFixture[str]) -> N
         run(["explore", f"{HERE}:sound", "--seeds", "1", "--seconds", "1"])
 
 
-def test_the_module_is_the_command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr("sys.argv", ["testing", "explore", f"{HERE}:sound", "--seeds", "1", "--seconds", "1"])
-    monkeypatch.delitem(sys.modules, "actors.testing.__main__")
-    with pytest.raises(SystemExit, match="0"):
-        runpy.run_module("actors.testing", run_name="__main__")
-    assert "1 seeds of 1 s, no failure" in capsys.readouterr().out
+def test_the_module_is_the_command() -> None:
+    command = [sys.executable, "-m", "actors.testing", "explore", f"{HERE}:sound", "--seeds", "1", "--seconds", "1"]
+    done = subprocess.run(command, cwd=Path(__file__).parents[2], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "1 seeds of 1 s, no failure" in done.stdout
 
 
 class Strict(Node):

@@ -230,3 +230,18 @@ async def test_a_significant_end_during_the_start_counts_once_all_are_ready() ->
     await world.host
     assert world.ready.is_set()
     assert world.events("start", "stop") == ["start a", "start b", "start c", "stop c", "stop b"]
+
+
+@virtual
+async def test_of_two_significant_children_that_end_while_the_others_start_the_first_is_named() -> None:
+    world = World(slow=Script(start=10))
+    tree = Supervisor(
+        "root", auto_shutdown=any_significant, children=[significant("a"), significant("b"), child("slow")]
+    )
+    await launch(world, tree)
+    for name in ("a", "b"):
+        await asyncio.sleep(1)
+        world.finish(name)
+    await world.host
+    assert world.events("ready", "stop") == ["ready a", "ready b", "ready slow", "stop slow"]
+    assert [each.child.id for each in world.reports if each.context == "shutdown"] == ["a"]

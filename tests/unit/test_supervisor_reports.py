@@ -129,7 +129,10 @@ async def test_a_report_hook_may_stop_the_supervisor_and_take_back_a_watch() -> 
             if report.context == "child_terminated":
                 watch.cancel()
                 supervisor.stop("alarm")
+                supervisor.stop("second thoughts")
 
+    complaints: list[dict[str, Any]] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: complaints.append(context))
     world = Alarmed()
     async with running(world, Supervisor("root", children=[child("a"), child("b")])) as supervisor:
         ref = supervisor.which("a")
@@ -140,6 +143,7 @@ async def test_a_report_hook_may_stop_the_supervisor_and_take_back_a_watch() -> 
         assert watch.cancelled()
         assert world.events("start") == ["start a", "start b", "start a"], "the event under way is finished first"
         assert set(world.reasons) == {"alarm"}
+    assert complaints == []
 
 
 @virtual
@@ -163,6 +167,20 @@ async def test_the_runtime_hears_which_children_only_a_request_will_start_again(
         await supervisor.restart_child("e")
         assert world.gone_for_good == ["root/d", "root/b", "root/c", "root/e"]
     assert world.gone_for_good == ["root/d", "root/b", "root/c", "root/e"], "not while all end"
+    assert world.forgotten == []
+
+
+@virtual
+async def test_the_runtime_hears_which_children_nobody_can_start_again() -> None:
+    world = World()
+    tree = Supervisor("root", children=[child("declared", restart=temporary)])
+    async with running(world, tree) as supervisor:
+        await supervisor.start_child(child("added"))
+        await supervisor.start_child(child("passing", restart=temporary))
+        for name in ("declared", "added", "passing"):
+            await supervisor.terminate_child(name)
+        assert world.gone_for_good == ["root/declared", "root/added", "root/passing"]
+        assert world.forgotten == ["root/passing"]
 
 
 @virtual

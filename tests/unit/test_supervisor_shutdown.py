@@ -10,6 +10,7 @@ import pytest
 
 from actors.supervision.errors import StartFailed
 from actors.supervision.incarnation import GRACE
+from actors.supervision.policy import StopTimeout
 from actors.supervision.reasons import Killed, Leaked, Skip, Stop, Stopped
 from actors.supervision.running import RunningSupervisor
 from actors.supervisor import (
@@ -167,6 +168,20 @@ async def test_D03_brutal_kill() -> None:
         assert world.events("stop", "cancelled") == ["cancelled a_1"]
 
 
+@pytest.mark.parametrize("how", ["kill", 1.0])
+@virtual
+async def test_D03_a_child_that_was_killed_and_has_ended_is_not_given_up_later(how: StopTimeout) -> None:
+    world = World(a=Script(cleanup=5))
+    async with running(world, Supervisor("root", children=[child("a", stop=how)])) as supervisor:
+        await supervisor.terminate_child("a")
+        await supervisor.restart_child("a")
+        await asyncio.sleep(GRACE + 2.0)
+        assert world.names() == ["a"]
+        assert state(supervisor, "a") == "running"
+        assert supervisor.leaked == []
+        world.finish("a")
+
+
 @virtual
 async def test_D04_unlimited_timeout() -> None:
     world = World(a=Script(cleanup=1e6), b=Script(cleanup=1e6))
@@ -298,6 +313,18 @@ async def test_cancelling_a_supervisor_kills_its_whole_tree_at_once() -> None:
 
 
 @virtual
+async def test_a_child_that_is_being_killed_is_given_up_no_later_when_its_supervisor_is_cancelled() -> None:
+    world = World(a=Script(stubborn=True))
+    async with running(world, Supervisor("root", children=[child("a", stop=2.0)])) as supervisor:
+        supervisor.stop()
+        await asyncio.sleep(2.5)
+        world.host.cancel()
+        await asyncio.wait([world.host])
+        assert now() == 2.0 + GRACE
+        assert world.events("refused") == ["refused a"]
+
+
+@virtual
 async def test_a_child_that_is_killed_while_it_starts_was_shut_down_and_did_not_fail_to_start() -> None:
     world = World(b=Script(start=5))
     await launch(world, Supervisor("root", children=[child("a"), child("b")]))
@@ -332,6 +359,21 @@ async def test_cancelling_a_supervisor_that_is_just_ending_is_harmless(turns: in
     assert world.host.done()
     assert world.names() == []
     assert now() == 0
+
+
+@virtual
+async def test_a_child_whose_start_will_be_broken_off_is_stopping_and_not_running() -> None:
+    world = World(x=Script(start=10), z=Script(cleanup=2))
+    async with running(world, Supervisor("root", children=[child("a")])) as supervisor:
+        starting = asyncio.ensure_future(supervisor.start_child(child("x")))
+        await settle()
+        await supervisor.start_child(child("z"))
+        supervisor.stop()
+        await asyncio.sleep(1)
+        assert [state(supervisor, name) for name in ("a", "x", "z")] == ["running", "stopping", "stopping"]
+        with pytest.raises(StartFailed, match="shutting down"):
+            await starting
+        await world.host
 
 
 @virtual

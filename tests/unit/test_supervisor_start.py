@@ -124,6 +124,16 @@ async def test_S04_a_child_may_decline_to_start() -> None:
 
 
 @virtual
+async def test_S04_a_child_that_has_started_cannot_decline_any_more() -> None:
+    world = World()
+    async with running(world, Supervisor("root", children=[child("a")])):
+        world.crash("a", Skip("not after all"))
+        await settle()
+        assert world["a"].incarnation == 2
+        assert world.errors() == ["child_terminated a"]
+
+
+@virtual
 async def test_S05_a_temporary_child_that_declines_leaves_no_trace() -> None:
     world = World(a=Script(refuse=Skip()), b=Script(refuse=Skip()))
     async with running(world, Supervisor("root", children=[child("a", restart=temporary)])) as supervisor:

@@ -94,6 +94,37 @@ async def test_replace_while_the_supervisor_still_starts_waits_for_its_turn() ->
 
 
 @virtual
+async def test_replace_while_the_supervisor_still_starts_starts_a_child_that_has_been_restarted_late() -> None:
+    world = World(b=Script(start=10))
+    late = child("a", backoff=Backoff(1.0, 1.0, jitter=0.0))
+    supervisor = await launch(world, Supervisor("root", children=[late, child("b")]))
+    world.crash("a")
+    await asyncio.sleep(2)
+    replaced = asyncio.ensure_future(supervisor.replace("a", World))
+    await world.ready.wait()
+    assert await replaced == supervisor.which("a")
+    assert [time for time, event, name in world.times if (event, name) == ("start", "a")] == [0, 1, 10]
+    supervisor.stop()
+    await world.host
+
+
+@virtual
+async def test_U01_reconfiguration_while_the_supervisor_still_starts_brings_no_restart_forward() -> None:
+    world = World(b=Script(start=10))
+    late = child("a", backoff=Backoff(20.0, 20.0, jitter=0.0))
+    tree = Supervisor("root", children=[late, child("b")])
+    supervisor = await launch(world, tree)
+    world.crash("a")
+    await asyncio.sleep(1)
+    await supervisor.reconfigure(tree)
+    await asyncio.sleep(24)
+    assert [(time, name) for time, event, name in world.times if event == "start"] == [(0, "a"), (0, "b"), (20, "a")]
+    assert world.ready.is_set()
+    supervisor.stop()
+    await world.host
+
+
+@virtual
 async def test_a_replacement_that_does_not_start_leaves_the_child_stopped() -> None:
     world = World(x=[Script(), Script(refuse=OSError("worse"))])
     async with running(world, Supervisor("root", children=[child("x")])) as supervisor:
