@@ -68,7 +68,9 @@ def check_steps(where: str, function: Callable[..., Any], contract: object, feed
             if _contradicts(part, result if ends else feedback):
                 what = f"end with {_shown(item)}" if ends else f"yield {_shown(item)} as feedback"
                 raise DeclarationError(f"{where} serves {contract!r} but says it will {what}: {remedy}")
-    elif annotation is None or (isinstance(annotation, type) and not issubclass(AsyncGenerator, annotation)):
+    elif annotation is None or (
+        isinstance(annotation, type) and annotation is not Any and not issubclass(AsyncGenerator, annotation)
+    ):
         raise DeclarationError(
             f"{where} serves {contract!r} but says it returns {_shown(annotation)}: it is an async generator; {remedy}"
         )

@@ -213,7 +213,7 @@ class System:
                 await asyncio.wait([self._host])
         except asyncio.CancelledError:  # no time is left, but nothing may be left either
             for life in list(self._guests):
-                await self._end_guest(life, reason)
+                await self._end_guest(life, reason, at_once=True)
             if self._host is not None and not self._host.done():
                 self._host.cancel()
                 await asyncio.wait([self._host])
@@ -269,10 +269,10 @@ class System:
             if task.done() and not task.cancelled() and (error := task.exception()) and not isinstance(error, Stop)
         ]
 
-    async def _end_guest(self, life: NodeLife, reason: str) -> None:
+    async def _end_guest(self, life: NodeLife, reason: str, *, at_once: bool = False) -> None:
         """Ask, then kill, then give up: nobody else watches over a node beside the tree."""
         task = self._guests[life]
-        timeout = 0.0 if life.child.stop == "kill" else life.child.stop
+        timeout = 0.0 if at_once or life.child.stop == "kill" else life.child.stop
         try:
             if not task.done():
                 life.stop(reason)

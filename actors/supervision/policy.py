@@ -80,7 +80,7 @@ class Backoff(msgspec.Struct, frozen=True):
     """Wait before a restart: `first` seconds, then `factor` times longer each time, never longer than `most`.
 
     Each wait is drawn out by up to `jitter` of itself, at random (from the system's seeded generator), so that
-    what failed together does not come back together. A life longer than `reset_after` seconds starts over at `first`.
+    what failed together does not come back together. A life of at least `reset_after` seconds starts over at `first`.
     Source: Apache Pekko, `SupervisorStrategy.restartWithBackoff`.
     """
 

@@ -299,6 +299,7 @@ async def test_a_stop_that_is_canceled_leaves_no_node_behind() -> None:
     stopping.cancel()
     await asyncio.wait([stopping])
     assert stopping.cancelled()
+    assert system.clock.now() < 5.0, "they are killed, not asked"
     assert system.nodes == {}
     assert system_here() is None
     assert asyncio.all_tasks() == {asyncio.current_task()}

@@ -197,6 +197,11 @@ def test_annotations_that_cannot_be_read_or_say_nothing_are_left_to_the_type_che
         async def count(self, goal: Fibonacci.Goal) -> object:
             yield Done(result())
 
+    class Untyped(Node):
+        @COUNT.serve()
+        async def count(self, goal: Fibonacci.Goal) -> Any:
+            yield Done(result())
+
     assert len(Lenient.blueprint.topics) == 7
     assert len(Vague.blueprint.actions) == 1
 
