@@ -264,7 +264,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         Timers that the fired ones schedule for the same instant wait for the next iteration, as in asyncio.
         """
         if self.watch is not None:
-            self._watch()
+            self._look(self.watch)
         timers, last, limit = self._timers, self._order, math.inf
         if last > self._tidy_after:
             self._tidy()
@@ -291,10 +291,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         if limit == math.inf:
             self._wait_without_timers()
 
-    def _watch(self) -> None:
-        watch, self.watch = self.watch, None
-        if watch is not None:
-            watch()
+    def _look(self, watch: Callable[[], None]) -> None:
+        self.watch = None
+        watch()
         self.watch = watch
 
     def _fire(self, timer: Any) -> None:

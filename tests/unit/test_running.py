@@ -212,3 +212,11 @@ def test_ctrl_c_while_a_blocking_node_opens_closes_what_has_begun() -> None:
         story.append("never")
     assert story == ["stop b", "stop a"]
     assert set(threading.enumerate()) == before
+
+
+async def test_a_signal_that_reaches_a_system_without_a_tree_is_noted() -> None:
+    system = System(sinks=())
+    system.interrupt(signal.SIGTERM)
+    assert (system.stop_reason, system.exit_code) == ("SIGTERM", 143)
+    with pytest.raises(NotRunning, match="SIGTERM"):
+        await system.join(Child(Part))

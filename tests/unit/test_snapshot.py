@@ -54,6 +54,24 @@ async def test_what_is_asked_for_and_served_by_nobody_is_shown_as_that(rig: Rig)
     assert before.diff(view) == ("+ action /elsewhere", "+ service /reset")
 
 
+async def test_what_somebody_only_waits_for_is_not_there_yet(rig: Rig) -> None:
+    system = await rig.start(Counter)
+    waits = [rig.me.spawn(rig.me.wait_for(contract)) for contract in (RESET, ELSEWHERE)]
+    await rig.quiet()
+    assert [view.name for view in system.snapshot().services] == ["/count"]
+    for task in waits:
+        task.cancel()
+
+
+async def test_what_nobody_serves_has_a_line_from_its_client_and_none_to_a_server(rig: Rig) -> None:
+    system = await rig.start(Counter)
+    with pytest.raises(ServiceUnavailable):
+        await rig.call(RESET, Trigger.Request(), timeout=0.1)
+    drawn = system.snapshot().to_dot()
+    assert '"node /rig" -> "service /reset" [style=dashed]' in drawn
+    assert '"service /reset" ->' not in drawn
+
+
 async def test_a_client_that_has_left_is_no_longer_drawn(rig: Rig) -> None:
     system = await rig.start(Counter)
     async with open_node("visitor") as node, node.start(COUNT, Fibonacci.Goal(order=1)):
