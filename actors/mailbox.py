@@ -79,6 +79,7 @@ class Mailbox:
             return
         for feed in self.feeds:
             if feed.node is not core:
+                core.system.dead_letters += len(feed.messages)
                 feed.close()
         self.inbox.clear(keep=lambda item: not isinstance(item, Feed) or item.node is core)
         self.feeds = [feed for feed in self.feeds if feed.node is core]
@@ -90,8 +91,9 @@ class Mailbox:
                     if server.entry.server is None:
                         server.entry.close(core.fqn)
 
-    def close(self, fqn: str) -> None:
-        """There will be no next life: leave the graph."""
+    def close(self, fqn: str) -> int:
+        """There will be no next life: leave the graph. Answers how many messages waited for one."""
+        dead_letters = sum(len(feed.messages) for feed in self.feeds)
         servers: list[Server | ActionServer] = [*self.services.values(), *self.actions.values()]
         self.note(feed.entry for feed in self.feeds)
         self.note(server.entry for server in servers)
@@ -104,6 +106,7 @@ class Mailbox:
         self.services.clear()
         self.actions.clear()
         self.inbox.clear(keep=lambda item: False)
+        return dead_letters
 
     def forget(self, fqn: str) -> None:
         """Nobody will ask for this node again: after `close`, take out of the graph what was there because of it."""

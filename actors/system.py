@@ -92,6 +92,8 @@ class System:
         self.rng = self.random("supervision")
         self.nodes: dict[tuple[str, ...], NodeState] = {}
         self.reports: deque[Report] = deque(maxlen=10_000)
+        self.dead_letters = 0
+        """Messages that waited for a node's next life, which never came, or for a handler that it no longer has."""
         self.supervisor: RunningSupervisor | None = None
         self.stop_reason: str | None = None
         self.stalls: StallWatch | None = None
@@ -378,7 +380,10 @@ class System:
             state.mailbox.core.release()
         state.core = None
         state.state = "stopped"
-        state.mailbox.close(state.identity.fqn)
+        dead_letters = state.mailbox.close(state.identity.fqn)
+        self.dead_letters += dead_letters
+        if dead_letters and self.stop_reason is None:
+            self.log.info("dead letters", node_name=state.identity.fqn, messages=dead_letters)
         self._names.pop(state.identity.fqn, None)
 
     def report(self, report: Report) -> None:

@@ -214,3 +214,37 @@ async def test_a_client_of_many_short_lived_services_remembers_the_newest_only(r
     assert len(rig.system.graph.services) < 10
     assert len(rig.system.graph.departed) <= 256
     assert len(rig.me.core.clients) <= 256
+
+
+class Choking(Node):
+    """Fails at the first number, and leaves the others lying."""
+
+    @NUMBERS.on()
+    def take(self, message: Int32) -> None:
+        raise ValueError("too much")
+
+
+class Deaf(Node):
+    """Takes nothing."""
+
+
+async def test_what_waited_for_a_life_that_never_came_is_counted_as_dead_letters(rig: Rig) -> None:
+    tree = Supervisor("office", children=[Child(Office), Child(Choking, restart=temporary)])
+    system = await rig.start(tree)
+    with rig.expect_failure(ValueError):
+        for k in range(4):
+            rig.publish(NUMBERS, number(k))
+        await rig.advance(1.0)
+    assert system.dead_letters == 3
+    assert rig.node(Office).sum == 6
+    (line,) = [record for record in rig.logs if record.event == "dead letters"]
+    assert line.fields == {"node_name": "/choking", "messages": 3}
+
+
+async def test_what_waited_for_a_handler_that_the_next_life_has_not_is_a_dead_letter_too(rig: Rig) -> None:
+    system = await rig.start(Supervisor("office", children=[Child(Office), Child(Choking)]))
+    assert isinstance(system.supervisor, RunningSupervisor)
+    for k in range(3):
+        rig.publish(NUMBERS, number(k))
+    await system.supervisor.replace("choking", Deaf)
+    assert system.dead_letters == 3
