@@ -1,0 +1,149 @@
+"""The ladder of acceptance metrics: lines that are measured for several seeds, held against three bounds, and printed as a table or JSON.
+
+Every figure is the median over the seeds, with the least and the largest, and is shown with its back end, seeds, machine and date.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import date
+from importlib import metadata
+from pathlib import Path
+from statistics import median
+from typing import Any, TypeAlias
+
+from robot.run.options import Parser, UsageError
+
+__all__ = ["Bounds", "Metric", "conclude", "machine", "measure", "parser", "table"]
+
+LEVELS = ("first version", "good", "beats the anchors")
+NO_LEVEL = "not in the ladder"
+Bounds: TypeAlias = tuple[float | None, float | None, float | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """One line of the table. `quick` lines are measured by `--quick` too."""
+
+    name: str
+    unit: str
+    bounds: Bounds
+    """Those of the three columns; None where a column has none, or asks for more than is measured here."""
+    take: Callable[[int], float]
+    """The value for one seed."""
+    larger_is_better: bool = False
+    quick: bool = False
+
+    def level(self, value: float) -> str:
+        """The highest column of the ladder that `value` reaches; empty if it reaches none of those that have a bound."""
+        bounds = [(name, bound) for name, bound in zip(LEVELS, self.bounds, strict=True) if bound is not None]
+        reached = [name for name, bound in bounds if (value >= bound if self.larger_is_better else value <= bound)]
+        return reached[-1] if reached else "" if bounds else NO_LEVEL
+
+
+def parser(name: str, description: str, *, seeds: Sequence[int] = (1, 2, 3, 4, 5)) -> Parser:
+    """A command line for `python -m robot evaluate NAME` with what all of them take: --seeds, --only, --quick, --json."""
+    made = Parser(prog=f"python -m robot evaluate {name}", description=description)
+    made.add_argument("--seeds", type=int, nargs="+", default=list(seeds), help="one run of everything per seed")
+    made.add_argument("--quick", action="store_true", help="the short measurements only")
+    made.add_argument("--only", default="", help="only metrics whose name contains this")
+    made.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    return made
+
+
+def measure(
+    metrics: Sequence[Metric],
+    seeds: Sequence[int],
+    *,
+    backend: str,
+    quick: bool = False,
+    only: str = "",
+    **settings: Any,
+) -> dict[str, Any]:
+    """Measure each line for each seed, saying on stderr how far it is.
+
+    Returns a dict that JSON can hold: back end, machine, date, `settings`, and one entry per metric with its value per seed, median,
+    least, largest, bounds and the level that its median reaches. Raises `UsageError` when no metric is called like `only`.
+    """
+    chosen = [metric for metric in metrics if only in metric.name and (metric.quick or not quick)]
+    if not chosen:
+        known = ", ".join(repr(metric.name) for metric in metrics if metric.quick or not quick)
+        raise UsageError(f"--only {only}: no metric's name contains that; there are: {known}")
+    rows: list[dict[str, Any]] = []
+    for metric in chosen:
+        began = time.perf_counter()
+        values = [metric.take(seed) for seed in seeds]
+        rows.append(_row(metric, values))
+        seconds = time.perf_counter() - began
+        print(f"{metric.name}: {median(values):.4g} {metric.unit} ({seconds:.0f} s)", file=sys.stderr, flush=True)
+    return {
+        "backend": backend, "seeds": list(seeds), **settings,
+        "date": date.today().isoformat(), "machine": machine(), "metrics": rows,
+    }  # fmt: skip
+
+
+def table(title: str, result: dict[str, Any]) -> str:
+    """What `measure` gave, as text under a title line."""
+    here = result["machine"]
+    lines = [
+        f"{title}, back end {result['backend']}",
+        f"seeds {', '.join(map(str, result['seeds']))}; {result['date']}; {here['processor']}, {here['cores']} cores, "
+        f"Python {here['python']}, MuJoCo {here['mujoco']}",
+        "",
+        f"{'metric':<42}{'median':>10}{'min':>10}{'max':>10} {'unit':<6}{'first':>8}{'good':>8}{'beats':>8}  level",
+    ]
+    for row in result["metrics"]:
+        bounds = "".join(f"{'-' if bound is None else format(bound, '.4g'):>8}" for bound in row["ladder"].values())
+        values = "".join(f"{row[key]:>10.4g}" for key in ("median", "min", "max"))
+        lines.append(f"{row['name']:<42}{values} {row['unit']:<6}{bounds}  {row['level'] or 'below first version'}")
+    return "\n".join(lines)
+
+
+def conclude(title: str, result: dict[str, Any], *, as_json: bool) -> int:
+    """Print what `measure` gave; the exit code: 0 if every metric reaches the first version, 1 if one does not."""
+    print(json.dumps(result, indent=2) if as_json else table(title, result))
+    return 0 if all(row["level"] for row in result["metrics"]) else 1
+
+
+def machine() -> dict[str, Any]:
+    """What the figures were measured on."""
+    processor = platform.processor() or platform.machine()
+    described = Path("/proc/cpuinfo")
+    if described.exists():
+        names = [line.split(":", 1)[1].strip() for line in described.read_text().splitlines() if "model name" in line]
+        processor = names[0] if names else processor
+    return {
+        "processor": processor,
+        "cores": os.cpu_count(),
+        "system": platform.platform(),
+        "python": platform.python_version(),
+        "mujoco": _version("mujoco-core"),
+    }
+
+
+def _row(metric: Metric, values: Sequence[float]) -> dict[str, Any]:
+    middle = median(values)
+    return {
+        "name": metric.name,
+        "unit": metric.unit,
+        "median": middle,
+        "min": min(values),
+        "max": max(values),
+        "values": list(values),
+        "ladder": dict(zip(LEVELS, metric.bounds, strict=True)),
+        "better": "larger" if metric.larger_is_better else "smaller",
+        "level": metric.level(middle),
+    }
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "none"
