@@ -14,8 +14,9 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
     """A selector event loop for real time; pass it as `loop_factory` to `asyncio.Runner` or `anyio.run`.
 
     asyncio rounds every wait up to a whole millisecond, because `epoll_wait` takes no less. On Linux this loop waits
-    to the microsecond, and while it runs its thread asks the kernel not to delay timers (timer slack 1 ns instead of
-    50 us); threads started meanwhile inherit that. Elsewhere it is asyncio's selector loop unchanged.
+    to the microsecond, learns by how much the system wakes it late and asks that much earlier, and while it runs its
+    thread asks the kernel not to delay timers (timer slack 1 ns instead of 50 us); threads started meanwhile inherit
+    that. No timer fires early. Elsewhere it is asyncio's selector loop unchanged.
     """
     return _PreciseLoop(_PreciseSelector()) if sys.platform == "linux" else asyncio.SelectorEventLoop()
 
@@ -30,28 +31,43 @@ if sys.platform == "linux":
     _PR_SET_TIMERSLACK, _PR_GET_TIMERSLACK = 29, 30
     _LONG = 0.010
     """Seconds; longer waits are made in two parts."""
+    _STEP, _MOST = 1e-6, 200e-6
+    """By how much the learned lag grows after a wait that ended later than it, and the most it may become, seconds."""
 
     class _PreciseSelector(selectors.EpollSelector):
         """Epoll, waited for through `select.select` on the epoll descriptor itself, whose timeout is in microseconds."""
 
+        def __init__(self) -> None:
+            super().__init__()
+            self._lag = 0.0
+            """What three of four waits end late by at least, seconds: so much earlier the next one is asked to end."""
+
         def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
             if timeout is None or timeout <= 0.0 or self.fileno() >= _FD_SETSIZE:
                 return super().select(timeout)
-            self._wait(timeout)
+            self._wait(time.monotonic() + timeout, timeout)
             return super().select(0)
 
-        def _wait(self, timeout: float) -> None:
-            """Wait for a descriptor, at most `timeout` seconds.
+        def _wait(self, end: float, timeout: float) -> None:
+            """Wait for a descriptor, at most until `end`, which is `timeout` seconds away.
 
             The kernel may add a thousandth of a wait to it, so a long one leaves its last part to a second, short one.
             """
-            epoll = (self.fileno(),)
             if timeout > _LONG:
-                end = time.monotonic() + timeout
-                if select.select(epoll, (), (), timeout * 0.995)[0]:
+                if self._ready(timeout * 0.995):
                     return
-                timeout = max(0.0, end - time.monotonic())
-            select.select(epoll, (), (), timeout)
+                timeout = end - time.monotonic()
+            if timeout > self._lag:
+                if self._ready(timeout - self._lag):
+                    return
+                late = time.monotonic() - end + self._lag
+                # A rise of one step to a fall of three settles where three of four are later.
+                self._lag = min(_MOST, self._lag + _STEP) if late > self._lag else max(0.0, self._lag - 3 * _STEP)
+            while time.monotonic() < end and not self._ready(0.0):
+                pass  # it woke early: a few microseconds are left, too few to sleep for
+
+        def _ready(self, timeout: float) -> bool:
+            return bool(select.select((self.fileno(),), (), (), timeout)[0])
 
     class _PreciseLoop(asyncio.SelectorEventLoop):
         # As asyncio has it, but without a Python call: everything asks for it.

@@ -1,4 +1,7 @@
-"""Simulated time: events per second of the processor with six periodic handlers at 10 to 500 Hz, synchronous and awaiting ones."""
+"""Simulated time: events per second of the processor with six periodic handlers at 10 to 500 Hz, synchronous and awaiting ones.
+
+Then six nodes at those rates: how much faster than the clock on the wall they live.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,8 @@ import time
 from collections.abc import Awaitable, Callable, Generator
 from typing import Any
 
+from actors import Child, Node, Supervisor, background, every
+from actors import run as run_tree
 from actors.testing.loop import VirtualLoop
 from actors.ticker import Ticker
 from tests.benchmarks import Contestant, Row, contest
@@ -16,6 +21,8 @@ from tests.benchmarks import Contestant, Row, contest
 RATES = (10, 50, 100, 200, 400, 500)
 LONG, SHORT = 20.0, 1.0
 """Simulated seconds of a round; the short one is for a peer that needs it."""
+WAKES = 5000
+"""Of each of the six tasks that wait without a clock."""
 
 
 def run() -> list[Row]:
@@ -31,13 +38,19 @@ def run() -> list[Row]:
         Contestant("sleep_until on VirtualLoop", "ours", lambda: _on_loop(_sleep_until, VirtualLoop)),
         Contestant("asyncio.sleep on VirtualLoop", "ours", lambda: _on_loop(_sleep, VirtualLoop)),
         Contestant("heapq and generators", "floor", _heap_of_generators),
+        Contestant("futures on asyncio's loop, no clock at all", "floor", _futures),
         Contestant("simpy processes", "peer", _simpy_processes, needs="simpy"),
         Contestant("asyncio.sleep on aiotools.VirtualClock", "peer", lambda: _on_aiotools(_sleep), needs="aiotools"),
         Contestant("asyncio.sleep on looptime", "peer", lambda: _on_looptime(_sleep), needs="looptime"),
     ]
+    nodes = [
+        Contestant("handlers with @every", "ours", lambda: _nodes(_ticking)),
+        Contestant("loops that sleep_until", "ours", lambda: _nodes(_sleeping)),
+    ]
     return [
         *contest("periodic callbacks in simulated time", ["events per CPU second"], callbacks),
         *contest("periodic tasks in simulated time", ["events per CPU second"], awaiting),
+        *contest("six nodes at 10 to 500 Hz", ["simulated seconds per CPU second"], nodes),
     ]
 
 
@@ -90,6 +103,61 @@ def _heap_of_generators() -> tuple[float]:
         _, order, generator = heap[0]
         heapq.heapreplace(heap, (generator.send(None), order, generator))
     return count.rate()
+
+
+def _futures() -> tuple[float]:
+    """What a task costs that waits for one future after another: the limit of everything that is built on asyncio."""
+
+    async def handler(count: _Count) -> None:
+        loop = asyncio.get_running_loop()
+        for _ in range(WAKES):
+            future = loop.create_future()
+            loop.call_soon(future.set_result, None)
+            await future
+            count.events += 1
+
+    async def main() -> tuple[float]:
+        count = _Count()
+        await asyncio.gather(*(handler(count) for _ in RATES))
+        return count.rate()
+
+    return asyncio.run(main())
+
+
+# -------------------------------------------------------------------------------------------------- nodes
+
+
+def _ticking(hz: int) -> type[Node]:
+    class Ticking(Node):
+        @every(hz=hz)
+        def tick(self) -> None: ...
+
+    return Ticking
+
+
+def _sleeping(hz: int) -> type[Node]:
+    class Sleeping(Node):
+        @background
+        async def work(self) -> None:
+            start, k = self.clock.now(), 0
+            while True:
+                k += 1
+                await self.clock.sleep_until(start + k / hz)
+
+    return Sleeping
+
+
+def _nodes(make: Callable[[int], type[Node]]) -> tuple[float]:
+    tree = Supervisor("six", children=[Child(make(hz), name=f"node_{hz}") for hz in RATES])
+
+    async def main() -> tuple[float]:
+        async with run_tree(tree, signals=False, sinks=()) as system:
+            begin = time.process_time()
+            await system.clock.sleep(LONG)
+            return (LONG / (time.process_time() - begin),)
+
+    with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+        return runner.run(main())
 
 
 # -------------------------------------------------------------------------------------------------- event loops

@@ -114,3 +114,35 @@ def test_a_cancellation_that_came_first_is_not_overtaken_by_the_instant() -> Non
 
     with asyncio.Runner(loop_factory=VirtualLoop) as runner:
         runner.run(program())
+
+
+def test_on_the_real_clock_sleep_until_is_never_early_and_leaves_no_timer_when_canceled() -> None:
+    async def main() -> tuple[float, int, bool]:
+        loop = asyncio.get_running_loop()
+        ours = Clock(loop, virtual=False)
+        await ours.sleep_until(0.002)
+        woken = ours.now()
+        sleeper = asyncio.create_task(ours.sleep_until(100.0))
+        await asyncio.sleep(0)
+        sleeper.cancel()
+        await asyncio.gather(sleeper, return_exceptions=True)
+        timers = [timer for timer in loop._scheduled if not timer.cancelled()]  # type: ignore[attr-defined]
+        return woken, len(timers), sleeper.cancelled()
+
+    woken, timers, canceled = asyncio.run(main())
+    assert woken >= 0.002
+    assert (timers, canceled) == (0, True)
+
+
+def test_on_the_real_clock_an_instant_and_a_cancellation_together_do_no_harm() -> None:
+    async def main() -> bool:
+        loop = asyncio.get_running_loop()
+        ours = Clock(loop, virtual=False)
+        sleeper = asyncio.create_task(ours.sleep_until(100.0))
+        await asyncio.sleep(0)
+        (timer,) = loop._scheduled  # type: ignore[attr-defined]
+        sleeper.cancel()
+        timer._run()
+        return isinstance((await asyncio.gather(sleeper, return_exceptions=True))[0], asyncio.CancelledError)
+
+    assert asyncio.run(main())

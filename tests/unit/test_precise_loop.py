@@ -143,3 +143,94 @@ def test_the_loop_is_asyncios_own_apart_from_its_waits() -> None:
     assert isinstance(loop, asyncio.SelectorEventLoop)
     assert isinstance(loop._selector, selectors.DefaultSelector)  # type: ignore[attr-defined]
     loop.close()
+
+
+# -- the lag of the system is learned ---------------------------------------------------------------------------------------
+
+
+class LateSystem:
+    """A clock and a `select` that ends every wait late, or at once while a descriptor is `ready`. Seconds."""
+
+    def __init__(self, lateness: float) -> None:
+        self.now = 100.0
+        self.lateness = lateness
+        self.ready = False
+
+    def monotonic(self) -> float:
+        self.now += 1e-7
+        return self.now
+
+    def select(self, *arguments: Any) -> tuple[list[int], list[int], list[int]]:
+        timeout = arguments[3]
+        if self.ready:
+            return arguments[0], [], []
+        self.now += timeout + self.lateness if timeout > 0.0 else 1e-6
+        return [], [], []
+
+
+@pytest.fixture
+def late_system(monkeypatch: pytest.MonkeyPatch) -> LateSystem:
+    system = LateSystem(80e-6)
+    monkeypatch.setattr(loops, "time", system)
+    monkeypatch.setattr(loops, "select", system)
+    return system
+
+
+def lateness(system: LateSystem, selector: selectors.BaseSelector, timeout: float) -> float:
+    due = system.now + timeout
+    selector.select(timeout)
+    return system.now - due
+
+
+@linux
+@pytest.mark.parametrize("timeout", [0.002, 0.020])
+def test_waits_become_exact_where_the_system_is_always_as_late(late_system: LateSystem, timeout: float) -> None:
+    with loops._PreciseSelector() as selector:
+        seen = [lateness(late_system, selector, timeout) for _ in range(300)]
+    assert seen[0] > 80e-6
+    assert min(seen) >= 0.0
+    assert max(seen[-100:]) < 5e-6
+
+
+@linux
+def test_a_stall_teaches_no_more_than_any_other_late_wait(late_system: LateSystem) -> None:
+    with loops._PreciseSelector() as selector:
+        for _ in range(300):
+            selector.select(0.002)
+        late_system.lateness = 20e-3
+        selector.select(0.002)
+        late_system.lateness = 80e-6
+        assert lateness(late_system, selector, 0.002) < 5e-6
+
+
+@linux
+def test_a_system_that_becomes_quicker_is_followed_and_a_wait_below_the_lag_is_made_awake(
+    late_system: LateSystem,
+) -> None:
+    with loops._PreciseSelector() as selector:
+        for _ in range(300):
+            selector.select(0.002)
+        assert 0.0 <= lateness(late_system, selector, 40e-6) < 5e-6
+        late_system.lateness = 10e-6
+        seen = [lateness(late_system, selector, 0.002) for _ in range(100)]
+    assert min(seen) >= 0.0
+    assert max(seen) < 15e-6
+
+
+@linux
+def test_on_a_very_late_system_no_more_than_a_fifth_of_a_millisecond_is_made_up_for(late_system: LateSystem) -> None:
+    late_system.lateness = 5e-3
+    with loops._PreciseSelector() as selector:
+        seen = [lateness(late_system, selector, 0.002) for _ in range(400)]
+    assert min(seen) > 4.7e-3
+
+
+@linux
+def test_what_is_ready_ends_a_wait_and_teaches_nothing(late_system: LateSystem) -> None:
+    with loops._PreciseSelector() as selector:
+        for _ in range(300):
+            selector.select(0.002)
+        late_system.ready = True
+        assert all(lateness(late_system, selector, 0.002) < -0.0019 for _ in range(300))
+        late_system.ready = False
+        assert 0.0 <= lateness(late_system, selector, 0.002) < 5e-6
