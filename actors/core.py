@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Coroutine
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 from actors.actions import ActionServer
 from actors.errors import DeclarationError
@@ -232,14 +232,17 @@ class Core(Ground):
     ) -> None:
         self.check_use()
         entry = self.system.graph.service(self.identity.service(service.name))
-        self._refuse_second(entry.server, entry.name, "service")
-        server = Server(self, entry, service.response, label, concurrent)
+        if entry.server is not None:
+            self._refuse_second(entry.server, "service", entry.server.type, service.type)
+        server = Server(self, entry, service.type, label, concurrent)
         server.handler = handler
         self.mailbox.services[entry.name] = server
         entry.open(server)
 
     def serve_action(self, server: ActionServer) -> None:
-        self._refuse_second(server.entry.server, server.entry.name, "action")
+        first = server.entry.server
+        if first is not None:
+            self._refuse_second(first, "action", first.action.type, server.action.type)
         self.mailbox.actions[server.entry.name] = server
         server.entry.open(server)
         graph = self.system.graph
@@ -248,12 +251,15 @@ class Core(Ground):
             if topic is not None and topic.subscriptions:
                 graph.derive_topic(topic)
 
-    def _refuse_second(self, server: Server | ActionServer | None, name: str, kind: str) -> None:
-        if server is not None:
-            raise DeclarationError(
-                f"{self.fqn} would be the second server of {kind} {name}, which {server.node.fqn} serves already: "
-                "give one of them another name or namespace"
-            )
+    def _refuse_second(
+        self, first: Server | ActionServer, kind: str, served: type[Any], offered: type[Any]
+    ) -> NoReturn:
+        served_type, offered_type = served.__ros_type__, offered.__ros_type__
+        types = f" as {served_type}, not as {offered_type}" if served_type != offered_type else ""
+        raise DeclarationError(
+            f"{self.fqn} would be the second server of {kind} {first.entry.name}, which {first.node.fqn} serves already{types}: "
+            "give one of them another name or namespace"
+        )
 
     # -- timers and publishing ------------------------------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from actors.channel import Publisher
     from actors.core import Core
     from actors.graph import ServiceEntry, TopicEntry
+    from actors.lifecycle_node import LifecycleNode
     from actors.logs import LogRecord
     from actors.parameters import ParameterChange
     from actors.system import System
@@ -59,7 +60,7 @@ def open_service(system: System, entry: ServiceEntry) -> None:
         if core is not None and core.node.managed:
             from actors.lifecycle_node import lifecycle_service
 
-            type, handler = lifecycle_service(core.node, last)  # type: ignore[arg-type]
+            type, handler = lifecycle_service(cast("LifecycleNode", core.node), last)
             _serve(core, entry, type, handler, entry.name, 0)
     elif ACTION in entry.name:
         action, _, verb = entry.name.rpartition(ACTION)
@@ -90,7 +91,7 @@ def _core_of(server: ActionServer) -> Core:
 
 
 def _serve(core: Core, entry: ServiceEntry, type: Any, handler: Any, label: str, concurrent: int) -> None:
-    server = Server(core, entry, type.Response, label, concurrent)
+    server = Server(core, entry, type, label, concurrent)
     server.handler = handler
     core.derived.append(server)
     entry.open(server)

@@ -21,7 +21,7 @@ from actors.errors import (
     WrongType,
 )
 from actors.goals import GoalStatus
-from actors.services import Caller, refuse_cycle
+from actors.services import Caller, refuse_cycle, refuse_other_type
 
 if TYPE_CHECKING:
     from actors.contracts import Action
@@ -188,6 +188,7 @@ class Goal(Generic[R, F]):
                 )
             await entry.available()
         assert entry.server is not None
+        refuse_other_type(entry.name, entry.server.node, entry.server.action.type, self._node, self._action.type)
         run = GoalRun(entry.server, self._node.new_id(), self._message)
         run.on_feedback = self._on_feedback
         run.on_outcome = self._on_outcome

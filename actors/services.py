@@ -11,7 +11,7 @@ import math
 from asyncio import current_task
 from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 import msgspec
 
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from actors.contracts import Service
     from actors.deadlines import Deadlines
     from actors.graph import ServiceEntry
-    from actors.interfaces.message import Message
+    from actors.interfaces.message import Message, ServiceType
 
-__all__ = ["Caller", "Client", "Request", "Server", "refuse_cycle"]
+__all__ = ["Caller", "Client", "Request", "Server", "refuse_cycle", "refuse_other_type"]
 
 Req = TypeVar("Req", bound="Message")
 Resp = TypeVar("Resp", bound="Message")
@@ -72,14 +72,18 @@ class Server:
         "label",
         "node",
         "response",
+        "type",
         "waiting",
     )
 
-    def __init__(self, node: Caller, entry: ServiceEntry, response: type[Message], label: str, concurrent: int) -> None:
+    def __init__(
+        self, node: Caller, entry: ServiceEntry, kind: type[ServiceType[Any, Any]], label: str, concurrent: int
+    ) -> None:
         self.node = node
         self.inbox = node.inbox
         self.entry = entry
-        self.response = response
+        self.type = kind
+        self.response: type[Message] = cast("Any", kind).Response
         self.label = label
         self.concurrent = concurrent
         self.handler: Callable[[Any], Awaitable[Message]]
@@ -205,17 +209,26 @@ def refuse_cycle(node: Caller, other: Caller | None) -> None:
         other = other.waits_for
 
 
+def refuse_other_type(name: str, server: Caller, served: type[Any], client: Caller, asked: type[Any]) -> None:
+    """Raise `WrongType` if a service or action is served as one ROS type and asked as another."""
+    if served.__ros_type__ != asked.__ros_type__:
+        raise WrongType(
+            f"{name} is served by {server.fqn} as {served.__ros_type__}, and asked by {client.fqn} as {asked.__ros_type__}: "
+            "give one of the two another name, or both sides the same type"
+        )
+
+
 class Client(Generic[Req, Resp]):
     """One node's way to one service, made at its first call."""
 
-    __slots__ = ("deadlines", "entry", "inbox", "node", "request", "service")
+    __slots__ = ("deadlines", "entry", "inbox", "node", "request", "type")
 
     def __init__(self, node: Caller, entry: ServiceEntry, service: Service[Req, Resp]) -> None:
         self.node = node
         self.inbox = node.inbox
         self.deadlines = node.deadlines
         self.entry = entry
-        self.service = service
+        self.type = service.type
         self.request = service.request
 
     def __repr__(self) -> str:
@@ -232,6 +245,8 @@ class Client(Generic[Req, Resp]):
             started = inbox.loop.time()
             server = await self._found(timeout)
             timeout = max(1e-9, timeout - (inbox.loop.time() - started))
+        if server.type is not self.type:
+            refuse_other_type(self.entry.name, server.node, server.type, self.node, self.type)
         node = self.node
         # A node that sleeps is in no handler; in one that waits, a call back to its node would wait for itself.
         exclusive = inbox.waiter is None and inbox.task is current_task(inbox.loop) and not server.concurrent
@@ -269,7 +284,7 @@ class Client(Generic[Req, Resp]):
                 await entry.available()
         except TimeoutError:
             raise ServiceUnavailable(
-                f"nobody serves {entry.name} [{self.service.type.__name__}] after {timeout:g} s: start its node, or check the name "
+                f"nobody serves {entry.name} [{self.type.__name__}] after {timeout:g} s: start its node, or check the name "
                 "and namespace"
             ) from None
         assert entry.server is not None

@@ -13,6 +13,7 @@ import pytest
 
 from actors import (
     Aborted,
+    Action,
     ActionUnavailable,
     Backoff,
     Child,
@@ -40,6 +41,7 @@ from actors import (
 from actors.contracts import Arrivals
 from actors.goal_client import Goal
 from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.tf2_msgs.action import LookupTransform
 from actors.testing import Rig
 from tests.stage import ADD, COUNT, events, order, result, step, total, two
 
@@ -415,6 +417,16 @@ async def test_S_25_a_second_server_of_an_action_is_refused(rig: Rig) -> None:
         StartFailed, match="/two would be the second server of action /count, which /one serves already"
     ):
         await rig.start(Child(Counter, name="one"), Child(Counter, name="two"))
+
+
+async def test_S_35_a_goal_of_another_type_than_is_served_is_refused_with_both_types(rig: Rig) -> None:
+    await rig.start(Counter)
+    look_up = Action(LookupTransform, "count")
+    with pytest.raises(
+        WrongType,
+        match=r"/count is served by /counter as example_interfaces/action/Fibonacci, and asked by .* as tf2_msgs/action/LookupTransform",
+    ):
+        await rig.start_goal(look_up, LookupTransform.Goal())
 
 
 # -- cancellation ----------------------------------------------------------------------------------------------------

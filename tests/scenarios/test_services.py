@@ -489,6 +489,46 @@ async def test_S_25_a_second_server_is_refused_and_both_are_named(rig: Rig) -> N
     assert (await rig.call(ADD, two(1, 2))).sum == 3
 
 
+ADD_AS_TRIGGER = Service(Trigger, "add")
+
+
+class Trickster(Node):
+    """Serves another type under the name of the adder's service."""
+
+    @ADD_AS_TRIGGER.serve()
+    async def trick(self, request: Trigger.Request) -> Trigger.Response:
+        return Trigger.Response(success=True)
+
+
+async def test_S_35_a_second_server_of_another_type_is_refused_with_both_types(rig: Rig) -> None:
+    with pytest.raises(
+        StartFailed,
+        match="which /adder serves already as example_interfaces/srv/AddTwoInts, not as std_srvs/srv/Trigger",
+    ):
+        await rig.start(Adder, Trickster)
+
+
+async def test_S_35_who_asks_for_another_type_than_is_served_hears_both_and_the_server_hears_nothing(rig: Rig) -> None:
+    await rig.start(Adder)
+    with pytest.raises(
+        WrongType,
+        match=r"/add is served by /adder as example_interfaces/srv/AddTwoInts, and asked by .* as std_srvs/srv/Trigger: give",
+    ):
+        await rig.call(ADD_AS_TRIGGER, Trigger.Request())
+    assert (await rig.call(ADD, two(1, 2))).sum == 3
+
+
+async def test_S_35_the_type_counts_again_when_another_node_has_taken_over_the_name(rig: Rig) -> None:
+    await rig.start(Child(Adder, name="first"))
+    assert (await rig.call(ADD, two(1, 2))).sum == 3
+    supervisor = rig.system.supervisor
+    assert supervisor is not None
+    await supervisor.replace("first", Trickster)
+    with pytest.raises(WrongType, match="as std_srvs/srv/Trigger, and asked by"):
+        await rig.call(ADD, two(1, 2))
+    assert (await rig.call(ADD_AS_TRIGGER, Trigger.Request())).success
+
+
 async def test_S_25_a_node_that_is_replaced_by_one_without_the_service_frees_its_name(rig: Rig) -> None:
     class Idle(Node):
         pass
