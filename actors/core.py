@@ -203,6 +203,8 @@ class Core(Ground):
             feed.spawn = self.spawn if self.serving else None
         if fresh:
             entry.add_subscription(feed)
+        elif feed.qos.transient_local:
+            feed.renew()
 
     def serve_concurrently(self) -> None:
         """The node has started: begin with the messages and requests that have come meanwhile for concurrent handlers."""

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from actors.channel import Queue
 from actors.inbox import Inbox
-from actors.lifespan import Stamped
+from actors.lifespan import Aged, Stamped
 
 if TYPE_CHECKING:
     from actors.graph import Participant, TopicEntry
     from actors.interfaces.message import Message
-    from actors.lifespan import Aged
     from actors.qos import QoS
 
 __all__ = ["ConcurrentFeed", "Feed"]
@@ -53,6 +52,21 @@ class Feed(Queue[M]):
                 waiter.set_result(None)
         elif inbox.watch is None:
             inbox.wake()
+
+    def renew(self) -> None:
+        """A new incarnation takes over: like any late joiner it gets what is latched, before what has waited for it meanwhile."""
+        waiting = {id(one.message if isinstance(one, Aged) else one) for one in self.messages}
+        latched = [one for publisher in self.publishers for one in publisher.latched[-self.depth :]]
+        missing = [one for one in latched if id(one) not in waiting]
+        room = self.depth - len(self.messages)
+        missing = missing[-room:] if room > 0 else []
+        self.received += len(missing)
+        self.messages.extendleft(reversed(missing))
+        self._announce(len(missing))
+
+    def _announce(self, count: int) -> None:
+        """So many messages more wait, and nobody serves yet."""
+        self.inbox.items.extend([self] * count)
 
     def aging(self, aged: Aged[M]) -> M:
         self.attended = self.ages = True
@@ -111,6 +125,9 @@ class ConcurrentFeed(Feed[M]):
         else:
             self.messages.append(message)
         self.work()
+
+    def _announce(self, count: int) -> None:
+        """The node sees to them itself when it has started."""
 
     def work(self) -> None:
         """Begin another task if one is free and a message waits. Between two lives of the node nothing is begun."""
