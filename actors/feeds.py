@@ -10,6 +10,8 @@ from actors.inbox import Inbox
 from actors.lifespan import Aged, Stamped
 
 if TYPE_CHECKING:
+    from collections import deque
+
     from actors.graph import Participant, TopicEntry
     from actors.interfaces.message import Message
     from actors.qos import QoS
@@ -55,7 +57,8 @@ class Feed(Queue[M]):
 
     def renew(self) -> None:
         """A new incarnation takes over: like any late joiner it gets what is latched, before what has waited for it meanwhile."""
-        waiting = {id(one.message if isinstance(one, Aged) else one) for one in self.messages}
+        held = cast("deque[M | Aged[M]]", self.messages)
+        waiting = {id(one.message if isinstance(one, Aged) else one) for one in held}
         latched = [one for publisher in self.publishers for one in publisher.latched[-self.depth :]]
         missing = [one for one in latched if id(one) not in waiting]
         room = self.depth - len(self.messages)

@@ -107,6 +107,7 @@ class Ground:
             self.fail(error, handler, decided=True)
             return
         self.log.error(event, handler=handler, error=described(error), at=place_of(error))
+        self.system.answered(error)
         try:
             verdict = self.node.on_error(error, handler)
         except Exception as problem:  # the verdict on a verdict: nobody may wait for ever because of it

@@ -8,17 +8,17 @@ items arrive while the node is busy or asleep, they cost one wake-up.
 from __future__ import annotations
 
 import asyncio
-import os
-import sys
 from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any, Protocol
+
+from actors.errors import is_library
 
 if TYPE_CHECKING:
     from actors.lifespan import Stamped
     from actors.load import Load, Meter
 
-__all__ = ["HOLDING_SECONDS", "Inbox", "Item", "awaited_in", "is_library", "stray_cancel"]
+__all__ = ["HOLDING_SECONDS", "Inbox", "Item", "awaited_in", "stray_cancel"]
 
 HOLDING_SECONDS = 0.5
 """A plain handler that keeps the others waiting for longer than this is reported once (architecture section 5)."""
@@ -285,10 +285,3 @@ def awaited_in(task: asyncio.Task[Any]) -> str:
             or getattr(waiting, "ag_await", None)
         )
     return place
-
-
-def is_library(file: str) -> bool:
-    """Whether a file belongs to asyncio, anyio or the root folder of this package: users look for their own line."""
-    folder = os.path.dirname(file)
-    packages = (sys.modules.get(name) for name in ("asyncio", "anyio", "anyio._core", "anyio._backends", "actors"))
-    return any(package is not None and folder in package.__path__ for package in packages)

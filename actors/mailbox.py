@@ -77,10 +77,10 @@ class Mailbox:
         """Forget what the last incarnation took and served and this one, `core`, does not."""
         if self.incarnation == 1:
             return
-        for feed in self.feeds:
-            if feed.node is not core:
-                core.system.dead_letters += len(feed.messages)
-                feed.close()
+        gone = [feed for feed in self.feeds if feed.node is not core]
+        core.system.lost(core.fqn, sum(len(feed.messages) for feed in gone))
+        for feed in gone:
+            feed.close()
         self.inbox.clear(keep=lambda item: not isinstance(item, Feed) or item.node is core)
         self.feeds = [feed for feed in self.feeds if feed.node is core]
         held: tuple[dict[str, Any], ...] = (self.services, self.actions)

@@ -15,14 +15,15 @@ from threading import Event, Thread
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from actors.inbox import HOLDING_SECONDS, is_library
+from actors.errors import is_library
+from actors.inbox import HOLDING_SECONDS
 
 if TYPE_CHECKING:
     from types import FrameType
 
     from actors.system import NodeState, System
 
-__all__ = ["POLL_SECONDS", "StallWatch"]
+__all__ = ["POLL_SECONDS", "StallWatch", "line_of"]
 
 POLL_SECONDS = 0.2
 
@@ -70,7 +71,7 @@ class StallWatch:
             self._suspect, self._since = suspect, now
             self._ask()
         elif now - self._since >= HOLDING_SECONDS:
-            self.caught = (state, _work_of(state, task), self._line())
+            self.caught = (state, _work_of(state, task), line_of(self._system.thread))
 
     def _ask(self) -> None:
         if self._asked:
@@ -106,14 +107,16 @@ class StallWatch:
                 return state
         return None
 
-    def _line(self) -> str:
-        """Where the loop's thread is, as ``file:line in function``: the innermost line outside the libraries."""
-        innermost = sys._current_frames().get(self._system.thread)  # pyright: ignore[reportPrivateUsage]
-        for frame in _outwards(innermost):
-            file = frame.f_code.co_filename
-            if not file.startswith((STDLIB, "<")) and not is_library(file):
-                return f"{file}:{frame.f_lineno} in {frame.f_code.co_qualname}"
-        return ""
+
+def line_of(thread: int) -> str:
+    """Where a thread is, as ``file:line in function``: the innermost line outside the libraries; empty if there is none."""
+    # the only way into the stack of another thread, and documented, its underscore notwithstanding
+    innermost = sys._current_frames().get(thread)  # pyright: ignore[reportPrivateUsage]
+    for frame in _outwards(innermost):
+        file = frame.f_code.co_filename
+        if not file.startswith((STDLIB, "<")) and not is_library(file):
+            return f"{file}:{frame.f_lineno} in {frame.f_code.co_qualname}"
+    return ""
 
 
 def _work_of(state: NodeState | None, task: asyncio.Task[Any]) -> str:

@@ -86,7 +86,7 @@ class Declaration(ABC):
     def __eq__(self, other: object) -> bool:
         return type(other) is type(self) and self._fields() == other._fields()
 
-    __hash__ = None  # type: ignore[assignment]
+    __hash__ = None  # type: ignore[assignment]  # equal by content, which may be unhashable: parameters, arguments
 
     def __repr__(self) -> str:
         fields = self._fields()
@@ -232,7 +232,7 @@ class Supervisor(Declaration):
         *,
         children: Sequence[Spec] = (),
         strategy: Strategy = one_for_one,
-        intensity: Intensity = Intensity(),  # noqa: B008 (immutable)
+        intensity: Intensity = Intensity(),  # noqa: B008  # it is immutable
         auto_shutdown: AutoShutdown = never,
         restart: Restart = permanent,
         stop: StopTimeout | None = None,
@@ -303,7 +303,7 @@ class DynamicSupervisor(Declaration):
         template: Child,
         *,
         max_children: int | None = None,
-        intensity: Intensity = Intensity(),  # noqa: B008 (immutable)
+        intensity: Intensity = Intensity(),  # noqa: B008  # it is immutable
         auto_shutdown: AutoShutdown = never,
         restart: Restart = permanent,
         stop: StopTimeout | None = None,

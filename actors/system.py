@@ -9,7 +9,6 @@
 from __future__ import annotations
 
 import asyncio
-import math
 import os
 import signal
 from collections import deque
@@ -22,15 +21,15 @@ from actors import derived
 from actors.clock import Clock
 from actors.core import Core
 from actors.deadlines import Deadlines
-from actors.errors import DeclarationError, NotRunning, NotStarted, described, place_of
+from actors.errors import DeclarationError, NotRunning, NotStarted, place_of
 from actors.graph import Graph
+from actors.guests import Guests
 from actors.identity import Identity
 from actors.life import NodeLife
 from actors.logs import ERROR, INFO, WARN, LogRecord, LogSink, NodeLog, structlog_sink
 from actors.mailbox import Mailbox
 from actors.stall import StallWatch
-from actors.supervision.incarnation import GRACE
-from actors.supervision.reasons import Stop, cause_of
+from actors.supervision.reasons import cause_of
 from actors.supervision.running import RunningSupervisor
 from actors.ticker import Ticker
 
@@ -50,10 +49,14 @@ SECOND_SIGNAL_SECONDS = 2.0
 """A second SIGINT or SIGTERM within this time kills what is still stopping."""
 
 
+KEPT_RESTARTS = 100
+"""So many restarts of one node are remembered, with time and reason."""
+
+
 class NodeState:
     """What the system knows of one node over all its incarnations: for reports and tools."""
 
-    __slots__ = ("child", "core", "identity", "mailbox", "node_class", "path", "restarts", "state")
+    __slots__ = ("child", "core", "identity", "mailbox", "node_class", "path", "restart_count", "restarts", "state")
 
     def __init__(self, identity: Identity, mailbox: Mailbox) -> None:
         self.child: Child | None = None
@@ -65,11 +68,19 @@ class NodeState:
         self.state = "starting"
         """starting, running, stopping (it cleans up), restarting or stopped (for good)."""
         self.restarts: list[tuple[float, str]] = []
-        """(seconds on the system's clock, why) of each end that a restart follows or followed."""
+        """(seconds on the system's clock, why) of the newest ends that a restart follows or followed, at most `KEPT_RESTARTS`."""
+        self.restart_count = 0
+        """How many there were in all."""
 
     @property
     def incarnation(self) -> int:
         return self.mailbox.incarnation
+
+    def note_restart(self, at: float, why: str) -> None:
+        """The node has ended, and a restart follows."""
+        self.restart_count += 1
+        self.restarts.append((at, why))
+        del self.restarts[:-KEPT_RESTARTS]
 
     @property
     def load(self) -> Load:
@@ -91,6 +102,7 @@ class System:
         self.deadlines = Deadlines(self.loop)
         self.rng = self.random("supervision")
         self.nodes: dict[tuple[str, ...], NodeState] = {}
+        self.guests = Guests(self)
         self.reports: deque[Report] = deque(maxlen=10_000)
         self.dead_letters = 0
         """Messages that waited for a node's next life, which never came, or for a handler that it no longer has."""
@@ -116,7 +128,6 @@ class System:
         self._on_end: list[Callable[[System], None]] = []
         self._on_report: list[Callable[[Report], None]] = []
         self._interrupted_at = 0.0
-        self._guests: dict[NodeLife, asyncio.Task[None]] = {}
         self._names: dict[str, tuple[str, ...]] = {}
         self._from_threads: list[Callable[[], object]] = []
         self._threads_lock = Lock()
@@ -208,14 +219,12 @@ class System:
         if self.stop_reason is None:
             self.stop_reason = reason
         try:
-            for life in reversed(list(self._guests)):
-                await self._end_guest(life, reason)
+            await self.guests.end_all(reason)
             if self._host is not None and self.supervisor is not None and not self._host.done():
                 self.supervisor.stop(reason)
                 await asyncio.wait([self._host])
         except asyncio.CancelledError:  # no time is left, but nothing may be left either
-            for life in list(self._guests):
-                await self._end_guest(life, reason, at_once=True)
+            await self.guests.end_all(reason, at_once=True)
             if self._host is not None and not self._host.done():
                 self._host.cancel()
                 await asyncio.wait([self._host])
@@ -230,65 +239,15 @@ class System:
 
     async def join(self, child: Child) -> NodeLife:
         """Run one more node beside the tree, not supervised by it, and return when it is ready. Raises what its start raises."""
-        if self.stop_reason is not None:
-            raise NotRunning(f"{self!r} has been stopped ({self.stop_reason}): no node can join it any more")
-        name = child.name if not child.namespace else f"{child.namespace.strip('/')}/{child.name}"
-        try:
-            life = self.life(child, ("guests", name), 1)
-        except Exception:
-            self._close_if_empty()
-            raise
-        ready: asyncio.Future[None] = self.loop.create_future()
-        task = self._guests[life] = self.loop.create_task(
-            life.run(lambda: ready.set_result(None)), name=f"guest {name}"
-        )
-        task.add_done_callback(lambda task: self._guest_ended(life, task))
-        try:
-            await asyncio.wait([ready, task], return_when=asyncio.FIRST_COMPLETED)
-        except asyncio.CancelledError:
-            await self.leave(life, "the start was canceled")
-            raise
-        if not ready.done():
-            await self.leave(life)
-            raise NotRunning(f"{life.identity.fqn} ended before it was ready")
-        return life
+        return await self.guests.join(child)
 
     async def leave(self, life: NodeLife, reason: str = "left") -> None:
         """End a node that joined, within its stop timeout. Raises the error that ended it before, if one did."""
-        task = self._guests.get(life)
-        if task is None:
-            return
-        await self._end_guest(life, reason)
-        self._close_if_empty()
-        if task.done() and not task.cancelled() and (error := task.exception()) is not None:
-            raise error
+        await self.guests.leave(life, reason)
 
     def failed_beside(self) -> list[tuple[Identity, BaseException]]:
         """The nodes beside the tree that failed and have not left yet, each with its error."""
-        return [
-            (life.identity, error)
-            for life, task in self._guests.items()
-            if task.done() and not task.cancelled() and (error := task.exception()) and not isinstance(error, Stop)
-        ]
-
-    async def _end_guest(self, life: NodeLife, reason: str, *, at_once: bool = False) -> None:
-        """Ask, then kill, then give up: nobody else watches over a node beside the tree."""
-        task = self._guests[life]
-        timeout = 0.0 if at_once or life.child.stop == "kill" else life.child.stop
-        try:
-            if not task.done():
-                life.stop(reason)
-                if life.phase != "running":
-                    task.cancel()
-                await asyncio.wait([task], timeout=None if timeout == math.inf else timeout)
-        finally:
-            if not task.done():
-                task.cancel()
-                await asyncio.wait([task], timeout=GRACE)
-            if not task.done():
-                self.log.error("a node beside the tree refused to die and was abandoned", node_name=life.identity.fqn)
-            del self._guests[life]
-            self.gone(life.identity.path, kept=False)
+        return self.guests.failed()
 
     def _tree_ended(self, host: asyncio.Task[None]) -> None:
         if not host.cancelled():
@@ -296,16 +255,9 @@ class System:
         for callback in self._on_end:
             callback(self)
 
-    def _guest_ended(self, life: NodeLife, task: asyncio.Task[None]) -> None:
-        if life in self._guests:  # by itself: nobody will start it again
-            self.gone(life.identity.path, kept=True)
-        error = None if task.cancelled() else task.exception()
-        if error is not None and not isinstance(error, Stop):
-            self.log.error("a node beside the tree failed", node_name=life.identity.fqn, error=described(error))
-
-    def _close_if_empty(self) -> None:
+    def close_if_empty(self) -> None:
         """A system without a tree ends with the last node that joined it."""
-        if self._host is None and not self._guests:
+        if self._host is None and not self.guests:
             self.stop_reason = "its last node left"
             self._close()
 
@@ -326,10 +278,7 @@ class System:
 
     def life(self, child: Child, path: tuple[str, ...], incarnation: int) -> NodeLife:
         """A new incarnation of `child`; the inbox and the waiting messages of the last one are handed over."""
-        if child.process:
-            raise DeclarationError(
-                f"{'/'.join(path)}: process=True needs a transport, and this system has none: place it in this process"
-            )
+        self.check_place(child, path)
         state = self.nodes.get(path)
         if state is None or state.child is not child or state.state == "stopped":
             identity = self._identity(child, path)
@@ -337,6 +286,13 @@ class System:
                 state = self.nodes[path] = NodeState(identity, Mailbox(self.loop))
             state.child, state.identity, state.state = child, identity, "starting"
         return NodeLife(self, child, state.identity, state.mailbox)
+
+    def check_place(self, child: Child, path: tuple[str, ...]) -> None:
+        """Refuse a child that cannot run where it is declared to."""
+        if child.process:
+            raise DeclarationError(
+                f"{'/'.join(path)}: process=True needs a transport, and this system has none: place it in this process"
+            )
 
     def running_now(self, core: Core) -> None:
         """A node is ready."""
@@ -360,6 +316,9 @@ class System:
         if self.stop_reason is not None:
             self._dismiss(state)
 
+    def answered(self, error: Exception) -> None:
+        """An error left a service handler or an action body, and is the answer to whoever asked. Here, nobody else need know."""
+
     def gone(self, path: tuple[str, ...], kept: bool) -> None:
         """A node, or all nodes below a supervisor, have ended for good: they leave the graph, and calls to them fail at once.
 
@@ -380,11 +339,14 @@ class System:
             state.mailbox.core.release()
         state.core = None
         state.state = "stopped"
-        dead_letters = state.mailbox.close(state.identity.fqn)
-        self.dead_letters += dead_letters
-        if dead_letters and self.stop_reason is None:
-            self.log.info("dead letters", node_name=state.identity.fqn, messages=dead_letters)
+        self.lost(state.identity.fqn, state.mailbox.close(state.identity.fqn))
         self._names.pop(state.identity.fqn, None)
+
+    def lost(self, node: str, messages: int) -> None:
+        """So many messages waited for a life or a handler of a node that there will not be: counted, and said unless everything ends."""
+        self.dead_letters += messages
+        if messages and self.stop_reason is None:
+            self.log.info("dead letters", node_name=node, messages=messages)
 
     def report(self, report: Report) -> None:
         """Take notice of a supervisor's event: kept, and logged in words."""
@@ -393,7 +355,7 @@ class System:
             callback(report)
         state = self.nodes.get(report.child.path)
         if report.context == "child_terminated" and state is not None:
-            state.restarts.append((self.clock.now(), str(report.reason)))
+            state.note_restart(self.clock.now(), str(report.reason))
         level = {"progress": 10, "child_terminated": WARN, "shutdown": INFO}.get(report.context, ERROR)
         if level >= self.level:
             fields: dict[str, Any] = {

@@ -66,7 +66,7 @@ class McapFile:
     ) -> None:
         with self._stream:
             if error is None:
-                self._writer.finish()  # type: ignore[no-untyped-call]
+                self._writer.finish()  # type: ignore[no-untyped-call]  # mcap has types everywhere but here
         if error is None:
             self._part.replace(self.path)
         else:

@@ -7,7 +7,7 @@
         ...
         recorder.dump("flight.mcap")
 
-It looks on: a run is the same with it and without. The file opens in Foxglove, Lichtblick, PlotJuggler and `ros2 bag`.
+It looks on: a run is the same with it and without. The file is MCAP as rosbag2 writes it.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ class FlightRecorder:
 
     What would not fit goes before its time, oldest first, and is counted in `lost`; log lines and events have an eighth of the memory to
     themselves. What late joiners would get of a latched topic (a map, a robot description) stays, however old. Messages are kept by reference,
-    which costs one to two microseconds each. Topics that exist only while somebody asks for them (the feedback and status of an action,
+    and encoded only when the record is written. Topics that exist only while somebody asks for them (the feedback and status of an action,
     /parameter_events) are recorded while somebody does.
     """
 

@@ -165,7 +165,7 @@ def _annotation(kind: FieldType, line: int, file: str | None) -> Any:
         raise DefinitionError("invalid_type_name", f"type {kind.element} is not known.{hint}", line, file)
     if not kind.is_array:
         return message
-    many: Any = types.Many[message]  # type: ignore[valid-type]
+    many: Any = types.Many[message]  # type: ignore[valid-type]  # a class that is known at run time only
     if kind.array == "unbounded":
         return many
     return Annotated[many, types.Exactly(kind.size) if kind.array == "fixed" else types.AtMost(kind.size)]

@@ -230,7 +230,8 @@ def _check_later(name: str, fields: tuple[Field, ...], invariant: Callable[[Any]
 
 
 def _first_call(self: Any) -> None:
-    COMPILE(self)  # type: ignore[name-defined]  # noqa: F821  # pyright: ignore
+    # this code is copied into functions that have the name among their globals; here it has none
+    COMPILE(self)  # type: ignore[name-defined]  # noqa: F821  # pyright: ignore[reportUndefinedVariable]
 
 
 def _equality(names: tuple[str, ...], arrays: tuple[str, ...]) -> tuple[Any, Any]:

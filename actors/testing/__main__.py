@@ -1,5 +1,6 @@
 """``python -m actors.testing explore MODULE:TREE``."""
 
+import os
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -17,4 +18,8 @@ def run(argv: Sequence[str]) -> NoReturn:
 
 
 if __name__ == "__main__":
+    if "PYTHONHASHSEED" not in os.environ and os.name == "posix":
+        # the order of a set of names is part of a run, and a replay is another process
+        os.environ["PYTHONHASHSEED"] = "0"
+        os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
     run(sys.argv[1:])

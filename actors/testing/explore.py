@@ -1,104 +1,138 @@
 """`python -m actors.testing explore MODULE:TREE`: runs a tree under many seeds with faults, and reports the first failure.
 
-What counts as one: the tree cannot start, or gives up; a node fails by itself (not because a fault killed it, nor with an `ActorError`
-such as `CallTimeout` while there are faults); a handler or a canceled goal is stuck; nothing can run any more; a node does not end when it
-is asked to; something is left after the end; an error that nobody took notice of.
+What counts as one: the tree cannot start, does not come to its end, or gives up; a node fails by itself (not because a fault killed it,
+nor with an `ActorError` such as `CallTimeout` while there are faults); a handler or a canceled goal is stuck, tasks wait for each other's
+locks; nothing can run any more, or one step never ends; a node does not end when it is asked to; something is left after the end; an error
+that nobody took notice of.
 """
 
 from __future__ import annotations
 
 import argparse
-import importlib
 import os
+import shlex
 import sys
 import time
 import traceback
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import Any, cast
+from pathlib import Path
+from typing import Any
 
-from actors.bag import FlightRecorder
-from actors.node import Node
-from actors.supervisor import Child, DynamicSupervisor, Supervisor
+from actors.errors import NotStarted
 from actors.testing.faults import KINDS
 from actors.testing.rig import Rig
 from actors.testing.simulation.invariants import PATIENCE
-from actors.testing.simulation.search import Finding, Replay, search
-from actors.testing.simulation.trial import Outcome, Scenario
+from actors.testing.simulation.isolated import ENDLESS, Elsewhere, Isolated, in_a_copy
+from actors.testing.simulation.search import Finding, search
+from actors.testing.simulation.target import Maker, Unusable, find, grown
+from actors.testing.simulation.trial import Scenario, Trial
 
 __all__ = ["main"]
 
-Tree = Supervisor | DynamicSupervisor | Child | type[Node]
+OURS = str(Path(__file__).parents[1]) + os.sep
+LIMIT = 300.0
+"""Seconds beyond those of a trial that the start and the stop of a tree may take."""
 
 
 def main(argv: Sequence[str]) -> int:
     """The command. 0 when every seed passed, 1 for a failure, 2 for what cannot be run."""
     options = _parser().parse_args(argv)
     try:
-        make = _find(options.tree)
-        replay = Replay.parse(options.replay) if options.replay is not None else None
-    except (ValueError, ImportError) as error:
-        print(f"explore: {error}", file=sys.stderr)
-        return 2
-    scenario = Scenario(_body(make, options.seconds), patience=options.patience)
-    possible = [fault for kind, fault in KINDS.items() if kind in options.faults]
-    if replay is not None:
-        return _report_one(replay.run(scenario))
-    begun = time.perf_counter()
-    finding = search(scenario, range(options.first, options.first + options.seeds), possible)
-    took = time.perf_counter() - begun
-    if finding is None:
-        print(f"{options.tree}: {options.seeds} seeds of {options.seconds:g} s, no failure ({took:.1f} s)")
-        return 0
-    _report(finding, scenario, options, took)
-    return 1
+        replay = Trial.parse(options.replay) if options.replay is not None else None
+        make = find(options.tree)
+        if replay is None:
+            _check_file(Path(options.flight_record))
+    except (ValueError, OSError) as error:
+        return _refused(error)
+    scenario = Scenario(_body(make, options.seconds), patience=options.patience, limit=options.seconds + LIMIT)
+    try:
+        return _search(scenario, options) if replay is None else _again(scenario, replay)
+    except KeyboardInterrupt:
+        print("explore: interrupted", file=sys.stderr)
+        return 130
 
 
-def _body(make: Callable[[], Tree], seconds: float) -> Callable[[Rig], Any]:
+def _body(make: Maker, seconds: float) -> Callable[[Rig], Any]:
     async def live(rig: Rig) -> None:
-        await rig.start(make())
+        await rig.start(*await grown(make))
         await rig.advance(seconds)
 
     return live
 
 
-def _find(name: str) -> Callable[[], Tree]:
-    """``MODULE:TREE``: a tree, a child, a node class, or a function without arguments that makes one."""
-    module, _, attribute = name.partition(":")
-    if not module or not attribute:
-        raise ValueError(f"{name!r}: write MODULE:TREE, such as my_robot.tree:tree")
-    sys.path.insert(0, os.getcwd())
-    found: object = getattr(importlib.import_module(module), attribute, None)
-    if isinstance(found, (Supervisor, DynamicSupervisor, Child)):
-        return lambda: found
-    if isinstance(found, type):
-        if issubclass(found, Node):
-            return lambda: found
-    elif callable(found):
-        return cast("Callable[[], Tree]", found)
-    raise ValueError(f"{name!r}: {module} has no tree, node class or function of the name {attribute!r}")
+def _check_file(path: Path) -> None:
+    """Say before a long search, and not after it, that its record cannot be written. Raises `OSError`."""
+    target = path if path.exists() else path.absolute().parent
+    if path.is_dir():
+        raise IsADirectoryError(f"the flight record cannot be written to {path}: it is a folder")
+    if not target.exists() or not os.access(target, os.W_OK):
+        raise FileNotFoundError(
+            f"the flight record cannot be written to {path}: there is no such folder, or it is not writable"
+        )
 
 
-def _report(finding: Finding, scenario: Scenario, options: argparse.Namespace, took: float) -> None:
-    error = finding.outcome.error
-    print(f"{options.tree}: {finding.describe()}, found and shrunk in {finding.trials} trials ({took:.1f} s)")
-    print(f"  {type(error).__name__}: {error}")
-    recorder = FlightRecorder()
-    finding.replay.run(replace(scenario, observers=(recorder.attach,)))
-    print(f"flight record: {recorder.dump(options.flight_record)}")
+def _search(scenario: Scenario, options: argparse.Namespace) -> int:
+    possible = [fault for kind, fault in KINDS.items() if kind in options.faults]
+    begun = time.perf_counter()
+    finding = search(Isolated(scenario), range(options.first, options.first + options.seeds), possible)
+    took = time.perf_counter() - begun
+    if finding is None:
+        print(f"{options.tree}: {options.seeds} seeds of {options.seconds:g} s, no failure ({took:.1f} s)")
+        return 0
+    if finding.outcome.signature[0] == Unusable.__name__:
+        return _refused(finding.outcome.error)
+    print(f"{options.tree}: {finding.describe()} ({took:.1f} s)")
+    print(_explained(finding))
+    print(f"flight record: {_recorded(finding, scenario, options.flight_record)}")
     more = "" if options.patience == PATIENCE else f" --patience {options.patience:g}"
-    print(
-        f"replay: python -m actors.testing explore {options.tree} --seconds {options.seconds:g}{more} --replay '{finding.replay}'"
+    what = (
+        f"{shlex.quote(options.tree)} --seconds {options.seconds:g}{more} --replay {shlex.quote(str(finding.replay))}"
+    )
+    print(f"replay: python -m actors.testing explore {what}")
+    return 1
+
+
+def _explained(finding: Finding) -> str:
+    """What failed, where, and what had to go wrong for it: each in words."""
+    (kind, place), text = finding.outcome.signature, str(finding.outcome.error)
+    lines = text.splitlines() if kind in text else f"{kind}: {text}".splitlines()
+    if place and place not in text and not place.startswith(OURS):
+        lines.append(f"at {place}")
+    return "\n".join(
+        f"  {line}" for line in [*lines, *(f"with this fault: {fault.in_words()}" for fault in finding.replay.faults)]
     )
 
 
-def _report_one(outcome: Outcome) -> int:
-    if outcome.error is None:
+def _recorded(finding: Finding, scenario: Scenario, file: str) -> str:
+    """Where the flight record is, or why there is none."""
+
+    def record(answer: Callable[[str], object]) -> None:
+        try:
+            answer(str(finding.record(scenario).dump(file)))
+        except (NotStarted, OSError) as error:
+            answer(f"none: {error}")
+
+    if finding.outcome.signature[0] in ENDLESS:
+        return "none: it is written when a trial ends"
+    return in_a_copy(record, quiet=True)
+
+
+def _again(scenario: Scenario, trial: Trial) -> int:
+    outcome = Isolated(scenario, quiet=False).play(trial)
+    error = outcome.error
+    if outcome.signature[0] == Unusable.__name__:
+        return _refused(error)
+    if error is None:
         print("this trial passes")
         return 0
     print(outcome.timeline)
-    traceback.print_exception(outcome.error, file=sys.stdout)
+    print(error.report if isinstance(error, Elsewhere) else "".join(traceback.format_exception(error)))
     return 1
+
+
+def _refused(why: BaseException | None) -> int:
+    print(f"explore: {why}", file=sys.stderr)
+    return 2
 
 
 def _kinds(text: str) -> list[str]:
@@ -114,7 +148,9 @@ def _parser() -> argparse.ArgumentParser:
         prog="python -m actors.testing explore",
         description="Run a tree on virtual time under many seeds: each another legal order of events and other faults.",
     )
-    parser.add_argument("tree", metavar="MODULE:TREE", help="a tree, a node class, or a function that makes a tree")
+    parser.add_argument(
+        "tree", metavar="MODULE:TREE", help="a tree, a node class, or a function without arguments that makes a tree"
+    )
     parser.add_argument("--seeds", type=int, default=200, help="how many seeds to try (200)")
     parser.add_argument("--first", type=int, default=0, help="the first seed (0)")
     parser.add_argument("--seconds", type=float, default=30.0, help="simulated seconds of each trial (30)")

@@ -145,9 +145,9 @@ class FailureWatch:
         kinds = dict.fromkeys(type(error).__name__ for error in errors) or {"": None}
         remedy = " ".join(f"rig.expect_failure({kind})" for kind in kinds)
         lines = [*dict.fromkeys(failure.text for failure in untold), *([more] if more else [])]
-        raise UnexpectedFailure(
-            "\n".join(lines) + f"\nIf the test means this to happen, let it say so before: {remedy}"
-        ) from (errors[0] if errors else None)
+        failure = UnexpectedFailure("\n".join(lines))
+        failure.add_note(f"If the test means this to happen, let it say so before: {remedy}")
+        raise failure from (errors[0] if errors else None)
 
     def demand(self) -> None:
         """Fail when something was expected for the rest of the test and has not come."""

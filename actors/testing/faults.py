@@ -1,7 +1,7 @@
 """What goes wrong in a simulated run: faults as values, and how a seed draws them.
 
 A `Fault` is concrete ("the 12th message from /scan to /planner is lost") and can be written down and read back, so that a failing
-run is replayed from one line. What may go wrong at all is said with `lose`, `delay`, `crash`, ...: each draws faults from a seed and
+run is replayed from one line. What may go wrong at all is said with `Lose`, `Delay`, `Crash`, ...: each draws faults from a seed and
 from the `Profile` of a run without faults.
 """
 
@@ -48,6 +48,25 @@ class Fault:
 
     def __str__(self) -> str:
         return f"{self.kind}:{self.target}#{self.nth}" + (f"{self.by:+g}" if self.by else "")
+
+    def in_words(self) -> str:
+        """What goes wrong, as a sentence."""
+        topic, _, node = self.target.partition(">")
+        nth, by = self.nth, f"{self.by:g} s"
+        message = f"message {nth} of {topic} to {node}"
+        return {
+            "lose": f"{message} is lost",
+            "delay": f"{message} is {by} late",
+            "duplicate": f"{message} arrives twice",
+            "swap": f"{message} arrives after the next one",
+            "freeze": f"for {by} the message before {message} arrives again in the place of each",
+            "nan": f"all numbers of {message} are NaN",
+            "crash": f"{self.target} dies at its await number {nth}",
+            "kill": f"{self.target} dies {nth / 1000:g} s after the start",
+            "slow-start": f"{self.target} takes {by} longer to start, in its life number {nth}",
+            "slow-handler": f"the handler run number {nth} of {self.target} takes {by} longer",
+            "clock-jump": f"the time of day jumps by {by}, {nth / 1000:g} s after the start",
+        }[self.kind]
 
 
 def parse(text: str) -> tuple[Fault, ...]:
@@ -167,9 +186,11 @@ class _OnNodes:
     node: type[Node] | str = "*"
     at_most: int = 1
 
-    def _among(self, counts: dict[str, int]) -> list[str]:
+    def _picked(self, rng: Random, counts: dict[str, int]) -> list[str]:
+        """The nodes that it hits, out of those that are meant."""
         name = self.node if isinstance(self.node, str) else default_name(self.node)
-        return [node for node in sorted(counts) if _is_meant(node, name)]
+        nodes = [node for node in sorted(counts) if _is_meant(node, name)]
+        return [rng.choice(nodes) for _ in range(rng.randint(1, self.at_most) if nodes else 0)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,9 +198,7 @@ class Crash(_OnNodes):
     """A node dies: at one of its awaits, without time for a clean-up, or between two handlers (``kill``), as after an error."""
 
     def draw(self, rng: Random, profile: Profile) -> list[Fault]:
-        nodes = self._among(profile.awaits)
-        count = rng.randint(1, self.at_most) if nodes else 0
-        return [self._death(rng, rng.choice(nodes), profile) for _ in range(count)]
+        return [self._death(rng, node, profile) for node in self._picked(rng, profile.awaits)]
 
     def _death(self, rng: Random, node: str, profile: Profile) -> Fault:
         awaits = profile.awaits[node]
@@ -195,12 +214,9 @@ class SlowHandler(_OnNodes):
     up_to: float = 1.0
 
     def draw(self, rng: Random, profile: Profile) -> list[Fault]:
-        nodes = self._among(profile.handled)
-        count = rng.randint(1, self.at_most) if nodes else 0
-        picked = [rng.choice(nodes) for _ in range(count)]
         return [
             Fault("slow-handler", node, rng.randint(1, profile.handled[node]), _seconds(rng, self.up_to))
-            for node in picked
+            for node in self._picked(rng, profile.handled)
         ]
 
 
@@ -211,10 +227,9 @@ class SlowStart(_OnNodes):
     up_to: float = 2.0
 
     def draw(self, rng: Random, profile: Profile) -> list[Fault]:
-        nodes = self._among(profile.awaits)
-        count = rng.randint(1, self.at_most) if nodes else 0
         return [
-            Fault("slow-start", rng.choice(nodes), rng.randint(1, 2), _seconds(rng, self.up_to)) for _ in range(count)
+            Fault("slow-start", node, rng.randint(1, 2), _seconds(rng, self.up_to))
+            for node in self._picked(rng, profile.awaits)
         ]
 
 

@@ -56,18 +56,32 @@ class FuzzLoop(VirtualLoop):
         self._shuffle_steps()
 
     def _shuffle_steps(self) -> None:
-        """Permute the task steps among the places they have in the queue; sometimes only the first one runs now."""
+        """Permute the task steps; sometimes only the first one runs now. None gets ahead of a plain callback that was ready before it: a
+        transport is closed, or a future's other callbacks have run, when the task that waited for it goes on."""
         ready = self._ready
-        places = [place for place, handle in enumerate(ready) if _is_step(handle)]
-        if len(places) > 1:
-            steps = [ready[place] for place in places]
-            self._rng.shuffle(steps)
-            held = steps[1:] if self._rng.random() < HELD_BACK else ()
-            for place, step in zip(places, steps, strict=True):
-                ready[place] = step
-            for step in held:
-                ready.remove(step)
-            self._held.extend(held)
+        steps = [handle for handle in ready if _is_step(handle)]
+        if len(steps) < 2:
+            return
+        rng = self._rng
+        queue: list[Any] = []
+        waiting: list[Any] = []
+        for handle in ready:
+            if _is_step(handle):
+                waiting.append(handle)
+                continue
+            if waiting and rng.random() < 0.5:
+                rng.shuffle(waiting)
+                queue += waiting
+                waiting.clear()
+            queue.append(handle)
+        rng.shuffle(waiting)
+        queue += waiting
+        if rng.random() < HELD_BACK:
+            _, *self._held = (handle for handle in queue if _is_step(handle))
+            held = set(map(id, self._held))
+            queue = [handle for handle in queue if id(handle) not in held]
+        ready.clear()
+        ready.extend(queue)
 
     def _shuffle_ties(self) -> None:
         """Permute the deadlines of the next instant among their places in the order of scheduling."""

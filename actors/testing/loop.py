@@ -355,7 +355,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     async def _make_subprocess_transport(self, *args: Any, **kwargs: Any) -> asyncio.SubprocessTransport:
         with self._outside.during("start of a process"):
-            made = await super()._make_subprocess_transport(*args, **kwargs)  # type: ignore[misc]
+            made = await super()._make_subprocess_transport(*args, **kwargs)  # type: ignore[misc]  # not in typeshed
         transport = cast("asyncio.SubprocessTransport", made)
         self._outside.add_process(transport)
         return transport

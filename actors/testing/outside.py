@@ -21,6 +21,7 @@ from actors.testing.stuck import parked_frames
 
 __all__ = ["OutsideWork"]
 
+# typeshed's `classmethod` hides the function below it
 _ANYIO_CALL = anyio_backend.AsyncIOBackend.run_sync_in_worker_thread.__func__.__code__  # type: ignore[attr-defined]
 
 

@@ -34,8 +34,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("robactor")
-    group.addoption("--seeds", type=int, help="how many seeds every @scenario tries, instead of its own number")
-    group.addoption("--replay", metavar="TRIAL", help="run one trial of a @scenario, as its failure has printed it")
+    group.addoption(
+        "--scenario-seeds", type=int, help="how many seeds every @scenario tries, instead of its own number"
+    )
+    group.addoption(
+        "--scenario-replay", metavar="TRIAL", help="run one trial of a @scenario, as its failure has printed it"
+    )
     where = "the folder for the flight records of failed tests that use `rig` (default: pytest's temporary folder)"
     group.addoption("--flight-records", metavar="DIR", help=where)
     parser.addini("flight_records", where, type="paths", default=[])

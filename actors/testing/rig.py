@@ -54,6 +54,8 @@ N = TypeVar("N", bound=Node)
 O = TypeVar("O", bound="Observer")  # noqa: E741
 
 KEPT_LINES = 200
+ENDING_SECONDS = 0.5
+"""Real seconds within which a thread that is not left over ends."""
 _ME = ("guests", "rig")
 """The path of the rig's own node."""
 
@@ -99,7 +101,11 @@ class Probe(Queue[M], Generic[M]):
 
 
 class Rig:
-    """One system on the virtual clock, and the hands and eyes of a test in it."""
+    """One system on the virtual clock, and the hands and eyes of a test in it.
+
+    `make_system` makes the system, with the arguments of `System`: a simulation brings one of its own. `excused` says of a node's error
+    that it is no failure of the test, because the simulation has caused it.
+    """
 
     def __init__(
         self,
@@ -321,10 +327,9 @@ class Rig:
             for task in asyncio.all_tasks() - self._tasks_before
             if task is not asyncio.current_task()
         ]
+        threads = set(threading.enumerate()) - self._threads_before
         left += [
-            f"thread {thread.name}"
-            for thread in set(threading.enumerate()) - self._threads_before
-            if thread.is_alive() and not _is_pooled(thread, self.loop)
+            f"thread {thread.name}" for thread in threads if not _is_pooled(thread, self.loop) and _goes_on(thread)
         ]
         for entry in system.graph.topics.values():
             left += [repr(endpoint) for endpoint in (*entry.publishers, *entry.subscriptions)]
@@ -333,6 +338,12 @@ class Rig:
                 repr(run) for server in state.mailbox.actions.values() for run in (*server.running, *server.waiting)
             ]
         return sorted(left)
+
+
+def _goes_on(thread: threading.Thread) -> bool:
+    """Whether a thread has more to do; one that has told the loop its result may need a moment of real time to end."""
+    thread.join(ENDING_SECONDS)
+    return thread.is_alive()
 
 
 def _is_pooled(thread: threading.Thread, loop: VirtualLoop) -> bool:

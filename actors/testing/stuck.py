@@ -15,7 +15,7 @@ import anyio
 
 from actors.testing.handles import owner
 
-__all__ = ["DEADLOCK", "LIVELOCK", "NO_INPUT", "STALLED", "parked_frames", "report", "seconds"]
+__all__ = ["DEADLOCK", "LIVELOCK", "NO_INPUT", "STALLED", "parked", "parked_frames", "report", "seconds"]
 
 _LIBRARIES = tuple(os.path.join(os.path.abspath(path), "") for path in (*asyncio.__path__, *anyio.__path__))
 _ATTRIBUTES: dict[type, tuple[str, str]] = {
@@ -65,17 +65,23 @@ def report(
 
 def parked_frames(task: asyncio.Task[Any]) -> list[FrameType]:
     """The chain of frames in which a suspended task is parked, outermost first; also through async generators."""
-    frames: list[FrameType] = []
+    return [frame for _, frame in parked(task)]
+
+
+def parked(task: asyncio.Task[Any]) -> list[tuple[object, FrameType]]:
+    """The same, each frame with the coroutine or generator that it belongs to."""
+    chain: list[tuple[object, FrameType]] = []
     awaited: Any = task.get_coro()
     while awaited is not None:
         if type(awaited) not in _ATTRIBUTES:
             awaited = _wrapped(awaited)
             continue
-        frame, awaited = (getattr(awaited, attribute) for attribute in _ATTRIBUTES[type(awaited)])
-        if frame is None or frame in frames:  # finished, or an awaitable of the user's that refers back
+        owner = awaited
+        frame, awaited = (getattr(owner, attribute) for attribute in _ATTRIBUTES[type(owner)])
+        if frame is None or any(frame is known for _, known in chain):  # finished, or an awaitable that refers back
             break
-        frames.append(frame)
-    return frames
+        chain.append((owner, frame))
+    return chain
 
 
 def seconds(time: float) -> str:

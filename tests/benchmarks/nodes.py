@@ -32,8 +32,14 @@ Figures: TypeAlias = tuple[float, float, float, float]
 
 def run() -> list[Row]:
     contestants = [
-        Contestant("node with five endpoints, shared topics", "ours", lambda: on_loop(lambda: _nodes(_Shared))),
-        Contestant("node with five endpoints, own topics", "ours", lambda: on_loop(lambda: _nodes(_Own))),
+        Contestant(
+            "node with five endpoints, shared topics",
+            "ours",
+            lambda: on_loop(lambda: _nodes(_node(SHARED_OUT, SHARED_IN))),
+        ),
+        Contestant(
+            "node with five endpoints, own topics", "ours", lambda: on_loop(lambda: _nodes(_node(OWN_OUT, OWN_IN)))
+        ),
         Contestant("node without endpoints", "ours", lambda: on_loop(lambda: _nodes(_Empty))),
         Contestant("task with a deque", "floor", lambda: on_loop(_tasks)),
         Contestant("xoscar actor", "peer", lambda: on_loop(_xoscar), needs="xoscar"),
@@ -69,34 +75,24 @@ async def _measured(start: Callable[[], Awaitable[Any]], stop: Callable[[Any], A
     return (started - begin) * micro, (stopped - started) * micro, living_bytes / NODES, left / NODES
 
 
-class _Own(Node):
-    out = publishes(OWN_OUT)
-    speed = parameter(0.5, unit="m/s", ge=0.0, le=2.0)
+def _node(out: Topic[Int32], into: Topic[Int32]) -> type[Node]:
+    """A node with the five endpoints."""
 
-    @OWN_IN.on()
-    def take(self, message: Int32) -> None: ...
+    class Worker(Node):
+        state = publishes(out)
+        speed = parameter(0.5, unit="m/s", ge=0.0, le=2.0)
 
-    @ADD.serve()
-    async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
-        return AddTwoInts.Response(sum=request.a + request.b)
+        @into.on()
+        def take(self, message: Int32) -> None: ...
 
-    @every(hz=1)
-    def tick(self) -> None: ...
+        @ADD.serve()
+        async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+            return AddTwoInts.Response(sum=request.a + request.b)
 
+        @every(hz=1)
+        def tick(self) -> None: ...
 
-class _Shared(Node):
-    out = publishes(SHARED_OUT)
-    speed = parameter(0.5, unit="m/s", ge=0.0, le=2.0)
-
-    @SHARED_IN.on()
-    def take(self, message: Int32) -> None: ...
-
-    @ADD.serve()
-    async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
-        return AddTwoInts.Response(sum=request.a + request.b)
-
-    @every(hz=1)
-    def tick(self) -> None: ...
+    return Worker
 
 
 class _Empty(Node):

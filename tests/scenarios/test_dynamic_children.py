@@ -248,3 +248,5 @@ async def test_what_waited_for_a_handler_that_the_next_life_has_not_is_a_dead_le
         rig.publish(NUMBERS, number(k))
     await system.supervisor.replace("choking", Deaf)
     assert system.dead_letters == 3
+    (line,) = [record for record in rig.logs if record.event == "dead letters"]
+    assert line.fields == {"node_name": "/choking", "messages": 3}

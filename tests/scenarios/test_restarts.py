@@ -31,6 +31,7 @@ from actors import (
 )
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
+from actors.system import KEPT_RESTARTS
 from actors.testing import Rig
 from tests.stage import ADD, NUMBERS, WORDS, events, number, total, two, values, word
 
@@ -87,6 +88,19 @@ async def test_F_01_a_node_that_crashes_is_restarted_and_the_others_never_notice
     (report,) = [report for report in rig.reports if report.context == "child_terminated"]
     assert str(report) == "system: child_terminated: odometer (incarnation 1): it raised ValueError: backwards"
     assert rig.state(Odometer).restarts == [(1.0, "it raised ValueError: backwards")]
+    assert rig.state(Odometer).restart_count == 1
+
+
+async def test_of_many_restarts_the_newest_are_remembered_and_all_are_counted(rig: Rig) -> None:
+    await rig.start(Child(Odometer))
+    for k in range(KEPT_RESTARTS + 20):
+        rig.crash(Odometer, RuntimeError(str(k)))
+        await rig.advance(10.0)
+    state = rig.state(Odometer)
+    assert state.restart_count == KEPT_RESTARTS + 20
+    assert len(state.restarts) == KEPT_RESTARTS
+    assert state.restarts[0] == (200.0, "it raised RuntimeError: 20")
+    assert state.restarts[-1][1] == f"it raised RuntimeError: {KEPT_RESTARTS + 19}"
 
 
 @pytest.mark.parametrize(("way", "after_crash"), [("", 0), ("handover", 0), ("checkpoint", 7)])

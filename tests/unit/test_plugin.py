@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-import actors.testing.loop  # pytester forgets what its suites import first, and half of a package would stay
-import actors.testing.rig  # noqa: F401
+from tests.suites import run_pytest
 
 ROOT = Path(__file__).parents[2]
 LIBRARIES = Path(pytest.__file__).parents[1]
@@ -44,9 +43,7 @@ def suite(
     if conftest:
         pytester.makeconftest(textwrap.dedent(conftest))
     pytester.makepyfile(textwrap.dedent(COMMON) + textwrap.dedent(body))
-    return pytester.runpytest_inprocess(
-        "-p", "actors.testing.plugin", "-p", "no:cacheprovider", "-p", "no:looptime_plugin", *arguments
-    )
+    return run_pytest(pytester, *arguments)
 
 
 def test_time_is_virtual_for_a_rig_directly_or_through_a_fixture_and_for_the_mark_only(

@@ -61,6 +61,30 @@ def test_faults_are_written_down_and_read_back(written: list[Fault]) -> None:
     assert parse(" ".join(map(str, written))) == tuple(written)
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("lose:/scan>/planner#12", "message 12 of /scan to /planner is lost"),
+        ("delay:/scan>/planner#12+0.25", "message 12 of /scan to /planner is 0.25 s late"),
+        (
+            "freeze:/scan>/planner#2+1.5",
+            "for 1.5 s the message before message 2 of /scan to /planner arrives again in the place of each",
+        ),
+        ("kill:/planner#2500", "/planner dies 2.5 s after the start"),
+        ("crash:/planner#7", "/planner dies at its await number 7"),
+        ("clock-jump:clock#1000-60", "the time of day jumps by -60 s, 1 s after the start"),
+    ],
+)
+def test_a_fault_is_said_in_words(text: str, words: str) -> None:
+    (fault,) = parse(text)
+    assert fault.in_words() == words
+
+
+@given(faults)
+def test_every_kind_of_fault_has_words(fault: Fault) -> None:
+    assert fault.target.partition(">")[0] in fault.in_words() or fault.kind == "clock-jump"
+
+
 @pytest.mark.parametrize("text", ["lose", "lose:/a>/b", "steal:/a>/b#1", "lose:/a>/b#one", "delay:/a>/b#1*2"])
 def test_what_is_no_fault_is_named(text: str) -> None:
     with pytest.raises(ValueError, match="is not a fault: write KIND:TARGET#NTH"):

@@ -5,26 +5,33 @@ from __future__ import annotations
 import asyncio
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
+import anyio
 import pytest
 
-from actors import Child, Done, Node, Steps, Supervisor, background, qos
+from actors import Child, Done, Intensity, Node, Steps, Stop, Supervisor, background, every, qos
 from actors.channel import Publisher
+from actors.errors import CallCycle
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
-from actors.system import System
+from actors.interfaces.std_srvs.srv import Trigger
+from actors.supervision.running import RunningSupervisor
+from actors.system import NodeState, System
 from actors.testing import Rig, scenario
 from actors.testing.__main__ import run
 from actors.testing.explore import main
 from actors.testing.faults import ALL, Delay, Duplicate, Lose, parse
+from actors.testing.simulation import search as simulation_search
 from actors.testing.simulation.invariants import InvariantBroken
-from actors.testing.simulation.search import Replay, search, shrink
-from actors.testing.simulation.trial import Scenario
+from actors.testing.simulation.search import search, shrink
+from actors.testing.simulation.trial import Scenario, Trial
 from tests.stage import COUNT, order
-from tests.unit import planted
-from tests.unit.planted import TICKS, Source
+from tests.suites import run_pytest
+from tests.unit import odd_systems, planted
+from tests.unit.planted import TICKS, Listener, Source
 
 HERE = "tests.unit.planted"
 
@@ -68,9 +75,9 @@ def test_a_tree_may_be_a_value(name: str) -> None:
     ("arguments", "said"),
     [
         ([HERE], "write MODULE:TREE"),
-        (["no.such.module:tree"], "No module named"),
-        ([f"{HERE}:nothing"], "no tree, node class or function"),
-        ([f"{HERE}:Registry"], "no tree, node class or function"),
+        (["no.such.module:tree"], "no module named 'no.such.module'"),
+        ([f"{HERE}:nothing"], "has nothing of the name 'nothing'; trees that it has: "),
+        ([f"{HERE}:Registry"], "neither a tree, nor a node class, nor a function that makes one"),
         ([f"{HERE}:sound", "--replay", "x"], "is no trial"),
         ([f"{HERE}:sound", "--replay", "3 lost"], "is not a fault"),
     ],
@@ -131,19 +138,26 @@ def test_a_failure_is_shrunk_to_the_faults_that_make_it() -> None:
     failed = played.run(5, faults=parse(faults))
     assert isinstance(failed.error, AssertionError)
     least, runs = shrink(played, failed)
-    assert set(map(str, least.faults)) == {f"lose:{way}#7", f"duplicate:{way}#12"}
-    assert not least.shuffled
+    assert set(map(str, least.trial.faults)) == {f"lose:{way}#7", f"duplicate:{way}#12"}
+    assert not least.trial.shuffled
     assert runs < 40
 
 
 def test_a_search_tells_what_it_found() -> None:
-    seen: list[int] = []
-    finding = search(Scenario(strict), range(4000), [Lose(), Duplicate()], progress=seen.append)
+    tried: list[int] = []
+
+    def seeds() -> Iterator[int]:
+        for seed in range(4000):
+            tried.append(seed)
+            yield seed
+
+    finding = search(Scenario(strict), seeds(), [Lose(), Duplicate()])
     assert finding is not None
-    assert seen == list(range(len(seen)))
+    assert finding.replay.seed == tried[-1] == len(tried) - 1
     assert "2 faults" in finding.describe()
-    assert finding.replay.run(Scenario(strict)).error is not None
-    assert Replay.parse(str(finding.replay)) == finding.replay
+    assert finding.describe().endswith(f"found and shrunk in {finding.trials} trials")
+    assert Scenario(strict).play(finding.replay).error is not None
+    assert Trial.parse(str(finding.replay)) == finding.replay
 
 
 def test_a_search_that_finds_nothing_says_so() -> None:
@@ -162,6 +176,7 @@ def test_a_failure_of_the_plain_run_needs_no_search() -> None:
     assert finding.trials == 1
     assert str(finding.replay) == "0 fifo"
     assert "no fault" in finding.describe()
+    assert finding.describe().endswith("found and shrunk in 1 trial")
 
 
 def test_an_invariant_is_looked_at_in_every_quiet_moment() -> None:
@@ -255,6 +270,321 @@ def test_a_task_that_goes_on_long_after_its_node_has_died_is_a_failure(seconds: 
         assert outcome.error is None
 
 
+async def _source_and_supervisor(rig: Rig) -> tuple[NodeState, RunningSupervisor]:
+    system = await rig.start(Supervisor("top", children=[Supervisor("below", children=[Child(Source)])]))
+    below = system.supervisor.life("below") if system.supervisor is not None else None
+    assert isinstance(below, RunningSupervisor)
+    await rig.advance(1.0)
+    return rig.state(Source), below
+
+
+def _forget_the_child(state: NodeState, supervisor: RunningSupervisor) -> None:
+    supervisor._entries.clear()
+
+
+def _count_the_dead(state: NodeState, supervisor: RunningSupervisor) -> None:
+    entry = supervisor._entries["source"]
+    done: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+    done.set_result(None)
+    assert entry.now is not None
+    entry.now.task = cast("asyncio.Task[None]", done)
+
+
+def _lose_the_incarnation(state: NodeState, supervisor: RunningSupervisor) -> None:
+    supervisor._entries["source"].now = None
+
+
+def _take_it_for_stopped(state: NodeState, supervisor: RunningSupervisor) -> None:
+    state.state = "restarting"
+
+
+def _count_a_restart_too_many(state: NodeState, supervisor: RunningSupervisor) -> None:
+    state.note_restart(1.0, "made up")
+
+
+def _allow_too_many(state: NodeState, supervisor: RunningSupervisor) -> None:
+    supervisor._window.times.extend([0.5] * 4)
+
+
+@pytest.mark.parametrize(
+    ("tamper", "said"),
+    [
+        (_forget_the_child, "top/below/source#1 runs, and no supervisor counts it among its children"),
+        (_count_the_dead, "supervisor top/below counts 1 active children, and 0 have a task that runs"),
+        (_lose_the_incarnation, "top/below/source is stopped for its supervisor, and runs in the system"),
+        (_take_it_for_stopped, "top/below/source runs for its supervisor, and is restarting in the system"),
+        (_count_a_restart_too_many, "top/below/source has had 1 restarts in 1 lives"),
+        (
+            _allow_too_many,
+            "supervisor top/below goes on after 4 restarts, and Intensity(restarts=3, within=5.0) are allowed",
+        ),
+    ],
+)
+def test_supervisors_that_do_not_count_what_there_is_are_a_failure(
+    tamper: Callable[[NodeState, RunningSupervisor], None], said: str
+) -> None:
+    async def body(rig: Rig) -> None:
+        tamper(*await _source_and_supervisor(rig))
+        await rig.advance(5.0)
+
+    error = Scenario(body).run(0).error
+    assert isinstance(error, InvariantBroken)
+    assert str(error) == said
+
+
+def test_counts_are_looked_at_after_every_report_of_a_supervisor() -> None:
+    async def body(rig: Rig) -> None:
+        state, _ = await _source_and_supervisor(rig)
+        _count_a_restart_too_many(state, _)
+        rig.crash(Source)
+        await rig.advance(0.001)
+        raise LookupError("not seen")
+
+    error = Scenario(body).run(0).error
+    assert str(error) == "top/below/source has had 2 restarts in 2 lives"
+
+
+def test_counts_hold_while_nodes_die_and_come_back_one_is_abandoned_and_a_supervisor_gives_up() -> None:
+    class Undying(Node):
+        async def on_stop(self, reason: object) -> None:
+            for _ in range(3):
+                try:
+                    await asyncio.sleep(5.0)
+                except asyncio.CancelledError:
+                    pass
+
+    async def body(rig: Rig) -> None:
+        below = Supervisor(
+            "below", intensity=Intensity(0, within=1.0), children=[Child(Listener), Child(Undying, stop=1.0)]
+        )
+        await rig.start(Supervisor("top", strategy="one_for_all", children=[Child(Source), below]))
+        await rig.advance(0.5)
+        rig.expect_failure()
+        rig.crash(Listener)
+        await rig.advance(10.0)
+        assert rig.incarnation(Source) == 2
+        await rig.advance(20.0)
+
+    outcome = Scenario(body).run(0)
+    assert str(outcome.error) == "left over after the system's end: task top/below/undying#1", "and no miscount"
+
+
+def test_the_error_of_a_body_is_not_hidden_by_what_it_leaves() -> None:
+    async def body(rig: Rig) -> None:
+        await rig.start(Source)
+        asyncio.get_running_loop().create_task(asyncio.sleep(1000.0), name="forgotten")
+        raise LookupError("what matters")
+
+    error = Scenario(body).run(0).error
+    assert isinstance(error, LookupError)
+    assert error.__notes__ == ["and at the end Leak: left over after the system's end: task forgotten"]
+
+
+def test_a_task_that_outlives_its_trial_does_not_keep_it_from_ending() -> None:
+    left: list[asyncio.Task[None]] = []
+
+    async def deaf() -> None:
+        with pytest.raises(GeneratorExit):
+            while True:
+                try:
+                    await asyncio.sleep(1.0)
+                except asyncio.CancelledError:
+                    pass
+
+    async def body(rig: Rig) -> None:
+        left.append(asyncio.get_running_loop().create_task(deaf(), name="deaf"))
+
+    error = Scenario(body).run(0, shuffled=False).error
+    assert isinstance(error, InvariantBroken)
+    assert str(error) == "60 s after they were canceled these tasks go on: deaf"
+    coroutine = left[0].get_coro()
+    assert coroutine is not None
+    coroutine.close()
+    left[0]._log_destroy_pending = False  # type: ignore[attr-defined]  # as asyncio's own `gather` does
+
+
+def test_a_trial_that_never_ends_is_ended() -> None:
+    async def body(rig: Rig) -> None:
+        await rig.start(Source)
+        await rig.advance(1e9)
+
+    error = Scenario(body, limit=20.0).run(0, shuffled=False).error
+    assert isinstance(error, InvariantBroken)
+    assert str(error) == "t=20.1 s, and no end: no node is on the way to anything"
+
+
+@pytest.mark.parametrize(
+    ("tree", "said"),
+    [
+        (lambda: Child(odd_systems.Hesitant), "t=21 s, and no end: /hesitant is starting, at "),
+        (odd_systems.clinging, "and no end: the system is to stop; /clinging is stopping, at "),
+    ],
+)
+def test_a_node_that_never_starts_or_ends_is_named(tree: Callable[[], Any], said: str) -> None:
+    async def body(rig: Rig) -> None:
+        await rig.start(tree())
+
+    error = Scenario(body, limit=20.0).run(0, shuffled=False).error
+    assert isinstance(error, InvariantBroken)
+    assert said in str(error)
+    assert f"{odd_systems.__file__}:" in str(error)
+
+
+def test_a_handler_that_is_stuck_in_a_system_where_nothing_happens_is_a_failure() -> None:
+    class Stuck(Node):
+        @TICKS.on()
+        async def take(self, message: Int32) -> None:
+            await asyncio.Event().wait()
+
+    async def body(rig: Rig) -> None:
+        await rig.start(Stuck)
+        await rig.advance(1.0)
+        rig.publish(TICKS, Int32(data=1))
+        await rig.advance(100.0)
+
+    error = Scenario(body).run(0).error
+    assert isinstance(error, InvariantBroken)
+    assert "Stuck.take of /stuck is stuck: it has been waiting since t=1.000 s" in str(error)
+
+
+def test_an_answer_that_is_a_failed_assertion_or_a_refused_deadlock_is_a_failure_whoever_hears_it() -> None:
+    async def body(rig: Rig) -> None:
+        await rig.start(odd_systems.lost_update())
+        await rig.advance(5.0)
+
+    async def asking(rig: Rig) -> None:
+        await rig.start(odd_systems.asking_back())
+        await rig.advance(5.0)
+
+    error = Scenario(body).run(0, shuffled=False).error
+    assert isinstance(error, AssertionError)
+    assert "a deposit was lost" in str(error)
+    assert isinstance(Scenario(asking).run(0, faults=parse("clock-jump:clock#1+5")).error, CallCycle)
+
+
+def test_an_answer_that_is_an_error_of_another_kind_is_the_callers_business() -> None:
+    class Refuses(Node):
+        @odd_systems.FIRST.serve()
+        async def first(self, request: Trigger.Request) -> Trigger.Response:
+            raise ValueError("not now")
+
+    async def body(rig: Rig) -> None:
+        await rig.start(Refuses, odd_systems.Patient)
+        await rig.advance(5.0)
+
+    assert Scenario(body).run(0).error is None
+
+
+@pytest.mark.parametrize(
+    ("allowed", "faults", "fails"),
+    [
+        (0, "kill:/source#500", False),
+        (1, "kill:/source#500 kill:/source#600", False),
+        (0, "slow-start:/source#1+1", True),
+    ],
+)
+def test_that_the_whole_tree_gives_up_is_a_failure_unless_a_fault_is_what_it_gave_up_about(
+    allowed: int, faults: str, fails: bool
+) -> None:
+    class Calls(Node):
+        @every(hz=1)
+        async def ask(self) -> None:
+            await self.call(odd_systems.FIRST, Trigger.Request(), timeout=0.1)
+
+    async def body(rig: Rig) -> None:
+        children = [Child(Source), *([Child(Calls)] if fails else [])]
+        await rig.start(Supervisor("top", intensity=Intensity(allowed, within=5.0), children=children))
+        await rig.advance(5.0)
+
+    outcome = Scenario(body).run(0, faults=parse(faults))
+    assert ("supervisor top gave up" in str(outcome.error)) is fails
+    assert outcome.signature[0] == ("ServiceUnavailable" if fails else "")
+
+
+def test_a_fault_that_comes_while_a_tree_ends_by_itself_is_no_failure() -> None:
+    class Errand(Node):
+        @every(hz=1)
+        def end(self) -> None:
+            raise Stop("done")
+
+    async def body(rig: Rig) -> None:
+        children = [Child(Listener), Child(Errand, restart="transient", significant=True)]
+        await rig.start(Supervisor("errand", auto_shutdown="any_significant", children=children))
+        await rig.advance(5.0)
+
+    plain = Scenario(body).run(0, shuffled=False)
+    awaits = plain.profile.awaits["/listener"]
+    for nth in range(1, awaits + 1):
+        assert Scenario(body).run(0, shuffled=False, faults=parse(f"crash:/listener#{nth}")).error is None
+
+
+def test_a_child_of_another_process_runs_in_this_one() -> None:
+    async def body(rig: Rig) -> None:
+        await rig.start(odd_systems.elsewhere())
+        await rig.advance(1.0)
+        assert rig.node(Source).count == 10
+
+    assert Scenario(body).run(0).error is None
+
+
+def test_a_system_without_a_tree_has_nothing_to_count() -> None:
+    async def body(rig: Rig) -> None:
+        with pytest.raises(AttributeError):
+            await rig.start(cast("Supervisor", "no tree"))
+
+    assert Scenario(body).run(0).error is None
+
+
+def test_what_takes_too_long_to_shrink_is_told_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(simulation_search, "SHRINKING_SECONDS", -1.0)
+    failed = Scenario(strict).run(
+        5, faults=parse("lose:/ticks>/strict#7 duplicate:/ticks>/strict#12 lose:/ticks>/strict#9")
+    )
+    least, _ = shrink(Scenario(strict), failed)
+    assert least is failed
+
+
+@pytest.mark.parametrize("kind", [asyncio.Lock, anyio.Lock])
+@pytest.mark.parametrize(("seconds", "fails"), [(5.0, False), (None, True)])
+def test_tasks_that_wait_for_each_others_locks_are_a_failure_unless_somebody_gives_up(
+    kind: Callable[[], Any], seconds: float | None, fails: bool
+) -> None:
+    async def take(first: Any, second: Any, seconds: float | None) -> None:
+        async with first:
+            await asyncio.sleep(0.1)
+            try:
+                async with asyncio.timeout(seconds):
+                    async with second:
+                        pass
+            except TimeoutError:
+                pass
+
+    async def body(rig: Rig) -> None:
+        await rig.start(Source)
+        left, right, other = kind(), kind(), kind()
+        tasks = [
+            asyncio.create_task(take(left, right, seconds), name="a"),
+            asyncio.create_task(take(right, left, None), name="b"),
+            asyncio.create_task(take(other, left, None), name="c"),  # waits for them, and is none of them
+            asyncio.create_task(left.acquire(), name="d"),
+        ]
+        try:
+            await rig.advance(20.0)
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.wait(tasks)
+
+    error = Scenario(body).run(0).error
+    if fails:
+        assert isinstance(error, InvariantBroken)
+        assert str(error).startswith("deadlock since t=0.100 s: ")
+        assert " c, at " not in str(error)
+        assert " d, at " not in str(error)
+    else:
+        assert error is None
+
+
 def test_an_error_that_nobody_noticed_is_a_failure() -> None:
     async def body(rig: Rig) -> None:
         await rig.start(Source)
@@ -333,41 +663,27 @@ def test_how_often():
 """
 
 
-def pytest_here(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
-    return pytester.runpytest_inprocess(
-        "-p",
-        "actors.testing.plugin",
-        "-p",
-        "no:cacheprovider",
-        "-p",
-        "no:looptime_plugin",
-        "-o",
-        "asyncio_default_fixture_loop_scope=function",
-        *arguments,
-    )
-
-
 def test_a_failing_scenario_prints_the_line_that_replays_it(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(test_it=TESTS)
-    result = pytest_here(pytester, "-s")
+    result = run_pytest(pytester, "-s")
     result.assert_outcomes(passed=2, failed=1)
     text = result.stdout.str()
     assert "scenario: AssertionError with events in plain order and 1 fault" in text
     replay = next(line for line in text.splitlines() if "replay:" in line)
     assert "test_it.py::test_hears_everything" in replay
-    trial = replay.partition("--replay ")[2].strip().strip("'")
+    trial = replay.partition("--scenario-replay ")[2].strip().strip("'")
     assert trial.endswith("fifo lose:/ticks>/listener#10")
     flight = next(line for line in text.splitlines() if "flight record:" in line).partition("record: ")[2]
     assert Path(flight.strip()).stat().st_size > 1000
-    again = pytest_here(pytester, "-k", "hears", "--replay", trial)
+    again = run_pytest(pytester, "-k", "hears", "--scenario-replay", trial)
     again.assert_outcomes(failed=1)
-    fine = pytest_here(pytester, "-k", "hears", "--replay", "3")
+    fine = run_pytest(pytester, "-k", "hears", "--scenario-replay", "3")
     fine.assert_outcomes(passed=1)
 
 
 def test_the_number_of_seeds_can_be_set_from_the_command_line(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(test_it=TESTS)
-    result = pytest_here(pytester, "-s", "--seeds", "1")
+    result = run_pytest(pytester, "-s", "--scenario-seeds", "1")
     result.assert_outcomes(passed=3)
     result.stdout.fnmatch_lines(["*runs: 2*"])  # the plain run and one seed
 

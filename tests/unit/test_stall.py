@@ -11,7 +11,7 @@ import anyio.to_thread
 from actors import Node, Supervisor, Topic, background, run
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
-from actors.stall import StallWatch
+from actors.stall import StallWatch, line_of
 from actors.supervisor import Child
 from actors.system import System
 from tests.stage import NUMBERS, events, number
@@ -151,6 +151,5 @@ def test_a_watch_ends_with_a_loop_that_was_closed_under_it() -> None:
     loop.close()
     watch._ask()
     watch._run()  # returns at once
-    assert watch._line().startswith(__file__)
-    watch._system.thread = 0  # a loop whose thread has ended
-    assert watch._line() == ""
+    assert line_of(watch._system.thread).startswith(__file__)
+    assert line_of(0) == "", "a thread that has ended"

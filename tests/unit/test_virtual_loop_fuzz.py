@@ -119,6 +119,40 @@ def test_equal_deadlines_of_callbacks_are_shuffled_but_not_with_later_ones() -> 
     assert all(max(trace[:4]) < 10 <= min(trace[4:]) for trace in traces)
 
 
+def test_no_task_gets_ahead_of_a_callback_that_was_ready_before_it() -> None:
+    """A future tells its callbacks in order: when the task that awaits it goes on, what was registered before has been done."""
+
+    async def main() -> tuple[str, ...]:
+        loop = asyncio.get_running_loop()
+        log: list[str] = []
+        future: asyncio.Future[None] = loop.create_future()
+        future.add_done_callback(lambda _: log.append("told"))
+
+        async def busy(name: str) -> None:
+            for _ in range(20):
+                log.append(name)
+                await asyncio.sleep(0)
+
+        async def waits() -> None:
+            await future
+            log.append("goes on")
+
+        async with asyncio.TaskGroup() as group:
+            for name in "abc":
+                group.create_task(busy(name))
+            group.create_task(waits())
+            for _ in range(5):
+                await asyncio.sleep(0)
+            future.set_result(None)
+            loop.call_soon(log.append, "later")
+        return tuple(log)
+
+    traces = {run(main, seed) for seed in range(100)}
+    assert len(traces) > 50
+    assert all(trace.index("told") < trace.index("goes on") for trace in traces)
+    assert all(trace.index("told") < trace.index("later") for trace in traces)
+
+
 def test_what_waits_for_ever_is_still_reported_and_the_seed_is_shown() -> None:
     loop = FuzzLoop(7, start=5.0)
     assert repr(loop) == "<FuzzLoop at 5 s running=False closed=False seed=7>"

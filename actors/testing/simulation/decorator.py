@@ -2,7 +2,7 @@
 
 ::
 
-    @scenario(seeds=200, faults=[lose(CMD_VEL), crash(Planner)])
+    @scenario(seeds=200, faults=[Lose(CMD_VEL), Crash(Planner)])
     async def test_the_robot_always_stops_in_the_end(rig: Rig) -> None:
         await rig.start(tree())
         ...
@@ -16,17 +16,15 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Awaitable, Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from actors.bag import FlightRecorder
 from actors.testing.faults import Possible
 from actors.testing.flights import save_flight
 from actors.testing.simulation.invariants import PATIENCE, Invariant
-from actors.testing.simulation.search import Finding, Replay, search
-from actors.testing.simulation.trial import Scenario
+from actors.testing.simulation.search import Finding, search
+from actors.testing.simulation.trial import Scenario, Trial
 
 __all__ = ["scenario"]
 
@@ -44,7 +42,8 @@ def scenario(
 
     `faults` says what may go wrong (see `actors.testing.faults`; ``ALL`` is everything). `invariants` are called with the
     system whenever it is quiet. A handler or a canceled goal that makes no progress for `patience` seconds fails the test.
-    Other fixtures of the test are made once and shared by all seeds. ``pytest --seeds N`` overrides `seeds`; ``--replay TRIAL`` runs one.
+    Other fixtures of the test are made once and shared by all seeds. ``pytest --scenario-seeds N`` overrides
+    `seeds`; ``--scenario-replay TRIAL`` runs one.
     """
     if seeds < 1:
         raise ValueError(f"@scenario(seeds={seeds}): at least one")
@@ -62,17 +61,17 @@ def scenario(
                 fixtures["request"] = request
             body = functools.partial(_with_rig, test, fixtures)
             played = Scenario(body, tuple(invariants), patience)
-            replay = request.config.getoption("--replay")
+            replay = request.config.getoption("--scenario-replay")
             if replay is not None:
-                _again(played, Replay.parse(replay))
+                _again(played, Trial.parse(replay))
             else:
-                finding = search(played, range(request.config.getoption("--seeds") or seeds), faults)
+                finding = search(played, range(request.config.getoption("--scenario-seeds") or seeds), faults)
                 if finding is not None:
                     raise _explained(finding, played, request)
 
         others = [parameter for name, parameter in signature.parameters.items() if name not in ("rig", "request")]
         first = inspect.Parameter("request", inspect.Parameter.KEYWORD_ONLY)
-        run.__signature__ = signature.replace(  # type: ignore[attr-defined]
+        run.__signature__ = signature.replace(  # type: ignore[attr-defined]  # what pytest asks for the fixtures; functions have no such field
             parameters=[*(other.replace(kind=inspect.Parameter.KEYWORD_ONLY) for other in others), first],
             return_annotation=None,
         )
@@ -85,8 +84,8 @@ async def _with_rig(test: Callable[..., Awaitable[None]], fixtures: dict[str, An
     await test(rig=rig, **fixtures)
 
 
-def _again(played: Scenario, replay: Replay) -> None:
-    outcome = replay.run(played)
+def _again(played: Scenario, trial: Trial) -> None:
+    outcome = played.play(trial)
     if outcome.error is not None:
         outcome.error.add_note(outcome.timeline)
         raise outcome.error
@@ -97,11 +96,9 @@ def _explained(finding: Finding, played: Scenario, request: pytest.FixtureReques
     error = finding.outcome.error
     assert error is not None
     test = request.node.nodeid
-    recorder = FlightRecorder()
-    finding.replay.run(replace(played, observers=(recorder.attach,)))
-    flight = save_flight(recorder, request.config, request.getfixturevalue("tmp_path_factory"), test)
-    error.add_note(f"scenario: {finding.describe()}, found and shrunk in {finding.trials} trials")
-    error.add_note(f"replay:   python -m pytest '{test}' --replay '{finding.replay}'")
+    flight = save_flight(finding.record(played), request.config, request.getfixturevalue("tmp_path_factory"), test)
+    error.add_note(f"scenario: {finding.describe()}")
+    error.add_note(f"replay:   python -m pytest '{test}' --scenario-replay '{finding.replay}'")
     error.add_note(f"flight record: {flight}")
     error.add_note(finding.outcome.timeline)
     return error

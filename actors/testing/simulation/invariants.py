@@ -1,16 +1,23 @@
 """What must hold whenever a simulated system is quiet: nothing can run until time passes."""
 
+# pyright: reportPrivateUsage=false
+# When a task ran for the last time is known to the loop alone.
 from __future__ import annotations
 
+import asyncio
+import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from actors.inbox import awaited_in
+from actors.testing.simulation.counts import miscounts
+from actors.testing.simulation.locks import circle_of_locks
 
 if TYPE_CHECKING:
     from actors.channel import Publisher, Queue
     from actors.inbox import Item
     from actors.system import System
+    from actors.testing.loop import VirtualLoop
     from actors.testing.simulation.lives import SimulatedSystem
 
 __all__ = ["PATIENCE", "Invariant", "InvariantBroken", "Watch"]
@@ -29,33 +36,77 @@ class InvariantBroken(AssertionError):
 class Watch:
     """Looks at a system in every quiet moment.
 
-    Endpoints belong to living nodes, no handler holds its node for longer than `patience` seconds, and a goal that was asked to cancel
-    ends within as many, and so does a task whose node has ended. Then what the user demands.
+    Endpoints belong to living nodes, supervisors count what there is, no handler holds its node for longer than `patience` seconds, no
+    tasks wait for each other's locks for as many, and a goal that was asked to cancel ends within as many, and so does a task whose node
+    has ended. Then what the user demands. `limit`: see `Scenario`.
     """
 
-    def __init__(self, system: SimulatedSystem, more: Sequence[Invariant] = (), patience: float = PATIENCE) -> None:
+    def __init__(
+        self,
+        system: SimulatedSystem,
+        more: Sequence[Invariant] = (),
+        patience: float = PATIENCE,
+        limit: float = math.inf,
+    ) -> None:
         self._system = system
         self._patience = patience
         self._more = tuple(more)
+        self._limit = limit
         self._version = -1
+        self._reported = 0
         self._next = 0.0
         self._holding: dict[str, tuple[Item, int, float]] = {}
         self._canceling: dict[object, float] = {}
 
     def __call__(self) -> None:
         system = self._system
+        if system.loop.time() > self._limit:
+            self._limit = math.inf  # time is needed to clean up
+            raise InvariantBroken(f"t={system.loop.time():g} s, and no end: {self._unfinished()}")
+        if system.disgraces:
+            raise system.disgraces.pop(0)
         if system.stop_reason is None:
             now = system.loop.time()
             if now >= self._next:
-                self._next = now + self._patience / 10.0
-                self._look_at_handlers(now)
-                self._look_at_goals(now)
-                self._look_at_orphans(now)
+                self.look(now)
             for invariant in self._more:
                 invariant(system)
+        if system.reported != self._reported:
+            self._reported = system.reported
+            self._look_at_counts()
         if system.graph.version != self._version:
             self._version = system.graph.version
             self._look_at_graph()
+
+    def look(self, now: float) -> None:
+        """Look for what does not get on. It is done ten times in `patience`, when the system is quiet; and once more at the end of a body,
+        because a system in which nothing happens any more has no quiet moments."""
+        self._next = now + self._patience / 10.0
+        self._look_at_handlers(now)
+        self._look_at_goals(now)
+        self._look_at_orphans(now)
+        self._look_at_locks(now)
+        self._look_at_counts()
+
+    def _unfinished(self) -> str:
+        """Which nodes are on the way to something, and where they wait."""
+        stopping = self._system.stop_reason is not None
+        about: list[str] = []
+        for state in self._system.nodes.values():
+            idle = not stopping or state.mailbox.inbox.current is None
+            if state.state == "stopped" or (state.state == "running" and idle):
+                continue
+            task = state.mailbox.inbox.task
+            where = awaited_in(task) if task is not None and not task.done() else ""
+            about.append(f"{state.identity.fqn} is {state.state}" + (f", at {where}" if where else ""))
+        return "; ".join(
+            [*(["the system is to stop"] if stopping else []), *(about or ["no node is on the way to anything"])]
+        )
+
+    def _look_at_counts(self) -> None:
+        """Supervisors count what there is. They are asked after each of their reports, too."""
+        for sentence in miscounts(self._system):
+            raise InvariantBroken(sentence)
 
     def _look_at_graph(self) -> None:
         """Nothing is published, heard or served by a node that has ended for good."""
@@ -77,8 +128,8 @@ class Watch:
                 continue
             held = self._holding.get(node)
             if held is None or held[0] is not item or held[1] != inbox.handled:
-                self._holding[node] = (item, inbox.handled, now)
-            elif now - held[2] > self._patience:
+                held = self._holding[node] = (item, inbox.handled, self._last_step(inbox.task, now))
+            if now - held[2] > self._patience:
                 where = f", at {awaited_in(inbox.task)}" if inbox.task is not None else ""
                 raise InvariantBroken(
                     f"{item.label} of {node} is stuck: it has been waiting since t={held[2]:.3f} s{where}, "
@@ -96,6 +147,19 @@ class Watch:
                     if now - since > self._patience:
                         raise InvariantBroken(f"{goal!r} was asked to cancel at t={since:.3f} s and goes on")
         self._canceling = canceling
+
+    def _look_at_locks(self, now: float) -> None:
+        """A circle may still be broken by somebody's timeout; after `patience` there is none."""
+        circle = circle_of_locks(asyncio.all_tasks(self._system.loop))
+        since = max((self._last_step(task, now) for task in circle), default=now)
+        if now - since > self._patience:
+            each = [f"{task.get_name()}, at {awaited_in(task)}" for task in circle]
+            chain = " waits for a lock of ".join([*each, circle[0].get_name()])
+            raise InvariantBroken(f"deadlock since t={since:.3f} s: {chain}")
+
+    def _last_step(self, task: asyncio.Task[Any] | None, now: float) -> float:
+        """When a task ran for the last time, seconds."""
+        return cast("VirtualLoop", self._system.loop)._stamps.get(id(task), now)
 
     def _look_at_orphans(self, now: float) -> None:
         bereaved = self._system.bereaved

@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable, Coroutine, Generator, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 from actors.control import Failure
+from actors.errors import CallCycle
 from actors.life import NodeLife
 from actors.system import System
 from actors.testing.faults import CLOCK, Fault, Profile
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from actors.channel import Queue
     from actors.core import Core
     from actors.feeds import Feed
+    from actors.supervision.report import Report
     from actors.supervisor import Child
     from actors.timers import TimerItem
 
@@ -40,6 +42,10 @@ class SimulatedSystem(System):
         self.links: dict[Queue[Any], Link] = {}
         self.bereaved: dict[Core, float] = {}
         """Incarnations that ended before their tasks -> when that was."""
+        self.reported = 0
+        """How many reports of supervisors there were."""
+        self.disgraces: list[Exception] = []
+        """Errors that are nobody's answer, though callers were answered with them: a failed assertion, a deadlock that was refused."""
         self.graph.entrance = entrance(self.links, faults, profile)
         for fault in faults:
             if fault.kind == "clock-jump" and fault.target == CLOCK:
@@ -51,6 +57,15 @@ class SimulatedSystem(System):
         super().ended(core)
         if core.tasks:
             self.bereaved[core] = self.loop.time()
+
+    def report(self, report: Report) -> None:
+        super().report(report)
+        self.reported += 1
+
+    def answered(self, error: Exception) -> None:
+        super().answered(error)
+        if isinstance(error, (AssertionError, CallCycle)):
+            self.disgraces.append(error)
 
     def faults_of(self, kind: str, node: str) -> dict[int, Fault]:
         """The faults of one kind in one node, by their number."""
@@ -64,6 +79,9 @@ class SimulatedSystem(System):
     def life(self, child: Child, path: tuple[str, ...], incarnation: int) -> NodeLife:
         plain = super().life(child, path, incarnation)
         return plain if path[0] == "guests" else _SimulatedLife(self, child, plain.identity, plain.mailbox)
+
+    def check_place(self, child: Child, path: tuple[str, ...]) -> None:
+        """A child with ``process=True`` runs in this process: its contracts are the same, and the only clock is here."""
 
     def running_now(self, core: Core) -> None:
         super().running_now(core)

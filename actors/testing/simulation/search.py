@@ -2,39 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
 
-from actors.testing.faults import Fault, Possible, draw, parse
-from actors.testing.simulation.trial import Outcome, Scenario
+from actors.bag import FlightRecorder
+from actors.testing.faults import Fault, Possible, draw
+from actors.testing.simulation.trial import Outcome, Scenario, Trial
 
-__all__ = ["Finding", "Replay", "search", "shrink"]
+__all__ = ["Finding", "Playable", "search", "shrink"]
 
 
-@dataclass(frozen=True, slots=True)
-class Replay:
-    """All that is needed to run one trial again. As text: the seed, ``fifo`` unless events were shuffled, the faults."""
+SHRINKING_SECONDS = 120.0
+"""Real seconds after which what has been shrunk so far is small enough: each trial of a whole robot takes some."""
 
-    seed: int
-    shuffled: bool
-    faults: tuple[Fault, ...]
 
-    def __str__(self) -> str:
-        return " ".join([str(self.seed), *([] if self.shuffled else ["fifo"]), *map(str, self.faults)])
+class Playable(Protocol):
+    """A `Scenario`, or what runs one elsewhere."""
 
-    @classmethod
-    def parse(cls, text: str) -> Replay:
-        """Read it back. Raises `ValueError`."""
-        seed, *rest = text.split() or [""]
-        if not seed.isdigit():
-            raise ValueError(
-                f"{text!r} is no trial: write its seed, then `fifo` if it was not shuffled, then its faults"
-            )
-        shuffled = rest[:1] != ["fifo"]
-        return cls(int(seed), shuffled, parse(" ".join(rest if shuffled else rest[1:])))
-
-    def run(self, scenario: Scenario) -> Outcome:
-        return scenario.run(self.seed, shuffled=self.shuffled, faults=self.faults)
+    def play(self, trial: Trial, /) -> Outcome: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,65 +36,69 @@ class Finding:
     """How many trials it took to find it, and to shrink it."""
 
     @property
-    def replay(self) -> Replay:
-        return Replay(self.outcome.seed, self.outcome.shuffled, self.outcome.faults)
+    def replay(self) -> Trial:
+        """What shows the failure again."""
+        return self.outcome.trial
+
+    def record(self, scenario: Scenario) -> FlightRecorder:
+        """Run it once more, with a flight recorder."""
+        recorder = FlightRecorder()
+        replace(scenario, observers=(*scenario.observers, recorder.attach)).play(self.replay)
+        return recorder
 
     def describe(self) -> str:
         """What was found, in one line."""
-        error = self.outcome.error
-        assert error is not None
-        order = "events in another order" if self.outcome.shuffled else "events in plain order"
-        count = len(self.outcome.faults)
+        trial = self.replay
+        order = "events in another order" if trial.shuffled else "events in plain order"
+        count = len(trial.faults)
         faults = "no fault" if not count else "1 fault" if count == 1 else f"{count} faults"
         shrunk = f" (shrunk from {self.drawn})" if self.drawn > count else ""
-        return f"{type(error).__name__} with {order} and {faults}{shrunk}, seed {self.outcome.seed}"
+        effort = "1 trial" if self.trials == 1 else f"{self.trials} trials"
+        what = f"{self.outcome.signature[0]} with {order} and {faults}{shrunk}, seed {trial.seed}"
+        return f"{what}, found and shrunk in {effort}"
 
 
-def search(
-    scenario: Scenario,
-    seeds: Iterable[int],
-    possible: Sequence[Possible],
-    *,
-    progress: Callable[[int], None] | None = None,
-) -> Finding | None:
+def search(scenario: Playable, seeds: Iterable[int], possible: Sequence[Possible]) -> Finding | None:
     """Try the plain run, then every seed, until one fails; shrink that. None when all passed."""
-    plain = scenario.run(0, shuffled=False)
+    plain = scenario.play(Trial(0, shuffled=False))
     trials = 1
     if plain.error is not None:
         return Finding(plain, 0, trials)
     for seed in seeds:
-        outcome = scenario.run(seed, faults=draw(possible, seed, plain.profile))
+        outcome = scenario.play(Trial(seed, faults=draw(possible, seed, plain.profile)))
         trials += 1
-        if progress is not None:
-            progress(seed)
         if outcome.error is not None:
             shrunk, more = shrink(scenario, outcome)
-            return Finding(shrunk, len(outcome.faults), trials + more)
+            return Finding(shrunk, len(outcome.trial.faults), trials + more)
     return None
 
 
-def shrink(scenario: Scenario, failed: Outcome) -> tuple[Outcome, int]:
-    """The least trial that fails in the same way: fewer faults (delta debugging), then events in plain order. And how many runs it took."""
+def shrink(scenario: Playable, failed: Outcome) -> tuple[Outcome, int]:
+    """The least trial that fails in the same way: fewer faults (delta debugging), then events in plain order. And how many
+    runs it took. After `SHRINKING_SECONDS` it makes do with what it has."""
     best, runs = failed, 0
+    end = time.monotonic() + SHRINKING_SECONDS
 
     def fails(faults: tuple[Fault, ...], shuffled: bool) -> bool:
         nonlocal best, runs
+        if time.monotonic() > end:
+            return False
         runs += 1
-        outcome = scenario.run(failed.seed, shuffled=shuffled, faults=faults)
+        outcome = scenario.play(Trial(failed.trial.seed, shuffled, faults))
         if outcome.error is None or outcome.signature != failed.signature:
             return False
         best = outcome
         return True
 
-    size = max(1, len(failed.faults) // 2)
-    while best.faults:
-        faults = best.faults
+    size = max(1, len(failed.trial.faults) // 2)
+    while best.trial.faults:
+        faults = best.trial.faults
         without = (faults[:at] + faults[at + size :] for at in range(0, len(faults), size))
-        if any(fails(fewer, best.shuffled) for fewer in without):
-            size = max(1, min(size, len(best.faults) // 2))
+        if any(fails(fewer, best.trial.shuffled) for fewer in without):
+            size = max(1, min(size, len(best.trial.faults) // 2))
         elif size == 1:
             break
         else:
             size //= 2
-    fails(best.faults, False)
+    fails(best.trial.faults, False)
     return best, runs

@@ -3,39 +3,65 @@
 from __future__ import annotations
 
 import asyncio
+import functools
+import math
 from collections.abc import Awaitable, Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
-from actors.errors import ActorError, place_of
-from actors.testing.faults import Fault, Profile
+from actors.errors import ActorError, CallCycle, WrongThread, WrongType, place_of
+from actors.supervision.errors import StartFailed, SupervisorGaveUp
+from actors.supervision.reasons import cause_of
+from actors.testing.failures import UnexpectedFailure
+from actors.testing.faults import Fault, Profile, parse
 from actors.testing.fuzz import FuzzLoop
 from actors.testing.loop import VirtualLoop
 from actors.testing.rig import Rig
 from actors.testing.simulation.invariants import PATIENCE, Invariant, InvariantBroken, Watch
 from actors.testing.simulation.lives import InjectedCrash, SimulatedSystem
 
-__all__ = ["Body", "Outcome", "Scenario"]
+__all__ = ["Body", "Outcome", "Scenario", "Trial"]
+
+CLEAN_UP_SECONDS = 60.0
+"""What a trial leaves has this long to end once it is canceled."""
 
 Body = Callable[[Rig], Awaitable[None]]
 """What happens in a scenario, and what has to come of it."""
 
 
 @dataclass(frozen=True, slots=True)
+class Trial:
+    """All that is needed to run a scenario once, and once more. As text: the seed, ``fifo`` unless events are shuffled, the faults."""
+
+    seed: int
+    shuffled: bool = True
+    faults: tuple[Fault, ...] = ()
+
+    def __str__(self) -> str:
+        return " ".join([str(self.seed), *([] if self.shuffled else ["fifo"]), *map(str, self.faults)])
+
+    @classmethod
+    def parse(cls, text: str) -> Trial:
+        """Read it back. Raises `ValueError`."""
+        seed, *rest = text.split() or [""]
+        if not seed.isdigit():
+            raise ValueError(
+                f"{text!r} is no trial: write its seed, then `fifo` if it was not shuffled, then its faults"
+            )
+        shuffled = rest[:1] != ["fifo"]
+        return cls(int(seed), shuffled, parse(" ".join(rest if shuffled else rest[1:])))
+
+
+@dataclass(frozen=True, slots=True)
 class Outcome:
     """How a trial ended."""
 
-    seed: int
-    shuffled: bool
-    faults: tuple[Fault, ...]
+    trial: Trial
     error: BaseException | None
     profile: Profile
-    timeline: str = ""
-
-    @property
-    def signature(self) -> tuple[str, str]:
-        """What kind of failure it is: two trials with the same one have failed in the same way."""
-        return (type(self.error).__name__, place_of(self.error)) if self.error is not None else ("", "")
+    timeline: str
+    signature: tuple[str, str]
+    """What kind of failure it is, and where it arose: two trials with the same one have failed in the same way. Empty without an error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,53 +71,109 @@ class Scenario:
     body: Body
     invariants: tuple[Invariant, ...] = ()
     patience: float = PATIENCE
-    observers: tuple[Callable[[SimulatedSystem], object], ...] = field(default=())
+    observers: tuple[Callable[[SimulatedSystem], object], ...] = ()
     """Called with each system before its tree starts."""
+    limit: float = math.inf
+    """Seconds after which a trial is taken never to end; so long may a body take, with the system's start and stop."""
 
     def run(self, seed: int, *, shuffled: bool = True, faults: Sequence[Fault] = ()) -> Outcome:
-        """One trial, from an empty event loop to the leak check. The same arguments give the same outcome."""
+        """Play the trial of this seed, order and these faults."""
+        return self.play(Trial(seed, shuffled, tuple(faults)))
+
+    def play(self, trial: Trial) -> Outcome:
+        """One trial, from an empty event loop to the leak check. The same trial has the same outcome."""
         profile = Profile()
         rigs: list[Rig] = []
-        loop = FuzzLoop(seed) if shuffled else VirtualLoop()
+        loop = FuzzLoop(trial.seed) if trial.shuffled else VirtualLoop()
         error: BaseException | None = None
         try:
             with asyncio.Runner(loop_factory=lambda: loop) as runner:
-                runner.run(self._live(loop, seed, tuple(faults), profile, rigs))
+                try:
+                    runner.run(self._live(loop, trial, profile, rigs))
+                except BaseException as caught:
+                    error = caught
+                    if isinstance(error, (KeyboardInterrupt, SystemExit)):
+                        raise
+                loop.watch = functools.partial(_demand_end, loop, loop.time() + CLEAN_UP_SECONDS)
         except (KeyboardInterrupt, SystemExit):
             raise
-        except BaseException as caught:
-            error = caught
-        return Outcome(seed, shuffled, tuple(faults), error, profile, rigs[0].timeline() if rigs else "")
+        except InvariantBroken as caught:
+            error = error or caught
+        return Outcome(trial, error, profile, rigs[0].timeline() if rigs else "", _signature(error))
 
-    async def _live(
-        self, loop: VirtualLoop, seed: int, faults: tuple[Fault, ...], profile: Profile, rigs: list[Rig]
-    ) -> None:
+    async def _live(self, loop: VirtualLoop, trial: Trial, profile: Profile, rigs: list[Rig]) -> None:
         def make(**options: Any) -> SimulatedSystem:
-            options["seed"] += seed
-            system = SimulatedSystem(faults, profile, **options)
+            options["seed"] += trial.seed
+            system = SimulatedSystem(trial.faults, profile, **options)
             systems.append(system)
-            loop.watch = Watch(system, self.invariants, self.patience)
+            watch = loop.watch = Watch(system, self.invariants, self.patience, self.limit)
+            watches.append(watch)
             for observe in self.observers:
                 observe(system)
             return system
 
         systems: list[SimulatedSystem] = []
-        rig = Rig(
-            make, lambda error: isinstance(error, InjectedCrash) or (bool(faults) and isinstance(error, ActorError))
-        )
+        watches: list[Watch] = []
+        rig = Rig(make, lambda error: _is_excused(error, trial.faults))
         rigs.append(rig)
         problems: list[BaseException] = []
         loop.set_exception_handler(lambda _, context: problems.append(_problem(context)))
         try:
             await self.body(rig)
             profile.seconds = loop.time()
-        finally:
-            await rig.close()
+            for watch in watches:
+                watch.look(loop.time())
+        except BaseException as error:
+            await _close_after(rig, error)
+            raise
+        await rig.close()
         for report in (report for system in systems for report in system.reports):
-            if report.context == "shutdown_error":
+            injected = report.reason is not None and isinstance(cause_of(report.reason), InjectedCrash)
+            if (
+                report.context == "shutdown_error" and not injected
+            ):  # a tree may end by itself, and a fault come just then
                 raise InvariantBroken(f"{'/'.join(report.child.path)} did not end as it was asked to: {report.reason}")
         if problems:
             raise problems[0]
+
+
+def _demand_end(loop: VirtualLoop, end: float) -> None:
+    """What is left is canceled when a trial is over; a task that does not heed it must not keep time running for ever."""
+    if loop.time() > end:
+        names = ", ".join(sorted(task.get_name() for task in asyncio.all_tasks(loop)))
+        raise InvariantBroken(f"{CLEAN_UP_SECONDS:g} s after they were canceled these tasks go on: {names}")
+
+
+async def _close_after(rig: Rig, error: BaseException) -> None:
+    """What is wrong at the end of a trial that has failed is told with its error, and does not take its place."""
+    try:
+        await rig.close()
+    except AssertionError as more:
+        error.add_note(f"and at the end {type(more).__name__}: {more}")
+
+
+def _is_excused(error: BaseException, faults: Sequence[Fault]) -> bool:
+    """Whether an error may come of faults alone: supervisors are there for that. A mistake in the program does not, nor does the end
+    of the whole tree, unless a fault itself is what it gave up about: then it tolerates no failure at all, and says so.
+    """
+    if isinstance(error, SupervisorGaveUp) and len(error.path) == 1:
+        return isinstance(_origin(error), InjectedCrash)
+    mistake = isinstance(error, (CallCycle, WrongThread, WrongType))
+    return isinstance(error, InjectedCrash) or (bool(faults) and isinstance(error, ActorError) and not mistake)
+
+
+def _origin(error: BaseException) -> BaseException:
+    """The error of a node behind what its supervisors and the rig made of it."""
+    while isinstance(error, (UnexpectedFailure, StartFailed, SupervisorGaveUp)) and error.__cause__ is not None:
+        error = error.__cause__
+    return error
+
+
+def _signature(error: BaseException | None) -> tuple[str, str]:
+    if error is None:
+        return "", ""
+    origin = _origin(error)
+    return type(origin).__name__, place_of(origin)
 
 
 def _problem(context: dict[str, Any]) -> BaseException:

@@ -1,0 +1,20 @@
+"""Suites of their own that tests run: with the plugin as an installed package would bring it."""
+
+from __future__ import annotations
+
+import pytest
+
+# pytester forgets what its suites import first: half of a package would stay, and numpy can be loaded only once
+import actors.testing.loop
+import actors.testing.rig
+import actors.testing.simulation.decorator  # noqa: F401  # the same
+
+__all__ = ["run_pytest"]
+
+
+def run_pytest(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
+    """Run the suite that is in `pytester`'s folder."""
+    return pytester.runpytest_inprocess(
+        "-p", "actors.testing.plugin", "-p", "no:cacheprovider", "-p", "no:looptime_plugin",
+        "-o", "asyncio_default_fixture_loop_scope=function", *arguments,
+    )  # fmt: skip
