@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from math import atan2, cos, sin
+from math import asin, atan2, cos, sin
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robot.gait.command import CommandLimits
 from robot.gait.controller import GaitController
-from robot.world.body import Truth, Vector
+from robot.world.body import ImuSample, JointSample, Truth, Vector
 from robot.world.physics import PhysicsBody
 from robot.world.scene import Pose2, Scene
 
-__all__ = ["FLAT", "PERIOD", "Record", "Trial", "heading"]
+__all__ = ["FLAT", "PERIOD", "Record", "Spoil", "Trial", "heading"]
+
+Spoil: TypeAlias = Callable[[ImuSample, JointSample], tuple[ImuSample | None, JointSample]]
 
 PERIOD = 0.005
 """Of control, s: the rate of the sensors."""
@@ -37,6 +41,8 @@ class Record:
     """Angle between body z and the vertical, rad, shape (n,)."""
     power: Vector
     """Electrical motor power, W, shape (n,)."""
+    lean: Vector
+    """Roll and pitch, rad, shape (n, 2)."""
     touched: frozenset[str]
     """Obstacles touched."""
 
@@ -70,11 +76,14 @@ class Trial:
         self.body = PhysicsBody(scene, seed=seed, delay=delay, slope=slope, payload=payload, friction=friction)
         self.gait = GaitController(gait=gait, motor_delay=delay, limits=limits)
         self.fallen = False
+        self.spoil: Spoil | None = None
+        """What happens to the samples on their way from the sensors to the controller."""
         self._steps = 0
 
     def step(self) -> Truth:
         """One control period."""
-        self.body.command(self.gait.step(PERIOD, self.body.imu(), self.body.joints()))
+        imu, joints = self.body.imu(), self.body.joints()
+        self.body.command(self.gait.step(PERIOD, *(self.spoil(imu, joints) if self.spoil else (imu, joints))))
         self._steps += 1
         self.body.advance(self._steps * PERIOD)
         truth = self.body.truth()
@@ -102,7 +111,7 @@ class Trial:
             truth = self.step()
             rows.append(self._row(truth))
             touched.update(truth.touching)
-        table = np.array(rows).reshape(-1, 12)
+        table = np.array(rows).reshape(-1, 14)
         return Record(
             velocity=table[:, 0:3],
             pose=table[:, 3:6],
@@ -110,6 +119,7 @@ class Trial:
             height=table[:, 9],
             tilt=table[:, 10],
             power=table[:, 11],
+            lean=table[:, 12:14],
             touched=frozenset(touched),
         )
 
@@ -127,7 +137,7 @@ class Trial:
         yaw = heading(truth.quaternion)
         c, s = cos(yaw), sin(yaw)
         vx, vy, _ = truth.velocity.tolist()
-        _, qx, qy, _ = truth.quaternion.tolist()
+        qw, qx, qy, qz = truth.quaternion.tolist()
         state = self.gait.state
         x, y, z = truth.position.tolist()
         upright = 1.0 - 2.0 * (qx * qx + qy * qy)
@@ -144,6 +154,8 @@ class Trial:
             z,
             float(np.arccos(min(1.0, max(-1.0, upright)))),
             truth.power,
+            atan2(2.0 * (qy * qz + qw * qx), upright),
+            asin(max(-1.0, min(1.0, 2.0 * (qw * qy - qx * qz)))),
         )
 
 

@@ -7,8 +7,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
+from robot.evaluate import walk_gaits as gaits
 from robot.evaluate import walk_measures as take
 from robot.evaluate.ladder import Metric, conclude, measure, parser
 from robot.world.physics import BackendMissing
@@ -86,7 +87,29 @@ def metrics(delay: float, minutes: float) -> tuple[Metric, ...]:
             lambda seed: take.control_cost(seed, delay),
             quick=True,
         ),
+        *_gaits(delay),
     )
+
+
+def _gaits(delay: float) -> Iterator[Metric]:
+    """The gaits beside the trot, changes between gaits, slippery ground, failing sensors."""
+
+    def error(gait: str, speed: float) -> Callable[[int], float]:
+        return lambda seed: gaits.speed_error(seed, delay, gait, speed)
+
+    def sway(gait: str, speed: float) -> Callable[[int], float]:
+        return lambda seed: gaits.sway(seed, delay, gait, speed)
+
+    unbound = (None, None, None)
+    for gait, speeds in (("crawl", (0.1, 0.3)), ("pace", (0.3, 0.8)), ("bound", (0.3, 0.8)), ("pronk", (0.3, 0.8))):
+        for speed in speeds:
+            yield Metric(f"{gait}: speed error at {speed} m/s", "%", unbound, error(gait, speed))
+        yield Metric(f"{gait}: roll or pitch sd at {speeds[1]} m/s", "deg", unbound, sway(gait, speeds[1]))
+    yield Metric("falls in 20 gait switches", "", unbound, lambda seed: gaits.switch_falls(seed, delay))
+    yield Metric(
+        "falls at friction 0.2, 0.6 m/s", "", unbound, lambda seed: gaits.slippery_falls(seed, delay, 0.2, 0.6)
+    )
+    yield Metric("falls in 11 sensor faults", "", unbound, lambda seed: gaits.fault_falls(seed, delay))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isfinite
 
-__all__ = ["CommandLimits", "CommandShaper"]
+__all__ = ["CommandLimits", "CommandShaper", "Velocity"]
+
+Velocity = tuple[float, float, float]
+"""Forward, left (m/s), counter-clockwise (rad/s)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +21,24 @@ class CommandLimits:
     turn: float = 1.5
     slew: float = 1.5
     turn_slew: float = 4.0
+
+    def clip(self, vx: float, vy: float, wz: float) -> Velocity:
+        """The nearest velocity within the limits."""
+        return (
+            max(-self.backward, min(self.forward, vx)),
+            max(-self.sideways, min(self.sideways, vy)),
+            max(-self.turn, min(self.turn, wz)),
+        )
+
+    def between(self, other: CommandLimits, share: float) -> CommandLimits:
+        """These limits at `share` 0, those of `other` at 1."""
+        mine = (self.forward, self.backward, self.sideways, self.turn)
+        theirs = (other.forward, other.backward, other.sideways, other.turn)
+        return CommandLimits(*(a + (b - a) * share for a, b in zip(mine, theirs, strict=True)))
+
+    def allows(self, velocity: Velocity) -> bool:
+        """Whether the velocity is within the limits."""
+        return self.clip(*velocity) == velocity
 
 
 class CommandShaper:
@@ -36,17 +57,15 @@ class CommandShaper:
         if not (isfinite(vx) and isfinite(vy) and isfinite(wz)):
             self.refused += 1
             return False
-        most = self.limits
-        self.asked = (
-            max(-most.backward, min(most.forward, vx)),
-            max(-most.sideways, min(most.sideways, vy)),
-            max(-most.turn, min(most.turn, wz)),
-        )
+        self.asked = self.limits.clip(vx, vy, wz)
         return True
 
-    def advance(self, dt: float, walking: bool) -> tuple[float, float, float]:
-        """The velocity in force after `dt` seconds; zero is aimed at unless `walking`."""
+    def advance(self, dt: float, walking: bool, *bounds: CommandLimits | None) -> Velocity:
+        """The velocity in force after `dt` seconds; zero is aimed at unless `walking`, and nothing beyond any of `bounds`."""
         target = self.asked if walking else (0.0, 0.0, 0.0)
+        for bound in bounds:
+            if bound is not None:
+                target = bound.clip(*target)
         step, turn = self.limits.slew * dt, self.limits.turn_slew * dt
         vx, vy, wz = self.velocity
         self.velocity = (_towards(vx, target[0], step), _towards(vy, target[1], step), _towards(wz, target[2], turn))

@@ -12,13 +12,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import dist, exp
 
-import numpy as np
-from numpy.typing import NDArray
-
 from robot.gait.attitude import AttitudeFilter
 from robot.gait.figures import FOOT_RADIUS, GRAVITY
 from robot.gait.gyro_bias import FootLine
-from robot.gait.limbs import Limbs, Triple, foot_velocities, limbs
+from robot.gait.limbs import LEVEL, Limbs, Rows, Triple, foot_velocities, limbs
+from robot.gait.vectors import to_body, to_ground
 from robot.world.body import ImuSample, JointSample, Vector
 
 __all__ = ["Estimator"]
@@ -42,6 +40,10 @@ SLOW_TURN = 0.3
 _NOWHERE: Triple = (0.0, 0.0, 0.0)
 SLIP = 0.35
 """A standing foot that differs from the rest by this speed (m/s) is doubted."""
+SLIDE = 0.2
+"""The same for a foot that stands firmly: it slides (m/s)."""
+CERTAIN = 0.017
+"""Seconds after which that is certain: a push makes feet slide for a moment, too."""
 FLOOR_TIME = 0.5
 """Time constant (s) of the prior that standing feet are at height zero."""
 OWN_ACCEL_TIME = 0.15
@@ -56,22 +58,25 @@ class Estimator:
 
     def __init__(self) -> None:
         self.attitude = AttitudeFilter()
-        self.rotation: Vector = np.eye(3)
-        self.position: Vector = np.zeros(3)
+        self.rotation: Rows = self.attitude.rotation
+        """Body to odom, three rows."""
+        self.position: Triple = _NOWHERE
         """Body origin in odom, m; z is the height above the standing feet's soles."""
-        self.velocity: Vector = np.zeros(3)
+        self.velocity: Triple = _NOWHERE
         """Body origin in odom axes, m/s."""
         self.contact: tuple[bool, ...] = (False,) * 4
-        self.legs: Limbs = limbs((0.0,) * 12, (0.0, 0.0, 1.0))
-        self.footholds: Vector = np.zeros((4, 3))
-        """Foot centres in odom as the filter believes them, shape (4, 3), m."""
-        self.contacts: Vector = np.zeros((4, 3))
-        """Where each foot's centre was when it last stood, odom, shape (4, 3), m."""
-        self.own_acceleration: Vector = np.zeros(3)
-        self._state = np.zeros((6, 3))
-        self._spread = np.diag([1e-6, 1e-4, 1e-4, 1e-4, 1e-4, 1e-4])
+        self.legs: Limbs = limbs((0.0,) * 12, LEVEL)
+        self.contacts: list[Triple] = [_NOWHERE] * 4
+        """Where each foot's centre was when it last stood, odom, m."""
+        self.slipping = [False] * 4
+        """Feet that stand and slide."""
+        self.own_acceleration: Triple = _NOWHERE
+        self._state = [[0.0, 0.0, 0.0] for _ in range(6)]
+        """Position, velocity, and where the four feet are."""
+        self._spread = [[(1e-6 if i == 0 else 1e-4) if i == j else 0.0 for j in range(6)] for i in range(6)]
         self._standing_for = [0.0] * 4
-        self._smooth_velocity = np.zeros(3)
+        self._sliding_for = [0.0] * 4
+        self._smooth_velocity: Triple = _NOWHERE
         self._line = FootLine()
         self._started = False
 
@@ -91,21 +96,23 @@ class Estimator:
         angles, speeds = joints.position.tolist(), joints.velocity.tolist()
         if not self._started:
             self.attitude.level(accel)
-        own = self.own_acceleration @ self.rotation
-        self.attitude.update(dt, gyro, accel, _triple(own), still)
+        own = to_body(self.rotation, self.own_acceleration)
+        self.attitude.update(dt, gyro, accel, own, still)
         up = self.attitude.up
-        self.rotation = rotation = np.array(self.attitude.rotation)
+        self.rotation = rotation = self.attitude.rotation
         self.legs = limbs(angles, up)
         moving, rolling = foot_velocities(self.legs, angles, speeds, self.attitude.turn, up)
         self.contact = tuple(joints.contact.tolist())
-        arms = np.array(self.legs.feet) @ rotation.T
+        arms = [to_ground(rotation, foot) for foot in self.legs.feet]
         if not self._started:
             self._begin(arms)
-        roll = np.array(rolling) @ rotation.T
-        force = rotation @ imu.accel
-        force[2] -= GRAVITY
-        self._predict(dt, force, roll)
-        told = roll - np.array(moving) @ rotation.T
+        roll = [to_ground(rotation, speed) for speed in rolling]
+        x, y, z = to_ground(rotation, accel)
+        self._predict(dt, (x, y, z - GRAVITY), roll)
+        told: list[Triple] = []
+        for (rx, ry, rz), speed in zip(roll, moving, strict=True):
+            mx, my, mz = to_ground(rotation, speed)
+            told.append((rx - mx, ry - my, rz - mz))
         self._correct(dt, arms, told, leaving)
         if still and not any(self.contact):
             self._rest()
@@ -113,98 +120,150 @@ class Estimator:
         self._watch_acceleration(dt, told)
         self._watch_heading(dt, arms, roll, leaving)
 
-    def _begin(self, arms: Vector) -> None:
+    def _begin(self, arms: list[Triple]) -> None:
         self._started = True
-        self._state[0, 2] = -arms[:, 2].mean()
-        self._state[2:] = self._state[0] + arms
-        self.contacts = self._state[2:].copy()
+        height = -0.25 * sum(z for _, _, z in arms)
+        self._state[0][2] = height
+        for foot, (x, y, z) in enumerate(arms, 2):
+            self._state[foot] = [x, y, z + height]
+        self.contacts = [(x, y, z + height) for x, y, z in arms]
 
-    def _predict(self, dt: float, acceleration: Vector, roll: Vector) -> None:
+    def _predict(self, dt: float, acceleration: Triple, roll: list[Triple]) -> None:
         state, spread = self._state, self._spread
-        state[0] += state[1] * dt + acceleration * (0.5 * dt * dt)
-        state[1] += acceleration * dt
-        state[2:] += roll * dt
-        spread[0] += dt * spread[1]
-        spread[:, 0] += dt * spread[:, 1]
-        spread.flat[7] += (ACCEL_NOISE * dt) ** 2
-        spread.flat[14::7] += SLIDE_NOISE**2
+        place, speed = state[0], state[1]
+        for axis, push in enumerate(acceleration):
+            place[axis] += speed[axis] * dt + push * (0.5 * dt * dt)
+            speed[axis] += push * dt
+        for foot, (x, y, z) in zip(state[2:], roll, strict=True):
+            foot[0] += x * dt
+            foot[1] += y * dt
+            foot[2] += z * dt
+        spread[0] = [a + dt * b for a, b in zip(spread[0], spread[1], strict=True)]
+        for row in spread:
+            row[0] += dt * row[1]
+        spread[1][1] += (ACCEL_NOISE * dt) ** 2
+        for index in range(2, 6):
+            spread[index][index] += SLIDE_NOISE**2
 
-    def _correct(self, dt: float, arms: Vector, told: Vector, leaving: Sequence[bool]) -> None:
-        state, spread = self._state, self._spread
-        standing: list[int] = []
-        doubt: list[float] = []
-        velocity, speeds = state[1].tolist(), told.tolist()
+    def _correct(self, dt: float, arms: list[Triple], told: list[Triple], leaving: Sequence[bool]) -> None:
+        """Take in what the standing feet say, one at a time: their noises are independent, so the order does not matter."""
+        state = self._state
+        standing: list[tuple[int, float]] = []
+        velocity = tuple(state[1])
         for leg in range(4):
             if not self.contact[leg]:
-                self._standing_for[leg] = 0.0
+                self._standing_for[leg] = self._sliding_for[leg] = 0.0
+                self.slipping[leg] = False
                 continue
             if self._standing_for[leg] == 0.0:
                 self._land(leg, arms[leg])
             self._standing_for[leg] += dt
-            standing.append(leg)
-            slip = dist(speeds[leg], velocity) > SLIP
+            apart = dist(told[leg], velocity)
+            slides = apart > SLIDE and self._standing_for[leg] > FIRM and not leaving[leg]
+            self._sliding_for[leg] = self._sliding_for[leg] + dt if slides else 0.0
+            self.slipping[leg] = self._sliding_for[leg] > CERTAIN
+            slip = self.slipping[leg] or apart > SLIP
             landing = self._standing_for[leg] < SETTLING
-            doubt.append(DOUBT if slip or landing or leaving[leg] else 1.0)
+            standing.append((leg, DOUBT if slip or landing or leaving[leg] else 1.0))
+        for leg, doubt in standing:
+            foot = leg + 2
+            spread = self._spread
+            pull = [row[foot] - row[0] for row in spread]
+            (x, y, z), (px, py, pz), (fx, fy, fz) = arms[leg], state[0], state[foot]
+            self._learn(pull, pull[foot] - pull[0] + doubt * PLACE_NOISE**2, x + px - fx, y + py - fy, z + pz - fz)
+            spread = self._spread
+            (x, y, z), (vx, vy, vz) = told[leg], state[1]
+            pull = [row[1] for row in spread]
+            self._learn(pull, pull[1] + doubt * SPEED_NOISE**2, x - vx, y - vy, z - vz)
         if standing:
-            rows, legs, variance = _OBSERVE[tuple(standing)]
-            gap = np.concatenate((arms[legs] - state[legs + 2] + state[0], told[legs] - state[1]))
-            seen = rows @ spread
-            innovation = seen @ rows.T
-            innovation.flat[:: 2 * len(standing) + 1] += variance * np.array(doubt + doubt)
-            gain = np.linalg.solve(innovation, seen)
-            state += gain.T @ gap
-            spread -= seen.T @ gain
-            spread += spread.T  # rounding makes it unsymmetric, and what is unsymmetric grows
-            spread *= 0.5
+            self._tidy()
         for leg in range(4):
+            x, y, z = state[leg + 2]
             if self.contact[leg]:
-                self.contacts[leg] = state[leg + 2]
+                self.contacts[leg] = (x, y, z)
             else:
-                state[leg + 2] = state[0] + arms[leg]
-        self.position, self.velocity, self.footholds = state[0].copy(), state[1].copy(), state[2:].copy()
+                state[leg + 2] = [a + b for a, b in zip(state[0], arms[leg], strict=True)]
+        self._publish()
 
-    def _land(self, leg: int, arm: Vector) -> None:
+    def _learn(self, pull: list[float], variance: float, x: float, y: float, z: float) -> None:
+        """One measurement: how each state goes with it (covariances), its variance, and by how much it differs from what was thought."""
+        share = 1.0 / variance
+        x, y, z = x * share, y * share, z * share
+        spread = self._spread
+        for index, weight in enumerate(pull):
+            row = self._state[index]
+            row[0] += weight * x
+            row[1] += weight * y
+            row[2] += weight * z
+            part = weight * share
+            spread[index] = [a - part * b for a, b in zip(spread[index], pull, strict=True)]
+
+    def _tidy(self) -> None:
+        """Rounding makes the covariance unsymmetric, and what is unsymmetric grows."""
+        spread = self._spread
+        for i in range(1, 6):
+            row = spread[i]
+            for j in range(i):
+                row[j] = spread[j][i] = 0.5 * (row[j] + spread[j][i])
+
+    def _publish(self) -> None:
+        (px, py, pz), (vx, vy, vz) = self._state[0], self._state[1]
+        self.position, self.velocity = (px, py, pz), (vx, vy, vz)
+
+    def _land(self, leg: int, arm: Triple) -> None:
         """A foot touches down: its place is where the leg says, as uncertain as the body plus the encoders."""
-        self._state[leg + 2] = self._state[0] + arm
-        self._spread[leg + 2] = self._spread[0]
-        self._spread[:, leg + 2] = self._spread[:, 0]
-        self._spread[leg + 2, leg + 2] = self._spread[0, 0] + PLACE_NOISE**2 * DOUBT
+        foot, spread = leg + 2, self._spread
+        self._state[foot] = [a + b for a, b in zip(self._state[0], arm, strict=True)]
+        spread[foot] = spread[0].copy()
+        for row in spread:
+            row[foot] = row[0]
+        spread[foot][foot] = spread[0][0] + PLACE_NOISE**2 * DOUBT
 
     def _pin_height(self, dt: float) -> None:
         """Shift body and feet together, so that nothing the filter observes changes."""
-        feet: list[float] = self._state[2:, 2].tolist()
-        heights = [height - FOOT_RADIUS for height, stands in zip(feet, self.contact, strict=True) if stands]
-        if heights:
-            shift = sum(heights) / len(heights) * min(1.0, dt / FLOOR_TIME)
-            self._state[0, 2] -= shift
-            self._state[2:, 2] -= shift
-            self.contacts[:, 2] -= shift
+        state = self._state
+        heights = [state[leg + 2][2] - FOOT_RADIUS for leg in range(4) if self.contact[leg]]
+        if not heights:
+            return
+        shift = sum(heights) / len(heights) * min(1.0, dt / FLOOR_TIME)
+        state[0][2] -= shift
+        for foot in state[2:]:
+            foot[2] -= shift
+        self.contacts = [(x, y, z - shift) for x, y, z in self.contacts]
 
     def _rest(self) -> None:
         """The robot lies on its skid: no foot says so, but it does not move."""
-        self._state[1] = 0.0
-        self._spread[1, :] = self._spread[:, 1] = 0.0
-        self._spread[1, 1] = 1e-4
-        self.velocity = np.zeros(3)
+        self._state[1] = [0.0, 0.0, 0.0]
+        for row in self._spread:
+            row[1] = 0.0
+        self._spread[1] = [0.0, 1e-4, 0.0, 0.0, 0.0, 0.0]
+        self.velocity = _NOWHERE
 
-    def _watch_acceleration(self, dt: float, told: Vector) -> None:
+    def _watch_acceleration(self, dt: float, told: list[Triple]) -> None:
         """From what standing feet say alone: the filtered velocity contains the accelerometer and would agree with it."""
         count = sum(self.contact)
         if count == 0:
-            self.own_acceleration *= 1.0 - dt / OWN_ACCEL_TIME
+            fade = 1.0 - dt / OWN_ACCEL_TIME
+            x, y, z = self.own_acceleration
+            self.own_acceleration = (x * fade, y * fade, z * fade)
             return
-        blend = 1.0 - exp(-dt / OWN_ACCEL_TIME)
-        change = (np.array(self.contact, dtype=float) @ told / count - self._smooth_velocity) * (blend / dt)
-        self._smooth_velocity = self._smooth_velocity + change * dt
-        self.own_acceleration = change
+        blend = (1.0 - exp(-dt / OWN_ACCEL_TIME)) / dt
+        x = y = z = 0.0
+        for stands, (tx, ty, tz) in zip(self.contact, told, strict=True):
+            if stands:
+                x, y, z = x + tx, y + ty, z + tz
+        sx, sy, sz = self._smooth_velocity
+        x, y, z = (x / count - sx) * blend, (y / count - sy) * blend, (z / count - sz) * blend
+        self.own_acceleration = (x, y, z)
+        self._smooth_velocity = (sx + x * dt, sy + y * dt, sz + z * dt)
 
-    def _watch_heading(self, dt: float, arms: Vector, roll: Vector, leaving: Sequence[bool]) -> None:
+    def _watch_heading(self, dt: float, arms: list[Triple], roll: list[Triple], leaving: Sequence[bool]) -> None:
         """Learn the gyro's bias about the vertical from the line between two firmly standing feet."""
         firm = [leg for leg in range(4) if self._standing_for[leg] > FIRM and not leaving[leg]]
         pair, arm, rolls = (-1, -1), _NOWHERE, _NOWHERE
         if len(firm) == 2 and abs(self.attitude.turn[2]) < SLOW_TURN:
             pair = (firm[0], firm[1])
-            arm, rolls = _triple(arms[pair[1]] - arms[pair[0]]), _triple(roll[pair[1]] - roll[pair[0]])
+            arm, rolls = _between(arms, pair), _between(roll, pair)
         told = self._line.update(dt, pair, arm, rolls)
         if told is not None:
             self.attitude.bias.turning(*told)
@@ -215,18 +274,6 @@ def _triple(values: Vector) -> Triple:
     return (x, y, z)
 
 
-def _observation(standing: tuple[int, ...]) -> tuple[Vector, NDArray[np.intp], Vector]:
-    """For a set of standing feet: the observation matrix (places, then speeds), the feet, and the variances of both."""
-    count = len(standing)
-    rows = np.zeros((2 * count, 6))
-    for row, leg in enumerate(standing):
-        rows[row, 0], rows[row, leg + 2] = -1.0, 1.0
-        rows[count + row, 1] = 1.0
-    return rows, np.array(standing), np.repeat((PLACE_NOISE**2, SPEED_NOISE**2), count)
-
-
-_OBSERVE = {
-    standing: _observation(standing)
-    for mask in range(1, 16)
-    for standing in [tuple(leg for leg in range(4) if mask >> leg & 1)]
-}
+def _between(vectors: list[Triple], pair: tuple[int, int]) -> Triple:
+    (ax, ay, az), (bx, by, bz) = vectors[pair[0]], vectors[pair[1]]
+    return (bx - ax, by - ay, bz - az)

@@ -35,7 +35,7 @@ from robot.contracts import (
     WALK,
 )
 from robot.gait.controller import GaitController, Goal
-from robot.gait.figures import GRAVITY, SIT_HEIGHT, STAND_HEIGHT
+from robot.gait.figures import SIT_HEIGHT, STAND_HEIGHT
 from robot.interfaces.robactor_msgs.msg import BodyDrive, FootContacts, GaitStatus
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
 from robot.world.body import ImuSample, JointSample, MotorTargets
@@ -48,8 +48,6 @@ SENSOR_LIFE = 0.1
 """Seconds after which a silent sensor counts as lost."""
 CRITICAL, RECOVERED = 0.10, 0.13
 """Charge below which the robot sits and refuses to walk, and above which it may walk again."""
-LEVEL = ImuSample(np.zeros(3), np.array([0.0, 0.0, GRAVITY]))
-"""What an IMU at rest on level ground reads: all there is to go by without one."""
 
 
 class Gait(Node):
@@ -66,18 +64,25 @@ class Gait(Node):
     motor_delay = parameter(
         0.004, unit="s", ge=0.0, le=0.02, read_only=True, description="How late the drives act, as far as is known."
     )
-    gait = parameter("trot", choices=("trot", "crawl", "pace", "bound"), read_only=True)
+    gait = parameter(
+        "trot",
+        choices=("trot", "crawl", "pace", "bound", "pronk"),
+        description="May be set at any time; a walk under way slows down as far as the new gait needs and changes when all feet stand.",
+    )
 
     async def on_start(self) -> None:
-        self._controller = GaitController(gait=self.gait, motor_delay=self.motor_delay)
-        self._imu = LEVEL
-        self._imu_heard = self._joints_heard = self._commanded = -1.0
+        self._asked_gait = self.gait
+        self._controller = GaitController(
+            gait=self._asked_gait, motor_delay=self.motor_delay, own_feet=self.backend == "physics"
+        )
+        self._imu: ImuSample | None = None
+        self._joints_heard = self._contacts_heard = self._commanded = -1.0
         self._contact = np.ones(4, dtype=np.bool_)
         self._stepped: float | None = None
         self._steps = 0
-        self._mode = ""
+        self._mode = self._used_gait = ""
         self._critical = False
-        self._imu_lost = False
+        self._lost: tuple[str, ...] = ()
         self._ignored = False
 
     # -- sensors ------------------------------------------------------------------------------------------------------------
@@ -86,29 +91,38 @@ class Gait(Node):
     def imu(self, message: Imu) -> None:
         w, a = message.angular_velocity, message.linear_acceleration
         self._imu = ImuSample(np.array((w.x, w.y, w.z)), np.array((a.x, a.y, a.z)))
-        self._imu_heard = self.clock.now()
 
     @CONTACTS.on()
     def contacts(self, message: FootContacts) -> None:
         self._contact = message.contact
+        self._contacts_heard = self.clock.now()
 
     @JOINT_STATES.on()
     def joints(self, message: JointState) -> None:
         """One control step, from the samples of this instant."""
         now = self._joints_heard = self.clock.now()
+        controller = self._controller
         sampled = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-        dt = 0.005 if self._stepped is None else min(max(sampled - self._stepped, 0.001), 0.02)
+        gap = 0.005 if self._stepped is None else sampled - self._stepped
         self._stepped = sampled
-        self._watch_imu(now)
+        if gap > SENSOR_LIFE:  # by the samples' own time: a loop that was held up has not lost any
+            self.log.warning("joint encoders are back: sitting down", seconds=round(gap, 2))
+            controller.interrupt()
+        dt = min(max(gap, 0.001), 0.02)
+        if self.gait != self._asked_gait:
+            self._asked_gait = self.gait
+            controller.select_gait(self._asked_gait)
         if self._commanded >= 0.0 and now - self._commanded > COMMAND_LIFE:
             self._commanded = -1.0
-            self._controller.command(0.0, 0.0, 0.0)
+            controller.command(0.0, 0.0, 0.0)
         sample = JointSample(message.position, message.velocity, message.effort, self._contact)
-        self._send(self._controller.step(dt, self._imu, sample))
+        self._send(controller.step(dt, self._imu, sample, now - self._contacts_heard > SENSOR_LIFE))
+        if controller.lost != self._lost:
+            self._warn(controller.lost)
         self._steps += 1
         if self._steps % 4 == 0:
             self.odometry(self._odometry(message.header))
-        if self._controller.mode != self._mode:
+        if controller.mode != self._mode or controller.gait != self._used_gait:
             self._report()
 
     # -- commands -----------------------------------------------------------------------------------------------------------
@@ -156,31 +170,34 @@ class Gait(Node):
 
     @every(hz=10)
     def report(self) -> None:
-        if self._joints_heard >= 0.0 and self.clock.now() - self._joints_heard > SENSOR_LIFE:
+        if self._encoders_silent():
             self.log.error(
                 "joint encoders are silent: no motor targets", seconds=round(self.clock.now() - self._joints_heard, 2)
             )
         self._report()
 
+    def _encoders_silent(self) -> bool:
+        return self._joints_heard >= 0.0 and self.clock.now() - self._joints_heard > SENSOR_LIFE
+
     def _ask(self, mode: Goal, text: str) -> Trigger_Response:
         if self._critical and mode != "sit":
             return Trigger.Response(success=False, message=f"battery critical: refusing to {mode}")
+        if mode == "walk" and "imu" in self._lost:
+            return Trigger.Response(success=False, message="no IMU: refusing to walk")
         self._controller.request(mode)
         return Trigger.Response(success=True, message=text)
 
-    def _watch_imu(self, now: float) -> None:
-        """Without an IMU the robot may stand, not walk."""
-        if now - self._imu_heard <= SENSOR_LIFE:
-            if self._imu_lost:
-                self._imu_lost = False
-                self.log.info("IMU is back")
-            return
-        if self._imu_heard >= 0.0 and not self._imu_lost:
-            self._imu_lost = True
-            self.log.warning("IMU is silent: standing without it", seconds=round(now - self._imu_heard, 2))
-        self._imu = LEVEL
-        if self._controller.goal == "walk":
-            self._controller.request("stand")
+    def _warn(self, lost: tuple[str, ...]) -> None:
+        """Say which sensors are no longer believed, what is done about it, and which are back."""
+        for sensor in lost:
+            if sensor not in self._lost:
+                remedy = {"imu": "standing without it", "joints": "sitting down"}.get(sensor, "walking by schedule")
+                name = {"imu": "IMU", "joints": "a joint encoder"}.get(sensor, sensor)
+                self.log.warning(f"{name} is silent or cannot be believed: {remedy}", sensor=sensor)
+        for sensor in self._lost:
+            if sensor not in lost:
+                self.log.info(f"{'IMU' if sensor == 'imu' else sensor} is back", sensor=sensor)
+        self._lost = lost
 
     def _send(self, targets: MotorTargets) -> None:
         stamp = self.clock.stamp()
@@ -196,7 +213,7 @@ class Gait(Node):
                 )
             )
             return
-        goal = self._controller.goal
+        goal = self._controller.aim
         vx, vy, wz = self._controller.velocity_command if goal == "walk" else (0.0, 0.0, 0.0)
         self.drive(
             BodyDrive(stamp=stamp, vx=vx, vy=vy, wz=wz, height=SIT_HEIGHT if goal == "sit" else STAND_HEIGHT, mode=goal)
@@ -218,13 +235,14 @@ class Gait(Node):
         )
 
     def _report(self) -> None:
-        self._mode = self._controller.mode
+        self._mode, self._used_gait = self._controller.mode, self._controller.gait
         self.status(
             GaitStatus(
                 stamp=self.clock.stamp(),
                 mode=self._controller.mode,
                 goal=self._controller.goal,
                 height=float(self._controller.state.position[2]),
-                sensors_ok=not self._imu_lost,
+                sensors_ok=not {"imu", "joints"}.intersection(self._lost) and not self._encoders_silent(),
+                gait=self._used_gait,
             )
         )

@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from robot.gait.command import CommandLimits
+
 __all__ = ["GAITS", "Gait", "GaitClock"]
 
 
@@ -27,6 +29,15 @@ class Gait:
     clearance: float = 0.06
     shortest: float = 0.35
     hurry: tuple[float, float] = (1.0, 1.6)
+    sway: tuple[float, float] | None = None
+    """How far forward the ground's forces balance while a rear foot steps, and how far to the side while the feet of the other side do,
+    m (`robot.gait.sway`)."""
+    sway_from: float = 0.0
+    """The phase in the middle of the time between the left feet's steps and the right feet's: the body is on its way to the left then."""
+    most: CommandLimits | None = None
+    """Speeds that the gait is good for; None: all that the robot may be asked for."""
+    entry: CommandLimits | None = None
+    """Speeds at which it can be begun, and from which on it grows faster within one period; None: `most`."""
 
 
 GAITS = MappingProxyType(
@@ -34,9 +45,37 @@ GAITS = MappingProxyType(
         gait.name: gait
         for gait in (
             Gait("trot", 0.50, 0.52, (0.0, 0.5, 0.5, 0.0)),
-            Gait("crawl", 1.0, 0.80, (0.0, 0.5, 0.75, 0.25), shortest=0.8),
-            Gait("pace", 0.40, 0.55, (0.0, 0.5, 0.0, 0.5)),
-            Gait("bound", 0.35, 0.55, (0.0, 0.0, 0.5, 0.5), shortest=0.3),
+            Gait(
+                "crawl",
+                1.0,
+                0.80,
+                (0.0, 0.5, 0.25, 0.75),
+                shortest=0.7,
+                hurry=(0.2, 0.5),
+                sway=(0.04, 0.06),
+                sway_from=0.025,
+                most=CommandLimits(forward=0.5, backward=0.2, sideways=0.1, turn=0.5),
+                entry=CommandLimits(forward=0.1, backward=0.05, sideways=0.03, turn=0.1),
+            ),
+            Gait("pace", 0.40, 0.55, (0.0, 0.5, 0.0, 0.5), most=CommandLimits(forward=1.6)),
+            Gait(
+                "bound",
+                0.35,
+                0.55,
+                (0.0, 0.0, 0.5, 0.5),
+                shortest=0.3,
+                most=CommandLimits(forward=0.9, sideways=0.3, turn=1.0),
+                entry=CommandLimits(forward=0.3, backward=0.2, sideways=0.1, turn=0.5),
+            ),
+            Gait(
+                "pronk",
+                0.35,
+                0.60,
+                (0.0, 0.0, 0.0, 0.0),
+                shortest=0.3,
+                most=CommandLimits(forward=1.2, backward=0.3, sideways=0.15, turn=1.0),
+                entry=CommandLimits(forward=0.2, backward=0.2, sideways=0.1, turn=0.5),
+            ),
         )
     }
 )
@@ -59,11 +98,15 @@ class GaitClock:
     def swing_time(self) -> float:
         return (1.0 - self.gait.duty) * self.period
 
-    def restart(self, gait: Gait | None = None) -> None:
-        """Begin where all feet may still stand: the next to lift does so after a little of the first stance."""
+    def restart(self, gait: Gait | None = None, first: int | None = None, settle: float = 0.0) -> None:
+        """Begin where all feet may still stand: the next to lift does so after a little of the first stance.
+
+        `first` is the leg that is to lift first; without one the pattern decides. It waits `settle` seconds more than it would have to.
+        """
         self.gait = gait or self.gait
         self.period = self.gait.period
-        self.phase = (min((self.gait.duty - offset) % 1.0 for offset in self.gait.offsets) - 0.02) % 1.0
+        lifts = [(self.gait.duty - offset) % 1.0 for offset in self.gait.offsets]
+        self.phase = ((min(lifts) if first is None else lifts[first]) - 0.02 - settle / self.period) % 1.0
 
     def hurry(self, speed: float) -> None:
         """Choose the period for a speed (m/s)."""

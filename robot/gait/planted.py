@@ -8,16 +8,14 @@ from __future__ import annotations
 
 from math import atan, cos, inf, pi, sin
 
-import numpy as np
-
 from robot.gait.balance import distribute
 from robot.gait.drive import Targets
 from robot.gait.figures import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES
 from robot.gait.kinematics import leg_inverse
-from robot.gait.limbs import torques
+from robot.gait.limbs import Triple, torques
 from robot.gait.predict import Ahead
 from robot.gait.terrain import TerrainPlane
-from robot.world.body import Vector
+from robot.gait.vectors import to_body, to_ground
 
 __all__ = ["COM_SHIFT", "Planted"]
 
@@ -41,15 +39,14 @@ class Planted:
     def __init__(self, ahead: Ahead, weight: float = 1.0) -> None:
         """Capture the feet as they stand. `weight` is the share of the robot's weight the legs carry at once (0 to 1)."""
         c, s = cos(ahead.yaw), sin(ahead.yaw)
-        feet = ahead.feet
-        level = np.column_stack((c * feet[:, 0] + s * feet[:, 1], c * feet[:, 1] - s * feet[:, 0], feet[:, 2]))
-        middle = level.mean(axis=0)
-        self._feet: list[list[float]] = (level - middle).tolist()
+        level = [(c * x + s * y, c * y - s * x, z) for x, y, z in ahead.feet]
+        mx, my, mz = (0.25 * sum(column) for column in zip(*level, strict=True))
+        self._feet = [(x - mx, y - my, z - mz) for x, y, z in level]
         plane = TerrainPlane()
         plane.update(inf, level)
         self._roll, self._pitch = atan(plane.slope_y), -atan(plane.slope_x)
-        self._offset = (-float(middle[0]), -float(middle[1]))
-        self._from = self._to = self.height = -float(middle[2])
+        self._offset = (-mx, -my)
+        self._from = self._to = self.height = -mz
         self._time = self._duration = 0.0
         self._clock = 0.0
         self._weight = weight
@@ -70,7 +67,7 @@ class Planted:
         share = 1.0 if self.arrived else 0.5 * (1.0 - cos(pi * self._time / self._duration))
         self.height = self._from + (self._to - self._from) * share
         targets = Targets()
-        forces = (self._forces(ahead) @ ahead.rotation).tolist()
+        forces = [to_body(ahead.rotation, force) for force in self._forces(ahead)]
         angles = self._pose()
         for leg in range(4):
             push = torques(ahead.legs.jacobians[leg], *(self._weight * force for force in forces[leg]))
@@ -78,17 +75,23 @@ class Planted:
             targets.leg(leg, effort=effort, position=angles[leg], kp=SPRING, kd=DAMPER)
         return targets
 
-    def _forces(self, ahead: Ahead) -> Vector:
+    def _forces(self, ahead: Ahead) -> list[Triple]:
         c, s = cos(ahead.yaw), sin(ahead.yaw)
         moment_x = INERTIA[0] * (ATTITUDE_SPRING * (self._roll - ahead.roll) - ATTITUDE_DAMPER * ahead.turn[0])
         moment_y = INERTIA[1] * (ATTITUDE_SPRING * (self._pitch - ahead.pitch) - ATTITUDE_DAMPER * ahead.turn[1])
-        brake_x, brake_y, _ = (-MASS * SWAY_DAMPER * ahead.velocity).tolist()
-        wrench = np.array(
-            (brake_x, brake_y, MASS * GRAVITY, c * moment_x - s * moment_y, s * moment_x + c * moment_y, 0.0)
+        vx, vy, _ = ahead.velocity
+        brake = -MASS * SWAY_DAMPER
+        wrench = (
+            brake * vx,
+            brake * vy,
+            MASS * GRAVITY,
+            c * moment_x - s * moment_y,
+            s * moment_x + c * moment_y,
+            0.0,
         )
-        arms = ahead.feet - ahead.rotation @ np.array(ahead.legs.centre)
-        arms[:, 2] -= FOOT_RADIUS
-        return distribute([(x, y, z) for x, y, z in arms.tolist()], wrench)
+        x, y, z = to_ground(ahead.rotation, ahead.legs.centre)
+        z += FOOT_RADIUS
+        return distribute([(fx - x, fy - y, fz - z) for fx, fy, fz in ahead.feet], wrench)
 
     def _pose(self) -> list[tuple[float, float, float]]:
         """The joint angles of a body above the middle of its feet, at the present height, parallel to the ground."""

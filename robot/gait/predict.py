@@ -8,11 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import asin, atan2
 
-import numpy as np
-
 from robot.gait.estimator import Estimator
-from robot.gait.limbs import Limbs, limbs
-from robot.world.body import Vector
+from robot.gait.limbs import Limbs, Rows, Triple, limbs
+from robot.gait.vectors import to_ground
+from robot.world.body import JointSample
 
 __all__ = ["Ahead"]
 
@@ -29,36 +28,34 @@ class Ahead:
         "position",
         "roll",
         "rotation",
-        "speeds",
         "turn",
         "velocity",
         "yaw",
     )
 
-    def __init__(
-        self,
-        estimate: Estimator,
-        angles: Vector,
-        speeds: Vector,
-        lead: float,
-        acceleration: Vector,
-    ) -> None:
+    def __init__(self, estimate: Estimator, joints: JointSample, lead: float, acceleration: Triple) -> None:
         self.lead = lead
-        self.position: Vector = estimate.position + estimate.velocity * lead + acceleration * (0.5 * lead * lead)
-        self.velocity: Vector = estimate.velocity + acceleration * lead
-        x, y, z = estimate.attitude.turn
-        self.turn: Vector = np.array((x, y, z))
+        half = 0.5 * lead * lead
+        (px, py, pz), (vx, vy, vz), (ax, ay, az) = estimate.position, estimate.velocity, acceleration
+        self.position: Triple = (
+            px + vx * lead + ax * half,
+            py + vy * lead + ay * half,
+            pz + vz * lead + az * half,
+        )
+        self.velocity: Triple = (vx + ax * lead, vy + ay * lead, vz + az * lead)
+        self.turn: Triple = estimate.attitude.turn
         """Angular velocity, body axes, rad/s."""
-        a, b, c = x * lead, y * lead, z * lead
-        step = np.array(((1.0, -c, b), (c, 1.0, -a), (-b, a, 1.0)))
-        self.rotation: Vector = estimate.rotation @ step
-        rows: list[list[float]] = self.rotation.tolist()
-        up_x, up_y, up_z = rows[2]
-        self.yaw = atan2(rows[1][0], rows[0][0])
+        a, b, c = (rate * lead for rate in self.turn)
+        first, second, third = (
+            (x + c * y - b * z, y - c * x + a * z, z + b * x - a * y) for x, y, z in estimate.rotation
+        )
+        self.rotation: Rows = (first, second, third)
+        up_x, up_y, up_z = third
+        self.yaw = atan2(second[0], first[0])
         self.roll = atan2(up_y, up_z)
         self.pitch = -asin(max(-1.0, min(1.0, up_x)))
-        self.speeds: Sequence[float] = speeds.tolist()
-        self.angles: Sequence[float] = (angles + speeds * lead).tolist()
-        self.legs: Limbs = limbs(self.angles, (up_x, up_y, up_z))
-        self.feet: Vector = np.array(self.legs.feet) @ self.rotation.T
-        """Foot centres from the body origin, shape (4, 3)."""
+        angles, speeds = joints.position.tolist(), joints.velocity.tolist()
+        self.angles: Sequence[float] = [angle + speed * lead for angle, speed in zip(angles, speeds, strict=True)]
+        self.legs: Limbs = limbs(self.angles, third)
+        self.feet: list[Triple] = [to_ground(self.rotation, foot) for foot in self.legs.feet]
+        """Foot centres from the body origin."""

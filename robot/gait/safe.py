@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from math import cos, hypot, pi
 
-import numpy as np
-
 from robot.gait.balance import distribute
 from robot.gait.drive import Targets
 from robot.gait.figures import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT
@@ -133,8 +131,8 @@ def _loads(legs: Limbs, standing: list[bool]) -> list[list[float]]:
         cx, cy, cz = legs.centre
         arms = [(x - cx, y - cy, z - cz - FOOT_RADIUS) for x, y, z in (legs.feet[leg] for leg in down)]
         carry = CARRY * min(1.0, len(down) / 2) * MASS * GRAVITY
-        for leg, force in zip(down, distribute(arms, np.array((0.0, 0.0, carry, 0.0, 0.0, 0.0))).tolist(), strict=True):
-            loads[leg] = force
+        for leg, force in zip(down, distribute(arms, (0.0, 0.0, carry, 0.0, 0.0, 0.0)), strict=True):
+            loads[leg] = list(force)
     return loads
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import exp
 
-from robot.world.body import Vector
+from robot.gait.limbs import Triple
 
 __all__ = ["TerrainPlane"]
 
@@ -21,9 +22,8 @@ class TerrainPlane:
         self.slope_y = 0.0
         self._middle = (0.0, 0.0, 0.0)
 
-    def update(self, dt: float, contacts: Vector) -> None:
-        """Fit through the last contact point of each foot, shape (4, 3), odom axes, metres; least squares."""
-        feet: list[list[float]] = contacts.tolist()
+    def update(self, dt: float, feet: Sequence[Triple]) -> None:
+        """Fit through the last contact point of each of the four feet, odom axes, metres; least squares."""
         mx, my, mz = (0.25 * sum(column) for column in zip(*feet, strict=True))
         self._middle = (mx, my, mz)
         xx = yy = xy = xz = yz = 0.0

@@ -8,9 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import atan, cos, hypot, pi, sin, tau
 
-import numpy as np
-
 from robot.gait.balance import distribute
+from robot.gait.command import CommandLimits
 from robot.gait.drive import Targets, joint_speeds
 from robot.gait.estimator import Estimator
 from robot.gait.figures import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, STAND_HEIGHT
@@ -20,9 +19,10 @@ from robot.gait.pattern import Gait, GaitClock
 from robot.gait.planted import COM_SHIFT
 from robot.gait.predict import Ahead
 from robot.gait.stance import NOMINAL
+from robot.gait.sway import Sway, sway
 from robot.gait.swing import Triple, swing_path
 from robot.gait.terrain import TerrainPlane
-from robot.world.body import Vector
+from robot.gait.vectors import to_body, to_ground
 
 __all__ = ["Walker"]
 
@@ -54,6 +54,15 @@ BOOST_SPEED, MOST_BOOST = 1.0, 0.10
 """A foot that stumbles is lifted over what it met, m/s and m."""
 CAUTION, MOST_CAUTION, CALM = 0.10, 0.16, 0.015
 """How much higher all feet are then lifted (m), at most (m), and how soon that is forgotten (m/s)."""
+SWAY_TIME = 0.6
+"""Seconds within which a gait's sway is begun; no foot lifts before."""
+SIDE_CHANGE = 0.1
+"""Share of a period within which the sway changes sides."""
+MOST_LEAN, MOST_ERROR = 0.10, 0.30
+"""A body that leans (rad) or differs from its speed (m/s) by more than this has lost the balance that a swaying gait relies on."""
+STILL: Sway = (0.0, 0.0, 0.0)
+LEAST_GRIP, GRIP_LOSS, GRIP_BACK = 0.4, 20.0, 0.5
+"""A foot that slips loses trust at this rate (1/s), down to this share of the usual friction, and gets it back slowly."""
 GRACE = 0.02
 """Seconds a foot that should have landed is taken to stand without having reported contact."""
 SEARCH_SPEED = 1.0
@@ -64,7 +73,7 @@ HEADING_ERROR = 0.3
 class _Leg:
     """What one leg is doing."""
 
-    __slots__ = ("boost", "landed", "late", "start", "swinging")
+    __slots__ = ("boost", "grip", "landed", "late", "start", "swinging")
 
     def __init__(self) -> None:
         self.swinging = False
@@ -73,6 +82,8 @@ class _Leg:
         self.late = 0.0
         """Seconds since it should have touched."""
         self.start: Triple = (0.0, 0.0, 0.0)
+        self.grip = 1.0
+        """Share of the usual friction that the foot is trusted with."""
         self.boost = 0.0
         """How much the foot is lifted because it hit something on its way, m; negative: it has not."""
 
@@ -82,8 +93,8 @@ class Walker:
 
     def __init__(self, gait: Gait, ahead: Ahead) -> None:
         self.clock = GaitClock(gait)
-        self.clock.restart()
-        self.acceleration: Vector = np.zeros(3)
+        self.clock.restart(settle=SWAY_TIME if gait.sway else 0.0)
+        self.acceleration: Triple = (0.0, 0.0, 0.0)
         """Of the body, odom axes, m/s2: what the forces asked for last imply, less what only makes up for losses."""
         self._legs = [_Leg() for _ in range(4)]
         self._integral = [0.0, 0.0]
@@ -97,11 +108,57 @@ class Walker:
         """How much higher feet are lifted since one stumbled, m."""
         self.halting = False
         """While true no foot lifts any more: the walk ends with all feet on the ground."""
+        self._sway: tuple[Sway, Sway] = (STILL, STILL)
+        """Forward and to the left."""
+        self._swaying = 0.0
+        """How much of the gait's sway has been reached: all of it at 1. It goes on to 2 within a period: the gait is then in full use."""
+        self.upset = False
+        """Whether the body leans or moves in a way that this gait, if it sways, was not made for."""
+
+    def change(self, gait: Gait, ahead: Ahead) -> None:
+        """Go on with another gait; all feet stand. Of its legs, the one that is left behind most lifts first."""
+        vx, vy, _ = to_body(ahead.rotation, ahead.velocity)
+        ahead_by = [(x - x0) * vx + (y - y0) * vy for (x, y, _), (x0, y0) in zip(ahead.legs.feet, NOMINAL, strict=True)]
+        self.clock.restart(gait, ahead_by.index(min(ahead_by)), SWAY_TIME if gait.sway else 0.0)
+        self._swaying = 0.0
+
+    @property
+    def settling(self) -> bool:
+        """While true the body begins to sway, and no foot lifts."""
+        return self.clock.gait.sway is not None and self._swaying < 1.0
+
+    @property
+    def bound(self) -> CommandLimits | None:
+        """What may be asked of the gait at present."""
+        gait = self.clock.gait
+        if gait.entry is None or gait.most is None or gait.sway is None:
+            return gait.most
+        return gait.entry.between(gait.most, max(0.0, self._swaying - 1.0))
+
+    @property
+    def drift(self) -> tuple[float, float]:
+        """The velocity of the sway, odom axes, m/s."""
+        (_, forward, _), (_, left, _) = self._sway
+        c, s = cos(self._heading), sin(self._heading)
+        return (c * forward - s * left, s * forward + c * left)
 
     def leaving(self) -> list[bool]:
         """Which feet are in the last tenth of their stance."""
         duty = self.clock.gait.duty
         return [0.9 * duty < self.clock.leg_phase(leg) for leg in range(4)]
+
+    def swing(self, leg: int) -> float:
+        """Progress of a foot in the air, 0 to 1; negative while it stands."""
+        return max(0.0, self.clock.swing(leg)) if self._legs[leg].swinging else -1.0
+
+    def late(self, leg: int) -> float:
+        """Seconds since a foot should have landed that has not been felt on the ground."""
+        return self._legs[leg].late
+
+    @property
+    def grounded(self) -> bool:
+        """Whether all feet stand, none in the air and none still looking for the ground."""
+        return all(leg.landed and not leg.swinging for leg in self._legs)
 
     @property
     def swinging(self) -> bool:
@@ -113,7 +170,8 @@ class Walker:
         self._pace(dt, ahead, command)
         self.clock.advance(dt)
         c, s = cos(ahead.yaw), sin(ahead.yaw)
-        wanted = np.array((c * command[0] - s * command[1], s * command[0] + c * command[1], 0.0))
+        wanted = (c * command[0] - s * command[1], s * command[0] + c * command[1])
+        self._lean_over(dt, ahead)
         self._schedule(dt, estimate, ahead)
         targets = Targets()
         standing = [index for index, leg in enumerate(self._legs) if not leg.swinging and leg.landed]
@@ -125,7 +183,7 @@ class Walker:
 
     def _pace(self, dt: float, ahead: Ahead, command: Triple) -> None:
         """Choose the step period and the body height for how fast the body is or should be."""
-        vx, vy, _ = ahead.velocity.tolist()
+        vx, vy, _ = ahead.velocity
         speed = max(hypot(vx, vy), hypot(command[0], command[1]))
         self.clock.hurry(speed)
         self.caution = max(0.0, self.caution - CALM * dt)
@@ -133,16 +191,37 @@ class Walker:
         height = WALK_HEIGHT - CROUCH * max(0.0, min(1.0, (speed - low) / (high - low)))
         self.height += max(-RISE_SPEED * dt, min(RISE_SPEED * dt, height - self.height))
 
+    def _lean_over(self, dt: float, ahead: Ahead) -> None:
+        """Where the gait's sway is at the moment the motors act; it grows from nothing while all feet stand."""
+        gait = self.clock.gait
+        if gait.sway is None:
+            self._sway, self._swaying = (STILL, STILL), 0.0
+            return
+        self._swaying = min(2.0, self._swaying + dt / (SWAY_TIME if self._swaying < 1.0 else self.clock.period))
+        grown = min(1.0, self._swaying)
+        share = grown * grown * (3.0 - 2.0 * grown)
+        phase = self.clock.phase + ahead.lead / self.clock.period - gait.sway_from
+        period, (fore, side) = self.clock.period, gait.sway
+        self._sway = (
+            sway(2.0 * phase, 0.5 * period, share * fore, 2.0 * SIDE_CHANGE, self.height),
+            sway(phase, period, share * side, SIDE_CHANGE, self.height),
+        )
+
     def _schedule(self, dt: float, estimate: Estimator, ahead: Ahead) -> None:
         """Decide for each leg whether it stands or swings at the moment the motors act."""
+        held = self.halting or self.settling
         for index, leg in enumerate(self._legs):
             progress = self.clock.swing(index, ahead.lead)
             contact = estimate.contact[index]
+            if estimate.slipping[index]:
+                leg.grip = max(LEAST_GRIP, leg.grip - GRIP_LOSS * dt)
+            else:
+                leg.grip = min(1.0, leg.grip + GRIP_BACK * dt)
             if progress >= 0.0:
-                if not (leg.swinging or self.halting) and leg.late == 0.0 and leg.landed and progress < EARLY:
+                if not (leg.swinging or held) and leg.late == 0.0 and leg.landed and progress < EARLY:
                     leg.swinging = True
-                    x, y, z = (ahead.position + ahead.feet[index]).tolist()
-                    leg.start = (x, y, z)
+                    (x, y, z), (fx, fy, fz) = ahead.position, ahead.feet[index]
+                    leg.start = (x + fx, y + fy, z + fz)
                     leg.boost = -1.0
                 elif leg.swinging and contact and leg.boost < 0.0 and STUMBLE[0] < self.clock.swing(index) < STUMBLE[1]:
                     leg.boost = 0.0
@@ -165,21 +244,23 @@ class Walker:
         standing: Sequence[int],
         ahead: Ahead,
         terrain: TerrainPlane,
-        wanted: Vector,
+        wanted: tuple[float, float],
         command: Triple,
     ) -> None:
         if not standing:
-            self.acceleration = np.array((0.0, 0.0, -GRAVITY))
+            self.acceleration = (0.0, 0.0, -GRAVITY)
             return
         wrench = self._wrench(dt, standing, ahead, terrain, wanted, command[2])
-        centre = ahead.rotation @ np.array(ahead.legs.centre)
-        arms = ahead.feet[standing] - centre
-        arms[:, 2] -= FOOT_RADIUS
-        forces = distribute([(x, y, z) for x, y, z in arms.tolist()], wrench, (terrain.slope_x, terrain.slope_y))
-        self.acceleration = forces.sum(axis=0) / MASS
-        self.acceleration[2] -= GRAVITY
-        wx, wy, wz = wanted @ ahead.rotation
-        for leg, (fx, fy, fz) in zip(standing, (forces @ ahead.rotation).tolist(), strict=True):
+        x, y, z = to_ground(ahead.rotation, ahead.legs.centre)
+        z += FOOT_RADIUS
+        arms = [(fx - x, fy - y, fz - z) for fx, fy, fz in (ahead.feet[leg] for leg in standing)]
+        grips = [self._legs[leg].grip for leg in standing]
+        forces = distribute(arms, wrench, (terrain.slope_x, terrain.slope_y), grips)
+        fx, fy, fz = (sum(column) / MASS for column in zip(*forces, strict=True))
+        self.acceleration = (fx, fy, fz - GRAVITY)
+        wx, wy, wz = to_body(ahead.rotation, (*wanted, 0.0))
+        for leg, force in zip(standing, forces, strict=True):
+            fx, fy, fz = to_body(ahead.rotation, force)
             jacobian = ahead.legs.jacobians[leg]
             push = torques(jacobian, fx, fy, fz)
             effort = [a + b for a, b in zip(push, ahead.legs.weight[3 * leg : 3 * leg + 3], strict=True)]
@@ -188,23 +269,30 @@ class Walker:
             targets.leg(leg, effort=effort, velocity=speeds, kd=STANCE_DAMPER)
 
     def _wrench(
-        self, dt: float, standing: Sequence[int], ahead: Ahead, terrain: TerrainPlane, wanted: Vector, turn: float
-    ) -> Vector:
+        self,
+        dt: float,
+        standing: Sequence[int],
+        ahead: Ahead,
+        terrain: TerrainPlane,
+        wanted: tuple[float, float],
+        turn: float,
+    ) -> tuple[float, ...]:
         """Force and moment on the body, odom axes (robot-domain section 4.1)."""
         c, s = cos(ahead.yaw), sin(ahead.yaw)
-        vx, vy, vz = ahead.velocity.tolist()
-        error_x, error_y = float(wanted[0]) - vx, float(wanted[1]) - vy
-        ahead_error, side_error = c * error_x + s * error_y, c * error_y - s * error_x
+        vx, vy, vz = ahead.velocity
+        error_x, error_y = wanted[0] - vx, wanted[1] - vy
+        fore, side = self._sway
+        ahead_error, side_error = c * error_x + s * error_y + fore[1], c * error_y - s * error_x + side[1]
         for axis, value in enumerate((ahead_error, side_error)):
             self._integral[axis] = _clip(self._integral[axis] + SPEED_INTEGRAL * value * dt, MOST_INTEGRAL)
         share = STEP_SHARE * self.height / GRAVITY
         ix, iy = self._integral
         self._back = (share * (c * ix - s * iy), share * (s * ix + c * iy))
-        push_x = _clip(SPEED_GAIN * ahead_error + self._integral[0], MOST_PUSH)
-        push_y = _clip(SPEED_GAIN * side_error + self._integral[1], MOST_PUSH)
+        push_x = _clip(SPEED_GAIN * ahead_error + self._integral[0], MOST_PUSH) + fore[2]
+        push_y = _clip(SPEED_GAIN * side_error + self._integral[1], MOST_PUSH) + side[2]
 
         slope_x, slope_y = terrain.slope_x, terrain.slope_y
-        feet: list[list[float]] = ahead.feet.tolist()
+        feet = ahead.feet
         height = -sum(feet[leg][2] - slope_x * feet[leg][0] - slope_y * feet[leg][1] for leg in standing) / len(
             standing
         )
@@ -216,22 +304,23 @@ class Walker:
         pitch = _clip(-atan(c * slope_x + s * slope_y), 0.5)
         self._shorter = (cos(pitch), cos(roll))
         lean = (roll - ahead.roll, pitch - ahead.pitch, _wrap(self._heading - ahead.yaw))
-        wx, wy, wz = ahead.turn.tolist()
+        self.upset = self.clock.gait.sway is not None and (
+            max(abs(lean[0]), abs(lean[1])) > MOST_LEAN or hypot(ahead_error, side_error) > MOST_ERROR
+        )
+        wx, wy, wz = ahead.turn
         mx, my, mz = (
             inertia * (spring * angle + damper * rate)
             for inertia, spring, angle, damper, rate in zip(
                 INERTIA, TURN_SPRING, lean, TURN_DAMPER, (-wx, -wy, turn - wz), strict=True
             )
         )
-        return np.array(
-            (
-                MASS * (c * push_x - s * push_y),
-                MASS * (s * push_x + c * push_y),
-                MASS * max(0.2 * GRAVITY, lift),
-                c * mx - s * my,
-                s * mx + c * my,
-                mz,
-            )
+        return (
+            MASS * (c * push_x - s * push_y),
+            MASS * (s * push_x + c * push_y),
+            MASS * max(0.2 * GRAVITY, lift),
+            c * mx - s * my,
+            s * mx + c * my,
+            mz,
         )
 
     def _swing(
@@ -243,7 +332,7 @@ class Walker:
         estimate: Estimator,
         ahead: Ahead,
         terrain: TerrainPlane,
-        wanted: Vector,
+        wanted: tuple[float, float],
         turn: float,
     ) -> None:
         duration = self.clock.swing_time
@@ -256,11 +345,13 @@ class Walker:
         if not leg.swinging:
             place = (place[0], place[1], place[2] - SEARCH_SPEED * (leg.late - GRACE))
             speed = (0.0, 0.0, -SEARCH_SPEED)
-        x, y, z = (np.array(place) - ahead.position) @ ahead.rotation
+        px, py, pz = ahead.position
+        x, y, z = to_body(ahead.rotation, (place[0] - px, place[1] - py, place[2] - pz))
         hip_x, hip_y = HIPS[index]
         angles = leg_inverse(SIDES[index], x - hip_x, y - hip_y, z)
-        u, v, w = (np.array(speed) - ahead.velocity) @ ahead.rotation
-        a, b, c = ahead.turn.tolist()
+        vx, vy, vz = ahead.velocity
+        u, v, w = to_body(ahead.rotation, (speed[0] - vx, speed[1] - vy, speed[2] - vz))
+        a, b, c = ahead.turn
         jacobian = leg_jacobian(SIDES[index], *angles[:3])
         speeds = joint_speeds(jacobian, u - (b * z - c * y), v - (c * x - a * z), w - (a * y - b * x))
         targets.leg(
@@ -279,7 +370,7 @@ class Walker:
         estimate: Estimator,
         ahead: Ahead,
         terrain: TerrainPlane,
-        wanted: Vector,
+        wanted: tuple[float, float],
         turn: float,
     ) -> Triple:
         """Where the foot should land, odom axes: Raibert's rule with a yaw term (robot-domain section 3)."""
@@ -288,23 +379,28 @@ class Walker:
         c, s = cos(yaw), sin(yaw)
         nominal_x, nominal_y = NOMINAL[index][0] * self._shorter[0] - COM_SHIFT, NOMINAL[index][1] * self._shorter[1]
         rx, ry = c * nominal_x - s * nominal_y, s * nominal_x + c * nominal_y
-        vx, vy = float(ahead.velocity[0]), float(ahead.velocity[1])
+        (fore, forward, _), (side, left, _) = self._sway
+        now_c, now_s = cos(ahead.yaw), sin(ahead.yaw)
+        vx = ahead.velocity[0] - (now_c * forward - now_s * left)
+        vy = ahead.velocity[1] - (now_s * forward + now_c * left)
         lean = 0.5 * WALK_HEIGHT / GRAVITY * turn
         x = (
-            float(ahead.position[0])
+            ahead.position[0]
+            - (now_c * fore - now_s * side)
             + vx * remaining
             + rx
             + (vx - turn * ry) * half
-            + _clip(CAPTURE * (vx - float(wanted[0])), MOST_CAPTURE)
+            + _clip(CAPTURE * (vx - wanted[0]), MOST_CAPTURE)
             + lean * vy
             - self._back[0]
         )
         y = (
-            float(ahead.position[1])
+            ahead.position[1]
+            - (now_s * fore + now_c * side)
             + vy * remaining
             + ry
             + (vy + turn * rx) * half
-            + _clip(CAPTURE * (vy - float(wanted[1])), MOST_CAPTURE)
+            + _clip(CAPTURE * (vy - wanted[1]), MOST_CAPTURE)
             - lean * vx
             - self._back[1]
         )

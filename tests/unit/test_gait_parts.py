@@ -155,21 +155,21 @@ def test_a_rolling_foot_moves_with_its_calf() -> None:
 def test_four_feet_give_the_wrench_that_is_asked() -> None:
     arms = [(0.3, 0.16, -0.5), (0.3, -0.16, -0.5), (-0.3, 0.16, -0.5), (-0.3, -0.16, -0.5)]
     wrench = np.array((20.0, -10.0, 320.0, 5.0, -8.0, 3.0))
-    forces = distribute(arms, wrench)
+    forces = np.array(distribute(arms, wrench.tolist()))
     np.testing.assert_allclose(forces.sum(axis=0), wrench[:3], atol=0.5)
     np.testing.assert_allclose(np.cross(arms, forces).sum(axis=0), wrench[3:], atol=0.2)
 
 
 @given(fx=st.floats(-500.0, 500.0), fy=st.floats(-500.0, 500.0), fz=st.floats(-100.0, 900.0))
 def test_no_foot_pulls_or_slides(fx: float, fy: float, fz: float) -> None:
-    forces = distribute([(0.3, 0.16, -0.5), (-0.3, -0.16, -0.5)], np.array((fx, fy, fz, 0.0, 0.0, 0.0)))
+    forces = np.array(distribute([(0.3, 0.16, -0.5), (-0.3, -0.16, -0.5)], (fx, fy, fz, 0.0, 0.0, 0.0)))
     assert forces[:, 2].min() >= 10.0
     assert (np.hypot(forces[:, 0], forces[:, 1]) <= FRICTION * forces[:, 2] + 1e-9).all()
 
 
 def test_the_terrain_plane_settles_on_the_slope() -> None:
     plane = TerrainPlane()
-    contacts = np.array([(x, y, 0.2 * x - 0.1 * y + 1.0) for x in (0.3, -0.3) for y in (0.2, -0.2)])
+    contacts = [(x, y, 0.2 * x - 0.1 * y + 1.0) for x in (0.3, -0.3) for y in (0.2, -0.2)]
     for _ in range(400):
         plane.update(0.005, contacts)
     assert (plane.slope_x, plane.slope_y) == pytest.approx((0.2, -0.1), abs=1e-3)

@@ -1,0 +1,77 @@
+"""Sensors that fail, for evaluations and tests: each fault turns true samples into what a broken sensor would give."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import MappingProxyType
+
+import numpy as np
+
+from robot.evaluate.trial import Spoil
+from robot.world.body import ImuSample, JointSample
+
+__all__ = ["FAULTS"]
+
+_NAN = np.full(3, np.nan)
+
+
+def _frozen_imu() -> Spoil:
+    held: list[ImuSample] = []
+
+    def spoil(imu: ImuSample, joints: JointSample) -> tuple[ImuSample | None, JointSample]:
+        held[:] = held or [imu]
+        return ImuSample(held[0].gyro.copy(), held[0].accel.copy()), joints
+
+    return spoil
+
+
+def _silent_imu() -> Spoil:
+    return lambda imu, joints: (None, joints)
+
+
+def _mad_imu() -> Spoil:
+    return lambda imu, joints: (ImuSample(_NAN, _NAN), joints)
+
+
+def _joint(joint: int, value: float | None) -> Callable[[], Spoil]:
+    """An encoder that shows `value`, or what it showed first."""
+
+    def begin() -> Spoil:
+        held: list[tuple[float, float]] = [] if value is None else [(value, value)]
+
+        def spoil(imu: ImuSample, joints: JointSample) -> tuple[ImuSample | None, JointSample]:
+            held[:] = held or [(float(joints.position[joint]), float(joints.velocity[joint]))]
+            position, velocity = joints.position.copy(), joints.velocity.copy()
+            position[joint], velocity[joint] = held[0]
+            return imu, JointSample(position, velocity, joints.effort, joints.contact)
+
+        return spoil
+
+    return begin
+
+
+def _contact(feet: tuple[int, ...], closed: bool) -> Callable[[], Spoil]:
+    def spoil(imu: ImuSample, joints: JointSample) -> tuple[ImuSample | None, JointSample]:
+        contact = joints.contact.copy()
+        contact[list(feet)] = closed
+        return imu, JointSample(joints.position, joints.velocity, joints.effort, contact)
+
+    return lambda: spoil
+
+
+FAULTS = MappingProxyType(
+    {
+        "IMU silent": _silent_imu,
+        "IMU not a number": _mad_imu,
+        "IMU frozen": _frozen_imu,
+        "knee encoder not a number": _joint(2, float("nan")),
+        "hip encoder not a number": _joint(6, float("nan")),
+        "knee encoder frozen": _joint(5, None),
+        "shoulder encoder frozen": _joint(10, None),
+        "one contact stuck closed": _contact((0,), True),
+        "one contact stuck open": _contact((3,), False),
+        "all contacts stuck closed": _contact((0, 1, 2, 3), True),
+        "all contacts stuck open": _contact((0, 1, 2, 3), False),
+    }
+)
+"""Name of each fault, and what begins it."""

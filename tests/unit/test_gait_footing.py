@@ -1,0 +1,114 @@
+"""Without an IMU: what the standing feet show of the body's attitude and its turning."""
+
+from __future__ import annotations
+
+from math import cos, radians, sin
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robot.evaluate.trial import Trial
+from robot.evaluate.walk_faults import FAULTS
+from robot.gait.figures import GRAVITY, STAND_HEIGHT
+from robot.gait.footing import CATCH_UP, felt
+from robot.gait.kinematics import inverse
+from robot.gait.limbs import Limbs, Rows, foot_velocities, limbs
+from robot.gait.stance import nominal_feet
+from robot.world.body import JointSample, Vector
+
+LEVEL = (0.0, 0.0, 1.0)
+UPRIGHT: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+ALL = (True, True, True, True)
+FLAT = (0.0, 0.0)
+
+lean = st.floats(-0.15, 0.15)
+rate = st.floats(-1.0, 1.0)
+
+
+def attitude(roll: float, pitch: float) -> Vector:
+    """Body to odom, heading along x."""
+    about_x = np.array(((1.0, 0.0, 0.0), (0.0, cos(roll), -sin(roll)), (0.0, sin(roll), cos(roll))))
+    about_y = np.array(((cos(pitch), 0.0, sin(pitch)), (0.0, 1.0, 0.0), (-sin(pitch), 0.0, cos(pitch))))
+    return np.asarray(about_y @ about_x)
+
+
+def standing(rotation: Vector, slope: tuple[float, float] = FLAT) -> Vector:
+    """Feet on the ground under a body of that attitude, body axes, shape (4, 3)."""
+    feet = nominal_feet(STAND_HEIGHT).copy()
+    feet[:, 2] += slope[0] * feet[:, 0] + slope[1] * feet[:, 1]
+    return np.asarray(feet @ rotation)
+
+
+def sample(feet: Vector, turn: Vector, contact: tuple[bool, ...] = ALL) -> tuple[Limbs, JointSample]:
+    """Legs and joint samples of a body that turns over feet that roll on the ground."""
+    angles = inverse(feet).joints
+    legs = limbs(angles.tolist(), LEVEL)
+
+    def seen(speeds: Vector) -> Vector:
+        moving, rolling = foot_velocities(legs, angles.tolist(), speeds.tolist(), (0.0, 0.0, 0.0), LEVEL)
+        return np.asarray(np.array(moving) - np.array(rolling))
+
+    columns = np.array([seen(unit).ravel() for unit in np.eye(12)]).T
+    speeds: Vector = np.linalg.solve(columns, -np.cross(turn, feet).ravel())
+    return legs, JointSample(angles, speeds, np.zeros(12), np.array(contact))
+
+
+def rows(rotation: Vector) -> Rows:
+    first, second, third = (tuple(row) for row in rotation.tolist())
+    return (first, second, third)
+
+
+@given(roll=lean, pitch=lean, slope_x=lean, slope_y=lean)
+def test_four_standing_feet_show_the_vertical_on_any_ground_that_is_known(
+    roll: float, pitch: float, slope_x: float, slope_y: float
+) -> None:
+    rotation, slope = attitude(roll, pitch), (slope_x, slope_y)
+    legs, joints = sample(standing(rotation, slope), np.zeros(3))
+    shown = felt(legs, joints, rows(rotation), slope)
+    assert shown.accel / GRAVITY == pytest.approx(rotation[2], abs=1e-6)
+    assert shown.gyro == pytest.approx(np.zeros(3), abs=1e-4)
+
+
+@given(roll=lean)
+def test_a_belief_that_is_wrong_is_turned_towards_what_the_feet_show(roll: float) -> None:
+    legs, joints = sample(standing(attitude(roll, 0.0)), np.zeros(3))
+    shown = felt(legs, joints, UPRIGHT, FLAT)
+    assert shown.gyro[0] * CATCH_UP == pytest.approx(min(max(sin(roll), -0.1), 0.1), abs=1e-4)
+
+
+@given(turn=st.tuples(rate, rate, rate))
+def test_the_turning_over_four_feet_is_seen_whole(turn: tuple[float, float, float]) -> None:
+    legs, joints = sample(standing(attitude(0.0, 0.0)), np.array(turn))
+    shown = felt(legs, joints, UPRIGHT, FLAT)
+    assert shown.gyro == pytest.approx(np.array(turn), abs=0.02)
+
+
+@given(turn=st.tuples(rate, rate, rate))
+def test_over_two_feet_all_is_seen_but_the_turn_about_the_line_through_them(turn: tuple[float, float, float]) -> None:
+    feet = standing(attitude(0.0, 0.0))
+    legs, joints = sample(feet, np.array(turn), (True, False, False, True))
+    line = (feet[3] - feet[0]) / np.linalg.norm(feet[3] - feet[0])
+    shown = felt(legs, joints, UPRIGHT, FLAT)
+    assert shown.gyro == pytest.approx(np.array(turn) - (line @ np.array(turn)) * line, abs=0.01)
+    assert shown.accel.tolist() == [0.0, 0.0, GRAVITY]
+
+
+@pytest.mark.parametrize("contact", [(False, False, False, False), (True, False, False, False)])
+def test_without_two_standing_feet_the_attitude_is_kept(contact: tuple[bool, ...]) -> None:
+    legs, joints = sample(standing(attitude(0.1, 0.0)), np.array((0.5, 0.0, 0.0)), contact)
+    shown = felt(legs, joints, UPRIGHT, FLAT)
+    assert (shown.gyro.tolist(), shown.accel.tolist()) == ([0.0, 0.0, 0.0], [0.0, 0.0, GRAVITY])
+
+
+@pytest.mark.parametrize(("fault", "seed", "turn"), [("IMU not a number", 1, 0.22), ("IMU frozen", 3, -0.29)])
+def test_F_07_an_imu_that_fails_in_a_walk_leaves_the_robot_standing_upright(fault: str, seed: int, turn: float) -> None:
+    trial = Trial(seed, delay=0.008)
+    trial.stand_up()
+    trial.run(2.2, (0.5, 0.0, turn))
+    trial.spoil = FAULTS[fault]()
+    record = trial.run(3.0)
+    assert not trial.fallen
+    assert record.tilt.max() < radians(4.0)
+    assert record.tilt[-1] < radians(1.0)

@@ -1,0 +1,197 @@
+"""Sensors that cannot be believed: how that is noticed, and that no robot falls over it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from robot.evaluate.trial import PERIOD, Trial
+from robot.evaluate.walk_faults import FAULTS
+from robot.gait.controller import GaitController
+from robot.gait.figures import GRAVITY, SIT_HEIGHT
+from robot.gait.kinematics import inverse
+from robot.gait.stance import nominal_feet
+from robot.gait.watch import ImuWatch, JointWatch
+from robot.world.body import ImuSample, JointSample
+
+POSE = inverse(nominal_feet(SIT_HEIGHT)).joints
+STANDING_ON = np.ones(4, dtype=np.bool_)
+
+
+def imu(noise: float = 0.0) -> ImuSample:
+    return ImuSample(np.array((0.1 + noise, 0.2, 0.3)), np.array((0.0, noise, GRAVITY)))
+
+
+def joints(noise: float = 0.0) -> JointSample:
+    return JointSample(POSE + noise, np.full(12, 0.05 + noise), np.zeros(12), STANDING_ON)
+
+
+def with_joint(joint: int, value: float) -> JointSample:
+    position = POSE.copy()
+    position[joint] = value
+    return JointSample(position, np.zeros(12), np.zeros(12), STANDING_ON)
+
+
+# -- noticing -------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        None,
+        ImuSample(np.array((math.nan, 0.0, 0.0)), np.array((0.0, 0.0, GRAVITY))),
+        ImuSample(np.zeros(3), np.array((0.0, 0.0, math.inf))),
+        ImuSample(np.array((900.0, 0.0, 0.0)), np.array((0.0, 0.0, GRAVITY))),
+    ],
+)
+def test_an_imu_that_cannot_be_believed_is_replaced_at_once_and_lost_after_a_tenth_of_a_second(
+    bad: ImuSample | None,
+) -> None:
+    watch = ImuWatch()
+    assert watch.check(PERIOD, imu()) is not None
+    for step in range(20):
+        assert not watch.lost, step
+        assert watch.check(PERIOD, bad and ImuSample(bad.gyro, bad.accel)) is None
+    assert watch.lost
+
+
+def test_an_imu_slower_than_the_encoders_will_do_and_one_that_stops_will_not() -> None:
+    watch = ImuWatch()
+    sample = imu()
+    for step in range(60):
+        if step % 4 == 0:
+            sample = imu(1e-4 * step)
+        assert watch.check(PERIOD, sample) is sample
+    assert not watch.lost
+    for _ in range(40):
+        put = watch.check(PERIOD, sample)
+    assert watch.lost
+    assert put is None
+
+
+def test_an_imu_that_repeats_itself_is_frozen_and_one_at_perfect_rest_is_not() -> None:
+    frozen, resting = ImuWatch(), ImuWatch()
+    for _ in range(60):
+        rest = ImuSample(np.zeros(3), np.array((0.0, 0.0, GRAVITY)))
+        frozen.check(PERIOD, imu())
+        resting.check(PERIOD, rest)
+    assert frozen.lost
+    assert not resting.lost
+
+
+def test_a_lost_imu_is_back_after_half_a_second_of_good_samples() -> None:
+    watch = ImuWatch()
+    for _ in range(30):
+        watch.check(PERIOD, None)
+    for step in range(100):
+        assert watch.lost, step
+        watch.check(PERIOD, imu(1e-4 * step))
+    assert not watch.lost
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, 12.0])
+def test_a_joint_that_cannot_be_believed_is_where_it_was_told_to_be(bad: float) -> None:
+    watch = JointWatch()
+    watch.check(PERIOD, joints(), None)
+    told = POSE + 0.1
+    kept = watch.check(PERIOD, with_joint(7, bad), told)
+    assert watch.bad == [7]
+    assert kept.position[7] == told[7]
+    assert kept.position[6] == POSE[6]
+    assert not watch.lost
+    for _ in range(4):
+        kept = watch.check(PERIOD, with_joint(7, bad), None)
+    assert watch.lost
+    assert kept.position[7] == told[7]
+
+
+def test_a_moving_joint_that_shows_the_same_to_the_last_bit_is_frozen() -> None:
+    watch = JointWatch()
+    for step in range(12):
+        moving = joints(1e-4 * step)
+        moving.position[3], moving.velocity[3] = 0.2, 0.4
+        watch.check(PERIOD, moving, None)
+    assert watch.bad == [3]
+    assert watch.lost
+
+
+# -- what the robot does --------------------------------------------------------------------------------------------------------
+
+QUICK = ("IMU frozen", "knee encoder not a number", "one contact stuck closed", "all contacts stuck open")
+
+
+@pytest.mark.parametrize(
+    "fault", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in FAULTS]
+)
+def test_no_fault_of_a_sensor_fells_a_walking_robot(fault: str) -> None:
+    trial = Trial(1)
+    trial.stand_up()
+    trial.run(1.8, (0.5, 0.0, 0.2))
+    trial.spoil = FAULTS[fault]()
+    trial.run(2.4)
+    assert not trial.fallen
+    if "IMU" in fault:
+        assert (trial.gait.mode, trial.gait.goal, trial.gait.aim) == ("stand", "walk", "stand")
+        assert trial.gait.lost == ("imu",)
+        assert abs(trial.gait.state.velocity[0]) < 0.05
+    elif "encoder" in fault:
+        assert (trial.gait.mode, trial.gait.goal) == ("sit", "sit")
+        assert trial.gait.lost == ("joints",)
+        assert trial.body.truth().position[2] < 0.22
+    else:
+        assert trial.gait.mode == "walk"
+        assert set(trial.gait.lost) <= {"contact fl", "contact fr", "contact rl", "contact rr"}
+        assert trial.gait.lost
+        assert trial.gait.state.velocity[0] > 0.3
+
+
+def test_it_walks_on_when_the_imu_is_back() -> None:
+    trial = Trial(2)
+    trial.stand_up()
+    trial.run(1.5, (0.5, 0.0, 0.0))
+    trial.spoil = FAULTS["IMU silent"]()
+    trial.run(1.5)
+    modes = [trial.gait.mode]
+    trial.spoil = None
+    trial.run(1.5)
+    modes.append(trial.gait.mode)
+    assert modes == ["stand", "walk"]
+    assert not trial.gait.lost
+    assert not trial.fallen
+
+
+def test_a_contact_that_works_again_is_believed_again() -> None:
+    trial = Trial(3)
+    trial.stand_up()
+    trial.run(1.2, (0.3, 0.0, 0.0))
+    trial.spoil = FAULTS["one contact stuck closed"]()
+    trial.run(1.0)
+    lost = [trial.gait.lost]
+    trial.spoil = None
+    trial.run(1.2)
+    lost.append(trial.gait.lost)
+    assert lost == [("contact fl",), ()]
+    assert not trial.fallen
+
+
+def test_after_silence_of_the_encoders_it_sits_down() -> None:
+    trial = Trial(1)
+    trial.stand_up()
+    trial.run(1.5, (0.4, 0.0, 0.0))
+    trial.gait.interrupt()
+    assert trial.gait.mode == "lowering"
+    trial.run(1.4)
+    assert (trial.gait.mode, trial.gait.goal) == ("sit", "sit")
+    assert not trial.fallen
+
+
+def test_lost_joints_before_the_first_step_keep_it_sitting() -> None:
+    gait = GaitController()
+    gait.request("stand")
+    for _ in range(100):
+        targets = gait.step(PERIOD, imu(), with_joint(0, math.nan))
+        assert np.isfinite(targets.position).all()
+        assert np.isfinite(targets.effort).all()
+    assert gait.mode == "sit"
