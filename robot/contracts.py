@@ -8,34 +8,95 @@ from __future__ import annotations
 from actors import Action, Service, Topic, qos
 from actors.interfaces.geometry_msgs.msg import PoseStamped, Twist
 from actors.interfaces.nav_msgs.msg import OccupancyGrid, Odometry, Path
-from actors.interfaces.sensor_msgs.msg import BatteryState, Imu, JointState, LaserScan
-from actors.interfaces.std_srvs.srv import Trigger
+from actors.interfaces.sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2
+from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_srvs.srv import SetBool, Trigger
+from actors.interfaces.tf2_msgs.msg import TFMessage
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
 from robot.interfaces.my_robot_interfaces.action import MoveToPosition
+from robot.interfaces.my_robot_interfaces.msg import SensorData
 from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus
-from robot.interfaces.robactor_msgs.msg import BodyDrive, FootContacts, GaitStatus, GoalReport, MotorPower, MotorTargets
+from robot.interfaces.proposed_interfaces.action import NavigateAndGrab
+from robot.interfaces.proposed_interfaces.srv import GetRobotPose
+from robot.interfaces.robactor_msgs.action import Dock, FetchAndCarry
+from robot.interfaces.robactor_msgs.msg import (
+    BatteryStatus,
+    BodyDrive,
+    Detection,
+    DockStatus,
+    DriveStatus,
+    FootContacts,
+    GaitStatus,
+    GoalReport,
+    GripperState,
+    ImuCalibration,
+    MotorPower,
+    MotorTargets,
+    SafetyState,
+)
+from robot.interfaces.robactor_msgs.srv import ConfirmObject, GetPlace
+from robot.interfaces.robot_arm_control.action import MoveArm
+from robot.interfaces.robot_arm_control.srv import GetPosition
+from robot.interfaces.your_package.action import HumanoidNav
+from robot.interfaces.your_package.srv import SensorCalibration
 
 __all__ = [
-    "BATTERY_STATE", "BODY_DRIVE", "CMD_VEL", "CONTACTS", "GAIT_STATUS", "GET_BATTERY_STATUS", "GOAL_REPORT", "IMU", "JOINT_STATES", "MAP", "MOTOR_POWER",
-    "MOTOR_TARGETS", "MOVE_TO_POSITION", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "SCAN", "SIT", "STAND", "WALK",
+    "ARM_JOINT_STATES", "AUTONOMY_CMD", "BATTERY_STATE", "BATTERY_STATUS", "BODY_DRIVE", "CALIBRATE_ARM", "CALIBRATE_GRIPPER",
+    "CALIBRATE_SENSOR", "CAMERA_DEPTH",
+    "CAMERA_INFO", "CAMERA_POINTS", "CAMERA_RGB", "CAPTURE_PHOTO", "CMD_VEL", "CONFIRM_OBJECT", "CONTACTS", "DETECTIONS", "DOCK", "DOCK_STATUS", "DRIVE_STATUS",
+    "EMERGENCY_STOP", "ENABLE", "FETCH_AND_CARRY", "GAIT_STATUS", "GET_BATTERY_STATUS", "GET_CURRENT_POSITION", "GET_STATUS", "GOAL_REPORT",
+    "GRIPPER", "GRIPPER_STATE", "IMU", "IMU_CALIBRATION", "IMU_RAW", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "MAP", "MOTOR_POWER", "MOTOR_TARGETS",
+    "MOVE_ARM", "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RESTORE_CONFIG",
+    "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SENSOR_DATA", "SIT", "STAND", "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE", "WALK",
 ]  # fmt: skip
 
 # Sensors: best effort, the newest counts.
 IMU = Topic(Imu, "/imu/data", qos.SENSOR_DATA)
-"""200 Hz. Orientation is not measured: its covariance starts with -1."""
+"""200 Hz, without the bias that a calibration has found. Orientation is not measured: its covariance starts with -1."""
+IMU_RAW = Topic(Imu, "/imu/data_raw", qos.SENSOR_DATA)
+"""The same as it was measured. The gait's estimator takes this one: it learns the bias itself, all the time, and a jump would mislead it."""
 JOINT_STATES = Topic(JointState, "/joint_states", qos.SENSOR_DATA)
 """200 Hz, the 12 leg joints, measured."""
 CONTACTS = Topic(FootContacts, "/foot_contacts", qos.SENSOR_DATA)
 """200 Hz, of the same instants as the joint states."""
 SCAN = Topic(LaserScan, "/lidar/scan", qos.SENSOR_DATA)
-"""10 Hz, 360 beams."""
+"""10 Hz, 360 beams, frame `lidar_link`."""
+LIDAR_POINTS = Topic(PointCloud2, "/lidar/points", qos.SENSOR_DATA)
+"""10 Hz, the returns of the scan of the same stamp; made only while somebody listens."""
+CAMERA_RGB = Topic(Image, "/camera/rgb", qos.SENSOR_DATA)
+"""30 Hz, 640 x 480 rgb8, frame `camera_link` (x forward); rendered only while somebody listens to a topic of the camera."""
+CAMERA_DEPTH = Topic(Image, "/camera/depth", qos.SENSOR_DATA)
+"""30 Hz, 640 x 480 16UC1: millimetres along the camera's axis, pixel by pixel with CAMERA_RGB; 0 is nothing within 10 m."""
+CAMERA_INFO = Topic(CameraInfo, "/camera/camera_info", qos.SENSOR_DATA)
+"""30 Hz, of both images."""
+CAMERA_POINTS = Topic(PointCloud2, "/camera/points", qos.SENSOR_DATA)
+"""10 Hz, every eighth pixel of every eighth row of the depth image, frame `camera_link`."""
+DETECTIONS = Topic(Detection, "/camera/detections", qos.DEFAULT)
+"""Coloured objects in the camera image, one message each, at most 5 images a second; looked for only while somebody listens."""
+ARM_JOINT_STATES = Topic(JointState, "/arm/joint_states", qos.SENSOR_DATA)
+"""50 Hz, the arm's four joints, measured; only of a robot with an arm, like all that has to do with it."""
 MOTOR_POWER = Topic(MotorPower, "/motor_power", qos.SENSOR_DATA)
 """10 Hz."""
+SENSOR_DATA = Topic(SensorData, "/sensor_data", qos.DEFAULT)
+"""The tutorials' message; its `emergency_stop` stops the robot."""
+
+# Where frames are: /tf as it changes, /tf_static once for all.
+TF = Topic(TFMessage, "/tf", qos.QoS(depth=100))
+"""50 Hz: map -> odom, odom -> base_link, base_link -> gimbal_link."""
+TF_STATIC = Topic(TFMessage, "/tf_static", qos.QoS(depth=100, durability=qos.Durability.TRANSIENT_LOCAL))
+"""base_link -> imu_link, gimbal_link -> lidar_link and camera_link; every broadcaster latches one message with all of its transforms."""
 
 # Commands: reliable.
 CMD_VEL = Topic(Twist, "/cmd_vel", qos.COMMANDS)
-"""The body's velocity in its own axes; forgotten after 0.5 s."""
+"""The body's velocity in its own axes; forgotten after 0.5 s. Only the robot controller publishes it."""
+TELEOP_CMD = Topic(Twist, "/teleop/cmd_vel", qos.COMMANDS)
+"""What an operator asks of the robot controller: of its four sources the first, before joystick, voice and autonomy."""
+JOY_CMD = Topic(Twist, "/joy/cmd_vel", qos.COMMANDS)
+VOICE = Topic(String, "/voice_command", qos.COMMANDS)
+"""One word, English or Portuguese: see `robot.teleop.voice`."""
+AUTONOMY_CMD = Topic(Twist, "/autonomy/cmd_vel", qos.COMMANDS)
+"""What navigation asks for."""
 MOTOR_TARGETS = Topic(MotorTargets, "/motor_targets", qos.QoS(depth=1))
 """200 Hz from the gait controller; the motors sit the robot down 100 ms after the last one."""
 BODY_DRIVE = Topic(BodyDrive, "/body_drive", qos.QoS(depth=1))
@@ -44,8 +105,20 @@ BODY_DRIVE = Topic(BodyDrive, "/body_drive", qos.QoS(depth=1))
 # State: late joiners get the latest.
 BATTERY_STATE = Topic(BatteryState, "/battery_state", qos.STATE)
 """1 Hz. `percentage` is the coulomb count, 0..1."""
+BATTERY_STATUS = Topic(BatteryStatus, "/battery_status", qos.STATE)
+"""1 Hz, and at every change of level."""
+DRIVE_STATUS = Topic(DriveStatus, "/drive_status", qos.STATE)
+"""At every change, and once a second."""
+SAFETY_STATE = Topic(SafetyState, "/safety/state", qos.STATE)
+"""20 Hz, and at once when it changes. While `stopped`, nobody may start a motion."""
+DOCK_STATUS = Topic(DockStatus, "/dock_status", qos.STATE)
+"""At every change."""
 GAIT_STATUS = Topic(GaitStatus, "/gait_status", qos.STATE)
 """10 Hz, and at every change of mode."""
+GRIPPER_STATE = Topic(GripperState, "/gripper/state", qos.STATE)
+"""At every change of what it does, and 10 Hz while it moves."""
+IMU_CALIBRATION = Topic(ImuCalibration, "/imu/calibration", qos.STATE)
+"""What is taken off the samples of IMU."""
 MAP = Topic(OccupancyGrid, "/map", qos.MAP)
 ODOMETRY = Topic(Odometry, "/odom", qos.DEFAULT)
 """50 Hz, frame `odom`: from legs and IMU alone."""
@@ -59,11 +132,49 @@ GOAL_REPORT = Topic(GoalReport, "/mission/goals", qos.QoS(depth=100))
 # Questions.
 GET_BATTERY_STATUS = Service(GetBatteryStatus, "/get_battery_status")
 """The tutorials' voltage gauge; not the coulomb count of BATTERY_STATE."""
+CALIBRATE_SENSOR = Service(SensorCalibration, "/calibrate_sensor")
+"""For `imu` the robot must stand still for 3 s: ask with a timeout of more."""
+CAPTURE_PHOTO = Service(Trigger, "/capture_photo")
+"""Stores one camera image as PNG; the message of the answer is its path."""
 STAND = Service(Trigger, "/spot/stand")
 SIT = Service(Trigger, "/spot/sit")
 WALK = Service(Trigger, "/spot/walk")
+GET_CURRENT_POSITION = Service(GetPosition, "/get_current_position")
+"""Where the arm is, IDLE or MOVING: the same arm that MOVE_ARM moves."""
+GRIPPER = Service(SetBool, "/gripper")
+"""True closes it, and succeeds when it then grips something; false opens it."""
+CALIBRATE_ARM = Service(SensorCalibration, "/calibrate_arm")
+"""For `arm` and `gripper`; the arm must rest and hold nothing."""
+CALIBRATE_GRIPPER = Service(Trigger, "/calibrate_gripper")
+"""Closes and opens it once. Refused while it grips something."""
+CONFIRM_OBJECT = Service(ConfirmObject, "/confirm_object_detection")
+"""Whether the camera sees an object now, and where: frame `base_link`."""
 PLAN_PATH = Service(PlanPath, "/plan_path")
+GET_PLACE = Service(GetPlace, "/get_place")
+"""A name of the map, such as ``shelf_3`` -> the pose to stand at."""
+GET_ROBOT_POSE = Service(GetRobotPose, "/get_robot_pose")
+"""The latest of POSE, answered at once, whatever else the robot does."""
+ENABLE = Service(SetBool, "/robot/enable")
+"""Whether the robot controller lets velocity commands through."""
+EMERGENCY_STOP = Service(SetBool, "/emergency_stop")
+"""True stops the robot; false clears the stop, if its causes are gone."""
+GET_STATUS = Service(Trigger, "/robot/get_status")
+SAVE_CONFIG = Service(Trigger, "/robot/save_config")
+"""All parameters of all nodes to the file `config_file` of the node that serves it, which RESTORE_CONFIG reads."""
+RESTORE_CONFIG = Service(Trigger, "/robot/restore_config")
 
 # Long jobs.
 NAVIGATE_TO_GOAL = Action(NavigateToGoal, "/navigate_to_goal")
 MOVE_TO_POSITION = Action(MoveToPosition, "/move_to_position")
+HUMANOID_NAVIGATE = Action(HumanoidNav, "/humanoid_navigate")
+"""The three share one navigator: a goal of one preempts those of the others. Without `avoid_obstacles` this one goes straight, or aborts."""
+DOCK = Action(Dock, "/dock")
+"""To the charging station, and sit down on it."""
+UNDOCK = Action(Dock, "/undock")
+"""Up, and away from it."""
+MOVE_ARM = Action(MoveArm, "/move_arm")
+"""Moves the arm within its limits; a new goal preempts. Feedback 10 Hz."""
+NAVIGATE_AND_GRAB = Action(NavigateAndGrab, "/navigate_and_grab")
+"""Fetches an object: the target pose is about where the object is."""
+FETCH_AND_CARRY = Action(FetchAndCarry, "/fetch_and_carry")
+"""The same, and puts it down elsewhere."""

@@ -48,9 +48,9 @@ def reach_ring(height: float, pitch: float = 0.0) -> Ring | None:
 
 
 def standing_place(
-    point: tuple[float, float, float], robot: Pose2, body_height: float, pitch: float = 0.0
+    point: tuple[float, float, float], robot: Pose2, body_height: float, pitch: float = 0.0, share: float = 0.5
 ) -> Pose2 | None:
-    """The pose on the way from `robot` to the thing at `point` from which the arm reaches it, facing it, mid-range.
+    """The pose on the way from `robot` to the thing at `point` from which the arm reaches it, facing it, at `share` of its range.
 
     `None` if no distance will do at this height. Obstacles are the planner's business.
     """
@@ -59,5 +59,5 @@ def standing_place(
         return None
     dx, dy = point[0] - robot.x, point[1] - robot.y
     yaw = atan2(dy, dx) if hypot(dx, dy) > 1e-6 else robot.yaw
-    back = (ring[0] + ring[1]) / 2 + MOUNT[0]
+    back = ring[0] + share * (ring[1] - ring[0]) + MOUNT[0]
     return Pose2(point[0] - back * cos(yaw), point[1] - back * sin(yaw), yaw)

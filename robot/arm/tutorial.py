@@ -39,18 +39,18 @@ class Ending:
 
 
 class TutorialArm:
-    """Four joints, at zero to begin with, within +-3.14 rad. `steps` is how many feedbacks a motion has, at least 1."""
+    """Four joints within +-3.14 rad, at `angles` to begin with. `steps` is how many feedbacks a motion has, at least 1."""
 
     __slots__ = ("_angles", "_done", "_start", "_steps", "_target")
 
     STEP_TIME = 0.1
     """Seconds between steps, for the owner's clock."""
 
-    def __init__(self, steps: int = 50) -> None:
+    def __init__(self, steps: int = 50, angles: Sequence[float] = (0.0,) * JOINT_COUNT) -> None:
         if steps < 1:
             raise ValueError(f"A motion of the arm has at least one step, not {steps!r}.")
         self._steps = steps
-        self._angles: tuple[float, ...] = (0.0,) * JOINT_COUNT
+        self._angles = self.check(angles)
         self._start = self._angles
         self._target: tuple[float, ...] | None = None
         self._done = 0

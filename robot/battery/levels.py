@@ -7,9 +7,10 @@ from enum import Enum
 from robot.battery.design import EMPTY_VOLTAGE
 from robot.battery.model import PackState
 
-__all__ = ["ChargeLevel", "LevelMonitor"]
+__all__ = ["CRITICAL", "LOW", "ChargeLevel", "LevelMonitor"]
 
 LOW, CRITICAL, HYSTERESIS = 0.30, 0.10, 0.03
+"""Shares of the coulomb count."""
 EMPTY_TIME = 2.0
 
 
@@ -33,10 +34,14 @@ class LevelMonitor:
 
     __slots__ = ("_leave_at", "_under", "level")
 
-    def __init__(self) -> None:
-        self.level = ChargeLevel.GOOD
+    def __init__(self, kept: tuple[ChargeLevel, float] = (ChargeLevel.GOOD, 0.0)) -> None:
+        self.level, self._leave_at = kept
         self._under = 0.0
-        self._leave_at = 0.0
+
+    @property
+    def kept(self) -> tuple[ChargeLevel, float]:
+        """What a new monitor of the same pack must know to go on where this one ended: hysteresis has a memory."""
+        return self.level, self._leave_at
 
     def update(self, dt: float, state: PackState) -> ChargeLevel:
         """Judge the pack's `state` at the end of `dt` seconds; returns the level, also kept in `level`."""

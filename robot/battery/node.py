@@ -6,28 +6,29 @@ from actors import Node, every, parameter, publishes
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.interfaces.std_msgs.msg import Header
 from robot.battery.gauge import BatteryGauge, UnknownRobot
-from robot.battery.levels import ChargeLevel, LevelMonitor
+from robot.battery.levels import CRITICAL, ChargeLevel, LevelMonitor
 from robot.battery.model import Pack, SupplyStatus
 from robot.battery.power import electrical_power
 from robot.battery.runtime import RuntimeEstimator
-from robot.contracts import BATTERY_STATE, GET_BATTERY_STATUS, MOTOR_POWER
+from robot.contracts import BATTERY_STATE, BATTERY_STATUS, GET_BATTERY_STATUS, MOTOR_POWER
 from robot.interfaces.my_robot_interfaces.srv import (
     GetBatteryStatus,
     GetBatteryStatus_Request,
     GetBatteryStatus_Response,
 )
-from robot.interfaces.robactor_msgs.msg import MotorPower
+from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
 
 __all__ = ["Battery"]
 
 
 class Battery(Node):
-    """Simulates the pack under the measured motor power. Publishes battery_state at 1 Hz; serves get_battery_status.
+    """Simulates the pack under the measured motor power. Publishes battery_state and battery_status at 1 Hz; serves get_battery_status.
 
     The pack is the robot's hardware, so it is handed in and outlives this node. Parameters: robot_id.
     """
 
     state = publishes(BATTERY_STATE)
+    judgement = publishes(BATTERY_STATUS)
     robot_id = parameter("robot_01", description="Whose battery this is; requests for another robot are refused.")
 
     def __init__(self, pack: Pack) -> None:
@@ -37,6 +38,9 @@ class Battery(Node):
         self._motors = 0.0
         self._charger = False
         self._stepped = 0.0
+
+    def resume(self, state: tuple[ChargeLevel, float]) -> None:
+        self._levels = LevelMonitor(state)
 
     async def on_start(self) -> None:
         self._gauge = BatteryGauge((self.robot_id,))
@@ -57,6 +61,7 @@ class Battery(Node):
         if level is not before:
             say = self.log.warning if level is not ChargeLevel.GOOD else self.log.info
             say("battery level", level=level.value, percent=round(state.percent, 1), gauge="coulomb count")
+            self.checkpoint(self._levels.kept)
             self._report()
 
     @every(hz=1)
@@ -103,5 +108,16 @@ class Battery(Node):
                 present=True,
                 location="body",
                 serial_number="sim-605",
+            )
+        )
+        self.judgement(
+            BatteryStatus(
+                stamp=self.clock.stamp(),
+                level=self._levels.level.value,
+                percent=state.percent,
+                runtime=self._runtime.seconds(state),
+                mean_load=self._runtime.load.watts,
+                energy=self._runtime.energy_above(CRITICAL, state),
+                charging=self._charging,
             )
         )

@@ -13,16 +13,16 @@ __all__ = ["MeanLoad", "RuntimeEstimator"]
 
 TYPICAL_LOAD = 403.0
 """W: 605 Wh in the 90 min of typical use."""
-SLOW, FAST = 60.0, 10.0
-CHANGE, PATIENCE = 0.10, 30.0
+SLOW, FAST = 60.0, 6.0
+CHANGE, PATIENCE = 0.04, 30.0
 _GRID = np.linspace(0.0, 1.0, 65)
 
 
 class MeanLoad:
     """The load averaged exponentially over 60 s, seeded with the typical 403 W.
 
-    A mean of 60 s still holds 13.5 % of an old load after two minutes. So it starts afresh from a mean of 10 s, and
-    grows its window back to 60 s, when the two differ by more than 10 % for 30 s on end: a lasting change is
+    A mean of 60 s still holds 13.5 % of an old load after two minutes. So it starts afresh from a mean of 6 s, and
+    grows its window back to 60 s, when the two differ by more than 4 % for 30 s on end: a lasting change is
     followed, a flight of stairs is averaged away.
     """
 
@@ -54,7 +54,7 @@ class RuntimeEstimator:
     """Seconds until the pack's voltage falls to 10.0 V (per three cells) if the present mean load goes on.
 
     That is the pack's own discharge law, solved for time: dt = 3600 C ds / I(s), integrated from the charge at
-    which 10.0 V is reached under this load up to the present charge, at the temperature expected half-way. The
+    which 10.0 V is reached under this load up to the present charge, while the pack warms as it must. The
     textbook quotient of stored energy and mean power ignores what the pack's resistance takes and the charge that
     this load cannot draw, which near the end is half of what is left. `ambient` is the air temperature, C.
     """
@@ -75,23 +75,32 @@ class RuntimeEstimator:
         power = self.load.watts
         if power <= 0.0:
             return math.inf
-        time, current = self._discharge(power, state.soc, state.temperature)
-        for _ in range(2):  # warming shortens the time by a few percent at most, so this settles at once
-            heat = current * current * self.design.steady_resistance(state.temperature)
+        time, begin, end = 0.0, state.temperature, state.temperature
+        for _ in range(4):  # warming changes the time by a few percent at most, so this settles at once
+            time, current = self._discharge(power, state.soc, begin, end)
+            heat = current * current * self.design.steady_resistance(0.5 * (begin + end))
             settled = self.ambient + heat * THERMAL_RESISTANCE
-            decay = math.exp(-0.5 * time / (HEAT_CAPACITY * THERMAL_RESISTANCE))
-            time, current = self._discharge(power, state.soc, settled + (state.temperature - settled) * decay)
+            end = settled + (begin - settled) * math.exp(-time / (HEAT_CAPACITY * THERMAL_RESISTANCE))
         return time
 
-    def _discharge(self, power: float, soc: float, temperature: float) -> tuple[float, float]:
-        """Seconds down to the limit at a constant load and temperature, and the mean current, A."""
-        resistance = self.design.steady_resistance(temperature)
+    def energy_above(self, charge: float, state: PackState) -> float:
+        """What the present mean load can draw at the terminals before `charge` (0..1), or 10.0 V if that comes first, is reached, Wh."""
+        power, now = self.load.watts, state.temperature
+        return power * self._discharge(power, state.soc, now, now, charge)[0] / 3600.0
+
+    def _discharge(self, power: float, soc: float, begin: float, end: float, floor: float = 0.0) -> tuple[float, float]:
+        """Seconds down to the limit, or to the charge `floor`, at a constant load, and the mean current, A.
+
+        The pack has the temperature `begin` now and `end` then, and in between in proportion to the charge.
+        """
+        first, last = self.design.steady_resistance(begin), self.design.steady_resistance(end)
         limit = EMPTY_VOLTAGE * self.design.series_cells / GAUGE_CELLS
-        empty = self.design.charge_at(limit + resistance * power / limit)
+        empty = max(floor, self.design.charge_at(limit + last * power / limit))
         if soc <= empty:
             return 0.0, 0.0
         grid = empty + (soc - empty) * _GRID
-        emf = self.design.open_voltages(grid)
+        emf, resistance = self.design.open_voltages(grid), last + (first - last) * _GRID
         current = 2.0 * power / (emf + np.sqrt(np.maximum(emf * emf - 4.0 * resistance * power, 0.0)))
-        hours = np.diff(grid) @ (0.5 / current[1:] + 0.5 / current[:-1]) * self.design.capacity(temperature)
+        capacity = self.design.capacity(0.5 * (begin + end))
+        hours = np.diff(grid) @ (0.5 / current[1:] + 0.5 / current[:-1]) * capacity
         return 3600.0 * float(hours), float(current.mean())

@@ -14,6 +14,11 @@ __all__ = ["main"]
 
 MEASUREMENTS: Final = {
     "walk": "speed, pushes, endurance, top speed, energy and odometry of the gait, in physics",
+    "arm": "the arm's kinematics and limits, how it stops, walking with it, and cups fetched and carried",
+    "barn": "BARN worlds: through narrow fields never seen before, without a map and without the true pose",
+    "battery": "the gauge's formula, the run time estimate, charging and levels, against the simulated pack",
+    "odometry": "odometry without a map, pose with one, and the gyro's calibration, in physics",
+    "rates": "the whole robot on the real clock: the rate of every stream, the control loop's punctuality, and its share of a core",
     "maps": "MovingAI benchmark maps: exact path lengths and search speed",
 }
 

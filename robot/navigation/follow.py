@@ -85,7 +85,7 @@ class Tolerance:
     """How near counts as there: metres and radians, by the robot's own estimate."""
 
     position: float = 0.06
-    yaw: float = 0.06
+    yaw: float = 0.04
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,9 +170,9 @@ class Follower:
         """How far along the path the robot has come, m."""
         return self._along
 
-    def narrowest(self, around: Surroundings) -> tuple[float, float, float]:
-        """Where the next stretch is narrowest for a body that slides along it: (clearance, x, y); inf when there is no stretch."""
-        points = self.ahead(1.2)
+    def narrowest(self, around: Surroundings, reach: float = 1.2) -> tuple[float, float, float]:
+        """Where the next `reach` metres are narrowest for a body that slides along them: (clearance, x, y); inf when there is no stretch."""
+        points = self.ahead(reach)
         if len(points) < 3:
             return math.inf, 0.0, 0.0
         slope = points[2:] - points[:-2]
@@ -198,6 +198,10 @@ class Follower:
     def halt_speed(self) -> None:
         """Keep the path, but start again from rest."""
         self._last = STOP
+
+    def take_up(self, velocity: Command) -> None:
+        """Go on from the speed the body has, instead of from rest."""
+        self._last = self.limits.clip(velocity.vx, velocity.vy, velocity.wz)
 
     def is_clear(self, command: Command, pose: Pose2, around: Surroundings) -> bool:
         """Whether the body can follow a constant command for the horizon without coming near to anything."""
@@ -250,7 +254,8 @@ class Follower:
         foot_x, foot_y = self.path.at(self._along)
         left = -math.sin(pose.yaw) * (foot_x - pose.x) + math.cos(pose.yaw) * (foot_y - pose.y)
         end = math.hypot(self._goal.x - pose.x, self._goal.y - pose.y)
-        braking = math.sqrt(2.0 * 0.4 * max(end - 0.15, 0.02))
+        # With room to spare round the goal it need not come to rest before the far side of that room.
+        braking = math.sqrt(2.0 * 0.4 * max(end + self.tolerance.position - 0.21, 0.02))
         vx = min(self.limits.vx_max * max(math.cos(1.4 * bearing), 0.2), self.limits.pace(clearance), braking)
         return self.limits.clip(vx, 0.8 * left, wz), "following"
 
@@ -316,8 +321,11 @@ class Follower:
         if not allowed.any():
             if not around.movers.moving:
                 return STOP, "blocked"
-            # Something comes and every command ends near it: standing still is not safe, so go where most room is left.
-            return self.limits.clip(*(float(v) for v in fan[int(least.argmax())])), "evading"
+            # Something comes and every command ends near it: standing still is not safe, so go where most room is left,
+            # but into nothing that stands.
+            standing = clear[:, : len(instants)].min(axis=1)
+            room = np.where(standing >= min(touch, clearance - 0.01), least, -np.inf)
+            return self.limits.clip(*(float(v) for v in fan[int(room.argmax())])), "evading"
         price = self._price(x[:, -1], y[:, -1], yaw[:, -1], aim)
         price += 1.5 * (np.maximum(comfort - least, 0.0) / comfort) ** 2
         last = self._last

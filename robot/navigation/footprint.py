@@ -20,10 +20,12 @@ _SPACING = 0.2
 
 @dataclass(frozen=True)
 class Footprint:
-    """A rectangle around the body's middle; Spot's sheet gives 1.1 x 0.5 m."""
+    """A rectangle around the body; Spot's sheet gives 1.1 x 0.5 m."""
 
     length: float = 1.1
     width: float = 0.5
+    ahead: float = 0.0
+    """How far the rectangle's middle lies ahead of the body's origin, m; negative when the body reaches farther back."""
 
     @property
     def inscribed(self) -> float:
@@ -32,8 +34,8 @@ class Footprint:
 
     @property
     def circumscribed(self) -> float:
-        """Radius of the circle the corners run on when the robot turns, m."""
-        return math.hypot(self.length, self.width) / 2
+        """Radius of the circle that the farthest corners run on when the robot turns, m."""
+        return math.hypot(self.length / 2 + abs(self.ahead), self.width / 2)
 
     @cached_property
     def outline(self) -> Floats:
@@ -42,7 +44,7 @@ class Footprint:
         across = np.linspace(-self.width / 2, self.width / 2, math.ceil(self.width / _SPACING) + 1)[1:-1]
         sides = [(x, y) for x in along for y in (-self.width / 2, self.width / 2)]
         ends = [(x, y) for y in across for x in (-self.length / 2, self.length / 2)]
-        return np.array(sides + ends)
+        return np.array([(x + self.ahead, y) for x, y in sides + ends])
 
     def placed(self, x: Floats, y: Floats, yaw: Floats) -> tuple[Floats, Floats]:
         """Outline points of the body at every pose: two arrays of the poses' shape with one axis more."""
@@ -53,6 +55,8 @@ class Footprint:
     def distances(self, x: Floats, y: Floats) -> Floats:
         """Distance (m) from points in body axes to the rectangle, 0 inside."""
         return np.asarray(
-            np.hypot(np.maximum(np.abs(x) - self.length / 2, 0.0), np.maximum(np.abs(y) - self.width / 2, 0.0)),
+            np.hypot(
+                np.maximum(np.abs(x - self.ahead) - self.length / 2, 0.0), np.maximum(np.abs(y) - self.width / 2, 0.0)
+            ),
             dtype=np.float64,
         )

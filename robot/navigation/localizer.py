@@ -5,7 +5,8 @@ from __future__ import annotations
 from actors import Node, parameter, publishes
 from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.sensor_msgs.msg import LaserScan
-from robot.contracts import ODOMETRY, POSE, SCAN
+from robot.contracts import GET_ROBOT_POSE, ODOMETRY, POSE, SCAN
+from robot.interfaces.proposed_interfaces.srv import GetRobotPose, GetRobotPose_Request, GetRobotPose_Response
 from robot.navigation.geometry import compose, from_pose, inverse, pose_stamped, seconds
 from robot.navigation.grid import Grid
 from robot.navigation.localize import ACCEPTED, ScanMatcher
@@ -18,7 +19,7 @@ JUMP = 0.5
 
 
 class Localizer(Node):
-    """Publishes pose (frame map) at the rate of odom. Starts at the pose it is given; knows its last pose after a
+    """Publishes pose (frame map) at the rate of odom, and serves get_robot_pose. Starts at the pose it is given; knows its last pose after a
     restart.
 
     Parameters: gain, the share of each scan's correction that is taken at once.
@@ -70,3 +71,11 @@ class Localizer(Node):
         step = compose(inverse(prior), fitted)
         taken = compose(prior, Pose2(self.gain * step.x, self.gain * step.y, self.gain * step.yaw))
         self._offset = compose(taken, inverse(moved))
+
+    @GET_ROBOT_POSE.serve()
+    async def get_robot_pose(self, request: GetRobotPose_Request) -> GetRobotPose_Response:
+        """The latest pose, at once; without success before the first odometry."""
+        if self._offset is None:
+            return GetRobotPose.Response(success=False, message="no odometry yet: the pose is not known")
+        words = f"at ({self._here.x:.2f}, {self._here.y:.2f}), heading {self._here.yaw:.2f} rad"
+        return GetRobotPose.Response(success=True, pose=pose_stamped(self._here, self.clock.stamp()), message=words)

@@ -32,6 +32,8 @@ _LOST = 0.6
 """A thing unseen for longer is forgotten, s."""
 _SCANS = 3
 """Scans before a speed is believed."""
+_GONE = 0.25
+"""How far a thing must have come from where it was first seen, m: the part of a standing thing that shows wanders about less."""
 _NEW_SHARE = 0.4
 """Share of the newest difference in the filtered speed."""
 
@@ -53,6 +55,8 @@ class _Track:
     y: float
     radius: float
     seen: float
+    first_x: float
+    first_y: float
     vx: float = 0.0
     vy: float = 0.0
     scans: int = 1
@@ -74,7 +78,10 @@ class Movers:
         return tuple(
             Mover(t.x, t.y, t.vx, t.vy, t.radius)
             for t in self._tracks
-            if t.scans >= _SCANS and not t.standing and math.hypot(t.vx, t.vy) >= _SLOWEST
+            if t.scans >= _SCANS
+            and not t.standing
+            and math.hypot(t.vx, t.vy) >= _SLOWEST
+            and math.hypot(t.x - t.first_x, t.y - t.first_y) >= _GONE
         )
 
     def forget(self) -> None:
@@ -96,7 +103,7 @@ class Movers:
             standing = float(known[part].mean()) >= _STANDING_SHARE
             track = _nearest(free, now, cx, cy)
             if track is None:
-                fresh.append(_Track(cx, cy, size + 0.05, now))
+                fresh.append(_Track(cx, cy, size + 0.05, now, cx, cy))
             else:
                 free.remove(track)
                 fresh.append(_advanced(track, now, cx, cy, size + 0.05, standing))
@@ -128,4 +135,5 @@ def _advanced(track: _Track, now: float, x: float, y: float, radius: float, stan
     vx = track.vx + share * ((x - track.x) / wait - track.vx)
     vy = track.vy + share * ((y - track.y) / wait - track.vy)
     # The far side of a thing is hidden: keep the largest radius seen, letting it shrink slowly.
-    return _Track(x, y, max(radius, 0.98 * track.radius), now, vx, vy, track.scans + 1, standing)
+    largest = max(radius, 0.98 * track.radius)
+    return _Track(x, y, largest, now, track.first_x, track.first_y, vx, vy, track.scans + 1, standing)

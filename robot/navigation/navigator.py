@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from robot.navigation.errors import GoalBlocked, NavigationError, NoProgress, PathBlocked
 from robot.navigation.follow import STOP, Command, Follower, Limits, Step, Tolerance
+from robot.navigation.footprint import Footprint
 from robot.navigation.grid import Grid
 from robot.navigation.path import Path, wrap
 from robot.navigation.planner import Planner, check_finite
@@ -69,6 +70,8 @@ _MISFITS, _CONTACT = 2, 0.05
 _PATIENCE = 8.0
 """How long to wait for something in the way to move, before the recoveries begin, s."""
 _MOST_RECOVERIES = 12
+_STRAIGHT_LOOK, _BRAKING = 0.3, 0.8
+"""On a straight way: how far ahead (m) the body looks beyond the distance in which it stops at so many m/s2."""
 _LATENCY = 0.1
 """From a pose estimate to the body answering the command it led to, s."""
 
@@ -88,7 +91,14 @@ def _carried(pose: Pose2, velocity: Command) -> Pose2:
 class Navigator:
     """Takes one goal at a time: `set_goal`, then `step` at 10 to 50 Hz until the state is arrived, canceled or failed."""
 
-    def __init__(self, grid: Grid, limits: Limits | None = None, tolerance: Tolerance | None = None) -> None:
+    def __init__(
+        self,
+        grid: Grid,
+        limits: Limits | None = None,
+        tolerance: Tolerance | None = None,
+        footprint: Footprint | None = None,
+    ) -> None:
+        self._footprint = footprint or Footprint()
         self.follower = Follower(limits, tolerance)
         self.state = State.IDLE
         self.goal: Pose2 | None = None
@@ -117,6 +127,7 @@ class Navigator:
         self._held_since: float | None = None
         self._threaded_at = -math.inf
         self._misfits = 0
+        self._straight = False
         self.around.reopen()
         self.failure = None
 
@@ -125,20 +136,30 @@ class Navigator:
     def update_map(self, grid: Grid) -> None:
         """Use another map from now on; a running goal is planned anew at the next step."""
         self.planner = Planner(grid)
-        self.around = Surroundings(grid)
+        self.around = Surroundings(grid, self._footprint)
         self._planned_at = -math.inf
         self._planned_changes = -1
 
-    def set_goal(self, goal: Pose2, start: Pose2 | None = None) -> None:
+    def set_goal(self, goal: Pose2, start: Pose2 | None = None, *, straight: bool = False) -> None:
         """Take a new goal; a running one is dropped. With `start`, the path is planned at once.
+
+        `straight` (it needs a start) asks for the line to the goal and nothing else: what stands on it ends the walk, failed, before the
+        body comes near. Only the map's outer bounds rule such a goal out.
 
         Raises `InvalidPose` or `GoalBlocked` (and with `start` also `StartBlocked` or `Unreachable`); then the old goal
         is kept. What the LiDAR saw does not count here: it may move away.
         """
         check_finite(goal, "goal")
-        self._check_goal(goal)
-        path = self.planner.plan(start, goal) if start is not None else None
+        if straight:
+            assert start is not None, "a straight way needs its start"
+            check_finite(start, "start")
+            self.planner.check_on_map(goal)
+            path: Path | None = Path(np.array([(start.x, start.y), (goal.x, goal.y)]))
+        else:
+            self._check_goal(goal)
+            path = self.planner.plan(start, goal) if start is not None else None
         self._begin()
+        self._straight = straight
         self.goal, self.path, self.state = goal, path, State.FOLLOWING
         if path is not None:
             self.follower.follow(path, goal)
@@ -177,14 +198,21 @@ class Navigator:
         if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
             self.follower.halt_speed()
             return self._motion(STOP, detail="no pose")
+        fresh = self._last_time is None
         dt = 0.05 if self._last_time is None else min(max(now - self._last_time, 0.0), 0.2)
         self._last_time = now
         if velocity is not None:
+            if fresh:
+                self.follower.take_up(velocity)
             pose = _carried(pose, velocity)
         self.around.center_on(pose)
         if self.state is State.RECOVERING:
             return self._recover(now, pose)
-        if self._needs_plan(now, pose):
+        if self._straight:
+            blocked = self._blocked_ahead(pose)
+            if blocked is not None:
+                return self._fail(blocked)
+        elif self._needs_plan(now, pose):
             self._replan(now, pose)
         if self.state is State.WAITING:
             return self._wait(now, pose)
@@ -247,7 +275,8 @@ class Navigator:
             self.around.close(x, y)
 
     def _follow(self, now: float, pose: Pose2, dt: float) -> Motion:
-        self._thread(now, pose)
+        if not self._straight:
+            self._thread(now, pose)
         step = self.follower.step(pose, self.around, dt)
         if step.phase == "arrived":
             self.state = State.ARRIVED
@@ -275,7 +304,21 @@ class Navigator:
 
     # --- trouble ----------------------------------------------------------------------------------------------------
 
+    def _blocked_ahead(self, pose: Pose2) -> NavigationError | None:
+        """What stands where the body will be before it could stop, on a way that may not be left."""
+        reach = _STRAIGHT_LOOK + self.follower.limits.vx_max**2 / (2 * _BRAKING)
+        room, x, y = self.follower.narrowest(self.around, reach)
+        if room >= _CONTACT:
+            return None
+        assert self.goal is not None
+        return PathBlocked(
+            f"something stands on the straight way to ({self.goal.x:.2f}, {self.goal.y:.2f}), at ({x:.2f}, {y:.2f}),"
+            " and it was asked not to walk round obstacles"
+        )
+
     def _start_recovery(self, now: float, pose: Pose2) -> Motion:
+        if self._straight:
+            return self._fail(self._blocked_ahead(pose))
         self._held_since = None
         self._progress.reset()
         self.follower.halt_speed()
@@ -301,11 +344,13 @@ class Navigator:
             return self._start_recovery(now, pose)
         return self._motion(STOP, detail=detail)
 
-    def _fail(self) -> Motion:
-        tried = ", ".join(self._recovery.tried)
+    def _fail(self, failure: NavigationError | None = None) -> Motion:
+        tried = ", ".join(self._recovery.tried) or "nothing, as it was asked to go straight"
         assert self.goal is not None
         where = f"the goal ({self.goal.x:.2f}, {self.goal.y:.2f})"
-        if self._obstruction is not None:
+        if failure is not None:
+            self.failure = failure
+        elif self._obstruction is not None:
             self.failure = PathBlocked(f"the way to {where} is closed ({self._obstruction}); tried: {tried}")
         else:
             self.failure = NoProgress(f"no progress toward {where} although a path exists; tried: {tried}")

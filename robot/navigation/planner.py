@@ -20,8 +20,8 @@ __all__ = ["Planner", "check_finite"]
 
 Floats = NDArray[np.float64]
 
-_ROOMY, _TIGHT = Inflation(inscribed=0.30), Inflation(inscribed=0.26)
-"""First with 5 cm to spare for the sway of the legs; where that finds no way, with 1 cm."""
+_ROOMY, _TIGHT = Inflation(inscribed=0.34), Inflation(inscribed=0.26)
+"""First with room to turn a little on the way; where that finds no way, with 1 cm."""
 _COARSE = 0.1
 """Cells of the first try, m."""
 _ESCAPE = 0.5
@@ -64,6 +64,12 @@ class Planner:
     def price(self, points: Floats, extra: Floats | None = None) -> float:
         """What walking along points (n, 2) not far apart costs, in metres of open floor; inf where it leads into something."""
         return self._levels[-1].price(points, extra)
+
+    def check_on_map(self, goal: Pose2) -> None:
+        """Raise `InvalidPose` or `GoalBlocked` when the goal is no place of the map at all."""
+        check_finite(goal, "goal")
+        if self.grid.cell(goal.x, goal.y) is None:
+            raise GoalBlocked(f"the goal ({goal.x:.2f}, {goal.y:.2f}) lies outside of the map, {self.grid!r}")
 
     def check_goal(self, goal: Pose2) -> None:
         """Raise `InvalidPose` or `GoalBlocked` when the map alone rules the goal out."""

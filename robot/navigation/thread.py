@@ -1,8 +1,8 @@
 """Threading the body through gaps: a short plan in place and heading, for where the middle's path alone does not tell how to turn.
 
-A robot twice as long as wide fits through many gaps in one heading only. So around the robot the floor is cut into cells of 10 cm
-with 16 headings each, and the quickest sequence of steps forward, backward, sideways and turns is found that keeps the whole outline
-clear. The price of a step is the seconds it takes, more where it is close.
+A robot twice as long as wide fits through many gaps in one heading only. So ahead of the robot the floor is cut into cells of 10 cm
+with 16 headings each (6 cm and 32 where that finds nothing good), and the quickest sequence of steps forward, backward, sideways and
+turns is found that keeps the whole outline clear. The price of a step is the seconds it takes, more where it is close.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ Floats = NDArray[np.float64]
 _AVERSION = 4.0
 _AHEAD = 1.6
 """How far along the path the plan ends, m."""
-_REACH = 2.0
-"""Half side of the square that is planned in, m; within the square that `Surroundings` prepares."""
+_REACH = 1.4
+"""Half side of the square that is planned in, m. Its middle lies half-way to the target; all of it is within what `Surroundings` prepares."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +48,10 @@ class _Fineness:
         return 2 * math.pi / self.headings
 
 
-_COARSE, _FINE = _Fineness(0.10, 16, 0.05, 0.25), _Fineness(0.07, 24, 0.02, 0.15)
-"""The second for where the first finds nothing; it takes four times as long."""
+_COARSE, _FINE = _Fineness(0.10, 16, 0.05, 0.25), _Fineness(0.06, 32, 0.02, 0.15)
+"""The second for where the first finds nothing good; it takes six times as long."""
+_SLOWEST = 0.3
+"""A way that is slower than this asks for a finer look, m/s."""
 
 
 def thread(pose: Pose2, path: Path, along: float, goal: Pose2, around: Surroundings, limits: Limits) -> Floats | None:
@@ -65,12 +67,14 @@ def thread(pose: Pose2, path: Path, along: float, goal: Pose2, around: Surroundi
         before = path.at(end - 0.3)
         heading = math.atan2(y - before[1], x - before[0])
     target = Pose2(x, y, heading)
-    coarse = _Lattice(pose, around, limits, _COARSE)
-    poses = coarse.poses_to(target, math.pi / 4)
-    if poses is None:
-        poses = _Lattice(pose, around, limits, _FINE).poses_to(target, math.pi / 4)
+    coarse = _Lattice(pose, target, around, limits, _COARSE)
+    poses, seconds = coarse.poses_to(target, math.pi / 4)
+    if seconds > _AHEAD / _SLOWEST:
+        # It found nothing, or backs off to turn round: a finer look may find the way straight on.
+        finer, fewer = _Lattice(pose, target, around, limits, _FINE).poses_to(target, math.pi / 4)
+        poses, seconds = (finer, fewer) if fewer < seconds else (poses, seconds)
     # Out of a dead end there may be no room to turn round: then backward, or sideways.
-    return coarse.poses_to(target, math.pi) if poses is None else poses
+    return coarse.poses_to(target, math.pi)[0] if poses is None else poses
 
 
 def _step(angle: float) -> tuple[int, int]:
@@ -82,18 +86,19 @@ def _step(angle: float) -> tuple[int, int]:
 class _Lattice:
     """The states around one pose: index = (heading * rows + row) * columns + column, with a closed rim of two cells."""
 
-    def __init__(self, pose: Pose2, around: Surroundings, limits: Limits, fineness: _Fineness) -> None:
+    def __init__(self, pose: Pose2, target: Pose2, around: Surroundings, limits: Limits, fineness: _Fineness) -> None:
         self._pose, self._fineness = pose, fineness
         half = math.ceil(_REACH / fineness.cell)
         self._side = side = 2 * half + 1
         self._layer = side * side
         line: Floats = (np.arange(side, dtype=np.float64) - half) * fineness.cell
-        # Cells are centered on the robot, so that its own place is one of them.
-        self._x, self._y = pose.x + line, pose.y + line
+        # The middle lies whole cells from the robot, so that its own place is one of them.
+        right, up = (round((b - a) / 2 / fineness.cell) for a, b in ((pose.x, target.x), (pose.y, target.y)))
+        self._x, self._y = pose.x + right * fineness.cell + line, pose.y + up * fineness.cell + line
         clear = self._clearances(around)
         closed = clear < fineness.keep
         # Where it already stands too near to something it may begin, but not come back to.
-        self._start = self._index(half, half, round(pose.yaw / fineness.turn) % fineness.headings)
+        self._start = self._index(half - up, half - right, round(pose.yaw / fineness.turn) % fineness.headings)
         closed.reshape(-1)[self._start] = False
         missing = np.clip((fineness.ease - clear) / (fineness.ease - fineness.keep), 0.0, 1.0)
         self._price = np.where(closed, np.inf, 1.0 + _AVERSION * missing * missing).reshape(-1)
@@ -110,8 +115,10 @@ class _Lattice:
         """Of the body in every state, shape (headings, rows, columns); the rim is closed."""
         turn, count = self._fineness.turn, self._fineness.headings
         x, y = np.meshgrid(self._x, self._y)
-        half_turn = np.stack([around.body_clearance(x, y, np.full(x.shape, k * turn)) for k in range(count // 2)])
-        clear = np.concatenate([half_turn, half_turn])  # a rectangle looks the same from behind
+        # A rectangle around the origin looks the same from behind.
+        distinct = count // 2 if around.footprint.ahead == 0.0 else count
+        clear = np.stack([around.body_clearance(x, y, np.full(x.shape, k * turn)) for k in range(distinct)])
+        clear = np.concatenate([clear] * (count // distinct))
         clear[:, :2], clear[:, -2:], clear[:, :, :2], clear[:, :, -2:] = -1.0, -1.0, -1.0, -1.0
         return clear
 
@@ -133,8 +140,8 @@ class _Lattice:
             seconds[k] = (ahead, 1.3 * behind, 1.3 * side, 1.3 * side, turning, turning, curve, curve)
         return offsets, seconds
 
-    def poses_to(self, target: Pose2, facing: float) -> Floats | None:
-        """The quickest poses to within 15 cm and `facing` (rad) of the target; None when there are none."""
+    def poses_to(self, target: Pose2, facing: float) -> tuple[Floats | None, float]:
+        """The quickest poses to within 15 cm and `facing` (rad) of the target, and their price in seconds; None and inf without any."""
         x, y = np.meshgrid(self._x, self._y)
         near = np.hypot(x - target.x, y - target.y) <= 0.15
         turn, count = self._fineness.turn, self._fineness.headings
@@ -144,9 +151,9 @@ class _Lattice:
         def beside(now: Nodes) -> Nodes:
             return (now[:, None] + self._offsets[now // self._layer]) % self._price.size
 
-        reached, _, origin = spread(self._edges, beside, self._start, targets, self._smallest)
+        reached, costs, origin = spread(self._edges, beside, self._start, targets, self._smallest)
         if reached is None:
-            return None
+            return None, math.inf
         nodes = [reached]
         while nodes[-1] != self._start:
             nodes.append(int(origin[nodes[-1]]))
@@ -157,4 +164,4 @@ class _Lattice:
         poses: Floats = np.column_stack([self._x[column], self._y[row], yaw])
         poses[:, 2] += 2 * math.pi * round((self._pose.yaw - poses[0, 2]) / (2 * math.pi))
         poses[0] = (self._pose.x, self._pose.y, self._pose.yaw)
-        return poses
+        return poses, float(costs[reached])

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from actors.system import System
     from robot.run.flight import Flight
     from robot.run.judge import Score
+    from robot.tasks.carrier import Delivery
     from robot.world.body import Body
     from robot.world.scene import Scene
 
@@ -42,6 +43,7 @@ class Session:
         self.options = options
         self.scene = self._scene()
         self.waypoints, self.laps = self._waypoints()
+        self.delivery = self._delivery()
         self.overrides = self._overrides()
         self.body: Body = self._body()
 
@@ -89,6 +91,18 @@ class Session:
             raise UsageError(f"--goal {goal[0]:g} {goal[1]:g}: {error}") from None
         return [("goal", pose)], 1
 
+    def _delivery(self) -> Delivery | None:
+        asked = self.options.fetch
+        if asked is None:
+            return None
+        from robot.tasks.carrier import Delivery
+
+        found = next((thing for thing in self.scene.things if thing.name == asked.name), None)
+        if found is None:
+            known = ", ".join(thing.name for thing in self.scene.things) or "nothing"
+            raise UsageError(f"--fetch {asked.name}: the world {self.scene.name!r} has no such thing; there is {known}")
+        return Delivery(asked.name, (found.shape.x, found.shape.y, found.z), asked.to)
+
     def _overrides(self) -> ParameterOverrides | None:
         path = self.options.params
         if path is None:
@@ -105,11 +119,11 @@ class Session:
         if options.backend == "kinematic":
             from robot.world.kinematic import KinematicBody
 
-            return KinematicBody(self.scene, seed=options.seed)
+            return KinematicBody(self.scene, seed=options.seed, arm=options.arm)
         from robot.world.physics import BackendMissing, PhysicsBody
 
         try:
-            return PhysicsBody(self.scene, seed=options.seed, delay=options.motor_delay)
+            return PhysicsBody(self.scene, seed=options.seed, delay=options.motor_delay, arm=options.arm)
         except BackendMissing as error:
             raise UsageError(str(error)) from None
 
@@ -134,8 +148,10 @@ class Session:
         tree = robot_tree(
             self.body, Pack(options.battery), self.waypoints,
             laps=self.laps, motor_delay=options.motor_delay, overrides=self.overrides, publish_clock=options.publish_clock,
+            delivery=self.delivery,
         )  # fmt: skip
         check_parameters(tree, self.overrides)
+        tree = self._chosen(tree)
         check_crashes(tree, options.crashes)
         report: dict[str, Any] = {}
         context = run(
@@ -157,10 +173,30 @@ class Session:
             self._conclude(score, report)
         return system.exit_code
 
+    def _chosen(self, tree: Supervisor) -> Supervisor:
+        """The tree, or what `--only` leaves of it."""
+        from robot.tree import UnknownNode, only
+
+        names = self.options.only
+        if not names:
+            return tree
+        try:
+            chosen = only(tree, names)
+        except UnknownNode as error:
+            hint = "" if self.options.arm else " (those of the arm come with --arm)"
+            raise UsageError(f"--only: {error}{hint}") from None
+        left = [child.name for child in chosen.children]
+        if self.options.goal is not None and "patrol" not in left:
+            raise UsageError("--goal: it is the patrol who walks there, and --only leaves it out")
+        if self.options.fetch is not None and "carrier" not in left:
+            raise UsageError("--fetch: it is the carrier who fetches, and --only leaves it out")
+        return chosen
+
     async def _until_over(self, system: System, flight: Flight) -> None:
         """Let the time pass: crashes that were ordered, the end of the mission, the end of the duration, or the end of the tree."""
         import asyncio
 
+        from robot.tasks.carrier import Carrier
         from robot.tasks.patrol import Patrol
 
         duration = self.options.duration
@@ -177,7 +213,7 @@ class Session:
                 await asyncio.wait([ended], timeout=left)
                 flight.look()
                 if any(
-                    isinstance(state.core.node, Patrol) and state.core.node.finished
+                    isinstance(state.core.node, (Patrol, Carrier)) and state.core.node.finished
                     for state in system.nodes.values()
                     if state.core
                 ):
@@ -196,6 +232,7 @@ class Session:
         warning = {"note": "the kinematic body has no physics: it cannot fall, and nothing here counts as walking"}
         system.log.info(
             "robot running", world=self.scene.name, backend=self.body.backend, clock=self.options.clock, seed=self.options.seed,
+            **({"only": ", ".join(self.options.only)} if self.options.only else {}),
             **(warning if self.body.backend == "kinematic" else {}),
         )  # fmt: skip
 
@@ -203,7 +240,8 @@ class Session:
         options = self.options
         return {
             "backend": self.body.backend, "world": self.scene.name, "clock": options.clock, "seed": options.seed,
-            "motor_delay": options.motor_delay, "battery_percent": options.battery,
+            "motor_delay": options.motor_delay, "battery_percent": options.battery, "only": list(options.only),
+            "arm": options.arm,
         }  # fmt: skip
 
     def _conclude(self, score: Score, report: dict[str, Any]) -> None:

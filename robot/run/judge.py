@@ -9,14 +9,16 @@ import numpy as np
 
 from actors import Node, every
 from actors.interfaces.sensor_msgs.msg import BatteryState
-from robot.contracts import BATTERY_STATE, GOAL_REPORT
-from robot.interfaces.robactor_msgs.msg import GoalReport
+from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GOAL_REPORT, SAFETY_STATE
+from robot.interfaces.robactor_msgs.msg import DriveStatus, GoalReport, SafetyState
 from robot.navigation.footprint import Footprint
 from robot.navigation.grid import signed_distance
 from robot.world.body import Body
 from robot.world.dock import heading
 
-__all__ = ["Judge", "Score", "ScoredGoal"]
+__all__ = ["Judge", "SafetyStop", "Score", "ScoredGoal"]
+
+RATE = 50.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +38,14 @@ class ScoredGoal:
     behind_obstacle: bool
 
 
+@dataclass(frozen=True, slots=True)
+class SafetyStop:
+    """When the safety monitor stopped the robot, and why."""
+
+    at: float
+    reasons: tuple[str, ...]
+
+
 @dataclass(slots=True)
 class Score:
     """What the judge saw."""
@@ -50,6 +60,9 @@ class Score:
     charge: float | None = None
     """Coulomb count, 0..1."""
     charging: bool = False
+    drove: dict[str, float] = field(default_factory=lambda: {})
+    """Source of the commands -> for how many seconds it drove."""
+    stops: list[SafetyStop] = field(default_factory=lambda: [])
 
 
 class Judge(Node):
@@ -60,9 +73,11 @@ class Judge(Node):
         self._score = score
         self._last: tuple[float, float] | None = None
         self._down = False
+        self._driver = ""
+        self._stopped: tuple[str, ...] = ()
         self._outline = Footprint().outline
 
-    @every(hz=50)
+    @every(hz=RATE)
     def look(self) -> None:
         self._body.advance(self.clock.now())
         truth, score = self._body.truth(), self._score
@@ -77,6 +92,8 @@ class Judge(Node):
         if truth.fallen and not self._down:
             score.falls += 1
         self._down = truth.fallen
+        if self._driver:
+            score.drove[self._driver] = score.drove.get(self._driver, 0.0) + 1.0 / RATE
         for name in truth.touching:
             score.contacts.setdefault(name, round(self.clock.now(), 3))
         yaw = heading(truth)
@@ -85,6 +102,16 @@ class Judge(Node):
         py = y + s * self._outline[:, 0] + c * self._outline[:, 1]
         for obstacle in self._body.scene.obstacles:
             score.clearance = min(score.clearance, float(signed_distance(obstacle, px, py).min()))
+
+    @DRIVE_STATUS.on()
+    def drive(self, message: DriveStatus) -> None:
+        self._driver = message.source
+
+    @SAFETY_STATE.on()
+    def safety(self, message: SafetyState) -> None:
+        if message.stopped and message.reasons != self._stopped:
+            self._score.stops.append(SafetyStop(round(self.clock.now(), 3), message.reasons))
+        self._stopped = message.reasons
 
     @GOAL_REPORT.on()
     def goal(self, message: GoalReport) -> None:

@@ -35,6 +35,14 @@ class Crash:
 
 
 @dataclass(frozen=True, slots=True)
+class Fetch:
+    """``--fetch NAME [X Y [Z]]``: what to fetch, and where to carry it (m)."""
+
+    name: str
+    to: tuple[float, float, float] | None
+
+
+@dataclass(frozen=True, slots=True)
 class Options:
     """Everything a run can be told."""
 
@@ -54,6 +62,10 @@ class Options:
     flight_record: str | None
     trace: bool
     publish_clock: float | None
+    only: tuple[str, ...]
+    """The nodes to run; empty: all of them."""
+    arm: bool
+    fetch: Fetch | None
 
 
 def parse(argv: Sequence[str]) -> Options:
@@ -83,6 +95,9 @@ def parse(argv: Sequence[str]) -> Options:
         flight_record=_writable("--flight-record", given.flight_record),
         trace=given.trace,
         publish_clock=given.publish_clock,
+        only=_names(given.only),
+        arm=given.arm or given.fetch is not None,
+        fetch=_fetch(given.fetch, given.goal),
     )
 
 
@@ -128,6 +143,22 @@ def _parser() -> argparse.ArgumentParser:
         nargs="+",
         metavar="X",
         help="X Y [THETA]: walk there once (m, m, rad) instead of the patrol, then sit and end",
+    )
+    add(
+        "--only",
+        nargs="+",
+        metavar="NODE",
+        help="run just these nodes of the robot (names divided by spaces or commas). Each one starts without the others and takes "
+        "up work with those that come later. Nodes in different processes do not hear each other yet: give those that "
+        "belong together in one command",
+    )
+    add("--arm", action="store_true", help="carry an arm of 6.2 kg, and all that belongs to it")
+    add(
+        "--fetch",
+        nargs="+",
+        metavar="NAME",
+        help="NAME [X Y [Z]]: fetch that thing of the world instead of walking the patrol, and carry it to X Y Z (m; Z is 0 unless "
+        "given); with an arm, of course. In the kitchen: --world kitchen --fetch cup 1.9 -1 0.4",
     )
     add("--params", metavar="FILE", help="a ROS 2 parameter file (YAML)")
     add("--log-format", choices=("console", "json"), default="console")
@@ -192,6 +223,13 @@ def _crash(text: str, duration: float | None) -> Crash:
     return Crash(node, seconds)
 
 
+def _names(words: Sequence[str] | None) -> tuple[str, ...]:
+    names = tuple(name for word in words or () for name in word.split(",") if name)
+    if words is not None and not names:
+        raise UsageError("--only: name at least one node, such as --only gait")
+    return names
+
+
 def _goal(values: Sequence[float] | None) -> tuple[float, float, float] | None:
     if values is None:
         return None
@@ -204,6 +242,23 @@ def _goal(values: Sequence[float] | None) -> tuple[float, float, float] | None:
     if abs(theta) > radians(360):
         raise UsageError(f"--goal: THETA is {theta:g} rad; give an angle within one turn, in radians")
     return x, y, theta
+
+
+def _fetch(values: Sequence[str] | None, goal: object) -> Fetch | None:
+    if values is None:
+        return None
+    if goal is not None:
+        raise UsageError("--fetch and --goal: one errand at a time; give one of them")
+    name, *place = values
+    if len(place) not in (0, 2, 3):
+        raise UsageError(f"--fetch takes NAME, NAME X Y or NAME X Y Z, not {len(place)} numbers")
+    try:
+        x, y, z = (*(float(text) for text in place), 0.0, 0.0, 0.0)[:3]
+    except ValueError:
+        raise UsageError(f"--fetch {' '.join(values)}: X, Y and Z are numbers, in meters") from None
+    if not all(isfinite(value) for value in (x, y, z)):
+        raise UsageError(f"--fetch {' '.join(values)}: X, Y and Z must be finite")
+    return Fetch(name, (x, y, z) if place else None)
 
 
 def _writable(option: str, path: str | None) -> str | None:

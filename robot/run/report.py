@@ -27,6 +27,8 @@ def make_report(system: System, body: Body, score: Score, run: Mapping[str, Any]
         "contacts": score.contacts,
         "smallest_clearance": round(score.clearance, 4) if isfinite(score.clearance) else None,
         "goals": [asdict(goal) for goal in score.goals],
+        "drove": {source: round(seconds, 2) for source, seconds in score.drove.items()},
+        "safety_stops": [asdict(stop) for stop in score.stops],
         "battery": {
             "start_percent": run["battery_percent"],
             "end_percent": round(100.0 * score.charge, 4) if score.charge is not None else None,
@@ -39,7 +41,15 @@ def last_sample(body: Body) -> dict[str, Any]:
     """The true body when all is over."""
     truth = body.truth()
     x, y, z = (round(float(value), 4) for value in truth.position)
-    return {"x": x, "y": y, "body_height": z, "fallen": truth.fallen}
+    carried: dict[str, Any] = {}
+    if body.arm is not None:
+        things = {thing.name: _rounded(thing.shape.x, thing.shape.y, thing.z) for thing in body.things()}
+        carried = {"held": body.arm.held, "things": things}
+    return {"x": x, "y": y, "body_height": z, "fallen": truth.fallen, **carried}
+
+
+def _rounded(*values: float) -> list[float]:
+    return [round(float(value), 4) for value in values]
 
 
 def _topics(system: System) -> list[dict[str, Any]]:

@@ -11,8 +11,8 @@ from actors import Node, background, every
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.logs import LogRecord, LogSink
-from robot.contracts import BATTERY_STATE, GAIT_STATUS, POSE
-from robot.interfaces.robactor_msgs.msg import GaitStatus
+from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, POSE
+from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus
 from robot.navigation.geometry import from_pose
 from robot.world.scene import Pose2
 
@@ -70,6 +70,7 @@ class Status(Node):
         self._pose: Pose2 | None = None
         self._battery: BatteryState | None = None
         self._mode = "-"
+        self._driver = ""
 
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:
@@ -82,6 +83,10 @@ class Status(Node):
     @GAIT_STATUS.on()
     def gait(self, message: GaitStatus) -> None:
         self._mode = message.mode
+
+    @DRIVE_STATUS.on()
+    def drive(self, message: DriveStatus) -> None:
+        self._driver = f"{message.source} drives" if message.source else message.reason
 
     @every(hz=2)
     def renew(self) -> None:
@@ -104,6 +109,8 @@ class Status(Node):
         if self._pose is not None:
             parts.append(f"x {self._pose.x:6.2f}  y {self._pose.y:6.2f}  heading {degrees(self._pose.yaw):4.0f} deg")
         parts.append(f"gait {self._mode}")
+        if self._driver:
+            parts.append(self._driver)
         if self._battery is not None:
             charging = (
                 ", charging" if self._battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING else ""

@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Awaitable, Sequence
 from math import hypot, isfinite
 
 from actors import ActorError, GoalAborted, GoalCanceled, GoalRejected, Node, background, parameter, publishes
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.interfaces.std_srvs.srv import Trigger
-from robot.contracts import BATTERY_STATE, GAIT_STATUS, GOAL_REPORT, NAVIGATE_TO_GOAL, POSE, SIT, STAND, WALK
+from robot.contracts import (
+    BATTERY_STATE,
+    DOCK,
+    GOAL_REPORT,
+    NAVIGATE_TO_GOAL,
+    POSE,
+    SAFETY_STATE,
+    SIT,
+    STAND,
+    UNDOCK,
+    WALK,
+)
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
-from robot.interfaces.robactor_msgs.msg import GaitStatus, GoalReport
+from robot.interfaces.robactor_msgs.action import Dock
+from robot.interfaces.robactor_msgs.msg import GoalReport, SafetyState
 from robot.navigation.geometry import from_pose, pose_stamped
 from robot.navigation.grid import Grid
 from robot.navigation.path import line_cells
@@ -41,7 +53,9 @@ class Patrol(Node):
         self._charge: float | None = None
         self._charging = False
         self._pose: Pose2 | None = None
-        self._mode = ""
+        self._stopped = ""
+        self._tired = False
+        """The last goal was not for the charge there is."""
         self.finished = False
 
     def resume(self, state: int) -> None:
@@ -53,9 +67,9 @@ class Patrol(Node):
             self._charge = 100.0 * message.percentage
         self._charging = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
 
-    @GAIT_STATUS.on()
-    def gait(self, message: GaitStatus) -> None:
-        self._mode = message.mode
+    @SAFETY_STATE.on()
+    def safety(self, message: SafetyState) -> None:
+        self._stopped = "; ".join(message.reasons) if message.stopped else ""
 
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:
@@ -63,15 +77,17 @@ class Patrol(Node):
 
     @background
     async def mission(self) -> None:
-        await self.wait_for(STAND, SIT, WALK, NAVIGATE_TO_GOAL)
+        await self.wait_for(STAND, SIT, WALK, NAVIGATE_TO_GOAL, DOCK, UNDOCK)
         await self._until_known()
         await self._stand()
         while not self._over():
-            if self._charge is not None and self._charge < self.low_percent:
+            await self._until_free()
+            if self._tired or (self._charge is not None and self._charge < self.low_percent):
+                self._tired = False
                 await self._recharge()
                 continue
             name, goal = self._waypoints[self._next % len(self._waypoints)]
-            if await self._go(name, goal):
+            if await self._try(name, goal, self._walk(goal)):
                 self._next += 1
                 self.checkpoint(self._next)
             else:
@@ -88,6 +104,13 @@ class Patrol(Node):
         while self._charge is None or self._pose is None:
             await self.clock.sleep(0.05)
 
+    async def _until_free(self) -> None:
+        """Wait for the end of a safety stop."""
+        if self._stopped:
+            self.log.warning("waiting until the robot may move", why=self._stopped)
+        while self._stopped:
+            await self.clock.sleep(0.1)
+
     async def _stand(self) -> None:
         while True:
             reply = await self.call(STAND, Trigger.Request())
@@ -97,16 +120,23 @@ class Patrol(Node):
             self.log.warning("cannot stand up", why=reply.message)
             await self.clock.sleep(5.0)
 
-    async def _go(self, name: str, goal: Pose2) -> bool:
-        """Walk there. False when it should be tried again: the navigation was away, or the way is blocked now."""
+    async def _walk(self, goal: Pose2) -> None:
+        request = NavigateToGoal.Goal(target_pose=pose_stamped(goal, self.clock.stamp()))
+        async with self.start(NAVIGATE_TO_GOAL, request) as handle:
+            await handle
+
+    async def _onto_dock(self) -> None:
+        async with self.start(DOCK, Dock.Goal()) as handle:
+            await handle
+
+    async def _try(self, name: str, goal: Pose2, errand: Awaitable[None]) -> bool:
+        """Do an errand that ends at `goal`, and report. False when it should be tried again: somebody was away, or the way is blocked now."""
         begun = self.clock.now()
         behind = self._is_behind(goal)
         outcome, reason, again = "succeeded", "", False
         self.log.info("walking", to=name, x=goal.x, y=goal.y)
         try:
-            request = NavigateToGoal.Goal(target_pose=pose_stamped(goal, self.clock.stamp()))
-            async with self.start(NAVIGATE_TO_GOAL, request) as handle:
-                await handle
+            await errand
         except GoalRejected as error:
             outcome, reason, again = "rejected", error.reason, True
         except GoalCanceled as error:
@@ -115,6 +145,7 @@ class Patrol(Node):
             outcome, reason, again = "aborted", error.reason, True
         except ActorError as error:
             outcome, reason, again = "aborted", f"{type(error).__name__}: {error}", True
+        self._tired = reason.startswith("battery")
         taken = self.clock.now() - begun
         say = self.log.warning if again else self.log.info
         say("goal ended", goal=name, outcome=outcome, seconds=round(taken, 1), **({"why": reason} if reason else {}))
@@ -127,28 +158,20 @@ class Patrol(Node):
         return not again
 
     async def _recharge(self) -> None:
-        """To the dock, sit on it, and wait there until there is enough charge. Contacts that do not close get another approach."""
+        """To the dock, wait there until there is enough charge, and leave it again."""
         self.log.warning("battery low: going to the dock", percent=round(self._charge or 0.0, 1), gauge="coulomb count")
         for _ in range(DOCKING_TRIES):
-            if not await self._go("dock", self._dock):
-                await self.clock.sleep(1.0)
-                continue
-            await self.call(SIT, Trigger.Request())
-            await self._settled()
-            if self._charging:
+            if await self._try("dock", self._dock, self._onto_dock()):
                 break
-            self.log.warning("docked, but the charger's contacts do not touch: approaching again")
-            await self._stand()
+            await self.clock.sleep(1.0)
         while self._charging and (self._charge or 0.0) < self.resume_percent:
             await self.clock.sleep(1.0)
         await self._stand()
-
-    async def _settled(self) -> None:
-        """Until the robot sits, and the battery has had the time to say whether it charges."""
-        deadline = self.clock.now() + 8.0
-        while self._mode != "sit" and self.clock.now() < deadline:
-            await self.clock.sleep(0.1)
-        await self.clock.sleep(2.5)
+        try:
+            async with self.start(UNDOCK, Dock.Goal()) as leaving:
+                await leaving
+        except ActorError as error:
+            self.log.warning("did not leave the dock", why=str(error))
 
     def _is_behind(self, goal: Pose2) -> bool:
         """Whether something stands on the straight line from here to the goal."""

@@ -38,6 +38,7 @@ class Verdict(Enum):
     """Some part was NaN or infinite: dropped and counted."""
     OUTRANKED = "outranked"
     """A source of higher priority was heard within the timeout: dropped, not kept for later."""
+    HELD_BACK = "held back by a spoken stop"
     DISABLED = "disabled"
     STOPPED = "emergency stop"
 
@@ -78,15 +79,19 @@ class VelocityArbiter:
     is forgotten, so that nothing moves on enabling or clearing before a new command comes. The two are independent:
     clearing an emergency stop does not enable, and enabling does not clear. Times are seconds of any one clock; if
     it jumps back, commands from its future count for nothing.
+
+    Who says "stop" means it: autonomy, which would go on half a second later, is held back until a person drives again
+    (by any of the three other sources) or enables the robot.
     """
 
-    __slots__ = ("_enabled", "_held", "_limits", "_stopped", "_timeout", "dropped")
+    __slots__ = ("_enabled", "_held", "_holding_back", "_limits", "_stopped", "_timeout", "dropped")
 
     def __init__(self, limits: VelocityLimits | None = None, *, timeout: float = 0.5, enabled: bool = True) -> None:
         self._limits = limits if limits is not None else VelocityLimits()
         self._timeout = timeout
         self._enabled = enabled
         self._stopped: str | None = None
+        self._holding_back = False
         self._held: dict[Source, tuple[float, Velocity]] = {}
         self.dropped = dict.fromkeys(Source, 0)
         """How many commands of each source were not numbers."""
@@ -115,6 +120,14 @@ class VelocityArbiter:
             return Verdict.DISABLED
         if any(higher < source and self._fresh(higher, now) for higher in self._held):
             return Verdict.OUTRANKED
+        if source is Source.AUTONOMY:
+            if self._holding_back:
+                return Verdict.HELD_BACK
+        elif velocity != STILL:
+            self._holding_back = False
+        elif source is Source.VOICE:
+            self._holding_back = True
+            self._held.pop(Source.AUTONOMY, None)
         self._held[source] = (now, self._limits.clip(velocity))
         return Verdict.ACCEPTED
 
@@ -127,11 +140,14 @@ class VelocityArbiter:
         for source in sorted(self._held):
             if self._fresh(source, now):
                 return Decision(self._held[source][1], source, source.name.lower())
+        if self._holding_back:
+            return Decision(STILL, None, Verdict.HELD_BACK.value)
         return Decision(STILL, None, "no command" if not self._held else "all commands timed out")
 
     def enable(self) -> None:
-        """Let commands through; does nothing if they are."""
+        """Let commands through, those of autonomy too."""
         self._enabled = True
+        self._holding_back = False
 
     def disable(self) -> None:
         """Stand still and forget all commands, until enabled."""

@@ -6,9 +6,10 @@ that has an answer (`plan_trajectory`). A fourth node is added to `tree` without
 
 from __future__ import annotations
 
-from math import cos, sin
+from itertools import count
+from math import atan2, cos, pi, sin
 
-from actors import ActorError, Child, Node, Service, Supervisor, Topic, every, publishes
+from actors import ActorError, Node, Service, Supervisor, Topic, background, every, parameter, publishes
 from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
 from actors.interfaces.nav_msgs.msg import Path
 from actors.interfaces.std_msgs.msg import Header
@@ -18,14 +19,25 @@ from robot.interfaces.humanoid_control_interfaces.srv import (
     PlanTrajectory_Request,
     PlanTrajectory_Response,
 )
+from robot.tutorials.program import main, system
 
-__all__ = ["MOTOR_COMMANDS", "PLAN_TRAJECTORY", "SENSOR_DATA", "MotorController", "Planner", "SensorSimulator", "tree"]
+__all__ = [
+    "MOTOR_COMMANDS",
+    "PLAN_TRAJECTORY",
+    "SENSOR_DATA",
+    "MotorController",
+    "Planner",
+    "SensorSimulator",
+    "steered",
+    "tree",
+]
 
 SENSOR_DATA = Topic(SensorData, "/sensor/data", 10)
 MOTOR_COMMANDS = Topic(MotorCommand, "/motor/commands", 10)
 PLAN_TRAJECTORY = Service(PlanTrajectory, "plan_trajectory")
 
-WAYPOINTS = 10
+PERIOD = 2.0
+"""Seconds between two requests."""
 SPEED = 0.5
 """Velocity of both motors while there is a path to follow."""
 
@@ -54,7 +66,13 @@ class SensorSimulator(Node):
 
 
 class Planner(Node):
-    """Plans straight lines of 10 waypoints: serves plan_trajectory."""
+    """Plans straight lines: takes /sensor/data, serves plan_trajectory.
+
+    Parameters: waypoints of a line, 10, a single one being the goal; from_here, to begin where the robot was last seen.
+    """
+
+    waypoints = parameter(10, ge=1, le=10_000)
+    from_here = parameter(False, description="Begin at the position last heard, whatever start is asked for.")
 
     async def on_start(self) -> None:
         self.position: Point | None = None
@@ -67,42 +85,72 @@ class Planner(Node):
 
     @PLAN_TRAJECTORY.serve()
     async def plan(self, request: PlanTrajectory_Request) -> PlanTrajectory_Response:
-        start, goal = request.start, request.goal
+        start = self.position if self.from_here and self.position is not None else request.start
+        goal = request.goal
         self.log.info(f"Planning trajectory: ({start.x}, {start.y}) -> ({goal.x}, {goal.y})")
         header = Header(stamp=self.clock.stamp(), frame_id="map")
+        last = self.waypoints - 1
         poses = tuple(
-            PoseStamped(header=header, pose=Pose(position=_between(start, goal, i / (WAYPOINTS - 1))))
-            for i in range(WAYPOINTS)
+            PoseStamped(header=header, pose=Pose(position=_between(start, goal, i / last if last else 1.0)))
+            for i in range(self.waypoints)
         )
         return PlanTrajectory.Response(trajectory=Path(header=header, poses=poses), success=True)
 
 
 class MotorController(Node):
-    """Asks for a trajectory every 2 s and drives both motors while it has one: /motor/commands. Outlives a planner that is away."""
+    """Asks plan_trajectory for a path every 2 s and drives both motors while it has one: /motor/commands. Outlives a planner that is away.
+
+    Parameters: steer, to turn both motors by the path's direction instead of driving straight on.
+    """
 
     commands = publishes(MOTOR_COMMANDS)
+    steer = parameter(False, description="Take the two velocities from the path's direction, not 0.5 each.")
 
-    @every(period=2.0)
+    @background
     async def control(self) -> None:
-        """One request at a time: ticks that come while one is under way are skipped."""
+        """One request at a time: those that would have been due while the planner was away are left out."""
+        begun = self.clock.now()
+        for request in count(1):
+            due = begun + request * PERIOD
+            if due >= self.clock.now():
+                await self.clock.sleep_until(due)
+                await self._drive()
+
+    async def _drive(self) -> None:
+        while True:
+            try:
+                await self.wait_for(PLAN_TRAJECTORY, timeout=1.0)
+                break
+            except TimeoutError:
+                self.log.warning("Planner service not available, waiting...")
         self.log.info("Requesting trajectory...")
         try:
             answer = await self.call(PLAN_TRAJECTORY, PlanTrajectory.Request(goal=Point(x=2.0, y=1.0)), timeout=1.0)
         except ActorError as error:
-            self.log.warning(f"Planner service not available, waiting... ({error})")
+            self.log.error(f"Service call failed: {error}")
             return
         if not answer.success or not answer.trajectory.poses:
             self.log.error("Trajectory planning failed")
             return
         self.log.info(f"Received trajectory with {len(answer.trajectory.poses)} waypoints")
         header = Header(stamp=self.clock.stamp(), frame_id="base_link")
-        self.commands(MotorCommand(header=header, left_motor_velocity=SPEED, right_motor_velocity=SPEED))
+        left, right = steered(answer.trajectory) if self.steer else (SPEED, SPEED)
+        self.commands(MotorCommand(header=header, left_motor_velocity=left, right_motor_velocity=right))
         self.log.info("Published motor commands")
 
 
+def steered(path: Path) -> tuple[float, float]:
+    """Velocities of the left and right motor that turn a robot which looks along x into the path; none for a path without length."""
+    first, last = path.poses[0].pose.position, path.poses[-1].pose.position
+    if first == last:
+        return 0.0, 0.0
+    turn = atan2(last.y - first.y, last.x - first.x) / pi
+    return SPEED * (1.0 - turn), SPEED * (1.0 + turn)
+
+
 def tree() -> Supervisor:
-    """The lab."""
-    return Supervisor("humanoid_lab", children=[Child(SensorSimulator), Child(Planner), Child(MotorController)])
+    """The lab: a sensor that moves on an ellipse, a planner, and a motor controller."""
+    return system("humanoid_lab", SensorSimulator, Planner, MotorController)
 
 
 def _between(start: Point, goal: Point, share: float) -> Point:
@@ -113,3 +161,7 @@ def _between(start: Point, goal: Point, share: float) -> Point:
         y=start.y + share * (goal.y - start.y),
         z=start.z + share * (goal.z - start.z),
     )
+
+
+if __name__ == "__main__":
+    main(tree)

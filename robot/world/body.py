@@ -10,12 +10,15 @@ Joint order everywhere: fl, fr, rl, rr; in each leg hip, shoulder, knee (12 join
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.world.scene import Pose2, Scene
+from robot.world.scene import Pose2, Scene, Thing
+
+if TYPE_CHECKING:
+    from robot.arm.device import ArmDevice
 
 __all__ = ["JOINT_NAMES", "LEGS", "Body", "ImuSample", "JointSample", "MotorTargets", "Sample", "Truth", "Vector"]
 
@@ -103,6 +106,15 @@ class Body(Protocol):
     @property
     def time(self) -> float:
         """Simulated seconds since construction."""
+        ...
+
+    @property
+    def arm(self) -> ArmDevice | None:
+        """The arm, if it has one."""
+        ...
+
+    def things(self) -> tuple[Thing, ...]:
+        """The scene's things where they are now, for cameras and judges; without an arm they stay where the scene has them."""
         ...
 
     def advance(self, until: float) -> None:

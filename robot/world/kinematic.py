@@ -16,7 +16,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, exp, isfinite, sin
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
@@ -30,11 +30,15 @@ from robot.gait.stance import nominal_feet
 from robot.sensors.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
 from robot.world.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Sample, Truth, Vector
 from robot.world.following import chase, pushed_body
+from robot.world.kinematic_arm import KinematicArm
 from robot.world.rays import cast
 from robot.world.sampling import Sampling
-from robot.world.scene import Pose2, Scene
+from robot.world.scene import Pose2, Scene, Thing
 from robot.world.stepping import Footwork, Planar
 from robot.world.touch import Outline
+
+if TYPE_CHECKING:
+    from robot.arm.device import ArmDevice
 
 __all__ = ["KinematicBody", "Mode", "NotAchievable"]
 
@@ -78,7 +82,7 @@ class KinematicBody:
     """One robot in one scene, without dynamics; implements `Body`, and `drive` besides.
 
     Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `noise=False` gives exact
-    sensors. The body stays level. Joint efforts are what standing still would take: each standing foot carries its
+    sensors. With `arm` it carries one, exact too. The body stays level. Joint efforts are what standing still would take: each standing foot carries its
     share of the weight.
 
     A step that no leg could make (a foot point out of reach or of joint limits, a joint beyond 12 rad/s) is made
@@ -88,7 +92,7 @@ class KinematicBody:
     accepts_drive: ClassVar[bool] = True
     """Controllers that find this true call `drive` instead of computing forces."""
 
-    def __init__(self, scene: Scene, *, seed: int, noise: bool = True) -> None:
+    def __init__(self, scene: Scene, *, seed: int, noise: bool = True, arm: bool = False) -> None:
         self._scene, self._noise = scene, noise
         self._outline = Outline(scene)
         self._imu_noise, self._encoder_noise = ImuNoise(seed), EncoderNoise(seed)
@@ -98,6 +102,7 @@ class KinematicBody:
         self._imu_read: tuple[int, ImuSample] | None = None
         self._joints_read: tuple[int, JointSample] | None = None
         self._ticks = 0
+        self._arm = KinematicArm(scene, lambda: self.time, self._where) if arm else None
         self._sampling = Sampling(self._integrate, self._sample)
         self.not_achievable: NotAchievable | None = None
         """The latest step that a real leg could not have made; `None` if there was none."""
@@ -118,6 +123,14 @@ class KinematicBody:
     @property
     def time(self) -> float:
         return self._ticks * TICK
+
+    @property
+    def arm(self) -> ArmDevice | None:
+        return self._arm
+
+    def things(self) -> tuple[Thing, ...]:
+        """The scene's things, where they are now."""
+        return self._arm.things() if self._arm is not None else self._scene.things
 
     def drive(self, vx: float, vy: float, wz: float, height: float, mode: Mode) -> None:
         """Walk at (vx, vy) m/s forward and left, turning wz rad/s, with the hips `height` m above the foot centres.
@@ -190,15 +203,15 @@ class KinematicBody:
 
     def truth(self) -> Truth:
         """The true state of this instant."""
-        x, y, yaw = self._pose
+        position, quaternion = self._where()
         return Truth(
-            position=np.array([x, y, self._height + FOOT_RADIUS]),
-            quaternion=np.array([cos(yaw / 2), 0.0, 0.0, sin(yaw / 2)]),
+            position=position,
+            quaternion=quaternion,
             velocity=np.array(self._velocity),
             angular_velocity=np.array([0.0, 0.0, self._twist.yaw]),
             joints=self._joints.copy(),
             fallen=False,
-            touching=self._outline.touching(x, y, yaw),
+            touching=self._outline.touching(*self._pose),
             power=self._power(),
         )
 
@@ -224,6 +237,8 @@ class KinematicBody:
         self._replant()
         self._release()
         self._commanded = self._ticks
+        if self._arm is not None:
+            self._arm.reset()
 
     def close(self) -> None:
         """Nothing is held that Python would not free."""
@@ -239,6 +254,13 @@ class KinematicBody:
             ticks = -(-ahead // -(-ahead // LONGEST))
             self._step(ticks * TICK)
             self._ticks += ticks
+            if self._arm is not None:
+                self._arm.step(ticks * TICK)
+
+    def _where(self) -> tuple[Vector, Vector]:
+        """Position and attitude of the body."""
+        x, y, yaw = self._pose
+        return np.array([x, y, self._height + FOOT_RADIUS]), np.array([cos(yaw / 2), 0.0, 0.0, sin(yaw / 2)])
 
     def _sample(self) -> Sample:
         return Sample(self.time, self.imu(), self.joints())

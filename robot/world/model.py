@@ -29,6 +29,7 @@ from robot.gait.figures import (
     THIGH_COM,
     THIGH_MASS,
 )
+from robot.world.arm_model import arm_body, drives, thing_bodies, welds
 from robot.world.body import JOINT_NAMES, LEGS
 from robot.world.scene import Box, Obstacle, Scene
 
@@ -56,8 +57,8 @@ def obstacle_names(scene: Scene) -> tuple[str, ...]:
     return tuple(f"{type(obstacle).__name__.lower()}_{index}" for index, obstacle in enumerate(scene.obstacles))
 
 
-def write_model(scene: Scene, ground: Ground, timestep: float) -> str:
-    """The MJCF text of the robot in `scene`, stepped at `timestep` seconds."""
+def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = False) -> str:
+    """The MJCF text of the robot in `scene`, stepped at `timestep` seconds. With `arm`, the arm and the scene's things too, last of all."""
     return f"""<mujoco model="{scene.name}">
   <compiler angle="radian" autolimits="true"/>
   <option timestep="{timestep}" integrator="implicitfast" gravity="0 0 {-GRAVITY}" cone="elliptic" impratio="10">
@@ -80,12 +81,12 @@ def write_model(scene: Scene, ground: Ground, timestep: float) -> str:
       <geom name="skid" type="box" size="0.22 0.10 0.04" pos="0 0 {0.04 - SKID_DEPTH}"/>
       {_payload(ground.payload)}
       <site name="imu"/>
-      {"".join(_leg(leg) for leg in range(4))}
-    </body>
+      {"".join(_leg(leg) for leg in range(4))}{arm_body() if arm else ""}
+    </body>{thing_bodies(scene) if arm else ""}
   </worldbody>
   <actuator>
-    {"".join(f'<general class="drive" name="{name}" joint="{name}"/>' for name in JOINT_NAMES)}
-  </actuator>
+    {"".join(f'<general class="drive" name="{name}" joint="{name}"/>' for name in JOINT_NAMES)}{drives() if arm else ""}
+  </actuator>{f"<equality>{welds(scene)}</equality>" if arm else ""}
   <sensor>
     <accelerometer name="accelerometer" site="imu"/>
     {"".join(f'<touch name="{leg}_contact" site="{leg}_foot"/>' for leg in LEGS)}

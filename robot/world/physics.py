@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import deque
 from importlib import import_module
 from math import atan2, ceil, cos, sin, sqrt
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,8 +18,12 @@ from robot.gait.stance import nominal_feet
 from robot.sensors.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
 from robot.world.body import ImuSample, JointSample, MotorTargets, Sample, Truth, Vector
 from robot.world.model import OBSTACLE_GROUP, Ground, obstacle_names, write_model
+from robot.world.physics_arm import PhysicsArm
 from robot.world.sampling import Sampling
-from robot.world.scene import Pose2, Scene
+from robot.world.scene import Pose2, Scene, Thing
+
+if TYPE_CHECKING:
+    from robot.arm.device import ArmDevice
 
 __all__ = ["BackendMissing", "PhysicsBody"]
 
@@ -48,7 +52,8 @@ class PhysicsBody:
     travel to the drives, rounded up to a tick; the drives close their PD loop at every physics step, on the undelayed joint.
     `friction` is the feet's, `slope` the floor's rise per metre along x and y (the floor passes through the origin),
     `payload` kg on the back. `timestep` (s) is the longest physics step; a step also ends where targets arrive, so any delay
-    is exact. `noise=False` gives exact sensors, for tests and for finding causes.
+    is exact. `noise=False` gives exact sensors, for tests and for finding causes. With `arm` it carries one, and the scene's things are
+    there to be taken.
 
     Raises `BackendMissing` without MuJoCo, `ValueError` for a timestep or a delay that cannot be.
     """
@@ -64,6 +69,7 @@ class PhysicsBody:
         slope: tuple[float, float] = (0.0, 0.0),
         timestep: float = 0.0025,
         noise: bool = True,
+        arm: bool = False,
     ) -> None:
         self._mujoco = _engine()
         if not (delay >= 0.0 and TICK <= timestep <= 0.0025):
@@ -75,7 +81,7 @@ class PhysicsBody:
         self._longest = int(timestep / TICK + 1e-6)
         self._delay = ceil(delay / TICK - 1e-6)
         self._ground = Ground(friction, slope, payload)
-        self._model: Any = self._mujoco.MjModel.from_xml_string(write_model(scene, self._ground, timestep))
+        self._model: Any = self._mujoco.MjModel.from_xml_string(write_model(scene, self._ground, timestep, arm=arm))
         self._data: Any = self._mujoco.MjData(self._model)
         self._imu_noise, self._encoder_noise = ImuNoise(seed), EncoderNoise(seed)
         self._contact_noise, self._lidar_noise = ContactNoise(seed), LidarNoise(seed)
@@ -83,6 +89,7 @@ class PhysicsBody:
         self._joints_read: tuple[int, JointSample] | None = None
         self._bind()
         self._ticks = 0
+        self._arm = PhysicsArm(self._mujoco, self._model, self._data, scene, lambda: self.time) if arm else None
         self._sampling = Sampling(self._integrate, self._sample)
         self.place(scene.start)
 
@@ -100,6 +107,14 @@ class PhysicsBody:
     @property
     def time(self) -> float:
         return self._ticks * TICK
+
+    @property
+    def arm(self) -> ArmDevice | None:
+        return self._arm
+
+    def things(self) -> tuple[Thing, ...]:
+        """The scene's things, where they are now."""
+        return self._arm.things() if self._arm is not None else self._scene.things
 
     def advance(self, until: float) -> None:
         """Integrate up to `until`, to the last tick that is not later."""
@@ -162,7 +177,8 @@ class PhysicsBody:
             joints=self._qpos[7:].copy(),
             fallen=self._fallen(),
             touching=self._touching(),
-            power=float(np.maximum(torque * speed, 0.0).sum() + COPPER * torque.dot(torque)),
+            power=float(np.maximum(torque * speed, 0.0).sum() + COPPER * torque.dot(torque))
+            + (self._arm.power if self._arm is not None else 0.0),
         )
 
     def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:
@@ -187,6 +203,8 @@ class PhysicsBody:
         self._commanded = self._push_ends = self._ticks
         self._applied[:] = 0.0
         self._release()
+        if self._arm is not None:
+            self._arm.reset()
         self._mujoco.mj_forward(self._model, self._data)
         self._accel_window[:] = axes.T @ np.array([0.0, 0.0, GRAVITY])
         self._imu_read = self._joints_read = None
@@ -208,15 +226,15 @@ class PhysicsBody:
     def _bind(self) -> None:
         """Views into MuJoCo's arrays, made once: attribute look-ups in its bindings cost more than the arithmetic."""
         model, data = self._model, self._data
-        self._qpos: Vector = data.qpos
-        self._qvel: Vector = data.qvel
-        self._control: Vector = data.ctrl
-        self._torque: Vector = data.actuator_force
+        self._qpos: Vector = data.qpos[:19]  # body and legs; an arm and things come after them
+        self._qvel: Vector = data.qvel[:18]
+        self._control: Vector = data.ctrl[:12]
+        self._torque: Vector = data.actuator_force[:12]
         self._acceleration: Vector = data.sensordata[:3]
         self._touch: Vector = data.sensordata[3:7]
         self._applied: Vector = data.xfrc_applied[model.body("body").id]
-        self._bias: Vector = model.actuator_biasprm
-        self._limits: Vector = model.actuator_forcerange
+        self._bias: Vector = model.actuator_biasprm[:12]
+        self._limits: Vector = model.actuator_forcerange[:12]
         self._foot_geoms = [model.geom(f"{leg}_foot").id for leg in ("fl", "fr", "rl", "rr")]
         self._obstacles = {model.geom(name).id: name for name in obstacle_names(self._scene)}
         self._knee_angles, self._knee_torques = (np.array(column) for column in zip(*KNEE_TORQUE, strict=True))
@@ -251,10 +269,14 @@ class PhysicsBody:
         self._limits[2::3, 1] = knee
         self._limits[2::3, 0] = -knee
         self._option.timestep = ticks * TICK
+        if self._arm is not None:
+            self._arm.drive()
         self._mujoco.mj_step(self._model, self._data)
         for tick in range(self._ticks, self._ticks + ticks):
             self._accel_window[tick % ACCEL_TICKS] = self._acceleration
         self._ticks += ticks
+        if self._arm is not None:
+            self._arm.step(ticks * TICK)
 
     def _drive(self, targets: MotorTargets) -> None:
         """torque = effort + kp (q* - q) + kd (qd* - qd), as MuJoCo's affine actuator: it then treats kd implicitly."""
@@ -273,7 +295,9 @@ class PhysicsBody:
         return bool(1.0 - 2.0 * (x * x + y * y) < 0.5 or self._qpos[2] - lowest < 0.15)
 
     def _touching(self) -> tuple[str, ...]:
-        geoms = set(self._data.contact.geom.ravel().tolist())
+        pairs = self._data.contact.geom.tolist()
+        things = self._arm.geoms if self._arm is not None else frozenset[int]()
+        geoms = {geom for pair in pairs if things.isdisjoint(pair) for geom in pair}
         return tuple(name for geom, name in self._obstacles.items() if geom in geoms)
 
 

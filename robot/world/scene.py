@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-__all__ = ["Box", "Cylinder", "Obstacle", "Pose2", "Scene"]
+__all__ = ["Box", "Cylinder", "Obstacle", "Pose2", "Scene", "Thing"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +47,18 @@ Obstacle = Box | Cylinder
 
 
 @dataclass(frozen=True, slots=True)
+class Thing:
+    """A small coloured object that a camera sees and an arm may take; the LiDAR looks over it, and no leg is stopped by it."""
+
+    name: str
+    shape: Obstacle
+    color: tuple[int, int, int]
+    """Red, green, blue; 0..255 each."""
+    z: float = 0.0
+    """Height of its underside over the floor, m."""
+
+
+@dataclass(frozen=True, slots=True)
 class Scene:
     """One world, the same for every back end, for the map and for the pictures."""
 
@@ -60,3 +72,5 @@ class Scene:
     patrol: tuple[Pose2, ...] = ()
     places: Mapping[str, Pose2] = field(default_factory=lambda: MappingProxyType({}))
     """Named poses for the map service, such as ``shelf_3``."""
+    things: tuple[Thing, ...] = ()
+    """Small objects at the start. A body whose arm carries them off tells by a method ``things()`` where they are now."""

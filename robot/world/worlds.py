@@ -12,6 +12,8 @@ import math
 from collections.abc import Callable
 from types import MappingProxyType
 
+from robot.world.dock import station
+from robot.world.kitchen import kitchen
 from robot.world.scene import Box, Cylinder, Obstacle, Pose2, Scene
 
 __all__ = ["WORLDS", "UnknownWorld", "get_world"]
@@ -54,7 +56,7 @@ def _warehouse() -> Scene:
     return Scene(
         name="warehouse",
         bounds=bounds,
-        obstacles=(*_walls(bounds), *shelves, *goods),
+        obstacles=(*_walls(bounds), *shelves, *goods, station(places["dock"])),
         start=places["start"],
         dock=places["dock"],
         patrol=(
@@ -84,20 +86,20 @@ def _empty() -> Scene:
 def _corridor() -> Scene:
     """A corridor of 2 m with one right-angled bend."""
     bounds = (-1.0, -1.0, 11.0, 9.0)
-    filled = Box(4.0, 5.0, 10.0, 8.0, height=2.0)
+    filled, dock = Box(4.0, 5.0, 10.0, 8.0, height=2.0), Pose2(10.0, 8.0, _NORTH)
     return Scene(
         name="corridor",
         bounds=bounds,
-        obstacles=(*_walls(bounds), filled),
+        obstacles=(*_walls(bounds), filled, station(dock)),
         start=Pose2(0.0, 0.0, _EAST),
-        dock=Pose2(10.0, 8.0, _NORTH),
+        dock=dock,
         patrol=(Pose2(5.0, 0.0, _EAST), Pose2(10.0, 4.0, _NORTH), Pose2(10.0, 8.0, _NORTH), Pose2(10.0, 0.5, _SOUTH)),
         places=MappingProxyType({"start": Pose2(0.0, 0.0), "bend": Pose2(10.0, 0.0, _NORTH)}),
     )
 
 
 def _pillars() -> Scene:
-    bounds = (-2.0, -6.0, 10.0, 6.0)
+    bounds, dock = (-2.0, -6.0, 10.0, 6.0), Pose2(-0.9, -4.8, _SOUTH)
     pillars = tuple(
         Cylinder(x, y + (1.2 if column % 2 else 0.0), 0.2, height=2.0)
         for column, x in enumerate((1.2, 3.6, 6.0, 8.4))
@@ -106,9 +108,9 @@ def _pillars() -> Scene:
     return Scene(
         name="pillars",
         bounds=bounds,
-        obstacles=(*_walls(bounds), *pillars),
+        obstacles=(*_walls(bounds), *pillars, station(dock)),
         start=Pose2(-0.8, 0.0, _EAST),
-        dock=Pose2(-0.9, -4.8, _SOUTH),
+        dock=dock,
         patrol=(Pose2(4.8, 0.0, _EAST), Pose2(9.0, 4.8, _NORTH), Pose2(2.4, 4.8, _WEST), Pose2(4.8, -4.8, _SOUTH)),
         places=MappingProxyType({"start": Pose2(-0.8, 0.0), "middle": Pose2(4.8, 0.0)}),
     )
@@ -119,6 +121,7 @@ _BUILDERS: dict[str, Callable[[], Scene]] = {
     "empty": _empty,
     "corridor": _corridor,
     "pillars": _pillars,
+    "kitchen": kitchen,
 }
 
 WORLDS: tuple[str, ...] = tuple(_BUILDERS)

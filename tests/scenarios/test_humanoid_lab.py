@@ -6,9 +6,11 @@ from math import cos, sin
 
 import pytest
 
+from actors import Child
 from actors.interfaces.geometry_msgs.msg import Point
 from actors.testing import Rig, scenario
 from actors.testing.faults import Crash, Delay, Duplicate, Lose, Reorder, SlowStart
+from robot.interfaces.humanoid_control_interfaces.msg import SensorData
 from robot.interfaces.humanoid_control_interfaces.srv import PlanTrajectory
 from robot.tutorials.humanoid_lab import (
     MOTOR_COMMANDS,
@@ -17,6 +19,7 @@ from robot.tutorials.humanoid_lab import (
     MotorController,
     Planner,
     SensorSimulator,
+    steered,
     tree,
 )
 
@@ -30,8 +33,8 @@ async def test_N_29_the_sensor_moves_on_its_ellipse_without_drift(rig: Rig) -> N
     assert (late.position_x, late.position_y) == pytest.approx((2.0 * sin(100.0), cos(100.0)), abs=1e-9)
     for reading in data:
         assert (reading.position_x / 2.0) ** 2 + reading.position_y**2 == pytest.approx(1.0, abs=1e-9)
-    for before, after in zip(list(data)[:100], list(data)[2:102], strict=True):
-        middle = data[list(data).index(before) + 1]
+    readings = list(data)
+    for before, middle, after in zip(readings[:100], readings[1:101], readings[2:102], strict=True):
         assert (after.position_x - before.position_x) / 0.2 == pytest.approx(middle.velocity_x, abs=1e-2)
         assert (after.position_y - before.position_y) / 0.2 == pytest.approx(middle.velocity_y, abs=1e-2)
 
@@ -49,14 +52,34 @@ async def test_N_30_a_trajectory_is_a_straight_line_of_ten_waypoints_in_the_map(
     assert {pose.header.frame_id for pose in poses} == {"map"}
 
 
-async def test_N_31_without_a_planner_the_motor_controller_waits_and_says_so(rig: Rig) -> None:
+async def test_N_30_V_48_a_line_of_one_waypoint_is_the_goal(rig: Rig) -> None:
+    await rig.start(Child(Planner, parameters={"waypoints": 1}))
+    goal = Point(x=2.0, y=1.0)
+    answer = await rig.call(PLAN_TRAJECTORY, PlanTrajectory.Request(goal=goal))
+    assert [pose.pose.position for pose in answer.trajectory.poses] == [goal]
+
+
+async def test_N_31_without_a_planner_the_motor_controller_says_once_a_second_that_it_waits(rig: Rig) -> None:
     await rig.start(MotorController)
     commands = rig.probe(MOTOR_COMMANDS)
     await rig.advance(30.0)
     assert not commands
     waiting = [record for record in rig.logs if "Planner service not available, waiting..." in record.event]
-    assert 14 <= len(waiting) <= 16
+    assert [record.time for record in waiting] == pytest.approx(range(3, 31))
     assert rig.incarnation(MotorController) == 1
+
+
+async def test_V_71_on_request_paths_begin_where_the_robot_is_and_steer_the_motors(rig: Rig) -> None:
+    await rig.start(Child(Planner, parameters={"from_here": True}), Child(MotorController, parameters={"steer": True}))
+    commands = rig.probe(MOTOR_COMMANDS)
+    rig.publish(SENSOR_DATA, SensorData(position_x=2.0, position_y=0.0))
+    await rig.advance(2.0)
+    path = (await rig.call(PLAN_TRAJECTORY, PlanTrajectory.Request(goal=Point(x=2.0, y=1.0)))).trajectory
+    assert path.poses[0].pose.position == Point(x=2.0, y=0.0)
+    driven = commands[0]  # the goal is to the left
+    assert (driven.left_motor_velocity, driven.right_motor_velocity) == pytest.approx((0.25, 0.75))
+    nowhere = (await rig.call(PLAN_TRAJECTORY, PlanTrajectory.Request(goal=Point(x=2.0)))).trajectory
+    assert steered(nowhere) == (0.0, 0.0)
 
 
 async def test_X_09_the_lab_runs_for_35_seconds(rig: Rig) -> None:

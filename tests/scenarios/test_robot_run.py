@@ -115,6 +115,22 @@ def test_the_run_publishes_its_time_for_those_who_follow_it(tmp_path: Path) -> N
     assert all(timer["missed"] == 0 and timer["rate"] == pytest.approx(timer["hz"], rel=0.02) for timer in ticking)
 
 
+def test_E_11_only_some_nodes_run_and_the_report_names_them(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *KINEMATIC, "--duration", "2", "--only", "navigation,localizer", "map_server")
+    assert done.returncode == 0, done.stderr
+    names = [row["name"] for row in report["nodes"] if row["path"].startswith("robot/")]
+    assert names == ["/map_server", "/localizer", "/navigation"]
+    assert report["only"] == ["navigation", "localizer", "map_server"]
+    assert all(row["incarnation"] == 1 for row in report["nodes"])
+
+
+def test_the_report_says_who_drove_and_that_nothing_stopped_the_robot(tmp_path: Path) -> None:
+    _, report = run(tmp_path, *KINEMATIC, "--duration", "8")
+    assert report["drove"].keys() == {"autonomy"}
+    assert report["drove"]["autonomy"] > 3.0
+    assert report["safety_stops"] == []
+
+
 # -- failures -------------------------------------------------------------------------------------------------------------------
 
 
@@ -172,6 +188,11 @@ def test_the_motors_sit_the_robot_down_when_the_gait_is_gone(tmp_path: Path) -> 
         (("--goal", "100", "100"), "outside of the world 'warehouse', where x is -2 to 10 m and y is -3.2 to 7.2 m"),
         (("--crash", "gait@50", "--duration", "20"), "the run ends at 20 s, before that; give a longer --duration"),
         (("--crash", "gait@130", "--clock", "virtual"), "the run ends at 120 s"),
+        (("--backend", "kinematic", "--only", "navigatoin"), "no node 'navigatoin'; did you mean navigation"),
+        (("--backend", "kinematic", "--only", "gait,xyzzy"), "no node 'xyzzy'; there are: motors, "),
+        (("--only", ","), "name at least one node"),
+        (("--backend", "kinematic", "--goal", "1", "0", "--only", "gait"), "it is the patrol who walks there"),
+        (("--backend", "kinematic", "--only", "arm"), "those of the arm come with --arm"),
     ],
 )
 def test_a_mistake_is_one_clear_line_and_exit_code_2(words: tuple[str, ...], hint: str) -> None:

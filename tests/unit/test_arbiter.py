@@ -217,3 +217,35 @@ sentences = st.lists(st.sampled_from([*WORDS, "go", "please", "não", "now"]), m
 def test_x_07b_a_sentence_stops_or_does_nothing(words: list[str], between: str) -> None:
     expected = STILL if {"stop", "parar"} & set(words) else None
     assert interpret(between.join(words)) == expected
+
+
+# --- a spoken stop --------------------------------------------------------------------------------------------------
+
+
+def test_after_a_spoken_stop_autonomy_is_held_back() -> None:
+    arbiter = VelocityArbiter()
+    arbiter.offer(Source.AUTONOMY, AHEAD, 0.0)
+    assert arbiter.offer(Source.VOICE, STILL, 0.1) is Verdict.ACCEPTED
+    assert arbiter.offer(Source.AUTONOMY, AHEAD, 10.0) is Verdict.HELD_BACK
+    assert arbiter.decide(10.0).velocity == STILL
+    assert arbiter.decide(10.0).reason == "held back by a spoken stop"
+
+
+@pytest.mark.parametrize("person", [Source.TELEOP, Source.JOYSTICK, Source.VOICE])
+def test_a_person_who_drives_again_ends_that(person: Source) -> None:
+    arbiter = VelocityArbiter()
+    arbiter.offer(Source.VOICE, STILL, 0.0)
+    arbiter.offer(person, STILL, 1.0)  # a stick at rest is no wish to drive
+    assert arbiter.offer(Source.AUTONOMY, AHEAD, 2.0) is Verdict.HELD_BACK
+    arbiter.offer(person, TURN, 3.0)
+    assert arbiter.offer(Source.AUTONOMY, AHEAD, 4.0) is Verdict.ACCEPTED
+
+
+def test_enabling_ends_that_too_and_clearing_a_stop_does_not() -> None:
+    arbiter = VelocityArbiter()
+    arbiter.offer(Source.VOICE, STILL, 0.0)
+    arbiter.stop("bumper")
+    arbiter.clear()
+    assert arbiter.offer(Source.AUTONOMY, AHEAD, 1.0) is Verdict.HELD_BACK
+    arbiter.enable()
+    assert arbiter.offer(Source.AUTONOMY, AHEAD, 2.0) is Verdict.ACCEPTED

@@ -199,3 +199,13 @@ def test_a_walking_cylinder_is_seen_to_move_and_a_standing_one_is_not() -> None:
     assert mover.vy == pytest.approx(-0.5, abs=0.1)
     assert mover.vx == pytest.approx(0.0, abs=0.1)
     assert math.hypot(mover.x - 4.0, mover.y - 1.3) < 0.3
+
+
+def test_a_footprint_that_reaches_farther_back_is_a_rectangle_about_another_middle() -> None:
+    footprint = Footprint(length=1.1, width=0.46, ahead=-0.08)
+    x, y = footprint.outline.T
+    assert (x.min(), x.max()) == pytest.approx((-0.63, 0.47))
+    assert (y.min(), y.max()) == pytest.approx((-0.23, 0.23))
+    assert footprint.circumscribed == pytest.approx(math.hypot(0.63, 0.23))
+    near = footprint.distances(np.array([0.5, -0.7, 0.0]), np.array([0.0, 0.0, 0.33]))
+    assert near == pytest.approx([0.03, 0.07, 0.10])

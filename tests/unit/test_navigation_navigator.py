@@ -367,3 +367,43 @@ def test_something_crossing_at_half_a_meter_per_second_is_never_touched(seed: in
     record = walk(navigator, walker, hook=cross)
     assert record.motion.state is State.ARRIVED
     assert record.clearance > 0.1
+
+
+# --- straight on -------------------------------------------------------------------------------------------------------
+
+
+def test_a_straight_walk_ends_before_what_stands_on_its_line_although_there_is_a_way_round() -> None:
+    navigator, walker = ready(get_world("empty"))
+    walker.drop(Box(3.0, 0.0, 0.4, 0.4))
+    navigator.set_goal(Pose2(6.0, 0.0), walker.pose, straight=True)
+    record = walk(navigator, walker)
+    assert record.motion.state is State.FAILED
+    assert isinstance(record.motion.failure, PathBlocked)
+    assert "it was asked not to walk round obstacles" in str(record.motion.failure)
+    assert record.clearance > 0.1
+    assert abs(walker.pose.y) < 0.05
+    assert walker.pose.x > 1.0
+
+
+def test_a_straight_walk_on_open_floor_arrives_by_the_line() -> None:
+    navigator, walker = ready(get_world("empty"))
+    navigator.set_goal(Pose2(4.0, 1.0, 1.0), walker.pose, straight=True)
+    assert navigator.path is not None
+    assert navigator.path.points.tolist() == [[0.0, 0.0], [4.0, 1.0]]
+    assert walk(navigator, walker).motion.state is State.ARRIVED
+
+
+def test_a_straight_goal_outside_of_the_map_is_refused() -> None:
+    navigator, walker = ready(get_world("empty"))
+    with pytest.raises(GoalBlocked, match="outside of the map"):
+        navigator.set_goal(Pose2(40.0, 0.0), walker.pose, straight=True)
+
+
+def test_a_goal_taken_up_at_speed_is_gone_on_with_at_that_speed() -> None:
+    navigator, walker = ready(get_world("empty"))
+    navigator.set_goal(Pose2(6.0, 0.0), walker.pose)
+    walk(navigator, walker, limit=3.0)
+    assert walker.velocity.vx > 0.6
+    navigator.cancel()
+    navigator.set_goal(Pose2(6.0, 0.5), walker.pose)
+    assert navigator.step(walker.time, walker.pose, walker.velocity).vx > 0.5

@@ -162,7 +162,7 @@ def test_moving_ai_every_row_of_the_arena_is_exact() -> None:
 @pytest.mark.skipif(not SHARED.is_dir(), reason="the larger Moving AI maps are not part of the repository")
 def test_moving_ai_samples_of_every_larger_map_are_exact(capsys: pytest.CaptureFixture[str]) -> None:
     assert maps.main([str(SHARED), "--limit", "25", "--json"]) == 0
-    reports = json.loads(capsys.readouterr().out)
+    reports = json.loads(capsys.readouterr().out)["maps"]
     assert all(report["exact"] == report["rows"] for report in reports)
 
 

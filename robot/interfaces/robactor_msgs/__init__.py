@@ -1,1 +1,1 @@
-"""ROS 2 package robactor_msgs: msg. Generated."""
+"""ROS 2 package robactor_msgs: msg, srv, action. Generated."""

@@ -3,17 +3,59 @@
 from typing import Annotated
 
 from actors.interfaces.builtin_interfaces.msg import Time
+from actors.interfaces.geometry_msgs.msg import Point, Vector3
 from actors.interfaces.message import Message
-from actors.interfaces.types import Exactly, bool_array, default, float64, float64_array, string
+from actors.interfaces.std_msgs.msg import Header
+from actors.interfaces.types import Exactly, bool_array, default, float64, float64_array, string, string_array, uint32
 
 __all__ = [
+    "ArmState",
+    "BatteryStatus",
     "BodyDrive",
+    "Detection",
+    "DockStatus",
+    "DriveStatus",
     "FootContacts",
     "GaitStatus",
     "GoalReport",
+    "GripperState",
+    "ImuCalibration",
     "MotorPower",
     "MotorTargets",
+    "SafetyState",
 ]
+
+
+class ArmState(Message, frozen=True, kw_only=True):
+    """robactor_msgs/msg/ArmState
+
+    Where the tutorial's arm is, so that whoever is asked for it need not move it.
+    """
+
+    joint_angles: float64_array = default()
+    """[rad]"""
+    arm_status: string = ""
+    """IDLE or MOVING"""
+
+
+class BatteryStatus(Message, frozen=True, kw_only=True):
+    """robactor_msgs/msg/BatteryStatus
+
+    What the charge means: beside sensor_msgs/BatteryState, which has no place for it.
+    """
+
+    stamp: Time = default()
+    level: string = ""
+    """good, low or critical, with hysteresis"""
+    percent: float64 = 0.0
+    """by coulomb count"""
+    runtime: float64 = 0.0
+    """until 10.0 V at the mean load of the last minute [s]"""
+    mean_load: float64 = 0.0
+    """[W]"""
+    energy: float64 = 0.0
+    """that this load can draw before the charge is critical [Wh]"""
+    charging: bool = False
 
 
 class BodyDrive(Message, frozen=True, kw_only=True):
@@ -33,6 +75,60 @@ class BodyDrive(Message, frozen=True, kw_only=True):
     """of the hips over the foot centres [m]"""
     mode: string = ""
     """sit, stand or walk"""
+
+
+class Detection(Message, frozen=True, kw_only=True):
+    """robactor_msgs/msg/Detection
+
+    A coloured object in one camera image: where it is in the picture and in space.
+    """
+
+    header: Header = default()
+    """stamp of the image; the frame of position"""
+    label: string = ""
+    """its colour: red, green, blue, yellow"""
+    x: uint32 = 0
+    """leftmost column of its bounding box [px]"""
+    y: uint32 = 0
+    """uppermost row of it [px]"""
+    width: uint32 = 0
+    """[px]"""
+    height: uint32 = 0
+    """[px]"""
+    pixels: uint32 = 0
+    """how many pixels of the box are the object's"""
+    position: Point = default()
+    """of the middle of what is seen of it [m]"""
+
+
+class DockStatus(Message, frozen=True, kw_only=True):
+    """robactor_msgs/msg/DockStatus
+
+    Where the robot stands with its charging station.
+    """
+
+    stamp: Time = default()
+    state: string = ""
+    """UNDOCKED, DOCKING, DOCKED"""
+    outcome: string = ""
+    """how the last attempt ended; empty before the first"""
+    charging: bool = False
+
+
+class DriveStatus(Message, frozen=True, kw_only=True):
+    """robactor_msgs/msg/DriveStatus
+
+    Who drives the robot.
+    """
+
+    stamp: Time = default()
+    enabled: bool = False
+    source: string = ""
+    """teleop, joystick, voice or autonomy; empty when nobody drives"""
+    reason: string = ""
+    """the source again, or why the robot stands still"""
+    dropped: uint32 = 0
+    """commands that were not numbers, so far"""
 
 
 class FootContacts(Message, frozen=True, kw_only=True):
@@ -60,6 +156,8 @@ class GaitStatus(Message, frozen=True, kw_only=True):
     """of the body over the soles [m]"""
     sensors_ok: bool = False
     """false while IMU or encoders are silent"""
+    gait: string = ""
+    """in use, or chosen for the next walk: trot, crawl, pace, bound, pronk"""
 
 
 class GoalReport(Message, frozen=True, kw_only=True):
@@ -84,6 +182,43 @@ class GoalReport(Message, frozen=True, kw_only=True):
     """from the start to the end"""
     behind_obstacle: bool = False
     """the straight line to it was blocked when it was set"""
+
+
+class GripperState(Message, frozen=True, kw_only=True):
+    """robactor_msgs/msg/GripperState
+
+    What the gripper's own sensors tell; what it holds they do not know.
+    """
+
+    stamp: Time = default()
+    opening: float64 = 0.0
+    """between the jaws [m]"""
+    closing: bool = False
+    """told last to close, not to open"""
+    moving: bool = False
+    gripping: bool = False
+    """the jaws were stopped by something and press on it"""
+
+
+class ImuCalibration(Message, frozen=True, kw_only=True):
+    """robactor_msgs/msg/ImuCalibration
+
+    What the IMU's driver takes off its samples from now on, and what it was told from. All zero: not calibrated.
+    """
+
+    stamp: Time = default()
+    gyro_bias: Vector3 = default()
+    """mean of the gyro at rest, body axes [rad/s]"""
+    gyro_sd: Vector3 = default()
+    """standard deviation of one sample [rad/s]"""
+    gravity: Vector3 = default()
+    """mean of the accelerometer at rest, body axes, not taken off [m/s2]"""
+    roll: float64 = 0.0
+    """attitude of the accelerometer as gravity tells it [rad]"""
+    pitch: float64 = 0.0
+    """the same [rad]"""
+    samples: uint32 = 0
+    """how many samples the means are of"""
 
 
 class MotorPower(Message, frozen=True, kw_only=True):
@@ -117,3 +252,18 @@ class MotorTargets(Message, frozen=True, kw_only=True):
     """[N m/rad]"""
     kd: Annotated[float64_array, Exactly(12)] = default()
     """[N m s/rad]"""
+
+
+class SafetyState(Message, frozen=True, kw_only=True):
+    """robactor_msgs/msg/SafetyState
+
+    Whether the robot must stand still, and why. Sent 20 times a second: who obeys it stops when it is no longer heard.
+    """
+
+    stamp: Time = default()
+    """rises from message to message"""
+    stopped: bool = False
+    reasons: string_array = default()
+    """of the stop, the oldest first"""
+    present: string_array = default()
+    """those of them whose cause is still there: they cannot be cleared yet"""

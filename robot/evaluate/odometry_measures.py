@@ -1,0 +1,194 @@
+"""The measurements behind `evaluate odometry`, each for one seed on the physics back end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
+from functools import lru_cache
+from math import cos, degrees, pi, sin, tau
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from actors import Child, Node, execute, run
+from actors.interfaces.geometry_msgs.msg import PoseStamped
+from actors.interfaces.std_srvs.srv import Trigger
+from robot.battery.model import Pack
+from robot.contracts import CALIBRATE_SENSOR, IMU_CALIBRATION, POSE, STAND
+from robot.evaluate.trial import PERIOD, Trial, heading
+from robot.interfaces.your_package.srv import SensorCalibration
+from robot.navigation.geometry import from_pose
+from robot.tree import only, robot_tree
+from robot.world.body import Body, Vector
+from robot.world.physics import PhysicsBody
+from robot.world.worlds import get_world
+
+__all__ = ["OnMap", "Walked", "calibration_error", "patrol", "walk"]
+
+Seen: TypeAlias = tuple[tuple[float, float, float], tuple[float, float]]
+"""Error of one pose (m, m, rad), and the true place (m)."""
+
+WALK_SECONDS = 60.0
+SETTLED = 9.0
+"""Seconds until a robot that was told to stand up stands still: it rises for 3 s, then settles."""
+GETTING_UP = 4.0
+"""Seconds until the robot walks: the localizer's first scans are not counted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Walked:
+    """How far the estimate was from the truth on a winding walk of a minute."""
+
+    speed: float
+    """Horizontal, in the robot's own axes, rmse, m/s."""
+    tilt: float
+    """Roll and pitch together, rmse, degrees."""
+    height: float
+    """rmse, m."""
+    yaw_drift: float
+    """degrees a minute, without sign."""
+
+
+@lru_cache(maxsize=64)
+def walk(seed: int, delay: float) -> Walked:
+    """Stand up, then walk about for a minute; infinite after a fall."""
+    random = np.random.default_rng([seed, 6])
+    trial = Trial(seed, delay=delay)
+    trial.stand_up()
+    rows: list[tuple[float, float, float, float]] = []
+    turned = [_yaw_error(trial)]
+    command = (0.0, 0.0, 0.0)
+    trial.gait.request("walk")
+    for step in range(round(WALK_SECONDS / PERIOD)):
+        if step % round(4.0 / PERIOD) == 0:
+            command = (random.uniform(0.4, 1.0), random.uniform(-0.1, 0.1), random.uniform(-0.4, 0.4))
+            trial.gait.command(*command)
+        trial.step()
+        if trial.fallen:
+            return Walked(*[float("inf")] * 4)
+        rows.append(_errors(trial))
+        turned.append(_yaw_error(trial))
+    speed_x, speed_y, tilt, height = np.sqrt(np.mean(np.square(rows), axis=0)).tolist()
+    drift = float(np.unwrap(turned)[-1] - turned[0]) * 60.0 / WALK_SECONDS
+    return Walked(float(np.hypot(speed_x, speed_y)), degrees(tilt), height, abs(degrees(drift)))
+
+
+@dataclass(frozen=True, slots=True)
+class OnMap:
+    """How far the pose on the map was from the truth, rmse."""
+
+    place: float
+    """m."""
+    heading: float
+    """Degrees."""
+    walked: float
+    """m."""
+
+
+@lru_cache(maxsize=64)
+def patrol(seed: int, delay: float, seconds: float) -> OnMap:
+    """The whole robot on its patrol of the warehouse, on the virtual clock."""
+    scene = get_world("warehouse")
+    body = PhysicsBody(scene, seed=seed, delay=delay)
+    waypoints = [(f"patrol_{number}", pose) for number, pose in enumerate(scene.patrol, start=1)]
+    tree = robot_tree(body, Pack(90.0), waypoints, motor_delay=delay)
+    seen: list[Seen] = []
+
+    async def main() -> None:
+        async with run(tree, seed=seed, sinks=()) as system:
+            await system.clock.sleep(GETTING_UP)
+            await system.join(Child(_Witness, args=(body, seen)))
+            await system.clock.sleep(seconds)
+
+    _simulate(main)
+    x, y, yaw = np.sqrt(np.mean(np.square([error for error, _ in seen]), axis=0)).tolist()
+    places = np.array([place for _, place in seen])[:: round(50.0 * 0.5)]  # one in half a second: sway is no walking
+    walked = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+    return OnMap(float(np.hypot(x, y)), degrees(yaw), walked)
+
+
+def calibration_error(seed: int, delay: float, *, standing: bool) -> float:
+    """Largest error of the three gyro biases that a calibration finds, rad/s; infinite if it is refused. The robot lies, or stands."""
+    body = _Revealed(get_world("empty"), seed=seed, delay=delay)
+    nodes = ("motors", "proprioception", "gait", "calibration")
+    tree = only(robot_tree(body, Pack(90.0), [("here", body.scene.start)], motor_delay=delay), nodes)
+    found: list[float] = []
+
+    async def main() -> None:
+        async with run(tree, seed=seed, sinks=()) as system:
+            await system.join(Child(Node, name="asker"))
+            core = system.core_of("/asker")
+            assert core is not None
+            asker = core.node
+            if standing:
+                await asker.call(STAND, Trigger.Request())
+            await system.clock.sleep(SETTLED)
+            answer = await asker.call(CALIBRATE_SENSOR, SensorCalibration.Request(sensor_name="imu"), timeout=10.0)
+            async with asker.subscribe(IMU_CALIBRATION) as told:
+                bias = (await told.next(1.0)).gyro_bias
+            true = body.gyro_bias
+            error = float(np.abs(np.array([bias.x, bias.y, bias.z]) - true).max())
+            found.append(error if answer.success else float("inf"))
+
+    _simulate(main)
+    return found[0]
+
+
+class _Revealed(PhysicsBody):
+    """A body whose gyro tells its true bias."""
+
+    @property
+    def gyro_bias(self) -> Vector:
+        """rad/s, of the latest sample."""
+        return self._imu_noise.gyro.bias
+
+
+class _Witness(Node):
+    """Compares every pose with the true one of its instant."""
+
+    def __init__(self, body: Body, seen: list[Seen]) -> None:
+        self._body, self._seen = body, seen
+
+    @POSE.on()
+    def pose(self, message: PoseStamped) -> None:
+        self._body.advance(self.clock.now())
+        truth, told = self._body.truth(), from_pose(message.pose)
+        x, y, _ = truth.position.tolist()
+        error = (told.x - x, told.y - y, _wrapped(told.yaw - heading(truth.quaternion)))
+        self._seen.append((error, (x, y)))
+
+
+def _simulate(main: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    execute(main, clock="virtual")
+
+
+def _errors(trial: Trial) -> tuple[float, float, float, float]:
+    """Forward and left speed in each one's own heading (m/s), angle between the two verticals (rad), height (m)."""
+    truth, state = trial.body.truth(), trial.gait.state
+    true, told = _level(truth.velocity, heading(truth.quaternion)), state.velocity.tolist()
+    upright = float(np.clip(np.dot(_up(truth.quaternion), _up(state.quaternion)), -1.0, 1.0))
+    return (
+        told[0] - true[0],
+        told[1] - true[1],
+        float(np.arccos(upright)),
+        float(state.position[2] - truth.position[2]),
+    )
+
+
+def _yaw_error(trial: Trial) -> float:
+    return trial.believed()[2] - trial.pose()[2]
+
+
+def _level(velocity: Vector, yaw: float) -> tuple[float, float]:
+    x, y, _ = velocity.tolist()
+    return cos(yaw) * x + sin(yaw) * y, cos(yaw) * y - sin(yaw) * x
+
+
+def _up(quaternion: Vector) -> tuple[float, float, float]:
+    """The world's vertical in body axes."""
+    w, x, y, z = quaternion.tolist()
+    return 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
+
+
+def _wrapped(angle: float) -> float:
+    return (angle + pi) % tau - pi

@@ -1,0 +1,244 @@
+"""The runs behind `evaluate rates`: the robot in this process, on the real clock, with listeners that only count."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from time import perf_counter, process_time
+from typing import Any, Final
+
+import numpy as np
+
+from actors import Child, Node, Stream, Supervisor, System, Topic, every, execute, publishes, run
+from actors.interfaces.geometry_msgs.msg import Twist, Vector3
+from actors.interfaces.std_srvs.srv import Trigger
+from robot import contracts
+from robot.battery.model import Pack
+from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorTargets
+from robot.tree import only, robot_tree
+from robot.world.body import Body
+from robot.world.worlds import get_world
+
+__all__ = ["STREAMS", "TIMERS", "Punctuality", "Run", "run_loop", "run_robot"]
+
+WARM_UP: Final = 5.0
+"""Seconds until the robot has stood up and walks."""
+
+STREAMS: Final = (
+    ("RT-01", "camera/rgb", 30.0),
+    ("RT-01", "camera/depth", 30.0),
+    ("RT-02", "camera/points", 10.0),
+    ("RT-02", "lidar/points", 10.0),
+    ("RT-02", "lidar/scan", 10.0),
+    ("RT-03", "imu/data", 200.0),
+    ("RT-04", "joint_states", 200.0),
+    ("RT-04", "foot_contacts", 200.0),
+    ("RT-05", "control loop", 200.0),
+    ("RT-07", "odom", 50.0),
+    ("RT-07", "pose", 50.0),
+)
+"""Scenario row, stream, rate in Hz."""
+TIMERS: Final = (
+    ("RT-06", "timer of 2 s", 0.5),
+    ("RT-06", "timer of 1 s", 1.0),
+    ("RT-06", "timer of 0.5 s", 2.0),
+    ("RT-06", "timer of 0.1 s", 10.0),
+)
+_TOPICS: Final[dict[str, Topic[Any]]] = {
+    "camera/rgb": contracts.CAMERA_RGB,
+    "camera/depth": contracts.CAMERA_DEPTH,
+    "camera/points": contracts.CAMERA_POINTS,
+    "lidar/points": contracts.LIDAR_POINTS,
+    "lidar/scan": contracts.SCAN,
+    "imu/data": contracts.IMU,
+    "joint_states": contracts.JOINT_STATES,
+    "foot_contacts": contracts.CONTACTS,
+    "odom": contracts.ODOMETRY,
+    "pose": contracts.POSE,
+}
+_CAMERA: Final = ("camera/rgb", "camera/depth", "camera/points")
+
+
+@dataclass(frozen=True, slots=True)
+class Punctuality:
+    """When the steps of a control loop came."""
+
+    rate: float
+    """Hz, mean."""
+    p50: float
+    p99: float
+    """Of how much the time between two steps differs from the period, ms."""
+    missed: float
+    """Per cent of the steps that came more than a period after they were due."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """What one run showed."""
+
+    rates: dict[str, float]
+    """Hz, by stream."""
+    control: Punctuality
+    quiet_share: float
+    """Processor time by wall time while nobody listens to the camera, per cent."""
+    share: float
+    """The same with a listener on every sensor."""
+
+
+def run_robot(backend: str, seed: int, duration: float) -> Run:
+    """The whole robot on its patrol for `duration` seconds without the camera and as long with everything."""
+    scene = get_world("warehouse")
+    body = _body(backend, seed, "warehouse")
+    waypoints = [(f"patrol_{number}", pose) for number, pose in enumerate(scene.patrol, start=1)]
+    found: list[Run] = []
+
+    async def main() -> None:
+        async with run(robot_tree(body, Pack(90.0), waypoints), seed=seed, sinks=()) as system:
+            await system.join(Child(Clockwork))
+            listener = await _listener(system, backend)
+            await system.clock.sleep(WARM_UP)
+            with ExitStack() as stack:
+                quiet = _listen(stack, listener, [name for name in _TOPICS if name not in _CAMERA])
+                quiet_share, _ = await _measured(quiet, lambda: system.clock.sleep(duration))
+                streams = quiet | _listen(stack, listener, _CAMERA)
+                await system.clock.sleep(0.5)
+                listener.times.clear()
+                share, rates = await _measured(streams, lambda: system.clock.sleep(duration))
+            control = punctuality(listener.times, 200.0)
+            found.append(Run(rates | {"control loop": control.rate} | _timers(system), control, quiet_share, share))
+
+    execute(main)
+    return found[0]
+
+
+def run_loop(backend: str, seed: int, duration: float, hz: float) -> Punctuality:
+    """Motors, sensors and gait alone, at `hz`, walking."""
+    body = _body(backend, seed, "empty")
+    whole = robot_tree(body, Pack(90.0), [("here", body.scene.start)])
+    tree = _at(only(whole, ("motors", "proprioception", "gait")), "proprioception", rate=hz)
+    times: list[float] = []
+
+    async def main() -> None:
+        async with run(tree, seed=seed, sinks=()) as system:
+            await system.join(Child(Walker))
+            listener = await _listener(system, backend)
+            await system.clock.sleep(WARM_UP)
+            listener.times.clear()
+            await system.clock.sleep(duration)
+            times.extend(listener.times)
+
+    execute(main)
+    return punctuality(times, hz)
+
+
+class Clockwork(Node):
+    """Timers of the periods that the scenarios ask for, beside everything else."""
+
+    @every(period=2.0)
+    def plan(self) -> None: ...
+    @every(period=1.0)
+    def chatter(self) -> None: ...
+    @every(period=0.5)
+    def telemetry(self) -> None: ...
+    @every(period=0.1)
+    def sensor(self) -> None: ...
+
+
+class Walker(Node):
+    """Gets the robot up and lets it walk."""
+
+    cmd = publishes(contracts.CMD_VEL)
+
+    async def on_start(self) -> None:
+        await self.call(contracts.WALK, Trigger.Request(), timeout=5.0)
+
+    @every(hz=10)
+    def walk(self) -> None:
+        self.cmd(Twist(linear=Vector3(x=0.5)))
+
+
+class Listener(Node):
+    """Listens to the sensors, and writes down the stamps of the control loop's steps, seconds."""
+
+    def __init__(self, backend: str) -> None:
+        self._backend = backend
+        self.times: list[float] = []
+
+    async def on_start(self) -> None:
+        if self._backend == "physics":
+            self.on(contracts.MOTOR_TARGETS, self._stepped, qos=1000)
+        else:
+            self.on(contracts.BODY_DRIVE, self._stepped, qos=1000)
+
+    def _stepped(self, message: MotorTargets | BodyDrive) -> None:
+        self.times.append(message.stamp.sec + 1e-9 * message.stamp.nanosec)
+
+
+def punctuality(times: Sequence[float], hz: float) -> Punctuality:
+    """Of steps at these times, s. Due is k periods after the start, for the start that makes no step early."""
+    if len(times) < 3:
+        return Punctuality(0.0, float("inf"), float("inf"), 100.0)
+    steps, period = np.asarray(times) - times[0], 1.0 / hz
+    errors = np.abs(np.diff(steps) - period) * 1e3
+    late = steps - period * np.arange(len(steps), dtype=np.float64)
+    late -= late.min()
+    rate = (len(steps) - 1) / float(steps[-1])
+    missed = 100.0 * int((late > period).sum()) / len(late)
+    return Punctuality(rate, float(np.quantile(errors, 0.5)), float(np.quantile(errors, 0.99)), missed)
+
+
+async def _listener(system: System, backend: str) -> Listener:
+    await system.join(Child(Listener, args=(backend,)))
+    core = system.core_of("/listener")
+    assert core is not None
+    assert isinstance(core.node, Listener)
+    return core.node
+
+
+def _listen(stack: ExitStack, node: Node, names: Sequence[str]) -> dict[str, Stream[Any]]:
+    """Subscriptions that nobody reads: they keep what their depth allows and count the rest."""
+    streams = {name: node.subscribe(_TOPICS[name]) for name in names}
+    for stream in streams.values():
+        stack.callback(stream.close)
+    return streams
+
+
+async def _measured(
+    streams: dict[str, Stream[Any]], wait: Callable[[], Awaitable[object]]
+) -> tuple[float, dict[str, float]]:
+    """Processor time by wall time (per cent) and the rate of each stream (Hz) meanwhile."""
+    before = {name: stream.received for name, stream in streams.items()}
+    wall, spent = perf_counter(), process_time()
+    await wait()
+    wall, spent = perf_counter() - wall, process_time() - spent
+    return 100.0 * spent / wall, {name: (stream.received - before[name]) / wall for name, stream in streams.items()}
+
+
+def _timers(system: System) -> dict[str, float]:
+    """The rates of the clockwork's timers so far."""
+    timers = next(state.mailbox.timers for state in system.nodes.values() if state.identity.name == "clockwork")
+    now = system.loop.time()
+    by_rate = {timer.hz: timer.rate(now) for timer in timers.values()}
+    return {name: by_rate[hz] for _, name, hz in TIMERS}
+
+
+def _body(backend: str, seed: int, world: str) -> Body:
+    if backend == "kinematic":
+        from robot.world.kinematic import KinematicBody
+
+        return KinematicBody(get_world(world), seed=seed)
+    from robot.world.physics import PhysicsBody
+
+    return PhysicsBody(get_world(world), seed=seed)
+
+
+def _at(tree: Supervisor, name: str, **parameters: object) -> Supervisor:
+    """The tree with parameters of one node set otherwise."""
+    children = [
+        child.replace(parameters=dict(child.parameters) | parameters)
+        if isinstance(child, Child) and child.name == name
+        else child
+        for child in tree.children
+    ]
+    return tree.replace(children=children)

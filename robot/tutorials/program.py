@@ -1,0 +1,133 @@
+"""What the tutorials share: nodes that have one job, trees that end when the jobs are done, and `main`, which runs one from a terminal."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from actors import (
+    Action,
+    ActorError,
+    Child,
+    Node,
+    Service,
+    StartFailed,
+    Supervisor,
+    SupervisorGaveUp,
+    background,
+    execute,
+    parameter,
+    run,
+    transient,
+)
+from actors.levels import Level
+from actors.logs import LogRecord, console_sink
+from actors.supervision.reasons import ExitReason, Stopped
+from actors.supervisor import Spec, all_significant, never
+
+__all__ = ["Errand", "ErrandFailed", "main", "system", "was_interrupted"]
+
+SLICE = 1.0
+"""How often a client that waits for its server says so, s."""
+
+
+class ErrandFailed(Exception):
+    """Raise it in an errand that cannot be done; its text goes to the log."""
+
+
+class Errand(Node):
+    """A node with one job: it waits for its server, does the job, says how it went, and ends itself.
+
+    Parameters: patience.
+    """
+
+    patience = parameter(60.0, unit="s", ge=0.0, description="How long to wait for the server before giving up.")
+
+    async def errand(self) -> None:
+        """The job. Raises `ErrandFailed`, or an `ActorError`, when it cannot be done."""
+        raise NotImplementedError(f"{type(self).__name__} has no errand: define `async def errand(self)`")
+
+    @background
+    async def run_errand(self) -> None:
+        """Once per life; a life that fails is restarted and does it again."""
+        try:
+            await self.errand()
+        except (ErrandFailed, ActorError) as problem:
+            self.log.error(str(problem), errand="failed")
+        self.stop("its errand is over")
+
+    async def wait_in_slices(self, contract: Service[Any, Any] | Action[Any, Any, Any], line: str) -> None:
+        """Wait for a server, and log `line` after every second without one. Raises an `ActorError` after `patience` seconds."""
+        left = self.patience
+        while True:
+            try:
+                return await self.wait_for(contract, timeout=min(SLICE, left))
+            except TimeoutError:
+                self.log.info(line)
+                left -= SLICE
+                if left <= 0.0:
+                    raise
+
+
+def was_interrupted(reason: ExitReason) -> bool:
+    """Whether a node ends because of Ctrl-C (or SIGTERM)."""
+    return isinstance(reason, Stopped) and reason.why in ("SIGINT", "SIGTERM")
+
+
+def system(name: str, *nodes: Spec | type[Node]) -> Supervisor:
+    """A tree of these nodes. It ends when its errands are done; without errands it runs until it is stopped."""
+    children = [_child(node) for node in nodes]
+    errands = any(child.significant for child in children)
+    return Supervisor(name, children=children, auto_shutdown=all_significant if errands else never)
+
+
+def _child(node: Spec | type[Node]) -> Spec:
+    if not isinstance(node, type):
+        return node
+    return Child(node, restart=transient, significant=True) if issubclass(node, Errand) else Child(node)
+
+
+def main(tree: Callable[[], Supervisor], argv: Sequence[str] | None = None) -> None:
+    """Run a tutorial until its errands are over, or until Ctrl-C, and exit.
+
+    The exit code is 0, also after Ctrl-C, because that is how these programs are meant to end; 1 when an errand failed, 2 for options
+    that are not understood, 3 when a node did not start or a
+    supervisor gave up.
+    """
+    import argparse
+
+    parser = argparse.ArgumentParser(description=tree.__doc__, epilog="Ctrl-C ends it.")
+    parser.add_argument("--clock", choices=("real", "virtual"), default="real", help="virtual: waiting takes no time")
+    parser.add_argument("--duration", type=float, metavar="SECONDS", help="end after so many seconds")
+    parser.add_argument(
+        "--log-level", type=Level.parse, default=Level.INFO, metavar="LEVEL", help="debug, info, warn or error"
+    )
+    options = parser.parse_args(argv)
+    if options.clock == "virtual" and options.duration is None and tree().auto_shutdown == never:
+        parser.error("--clock virtual needs a --duration here: this tutorial has no end of its own")
+    try:
+        code = execute(lambda: _live(tree(), options.duration, options.log_level), clock=options.clock)
+    except (StartFailed, SupervisorGaveUp) as error:
+        print(error, file=sys.stderr)
+        code = 3
+    sys.exit(code)
+
+
+async def _live(tree: Supervisor, duration: float | None, level: int) -> int:
+    failed: list[LogRecord] = []
+
+    def note(record: LogRecord) -> None:
+        if record.fields.get("errand") == "failed":
+            failed.append(record)
+
+    async with run(tree, sinks=(console_sink(sys.stdout, level), note), level=level) as running:
+        ended = asyncio.ensure_future(running.wait())
+        try:
+            await asyncio.wait([ended], timeout=duration)
+            if ended.done():
+                ended.result()
+        finally:
+            ended.cancel()
+    return 1 if failed else 0

@@ -1,0 +1,39 @@
+"""Walking on the floor in small steps: the geometry that the tutorials' movers share. Pure functions of values."""
+
+from __future__ import annotations
+
+import math
+
+from robot.world.scene import Pose2
+
+__all__ = ["distance", "is_finite", "stride", "turn_left", "turned"]
+
+
+def distance(here: Pose2, there: Pose2) -> float:
+    """Metres between two places."""
+    return math.hypot(there.x - here.x, there.y - here.y)
+
+
+def turn_left(here: Pose2, there: Pose2) -> float:
+    """How far `here` has to turn to look where `there` looks, rad, the shorter way."""
+    return math.remainder(there.yaw - here.yaw, math.tau)
+
+
+def is_finite(pose: Pose2) -> bool:
+    """Whether no part of it is NaN or infinite."""
+    return all(map(math.isfinite, (pose.x, pose.y, pose.yaw)))
+
+
+def turned(yaw: float, to: float, most: float) -> float:
+    """`yaw` turned the shorter way to `to`, by `most` rad at most."""
+    around = math.remainder(to - yaw, math.tau)
+    return to if abs(around) <= most else yaw + math.copysign(most, around)
+
+
+def stride(here: Pose2, there: Pose2, step: float, turn: float) -> Pose2:
+    """One step straight to `there` and a turn to its heading, of at most `step` m and `turn` rad; never beyond either."""
+    left, yaw = distance(here, there), turned(here.yaw, there.yaw, turn)
+    if left <= step:
+        return Pose2(there.x, there.y, yaw)
+    share = step / left
+    return Pose2(here.x + share * (there.x - here.x), here.y + share * (there.y - here.y), yaw)

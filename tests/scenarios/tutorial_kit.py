@@ -1,0 +1,33 @@
+"""What the tests of the tutorials share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import pairwise
+
+from actors import Child, transient
+from actors.testing import Rig
+from robot.tutorials.program import Errand
+
+__all__ = ["alone", "increasing", "said", "warnings"]
+
+
+def said(rig: Rig, node: str) -> list[str]:
+    """What a node has logged, in order."""
+    return [record.event for record in rig.logs if record.node == f"/{node}"]
+
+
+def warnings(rig: Rig, node: str) -> list[str]:
+    """The same, warnings and errors only."""
+    return [record.event for record in rig.logs if record.node == f"/{node}" and record.level >= 30]
+
+
+def alone(errand: type[Errand], **parameters: object) -> Child:
+    """A client without its server, that is not started again when it is done."""
+    return Child(errand, restart=transient, parameters=parameters)
+
+
+def increasing(values: Iterable[float]) -> bool:
+    """Whether each value is greater than the one before."""
+    listed = list(values)
+    return all(a < b for a, b in pairwise(listed))
