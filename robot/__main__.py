@@ -10,7 +10,7 @@ usage: python -m robot COMMAND [options]     (the console script `robactor` is t
 
 commands:
   run        run the whole robot in a world: stand up, walk, dock, sit      run --help for its options
-  evaluate   measure it: evaluate walk | maps                               evaluate walk --help
+  evaluate   measure it: evaluate walk | odometry | maps | barn | battery | arm | rates     evaluate walk --help
   picture    render the robot, its map and its path to PNG                  picture --help
 
 options:
