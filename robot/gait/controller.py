@@ -46,10 +46,11 @@ MOST_WAIT = 0.5
 """Seconds for which feet are kept from lifting to change the gait, and after which they may lift for as long before the next attempt."""
 CATCH_TIME = 1.5
 """Seconds of trot after a gait that sways has lost its balance."""
+UPRIGHT = 0.5
+"""Cosine of the body's tilt below which it has fallen: no step helps any more, and legs that go on stepping do harm."""
 _ZERO = (0.0, 0.0, 0.0)
 STOP_TIME = 2.5
 """Seconds after which a walk that will not come to rest is ended all the same."""
-
 
 BLIND_STOP_TIME = 0.2
 """The same without an IMU: every step is one in the dark."""
@@ -203,7 +204,8 @@ class GaitController:
     ) -> MotorTargets:
         """One control step, `dt` seconds after the last, from samples of this instant; `imu` None: it gave none.
 
-        Samples that cannot be believed are replaced. Without an IMU the robot stands until it is back; without an encoder it sits down.
+        Samples that cannot be believed are replaced. Without an IMU the robot stands until it is back; without an encoder, and when it has
+        fallen, it sits down.
         """
         estimate = self._estimate
         joints = self._check(dt, joints, contacts_silent)
@@ -211,6 +213,8 @@ class GaitController:
         if imu is None:
             slope = (self._terrain.slope_x, self._terrain.slope_y)
             imu = felt(estimate.legs, joints, estimate.rotation, slope)
+        if self._safe is None and self._mode != "sit" and estimate.rotation[2][2] < UPRIGHT:
+            self._crouch()
         targets = self._act(dt, imu, joints)
         self._told = targets.position if self._walker is None else None
         return targets

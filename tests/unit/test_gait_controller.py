@@ -99,6 +99,20 @@ def test_it_takes_a_push() -> None:
     assert abs(trial.gait.state.velocity[1]) < 0.2
 
 
+def test_a_robot_that_has_fallen_stops_stepping_at_once() -> None:
+    trial = standing()
+    trial.run(1.0, (0.5, 0.0, 0.0))
+    trial.body.push((0.0, 200.0, 0.0))
+    while not trial.step().fallen:
+        pass
+    for _ in range(20):
+        trial.step()
+    assert (trial.gait.mode, trial.gait.aim) == ("lowering", "sit")
+    for _ in range(300):
+        trial.step()
+    assert trial.gait.mode == "sit"
+
+
 def test_nan_commands_change_nothing() -> None:
     gait = GaitController()
     assert gait.command(0.3, 0.0, 0.0)

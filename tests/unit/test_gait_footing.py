@@ -112,3 +112,14 @@ def test_F_07_an_imu_that_fails_in_a_walk_leaves_the_robot_standing_upright(faul
     assert not trial.fallen
     assert record.tilt.max() < radians(4.0)
     assert record.tilt[-1] < radians(1.0)
+
+
+def test_half_of_the_samples_of_an_imu_will_do() -> None:
+    trial = Trial(1, delay=0.008)
+    trial.stand_up()
+    trial.run(1.0, (0.6, 0.0, 0.3))
+    turns = iter(range(10_000))
+    trial.spoil = lambda imu, joints: (imu if next(turns) % 2 else None, joints)
+    record = trial.run(4.0, (0.6, 0.0, 0.3))
+    assert record.tilt.max() < radians(3.0)
+    assert record.velocity[-200:].mean(axis=0) == pytest.approx((0.6, 0.0, 0.3), abs=0.05)
