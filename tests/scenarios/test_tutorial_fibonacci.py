@@ -25,7 +25,7 @@ def order(number: int) -> Fibonacci.Goal:
     return Fibonacci.Goal(order=number)
 
 
-async def test_A_10_order_ten_is_eleven_numbers_nine_feedbacks_and_nine_seconds(rig: Rig) -> None:
+async def test_N_35_A_10_order_ten_is_eleven_numbers_nine_feedbacks_and_nine_seconds(rig: Rig) -> None:
     await rig.start(FibonacciServer)
     goal = await rig.start_goal(FIBONACCI, order(10))
     told = [feedback.sequence.tolist() async for feedback in goal]
@@ -93,7 +93,7 @@ async def test_V_09_a_client_whose_goal_is_rejected_ends(rig: Rig) -> None:
 # -- the stand-in -----------------------------------------------------------------------------------------------------------
 
 
-async def test_A_40_V_29_the_stand_in_tells_the_real_sequence(rig: Rig) -> None:
+async def test_N_26_A_40_V_29_the_stand_in_tells_the_real_sequence(rig: Rig) -> None:
     await rig.start(NavigationServer)
     goal = await rig.start_goal(NAVIGATE_TO_GOAL, Example.Goal(order=10))
     told = [feedback.sequence.tolist() async for feedback in goal]

@@ -24,7 +24,7 @@ async def begin(rig: Rig, *target: float, avoid: bool = True) -> Goal[Result, Fe
     )
 
 
-async def test_A_30_A_31_the_goal_of_the_tutorial_takes_57_seconds(rig: Rig) -> None:
+async def test_N_12_A_30_A_31_the_goal_of_the_tutorial_takes_57_seconds(rig: Rig) -> None:
     await rig.start(HumanoidNavServer)
     goal = await begin(rig, 5.0, 3.0, 0.0)
     told = [feedback async for feedback in goal]

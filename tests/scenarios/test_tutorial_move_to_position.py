@@ -30,7 +30,7 @@ async def moved(rig: Rig, x: float, y: float, theta: float = 0.0) -> Result:
     return await (await rig.start_goal(MOVE_TO_POSITION, to(x, y, theta)))
 
 
-async def test_A_20_five_metres_take_ten_seconds(rig: Rig) -> None:
+async def test_N_04_A_20_five_metres_take_ten_seconds(rig: Rig) -> None:
     await rig.start(MoveServer)
     goal = await rig.start_goal(MOVE_TO_POSITION, to(3.0, 4.0))
     ticks = await watched(goal)

@@ -270,7 +270,7 @@ async def calibrate(rig: Rig, name: str, *, reset: bool = False) -> tuple[bool, 
     return answer.success, answer.message
 
 
-async def test_S_20_S_21_a_sensor_is_calibrated_and_reset(rig: Rig) -> None:
+async def test_N_10_S_20_S_21_a_sensor_is_calibrated_and_reset(rig: Rig) -> None:
     camera = DriftingSensor(drift=0.3)
     await rig.start(Child(CalibrationService, args=({"camera_1": camera},)))
     assert await calibrate(rig, "camera_1") == (True, "Successfully calibrated camera_1")

@@ -71,7 +71,7 @@ def cycles(values: list[float], seconds: float = 5.0) -> float:
     return (len(ups) - 1) / ((ups[-1] - ups[0]) / 100.0) * seconds
 
 
-async def test_X_08_it_sits_at_first_and_publishes_twelve_joints_a_hundred_times_a_second(rig: Rig) -> None:
+async def test_N_48_X_08_it_sits_at_first_and_publishes_twelve_joints_a_hundred_times_a_second(rig: Rig) -> None:
     await rig.start(tree())
     states = rig.probe(JOINT_STATES)
     await rig.advance(5.0)
