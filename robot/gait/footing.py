@@ -9,6 +9,7 @@ import numpy as np
 
 from robot.gait.figures import GRAVITY
 from robot.gait.limbs import Limbs, Rows, Triple, foot_velocities
+from robot.gait.terrain import plane
 from robot.gait.vectors import to_body
 from robot.world.body import ImuSample, JointSample, Vector
 
@@ -31,8 +32,7 @@ def felt(legs: Limbs, joints: JointSample, rotation: Rows, slope: tuple[float, f
     up = rotation[2]
     standing = joints.contact.tolist()
     turn = _turning(legs, joints, standing, up) if sum(standing) > 1 else np.zeros(3)
-    if all(standing):
-        shown = vertical(legs.feet, slope, rotation)
+    if all(standing) and (shown := _vertical(legs.feet, slope, rotation)) is not None:
         turn = turn + np.cross(shown, up) / CATCH_UP
         up = shown
     return ImuSample(np.clip(turn, -FASTEST, FASTEST), GRAVITY * np.array(up))
@@ -49,19 +49,12 @@ def _turning(legs: Limbs, joints: JointSample, standing: Sequence[bool], up: Tri
     return np.asarray(np.linalg.solve(matrix, moments.sum(axis=0)), dtype=np.float64)
 
 
-def vertical(feet: Sequence[Triple], slope: tuple[float, float], rotation: Rows) -> Triple:
-    """The world's vertical in body axes, from the feet (body axes, m) of a robot that stands on all four."""
-    mx, my, mz = (0.25 * sum(column) for column in zip(*feet, strict=True))
-    xx = yy = xy = xz = yz = 0.0
-    for fx, fy, fz in feet:
-        x, y, z = fx - mx, fy - my, fz - mz
-        xx += x * x
-        yy += y * y
-        xy += x * y
-        xz += x * z
-        yz += y * z
-    determinant = max(xx * yy - xy * xy, 1e-6)
-    normal = _unit((-(xz * yy - yz * xy) / determinant, -(yz * xx - xz * xy) / determinant, 1.0))
+def _vertical(feet: Sequence[Triple], slope: tuple[float, float], rotation: Rows) -> Triple | None:
+    """The world's vertical in body axes, from the feet (body axes, m) of a robot that stands on all four; None if they cannot tell."""
+    _, lies = plane(feet)
+    if lies is None:
+        return None
+    normal = _unit((-lies[0], -lies[1], 1.0))
     ground = _unit((-slope[0], -slope[1], 1.0))
     lean = to_body(rotation, (-ground[0], -ground[1], 1.0 - ground[2]))
     return _unit((normal[0] + lean[0], normal[1] + lean[1], normal[2] + lean[2]))

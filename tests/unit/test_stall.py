@@ -59,7 +59,7 @@ async def test_a_handler_that_blocks_the_loop_is_named_once_with_its_node_line_a
         def until_caught() -> None:
             assert system.stalls is not None
             while system.stalls.caught is None:
-                time.sleep(0.01)
+                time.sleep(0.01)  # this blocks the loop: it is what must be caught
 
         assert state.core is not None
         Careless.blocks = staticmethod(until_caught)
