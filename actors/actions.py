@@ -12,9 +12,9 @@ from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.contracts import Aborted, Done, Limit
+from actors.control import Unwinding, blame
 from actors.errors import Reject, WrongType, described
 from actors.goals import CancelOutcome, GoalEvent, GoalRecord, GoalStatus, GoalTable
-from actors.inbox import stray_cancel
 from actors.services import Caller
 
 if TYPE_CHECKING:
@@ -27,6 +27,10 @@ __all__ = ["ActionServer", "GoalRun", "Host", "Outcome"]
 
 IGNORED = 3
 """A body that goes on yielding after so many cancellations or other errors thrown into it is closed and reported."""
+
+CLEANUP_SECONDS: Final = 5.0
+CLEANUP_FEEDBACKS: Final = 1000
+"""A canceled body may give feedback while it cleans up, for so long and so many; then it is taken to have ignored the cancellation."""
 
 
 _EVENTS: Final = {
@@ -58,6 +62,8 @@ class Host(Caller, Protocol):
 
     def goal_failed(self, action: str, error: Exception) -> None: ...
 
+    def fail(self, error: BaseException, label: str, *, decided: bool = False) -> None: ...
+
     def warn(self, event: str, **fields: object) -> None: ...
 
 
@@ -65,8 +71,8 @@ class GoalRun:
     """One goal at its server, from its arrival to its outcome. As an inbox item it asks whether it is accepted."""
 
     __slots__ = (
-        "accepted", "begun", "canceled_at_last", "canceling", "feedback_count", "goal_id", "goal_message", "ignored", "last", "on_feedback",
-        "on_outcome", "outcome", "record", "server", "task", "verdict", "waiters",
+        "accepted", "begun", "canceled_at_last", "canceling", "feedback_count", "goal_id", "goal_message", "ignored", "interrupted", "last",
+        "on_feedback", "on_outcome", "outcome", "record", "server", "task", "verdict", "waiters",
     )  # fmt: skip
 
     def __init__(self, server: ActionServer, goal_id: bytes, message: Message) -> None:
@@ -84,6 +90,8 @@ class GoalRun:
         self.last: Done[Any] | Aborted[Any] | None = None
         self.canceled_at_last = False
         self.ignored = 0
+        self.interrupted = (0.0, 0)
+        """Loop time and feedback count at the last interruption."""
         self.feedback_count = 0
         self.outcome: Outcome | None = None
         self.on_feedback: Callable[[Any], None] | None = None
@@ -130,11 +138,21 @@ class GoalRun:
     def interrupt(self, reason: str) -> None:
         """Interrupt the body; a goal that has not begun ends here and now."""
         self.canceling = reason
+        self.interrupted = (asyncio.get_running_loop().time(), self.feedback_count)
         self.server.changed()
         if self.task is not None and self.begun:
             self.task.cancel()
         else:
             self.server.forget(self)
+
+    def again(self) -> asyncio.CancelledError | None:
+        """The cancellation once more, for a body that gives feedback as if there had been none; None while it may be cleaning up."""
+        now = asyncio.get_running_loop().time()
+        then, count = self.interrupted
+        if now - then < CLEANUP_SECONDS and self.feedback_count - count < CLEANUP_FEEDBACKS:
+            return None
+        self.interrupted = (now, self.feedback_count)
+        return asyncio.CancelledError(self.canceling)
 
     @property
     def cancelable(self) -> bool:
@@ -143,13 +161,17 @@ class GoalRun:
 
 
 class CancelQuestion:
-    """Whether a goal may be canceled, as an inbox item: the hook that knows has the node's turn, as all its handlers."""
+    """Whether a goal may be canceled, as an inbox item: the hook that knows has the node's turn, as all its handlers.
 
-    __slots__ = ("answer", "run_asked_for", "server")
+    With a `reason`, the goal is canceled here and now if the hook agrees, whether or not somebody still waits for the answer.
+    """
 
-    def __init__(self, server: ActionServer, run: GoalRun) -> None:
+    __slots__ = ("answer", "reason", "run_asked_for", "server")
+
+    def __init__(self, server: ActionServer, run: GoalRun, reason: str | None) -> None:
         self.server = server
         self.run_asked_for = run
+        self.reason = reason
         self.answer: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
 
     @property
@@ -157,17 +179,25 @@ class CancelQuestion:
         return f"{self.server.label} (cancel check)"
 
     async def run(self) -> None:
-        hook = self.server.cancels
-        agreed = True
+        hook, goal = self.server.cancels, self.run_asked_for
+        assert hook is not None
+        agreed = False
         try:
-            if hook is not None and not self.answer.done():
-                verdict = hook(self.run_asked_for.goal_message)
+            if goal.cancelable:
+                verdict = hook(goal.goal_message)
                 agreed = verdict if isinstance(verdict, bool) else await verdict
-        except Exception as error:
-            self.server.node.goal_failed(self.label, error)
-            agreed = False
-        if not self.answer.done():
-            self.answer.set_result(agreed)
+        except BaseException as error:
+            failure = blame(error, self.label)
+            if not isinstance(failure, Exception):
+                raise
+            self.server.node.goal_failed(self.label, failure)
+        else:
+            if agreed and self.reason is not None:
+                agreed = goal.cancel(self.reason)
+        finally:
+            self.server.questions.pop(self, None)
+            if not self.answer.done():
+                self.answer.set_result(agreed)
 
 
 class ActionServer:
@@ -234,9 +264,14 @@ class ActionServer:
                 self._make_place()
         except Reject as refusal:
             self._answer(run, refusal)
-        except Exception as error:
-            self.node.goal_failed(self.label, error)
-            self._answer(run, Reject(f"the acceptance check failed: {type(error).__name__}: {error}"))
+        except BaseException as error:
+            failure = blame(error, self.label)
+            if failure is None:
+                raise
+            self._answer(run, Reject(f"the acceptance check failed: {described(failure)}"))
+            if not isinstance(failure, Exception):
+                raise
+            self.node.goal_failed(self.label, failure)
         else:
             self.arriving.pop(run, None)
             if run.accepted.done():
@@ -248,20 +283,27 @@ class ActionServer:
             self.waiting.append(run)
             self._start_next()
 
-    async def allow_cancel(self, run: GoalRun) -> bool:
-        """Ask the body's owner, in its turn, whether this goal may be canceled. No, when the node ends before it says so."""
+    def cancel(self, run: GoalRun, reason: str) -> Awaitable[bool]:
+        """Cancel a goal if the body's owner agrees, also when nobody awaits the answer. It is no when the node ends before that."""
         if self.cancels is None:
-            return True
-        question = CancelQuestion(self, run)
+            answer: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
+            answer.set_result(run.cancel(reason))
+            return answer
+        return asyncio.shield(self._ask(run, reason))
+
+    async def allow_cancel(self, run: GoalRun) -> bool:
+        """Ask the body's owner whether this goal may be canceled. No, when the node ends before it says so."""
+        return self.cancels is None or await asyncio.shield(self._ask(run, None))
+
+    def _ask(self, run: GoalRun, reason: str | None) -> asyncio.Future[bool]:
+        """Put the question to the node, in its turn. It is the server's from here on, whatever becomes of who waits for the answer."""
+        question = CancelQuestion(self, run, reason)
         self.questions[question] = None
-        try:
-            if self.node.inbox.task is asyncio.current_task():  # it is its turn
-                await question.run()
-            else:
-                self.node.inbox.put_control(question)
-            return await question.answer
-        finally:
-            del self.questions[question]
+        if self.node.inbox.task is asyncio.current_task():  # it is its turn, and it may wait for the answer
+            self.node.spawn(question.run(), name=question.label)
+        else:
+            self.node.inbox.put_control(question)
+        return question.answer
 
     async def result_of(self, goal_id: bytes) -> tuple[GoalStatus, Any]:
         """Wait for a goal's end: its status and result (None where there is none); UNKNOWN at once for an id that is not known."""
@@ -336,6 +378,7 @@ class ActionServer:
             if not question.answer.done():
                 question.answer.set_result(False)
         self.arriving.clear()
+        self.questions.clear()
         self.waiting.clear()
         self.running.clear()
 
@@ -372,28 +415,36 @@ class ActionServer:
         run.begun = True
         try:
             run.end(await self._work(run))
-        except asyncio.CancelledError as interruption:
-            if (stray := stray_cancel(interruption, self.label)) is not None:
-                self._fail(run, stray)
-            elif run.last is not None:
-                run.end(self._outcome(run))
-            elif run.canceling is not None:
-                run.end(Outcome(run.verdict, reason=run.canceling))
-            else:  # not the goal, its node was ended
-                run.end(Outcome(GoalStatus.ABORTED, reason=f"{self.node.fqn} ended while the goal ran"))
+        except BaseException as error:
+            if not self._interrupted(run, error):
                 raise
-        except Reject as refusal:
-            run.end(Outcome(GoalStatus.ABORTED, reason=refusal.reason))
-        except Exception as error:
-            self._fail(run, error)
         finally:
             self.running.pop(run, None)
             self._start_next()
 
-    def _fail(self, run: GoalRun, error: Exception) -> None:
+    def _interrupted(self, run: GoalRun, error: BaseException) -> bool:
+        """End a goal whose body let `error` out; False when the node is being ended, not the goal."""
+        failure = blame(error, self.label)
+        if isinstance(failure, Reject):
+            run.end(Outcome(GoalStatus.ABORTED, reason=failure.reason))
+        elif failure is not None:
+            self._fail(run, failure)
+        elif isinstance(error, Unwinding) or (run.last is None and run.canceling is None):
+            run.end(Outcome(GoalStatus.ABORTED, reason=f"{self.node.fqn} ended while the goal ran"))
+            return False
+        elif run.last is not None:
+            run.end(self._outcome(run))
+        else:
+            run.end(Outcome(run.verdict, reason=run.canceling or ""))
+        return True
+
+    def _fail(self, run: GoalRun, error: BaseException) -> None:
         result = run.last.result if run.last is not None else None
         run.end(Outcome(GoalStatus.ABORTED, result, f"{type(error).__name__}: {error}"))
-        self.node.goal_failed(self.label, error)
+        if isinstance(error, Exception):
+            self.node.goal_failed(self.label, error)
+        else:
+            self.node.fail(error, self.label, decided=True)
 
     async def _work(self, run: GoalRun) -> Outcome:
         """Step the body to its end."""
@@ -432,7 +483,7 @@ class ActionServer:
             return WrongType(
                 f"{self.label} yields {self.action.feedback.__name__}, Done or Aborted, not {described(item)}"
             )
-        return asyncio.CancelledError(run.canceling) if run.canceling is not None else None
+        return run.again() if run.canceling is not None else None
 
     async def _feed(self, run: GoalRun, body: AsyncGenerator[Any, None], item: Any) -> Awaitable[Any]:
         """Hand a feedback on and give the loop a turn; the next step of the body, or the interruption to throw into it."""

@@ -1,8 +1,16 @@
-"""The control items of an inbox: what ends an incarnation, before anything else that waits."""
+"""What ends an incarnation: the control items of its inbox, and what is thrown through its code."""
 
 from __future__ import annotations
 
-__all__ = ["Failure", "StopRequest", "StopServing"]
+import asyncio
+
+from actors.errors import ProgramExit
+
+__all__ = ["Failure", "StopRequest", "StopServing", "Unwinding", "blame", "in_task", "stray_cancel"]
+
+
+class Unwinding(BaseException):
+    """Base of what the framework itself throws through a node's code. No caller is answered with it, no handler is blamed for it."""
 
 
 class Failure:
@@ -19,7 +27,7 @@ class Failure:
         raise self.error
 
 
-class StopServing(BaseException):
+class StopServing(Unwinding):
     """Ends `Inbox.serve` in an orderly way; not an `Exception`, so no handler's `except` can mistake it for its own."""
 
     def __init__(self, reason: str) -> None:
@@ -38,3 +46,38 @@ class StopRequest:
 
     def run(self) -> None:
         raise StopServing(self.reason)
+
+
+def stray_cancel(error: asyncio.CancelledError, label: str) -> RuntimeError | None:
+    """A cancellation that was not meant for the running task, as the error of the code that let it out; else None.
+
+    Code that awaits a task or future which somebody cancels meets it: that is its failure, not the end of the task that runs it.
+    """
+    task = asyncio.current_task()
+    if task is None or task.cancelling():
+        return None
+    failure = RuntimeError(f"{label} awaited something that was canceled, and did not handle it")
+    failure.__cause__ = error
+    return failure
+
+
+def blame(error: BaseException, label: str) -> BaseException | None:
+    """What the code `label` has done wrong when `error` leaves it; None when it is its task, or its node, that is being ended.
+
+    `SystemExit` and `KeyboardInterrupt` become `ProgramExit`: out of a task they would end the loop before any node has cleaned up.
+    """
+    if isinstance(error, asyncio.CancelledError):
+        return stray_cancel(error, label)
+    if isinstance(error, (SystemExit, KeyboardInterrupt)):
+        return ProgramExit(label, error)
+    if isinstance(error, GeneratorExit):  # thrown at a coroutine that nobody runs any more, or raised by its own code
+        return RuntimeError(f"{label} raised GeneratorExit") if in_task() else None
+    return None if isinstance(error, Unwinding) else error
+
+
+def in_task() -> bool:
+    """Whether code runs in a task; a coroutine that is thrown away when its loop is gone does not, and cannot await anything."""
+    try:
+        return asyncio.current_task() is not None
+    except RuntimeError:
+        return False

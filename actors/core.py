@@ -212,8 +212,7 @@ class Core(Ground):
         for feed in self.mailbox.feeds:
             if isinstance(feed, ConcurrentFeed):
                 feed.spawn = self.spawn
-                for _ in range(min(feed.concurrent, len(feed.messages))):
-                    feed.work()
+                feed.begin()
         for server in self.mailbox.services.values():
             server.begin()
 

@@ -18,6 +18,7 @@ __all__ = [
     "NodeRestarting",
     "NotRunning",
     "NotStarted",
+    "ProgramExit",
     "Reject",
     "ServiceFailed",
     "ServiceUnavailable",
@@ -94,6 +95,26 @@ class NodeRestarting(ActorError):
         super().__init__(f"{node} (incarnation {incarnation}) has ended and is being restarted: try again in a moment")
         self.node = node
         self.incarnation = incarnation
+
+
+class ProgramExit(ActorError):
+    """Code of a node raised `SystemExit` or `KeyboardInterrupt`: the system stops in order, and then the program ends with it.
+
+    `error` is what was raised. The block of `run` raises it when everything has stopped.
+    """
+
+    def __init__(self, where: str, error: SystemExit | KeyboardInterrupt) -> None:
+        super().__init__(f"{where} asked the program to exit: {described(error)}")
+        self.error = error
+        self.__cause__ = error
+
+    @property
+    def code(self) -> int:
+        """What the program exits with: as the interpreter would, 130 for `KeyboardInterrupt`."""
+        if isinstance(self.error, KeyboardInterrupt):
+            return 130
+        code = self.error.code
+        return code if isinstance(code, int) else int(code is not None)
 
 
 class CallCycle(ActorError):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from actors.channel import Queue
+from actors.control import blame
 from actors.inbox import Inbox
 from actors.lifespan import Aged, Stamped
 
@@ -138,8 +140,13 @@ class ConcurrentFeed(Feed[M]):
             self.active += 1
             self.spawn(self._work(self.spawn))
 
+    def begin(self) -> None:
+        """Begin as many tasks as are free and messages wait."""
+        for _ in range(min(self.concurrent - self.active, len(self.messages))):
+            self.work()
+
     async def _work(self, spawn: object) -> None:
-        """One task's work, for as long as the incarnation lasts to which `spawn` belongs."""
+        """One task's work, for as long as the incarnation lasts to which `spawn` belongs. After an error it ends; see `Core.on_error`."""
         try:
             while self.messages and self.spawn is spawn:
                 begun = self.inbox.loop.time()
@@ -147,6 +154,10 @@ class ConcurrentFeed(Feed[M]):
                 if pending is not None:
                     await pending
                 self.inbox.took(self.label, self.inbox.loop.time() - begun)
+        except (asyncio.CancelledError, SystemExit, KeyboardInterrupt) as error:
+            if (failure := blame(error, self.label)) is None:
+                raise
+            raise failure from error
         finally:
             if self.spawn is spawn:
                 self.active -= 1

@@ -128,7 +128,7 @@ class Goal(Generic[R, F]):
             raise NotStarted(f"{self!r}: there is nothing to cancel")
         if run.canceling is not None:
             return run.outcome is None
-        return run.cancelable and await run.server.allow_cancel(run) and run.cancel(reason)
+        return run.cancelable and await run.server.cancel(run, reason)
 
     async def ended(self) -> Outcome:
         """Wait for the end and give it as a value: never raises for a goal that failed."""
@@ -204,7 +204,7 @@ class Goal(Generic[R, F]):
             if (
                 not run.accepted.cancelled() and run.accepted.exception() is None
             ):  # accepted in this very moment, and nobody looks after it
-                run.cancel("its client was canceled")
+                run.server.cancel(run, "its client was canceled")
             raise
         finally:
             if holding:

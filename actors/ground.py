@@ -7,8 +7,8 @@ from collections.abc import Callable, Coroutine
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
-from actors.control import Failure, StopRequest
-from actors.errors import NodeRestarting, NotRunning, NotStarted, WrongThread, described, place_of
+from actors.control import Failure, StopRequest, blame, in_task
+from actors.errors import NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread, described, place_of
 from actors.inbox import Inbox
 from actors.supervision.reasons import Stop
 
@@ -103,7 +103,7 @@ class Ground:
         self._answered(error, action, "goal failed")
 
     def _answered(self, error: Exception, handler: str, event: str) -> None:
-        if isinstance(error, Stop):
+        if isinstance(error, (Stop, ProgramExit)):
             self.fail(error, handler, decided=True)
             return
         self.log.error(event, handler=handler, error=described(error), at=place_of(error))
@@ -126,9 +126,12 @@ class Ground:
     def on_error(self, error: Exception, handler: str) -> ErrorVerdict:
         """An exception left a timer or topic handler: what the node says; `Stop` is no error but the node's own word."""
         current = self.inbox.current
-        if isinstance(error, Stop) or (isinstance(current, Failure) and current.decided):
+        if isinstance(error, (Stop, ProgramExit)) or (isinstance(current, Failure) and current.decided):
             return "fail"
-        return self.node.on_error(error, handler)
+        verdict = self.node.on_error(error, handler)
+        if verdict == "continue":
+            self.mailbox.work_on()
+        return verdict
 
     def absent(self) -> Exception:
         """What those hear who wait for an answer of this incarnation when it ends."""
@@ -148,6 +151,26 @@ class Ground:
         task.add_done_callback(self._task_ended)
         return task
 
+    def own(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
+        """As `spawn`, for code of the user's: whatever leaves it ends the node, and never the event loop."""
+        if self.ended:
+            work.close()
+            raise self._over()
+        name = name or getattr(work, "__qualname__", str(work))
+
+        async def contained() -> None:
+            try:
+                await work
+            except (asyncio.CancelledError, SystemExit, KeyboardInterrupt) as error:
+                if (failure := blame(error, f"{self.fqn} {name}")) is None:
+                    raise
+                raise failure from error
+
+        contained.__qualname__ = getattr(work, "__qualname__", name)  # reports name the user's code
+        task = self.spawn(contained(), name=name)
+        task.add_done_callback(lambda _: work.close())  # it may have been canceled before its first step
+        return task
+
     def _task_ended(self, task: asyncio.Task[Any]) -> None:
         self.tasks.pop(task, None)
         if not task.cancelled() and (error := task.exception()) is not None:
@@ -159,8 +182,8 @@ class Ground:
         def call() -> None:
             try:
                 function()
-            except Exception as error:
-                self.fail(error, "a call from another thread")
+            except BaseException as error:
+                self.fail(blame(error, "a call from another thread") or error, "a call from another thread")
 
         self.system.threadsafe(call)
 
@@ -171,6 +194,14 @@ class Ground:
             for task in tasks:
                 task.cancel()
                 await asyncio.wait([task])
+
+    async def tasks_ended(self) -> None:
+        """Wait until what was canceled has ended; the supervisor's patience is the limit of it."""
+        while in_task() and self.tasks:
+            try:
+                await asyncio.wait(list(self.tasks))
+            except asyncio.CancelledError:
+                continue
 
     # -- limits --------------------------------------------------------------------------------------------------------------
 

@@ -1,35 +1,70 @@
-"""Guests: nodes beside the tree, such as a script's own or a test's. Nobody supervises them; they end when they leave, or with the system."""
+"""Guests: nodes beside the tree, such as a script's own or a test's. Nobody restarts them; they end when they leave, or with the system."""
 
 from __future__ import annotations
 
 import asyncio
-import math
+from itertools import count
 from typing import TYPE_CHECKING
 
 from actors.errors import NotRunning, described
-from actors.supervision.incarnation import GRACE
-from actors.supervision.reasons import Stop
+from actors.shield import see_through
+from actors.supervision.entry import Entry
+from actors.supervision.incarnation import GRACE, Incarnation
+from actors.supervision.reasons import ExitReason, Leaked, Stop
+from actors.supervision.refs import ChildRef
 
 if TYPE_CHECKING:
     from actors.identity import Identity
     from actors.life import NodeLife
+    from actors.supervision.seam import Life
     from actors.supervisor import Child
     from actors.system import System
 
 __all__ = ["Guests"]
 
 
-class Guests:
-    """The nodes beside the tree of one system: in the order in which they joined, each with its task."""
+class Guest:
+    """One node beside the tree: its life, the task that runs it, and what happens to both.
 
-    __slots__ = ("_system", "_tasks")
+    `ready` and `over` are done once; `leaving` is set when its end was asked for, and then it goes out of the books when it is over.
+    """
+
+    __slots__ = ("leaving", "life", "over", "ready", "run")
+
+    def __init__(self, life: NodeLife, run: Incarnation) -> None:
+        self.life = life
+        self.run = run
+        self.ready: asyncio.Future[None] = run.owner.loop.create_future()
+        self.over: asyncio.Future[None] = run.owner.loop.create_future()
+        self.leaving = False
+
+    def leave(self, reason: str) -> None:
+        """Ask for its orderly end, within the stop timeout of its declaration."""
+        self.leaving = True
+        if not self.run.over:
+            self.run.stop(reason, self.life.child.stop)
+
+    @property
+    def error(self) -> BaseException | None:
+        """What ended it by itself."""
+        task = self.run.task
+        return task.exception() if task.done() and not task.cancelled() else None
+
+
+class Guests:
+    """The nodes beside the tree of one system, in the order in which they joined.
+
+    Their ends are events: asking for one twice, or by several tasks, is one end, and no canceled task can leave it half done.
+    """
 
     def __init__(self, system: System) -> None:
+        self.loop = system.loop
         self._system = system
-        self._tasks: dict[NodeLife, asyncio.Task[None]] = {}
+        self._guests: dict[NodeLife, Guest] = {}
+        self._serials = count(1)
 
     def __len__(self) -> int:
-        return len(self._tasks)
+        return len(self._guests)
 
     async def join(self, child: Child) -> NodeLife:
         """See `System.join`."""
@@ -37,72 +72,106 @@ class Guests:
         if system.stop_reason is not None:
             raise NotRunning(f"{system!r} has been stopped ({system.stop_reason}): no node can join it any more")
         name = child.name if not child.namespace else f"{child.namespace.strip('/')}/{child.name}"
+        path = ("guests", name)
         try:
-            life = system.life(child, ("guests", name), 1)
+            life = system.life(child, path, 1)
         except Exception:
             system.close_if_empty()
             raise
-        ready: asyncio.Future[None] = system.loop.create_future()
-        task = self._tasks[life] = system.loop.create_task(
-            life.run(lambda: ready.set_result(None)), name=f"guest {name}"
-        )
-        task.add_done_callback(lambda task: self._ended(life, task))
+        entry = Entry(child, 0)
+        self._guests[life] = guest = Guest(life, Incarnation(self, entry, ChildRef(path, 1, next(self._serials))))
         try:
-            await asyncio.wait([ready, task], return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait([guest.ready, guest.over], return_when=asyncio.FIRST_COMPLETED)
         except asyncio.CancelledError:
             await self.leave(life, "the start was canceled")
             raise
-        if not ready.done():
+        if not guest.run.ready:
             await self.leave(life, "left")
             raise NotRunning(f"{life.identity.fqn} ended before it was ready")
         return life
 
     async def leave(self, life: NodeLife, reason: str) -> None:
         """See `System.leave`."""
-        task = self._tasks.get(life)
-        if task is None:
+        guest = self._guests.get(life)
+        if guest is None:
             return
-        await self._end(life, reason)
-        self._system.close_if_empty()
-        if task.done() and not task.cancelled() and (error := task.exception()) is not None:
+        guest.leave(reason)
+        if guest.run.over:
+            self._forget(guest)
+            self._system.guest_left()
+        await see_through(guest.over)
+        if (error := guest.error) is not None:
             raise error
 
-    async def end_all(self, reason: str, *, at_once: bool = False) -> None:
-        """End them, the last one first; `at_once` leaves them no time."""
-        for life in reversed(list(self._tasks)):
-            await self._end(life, reason, at_once=at_once)
+    def end_last(self, reason: str) -> bool:
+        """Ask the last one that joined for its end, unless that has been done; False when there is none."""
+        while self._guests:
+            guest = self._guests[next(reversed(self._guests))]
+            guest.leave(reason)
+            if not guest.run.over:
+                return True
+            self._forget(guest)
+        return False
+
+    def kill(self) -> None:
+        """End them all at once."""
+        for guest in reversed(list(self._guests.values())):
+            guest.leaving = True
+            guest.run.kill()
 
     def failed(self) -> list[tuple[Identity, BaseException]]:
         """See `System.failed_beside`."""
         return [
             (life.identity, error)
-            for life, task in self._tasks.items()
-            if task.done() and not task.cancelled() and (error := task.exception()) and not isinstance(error, Stop)
+            for life, guest in self._guests.items()
+            if (error := guest.error) is not None and not isinstance(error, Stop)
         ]
 
-    async def _end(self, life: NodeLife, reason: str, *, at_once: bool = False) -> None:
-        """Ask, then kill, then give up: nobody else watches over a node beside the tree."""
-        task = self._tasks[life]
-        timeout = 0.0 if at_once or life.child.stop == "kill" else life.child.stop
-        try:
-            if not task.done():
-                life.stop(reason)
-                if life.phase != "running":
-                    task.cancel()
-                await asyncio.wait([task], timeout=None if timeout == math.inf else timeout)
-        finally:
-            system = self._system
-            if not task.done():
-                task.cancel()
-                await asyncio.wait([task], timeout=GRACE)
-            if not task.done():
-                system.log.error("a node beside the tree refused to die and was abandoned", node_name=life.identity.fqn)
-            del self._tasks[life]
-            system.gone(life.identity.path, kept=False)
+    def incarnation(self, path: tuple[str, ...]) -> Incarnation | None:
+        """The node at this path as it is seen from here."""
+        return next((guest.run for guest in self._guests.values() if guest.run.ref.path == path), None)
 
-    def _ended(self, life: NodeLife, task: asyncio.Task[None]) -> None:
-        if life in self._tasks:  # by itself: nobody will start it again
-            self._system.gone(life.identity.path, kept=True)
-        error = None if task.cancelled() else task.exception()
-        if error is not None and not isinstance(error, Stop):
-            self._system.log.error("a node beside the tree failed", node_name=life.identity.fqn, error=described(error))
+    @property
+    def tasks(self) -> list[asyncio.Task[None]]:
+        """The tasks that run them."""
+        return [guest.run.task for guest in self._guests.values()]
+
+    def _forget(self, guest: Guest) -> None:
+        del self._guests[guest.life]
+        self._system.gone(guest.life.identity.path, kept=False)
+
+    def _of(self, run: Incarnation) -> Guest:
+        return next(guest for guest in self._guests.values() if guest.run is run)
+
+    # -- what their incarnations ask and tell --------------------------------------------------------------------------------
+
+    def make_life(self, incarnation: Incarnation, /) -> Life:
+        return self._of(incarnation).life
+
+    def is_supervisor(self, life: Life, /) -> bool:
+        return False
+
+    def grace_of(self, life: Life | None, /) -> float:
+        return GRACE
+
+    def ready(self, incarnation: Incarnation, /) -> None:
+        incarnation.ready = True
+        self._of(incarnation).ready.set_result(None)
+
+    def ended(self, incarnation: Incarnation, reason: ExitReason, /) -> None:
+        """It is over, asked to or by itself; nobody will start it again."""
+        guest = self._of(incarnation)
+        guest.over.set_result(None)
+        fqn = guest.life.identity.fqn
+        if isinstance(reason, Leaked):
+            self._system.log.error("a node beside the tree refused to die and was abandoned", node_name=fqn)
+        elif (error := guest.error) is not None and not isinstance(error, Stop):
+            self._system.log.error("a node beside the tree failed", node_name=fqn, error=described(error))
+        if guest.leaving:
+            self._forget(guest)
+            self._system.guest_left()
+        else:
+            self._system.gone(guest.life.identity.path, kept=True)
+
+    def abandoned(self, incarnation: Incarnation, /) -> None:
+        """`ended` says so; its task is its own from here on."""

@@ -12,13 +12,14 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
+from actors.control import blame
 from actors.errors import is_library
 
 if TYPE_CHECKING:
     from actors.lifespan import Stamped
     from actors.load import Load, Meter
 
-__all__ = ["HOLDING_SECONDS", "Inbox", "Item", "awaited_in", "stray_cancel"]
+__all__ = ["HOLDING_SECONDS", "Inbox", "Item", "awaited_in"]
 
 HOLDING_SECONDS = 0.5
 """A plain handler that keeps the others waiting for longer than this is reported once (architecture section 5)."""
@@ -129,7 +130,7 @@ class Inbox:
                             if items and self.watch is None:
                                 self.wake()  # who waits behind it came before it began
                             await pending
-                    except (Exception, asyncio.CancelledError) as error:
+                    except BaseException as error:
                         self._failed(item, error)
                     self.handled += 1
                 if self.task is not task:  # it refused to die when it was told to, and another one serves here now
@@ -150,7 +151,7 @@ class Inbox:
                 if self.items and self.watch is None:
                     self.wake()
                 await pending
-        except (Exception, asyncio.CancelledError) as error:
+        except BaseException as error:
             self._failed(item, error)
         if not isinstance(item, _Mark):
             self._meter().took(item.label, self.loop.time() - begun)
@@ -163,11 +164,13 @@ class Inbox:
             self.watch.cancel()
             self.watch = None
 
-    def _failed(self, item: Item, error: Exception | asyncio.CancelledError) -> None:
-        """Raise what ends the incarnation: the error of an item, unless `on_error` says "continue"."""
-        failure = stray_cancel(error, item.label) if isinstance(error, asyncio.CancelledError) else error
-        if failure is None or self.on_error is None or self.on_error(failure, item.label) != "continue":
+    def _failed(self, item: Item, error: BaseException) -> None:
+        """Raise what ends the incarnation: the error of an item, unless it is an `Exception` and `on_error` says "continue"."""
+        failure = blame(error, item.label)
+        if not isinstance(failure, Exception) or self.on_error is None:
             raise failure or error
+        if self.on_error(failure, item.label) != "continue":
+            raise failure
 
     def _observe(self) -> None:
         """Somebody waits: see in half a second whether still for the same item, and measure how long this one waits."""
@@ -252,19 +255,6 @@ class _Mark:
     def run(self) -> None:
         self.inbox.handled -= 1  # nobody's item
         self.inbox.waited(self)
-
-
-def stray_cancel(error: asyncio.CancelledError, label: str) -> RuntimeError | None:
-    """A cancellation that was not meant for the running task, as the error of the handler that let it out; else None.
-
-    A handler that awaits a task or future which somebody cancels meets it: that is its failure, not the end of its node's task.
-    """
-    task = asyncio.current_task()
-    if task is None or task.cancelling():
-        return None
-    failure = RuntimeError(f"{label} awaited something that was canceled, and did not handle it")
-    failure.__cause__ = error
-    return failure
 
 
 def awaited_in(task: asyncio.Task[Any]) -> str:

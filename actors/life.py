@@ -7,11 +7,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
 from actors.actions import ActionServer
-from actors.control import StopServing
+from actors.control import StopServing, Unwinding, blame, stray_cancel
 from actors.core import Core
-from actors.errors import DeclarationError
+from actors.errors import DeclarationError, ProgramExit
 from actors.node import Node
-from actors.supervision.reasons import Failed, Skip, Stop, Stopped
+from actors.supervision.reasons import Failed, Killed, Skip, Stop, Stopped
 
 if TYPE_CHECKING:
     from actors.identity import Identity
@@ -41,41 +41,71 @@ class NodeLife:
         return f"<life of {self.identity.fqn}>"
 
     async def run(self, started: Callable[[], None]) -> None:
-        """The whole life. Returns after an orderly end that was asked for; raises `Stop` if the node asked itself, or its error."""
-        core = self.core = self._born()
+        """The whole life. Returns after an orderly end that was asked for; raises `Stop` if the node asked itself, or its error.
+
+        `SystemExit` and `KeyboardInterrupt` stop the whole system: the node ends with `ProgramExit`.
+        """
         try:
+            core = self.core = self._born()
             try:
-                await self._start(core)
-                self.phase = "running"
-                started()
-                self.system.running_now(core)
-                if self.asked is not None:
-                    core.request_stop(self.asked)
-                core.serve_concurrently()
-                await core.inbox.serve()
-            except StopServing as request:
-                await self._clean_up(core, Stopped(request.reason))
-                if self.asked is None:
-                    raise Stop(request.reason) from None
-            except Stop as request:
-                await self._clean_up(core, Stopped(request.reason))
+                await self._live(core, started)
+            finally:
+                killed = self.system.killed(core)
+                if not core.ended:  # else it had been abandoned, and another incarnation may live
+                    core.release()
+                    self.system.ended(core)
+                if killed:
+                    await core.tasks_ended()
+        except asyncio.CancelledError as error:
+            if (stray := stray_cancel(error, f"{self.identity.fqn} {self.phase}")) is None:
                 raise
-            except asyncio.CancelledError:
-                if (
-                    self.phase != "running" and self.asked is not None
-                ):  # its start is broken off: there is time for a clean-up
-                    await self._clean_up_after(core, Stopped(self.asked))
-                raise
-            except Exception as error:
-                if isinstance(error, Skip) and self.phase != "running":
-                    await core.cancel_tasks()
-                else:
-                    await self._clean_up_after(core, Failed(error))
-                raise
-        finally:
-            if not core.ended:  # else it had been abandoned, and another incarnation may live
-                core.release()
-                self.system.ended(core)
+            raise stray from error
+        except (ProgramExit, SystemExit, KeyboardInterrupt) as error:
+            request = error if isinstance(error, ProgramExit) else ProgramExit(self.identity.fqn, error)
+            if not self.system.exits(request):  # nobody runs a tree who could raise it
+                raise request.error from None
+            raise request from request.error
+
+    async def _live(self, core: Core, started: Callable[[], None]) -> None:
+        try:
+            await self._start(core)
+            self.phase = "running"
+            started()
+            self.system.running_now(core)
+            if self.asked is not None:
+                core.request_stop(self.asked)
+            core.serve_concurrently()
+            await core.inbox.serve()
+        except StopServing as request:
+            await self._clean_up(core, Stopped(request.reason))
+            if self.asked is None:
+                raise Stop(request.reason) from None
+        except Stop as request:
+            await self._clean_up(core, Stopped(request.reason))
+            raise
+        except asyncio.CancelledError as error:
+            await self._canceled(core, error)
+            raise
+        except (Unwinding, GeneratorExit):  # nothing can be awaited any more
+            raise
+        except BaseException as error:
+            if isinstance(error, Skip) and self.phase != "running":
+                await core.cancel_tasks()
+            else:
+                if isinstance(error, ProgramExit):  # so that who waits for an answer hears that there is no next life
+                    self.system.exits(error)
+                await self._clean_up_after(core, Failed(error))
+            raise
+
+    async def _canceled(self, core: Core, error: asyncio.CancelledError) -> None:
+        """Clean up, unless the cancellation is a kill: a start is broken off, or somebody else ends all tasks of the loop."""
+        if self.system.killed(core):
+            return
+        if self.phase != "running" and self.asked is not None:
+            await self._clean_up_after(core, Stopped(self.asked))
+        else:
+            stray = stray_cancel(error, f"{self.identity.fqn} {self.phase}")
+            await self._clean_up_after(core, Killed(None) if stray is None else Failed(stray))
 
     def stop(self, reason: str) -> None:
         """Ask for an orderly end: after the present handler, before anything else that waits."""
@@ -116,6 +146,8 @@ class NodeLife:
         """Goals first, they may still talk; then the node's tasks; then its own last word, if it had its first."""
         core.inbox.task = asyncio.current_task()
         self.system.stopping(core)
+        if self.asked is None and (incarnation := self.system.incarnation(core)) is not None:
+            incarnation.bound()  # nobody has asked for this end, so nobody watches over it yet
         cleaning: list[asyncio.Task[None]] = []
         for action in core.mailbox.actions.values():
             cleaning += action.stop(f"{core.fqn} stops: {reason}")
@@ -131,11 +163,13 @@ class NodeLife:
         if self.phase == "running" and isinstance(reason, Stopped) and (state := core.node.handover()) is not None:
             self.mailbox.saved = state
 
-    async def _clean_up_after(self, core: Core, reason: Failed | Stopped) -> None:
+    async def _clean_up_after(self, core: Core, reason: ExitReason) -> None:
         """The same after a failure; nothing that goes wrong now may hide what went wrong first."""
         try:
             await self._clean_up(core, reason)
-        except Exception as error:
+        except BaseException as error:
+            if blame(error, "clean-up") is None:
+                raise
             core.log.error("clean-up failed", error=f"{type(error).__name__}: {error}", after=str(reason))
 
 
@@ -172,4 +206,4 @@ def open_endpoints(core: Core) -> None:
 def start_backgrounds(core: Core) -> None:
     """Start the node's own tasks."""
     for background in core.blueprint.backgrounds:
-        core.spawn(getattr(core.node, background.attribute)(), name=background.attribute)
+        core.own(getattr(core.node, background.attribute)(), name=background.attribute)

@@ -121,6 +121,7 @@ TRANSITIONS: Final = _graph()
 _FROM: Final[Mapping[LifecycleState, tuple[LifecycleTransition, ...]]] = {
     state: tuple(edge for edge in TRANSITIONS if edge.start is state) for state in STATES
 }
+_REQUESTS: Final[Mapping[int | str, str]] = {edge.id: edge.label for edge in TRANSITIONS if edge.is_request}
 _HOOK_IN: Final[Mapping[LifecycleState, str]] = {
     LifecycleState.CONFIGURING: "on_configure",
     LifecycleState.CLEANINGUP: "on_cleanup",
@@ -155,7 +156,8 @@ class TransitionRefused(ActorError):
             why = f"possible from there: {possible}"
         else:
             why = "a transition is under way: wait for it to end"
-        super().__init__(f"the transition {asked!r} is refused: the node is {state.label}; {why}")
+        named = f" ({_REQUESTS[asked]})" if asked in _REQUESTS else ""
+        super().__init__(f"the transition {asked!r}{named} is refused: the node is {state.label}; {why}")
         self.state = state
         self.asked = asked
 

@@ -10,6 +10,8 @@ import asyncio
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
+from actors.control import blame
+from actors.errors import ProgramExit, described
 from actors.lifecycle import (
     STATES,
     TRANSITIONS,
@@ -33,6 +35,12 @@ _WAY: Final[dict[str, tuple[str, ...]]] = {
     "inactive": ("configure",),
     "active": ("configure", "activate"),
 }
+
+_UP: Final = {
+    "configure": (LifecycleState.INACTIVE, LifecycleState.ACTIVE),
+    "activate": (LifecycleState.ACTIVE,),
+}
+"""Request -> the states in which there is nothing left to do."""
 
 
 class LifecycleNode(Node):
@@ -74,14 +82,19 @@ class LifecycleNode(Node):
         return self._machine.state
 
     async def change_state(self, label: str = "", transition_id: int = 0) -> bool:
-        """Run a transition; a label beats an id. True when its hook succeeded. Raises `TransitionRefused`."""
+        """Run a transition; a label beats an id. True when its hook succeeded. Raises `TransitionRefused`.
+
+        Whatever leaves a hook, the node comes to a primary state: an error counts as ERROR, and so does a cancellation, which is raised
+        again when `on_fault` has run.
+        """
         machine = self._machine
         hook = machine.begin(label, transition_id)
+        ending: BaseException | None = None
         while True:
             try:
                 result = await self._run_hook(hook.name, hook.previous)
-            except Exception as error:
-                self.log.error("lifecycle hook failed", hook=hook.name, error=f"{type(error).__name__}: {error}")
+            except BaseException as error:
+                ending = ending or self._hook_failed(hook.name, error)
                 result = HookResult.ERROR
             following = machine.finish(result)
             if following is None:
@@ -90,7 +103,17 @@ class LifecycleNode(Node):
         self._follow()
         if machine.state.label in _WAY:
             self.core.mailbox.asked_state = machine.state.label
+        if ending is not None:
+            raise ending
         return machine.succeeded
+
+    def _hook_failed(self, hook: str, error: BaseException) -> BaseException | None:
+        """Tell of an error; what is more than one is returned, to be raised when the node has come to rest, or raised if it has no time."""
+        failure = blame(error, f"{self.fqn} {hook}")
+        if failure is None and (self.core.system.killed(self.core) or not isinstance(error, asyncio.CancelledError)):
+            raise error
+        self.log.error("lifecycle hook failed", hook=hook, error=described(failure or error))
+        return None if isinstance(failure, Exception) and not isinstance(failure, ProgramExit) else failure or error
 
     async def _run_hook(self, name: str, previous: LifecycleState) -> HookResult:
         result = await getattr(self, "on_fault" if name == "on_error" else name)(previous)
@@ -138,13 +161,26 @@ async def bring_up(
 ) -> None:
     """Configure all lifecycle nodes in the order of the tree, then activate them in that order: dependencies first.
 
-    `nodes` limits it to these full names. Raises `RuntimeError` naming the node that did not succeed; those before it stay as they are.
+    `nodes` limits it to these full names. What is up already is left as it is. Raises `RuntimeError` naming the node that did not succeed,
+    could not be asked in its state, does not run or does not exist; those before it stay as they are.
     """
+    for name in nodes or ():
+        if not any(core.fqn == name for core in _managed(system, nodes)):
+            known = ", ".join(core.fqn for core in _managed(system, None)) or "none"
+            raise RuntimeError(f"{name} is no running lifecycle node; there are: {known}")
     for label in _WAY[to]:
         for core in _managed(system, nodes):
             node = core.node
             assert isinstance(node, LifecycleNode)
-            if label in (edge.label for edge in node._machine.available()) and not await _ask(core, node, label):  # pyright: ignore[reportPrivateUsage]
+            if node.state in _UP[label]:
+                continue
+            try:
+                succeeded = await _ask(core, node, label)
+            except TransitionRefused as refusal:
+                if node.state in _UP[label]:  # somebody else was faster
+                    continue
+                raise RuntimeError(f"{core.fqn}: {refusal}") from refusal
+            if not succeeded:
                 raise RuntimeError(f"{core.fqn}: {label} did not succeed; it is {node.state.label}")
 
 

@@ -73,6 +73,12 @@ class Mailbox:
         inbox.on_error = inbox.on_holding = None
         inbox.leave()
 
+    def work_on(self) -> None:
+        """A handler failed and the node goes on: what waits behind it is not to wait for the next message."""
+        for feed in self.feeds:
+            if isinstance(feed, ConcurrentFeed):
+                feed.begin()
+
     def sweep(self, core: Core) -> None:
         """Forget what the last incarnation took and served and this one, `core`, does not."""
         if self.incarnation == 1:

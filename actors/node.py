@@ -252,7 +252,7 @@ class Node:
         except BaseException:
             work.close()
             raise
-        return self.core.spawn(work, name=name)
+        return self.core.own(work, name=name)
 
     async def offload(self, function: Callable[..., T], *arguments: Any, takes: float = 0.0, thread: bool = False) -> T:
         """Run CPU work outside the event loop and wait for its result.

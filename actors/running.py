@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 from actors.errors import NotRunning
 from actors.logs import INFO, LogSink, structlog_sink
 from actors.node import Node
+from actors.signals import listen
 from actors.supervisor import Child, Spec, Supervisor, temporary
 from actors.system import System, system_here
 
@@ -61,9 +62,9 @@ class Run:
     ) -> None:
         self._tree = Supervisor("system", children=[tree]) if isinstance(tree, Child) else tree
         self._settings: dict[str, Any] = {"seed": seed, "sinks": sinks, "level": level}
-        self._signals = signals
+        self._wants_signals = signals
         self._observers = observers
-        self._handlers: dict[signal.Signals, Any] = {}
+        self._ignore_signals: Callable[[], None] = _nothing
         self._inside = False
         self._interrupted = False
         self._told = False
@@ -80,17 +81,14 @@ class Run:
         for observer in self._observers:
             observer.attach(system)
         self._owner = asyncio.current_task()
-        if self._signals and not system.clock.virtual and threading.current_thread() is threading.main_thread():
-            self._install(system)
+        if self._wants_signals and not system.clock.virtual and threading.current_thread() is threading.main_thread():
+            self._ignore_signals = listen(system.loop, self._signaled)
         try:
             await system.start(self._tree)
-        except NotRunning:
-            self._uninstall(system)
-            if system.signal is not None:
-                raise _exit_for(system) from None
-            raise
-        except BaseException:
-            self._uninstall(system)
+        except BaseException as error:
+            self._ignore_signals()
+            if isinstance(error, NotRunning) and (exit := _exit_for(system)) is not None:
+                raise exit from None
             raise
         self._inside = True
         system.on_end(self._tree_ended)
@@ -104,45 +102,47 @@ class Run:
         try:
             await system.stop("the block was left")
         finally:
-            self._uninstall(system)
-        if self._interrupted and self._owner is not None:
-            self._owner.uncancel()
+            self._ignore_signals()
+            if self._interrupted and self._owner is not None:
+                self._owner.uncancel()
         if error is None or (self._interrupted and isinstance(error, asyncio.CancelledError)):
             if system.failure is not None and not self._told:
                 raise system.failure from system.failure.__cause__
-            if self._interrupted:
-                raise _exit_for(system) from None
+            exit = _exit_for(system)
+            if exit is not None and (self._interrupted or system.exit_request is not None):
+                raise exit from None
+
+    def _signaled(self, number: signal.Signals) -> bool:
+        """The tree stops, or, when it is over already, the block is interrupted, once. False when neither is left to do."""
+        system, owner = self._system, self._owner
+        if system.interrupt(number):
+            return True
+        if not self._inside or self._interrupted or owner is None or owner.done():
+            return False
+        system.signal = system.signal or number
+        self._interrupted = True
+        owner.cancel()
+        return True
 
     def _tree_ended(self, system: System) -> None:
         """The tree is over. Whoever is in `wait()` sees it there; a block that does something else is interrupted."""
         self._told = system.waiting > 0
-        ended_by_itself = system.failure is not None or system.signal is not None
+        ended_by_itself = system.failure is not None or _exit_for(system) is not None
         if ended_by_itself and self._inside and not self._told and self._owner is not None and not self._owner.done():
             self._interrupted = True
             self._owner.cancel()
 
-    def _install(self, system: System) -> None:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            before = signal.getsignal(number)
-            try:
-                system.loop.add_signal_handler(number, system.interrupt, number)
-            except (NotImplementedError, RuntimeError):  # a platform or a loop without them: KeyboardInterrupt remains
-                return
-            self._handlers[number] = before
 
-    def _uninstall(self, system: System) -> None:
-        for number, before in self._handlers.items():
-            ours = signal.getsignal(number)
-            system.loop.remove_signal_handler(number)
-            if (
-                before is not None and before is not ours
-            ):  # else a run around this one has lost its handler to us; the default is safe
-                signal.signal(number, before)
-        self._handlers.clear()
+def _nothing() -> None:
+    """Where no signals are listened to."""
 
 
-def _exit_for(system: System) -> BaseException:
-    """What ends a program whose system was stopped by a signal."""
+def _exit_for(system: System) -> BaseException | None:
+    """What ends a program whose system was stopped by a signal, or by a node that asked the program to exit."""
+    if system.exit_request is not None:
+        return system.exit_request.error
+    if system.signal is None:
+        return None
     return KeyboardInterrupt() if system.signal == signal.SIGINT else SystemExit(system.exit_code)
 
 

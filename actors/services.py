@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 import msgspec
 
+from actors.control import blame
 from actors.errors import (
     CallCycle,
     CallTimeout,
@@ -24,7 +25,7 @@ from actors.errors import (
     ServiceUnavailable,
     WrongType,
 )
-from actors.inbox import Inbox, stray_cancel
+from actors.inbox import Inbox
 
 if TYPE_CHECKING:
     from actors.contracts import Service
@@ -172,7 +173,10 @@ class Request(msgspec.Struct, eq=False):
         )
 
     async def run(self) -> None:
-        """Run the handler and complete the caller's future. A cancellation leaves it to `Server.fail_all`, at the node's end."""
+        """Run the handler and complete the caller's future; when the node itself is ended, that is left to `Server.fail_all`.
+
+        An error that is no `Exception` is the caller's answer, too, and ends the node.
+        """
         server, future = self.server, self.future
         if future.done():  # the caller has given up: do not work for nobody
             return
@@ -180,23 +184,20 @@ class Request(msgspec.Struct, eq=False):
             reply = await server.handler(self.message)
             if reply.__class__ is not server.response:
                 raise WrongType(f"{server.label} answered {type(reply).__name__}, not {server.response.__name__}")
-        except asyncio.CancelledError as error:
-            if (stray := stray_cancel(error, server.label)) is None:
+        except BaseException as error:
+            failure = blame(error, server.label)
+            if failure is None:
                 server.active = {**(server.active or {}), self: None}
                 raise
-            self._failed(stray)
-        except Exception as error:
-            self._failed(error)
+            answer = ServiceFailed(server.node.fqn, type(failure).__name__, str(failure))
+            answer.__cause__ = failure
+            self.fail(answer)
+            if not isinstance(failure, Exception):  # a panic of a native library, for instance
+                raise
+            server.node.service_failed(server.label, failure)
         else:
             if not future.done():
                 future.set_result(reply)
-
-    def _failed(self, error: Exception) -> None:
-        server = self.server
-        failure = ServiceFailed(server.node.fqn, type(error).__name__, str(error))
-        failure.__cause__ = error
-        self.fail(failure)
-        server.node.service_failed(server.label, error)
 
 
 def refuse_cycle(node: Caller, other: Caller | None) -> None:

@@ -21,14 +21,16 @@ from actors import derived
 from actors.clock import Clock
 from actors.core import Core
 from actors.deadlines import Deadlines
-from actors.errors import DeclarationError, NotRunning, NotStarted, place_of
+from actors.errors import DeclarationError, NotRunning, NotStarted, ProgramExit, place_of
 from actors.graph import Graph
 from actors.guests import Guests
 from actors.identity import Identity
 from actors.life import NodeLife
 from actors.logs import ERROR, INFO, WARN, LogRecord, LogSink, NodeLog, structlog_sink
 from actors.mailbox import Mailbox
+from actors.shield import see_through
 from actors.stall import StallWatch
+from actors.supervision.errors import NotFound
 from actors.supervision.reasons import cause_of
 from actors.supervision.running import RunningSupervisor
 from actors.ticker import Ticker
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     from actors.load import Load
     from actors.parameters import ParameterChange
     from actors.snapshot import Snapshot
+    from actors.supervision.incarnation import Incarnation
     from actors.supervision.report import Report
     from actors.supervisor import Child, DynamicSupervisor, Supervisor
 
@@ -114,6 +117,8 @@ class System:
         """What ended the tree by itself: `SupervisorGaveUp`, or None."""
         self.signal: signal.Signals | None = None
         """The signal that stopped the system, if one did."""
+        self.exit_request: ProgramExit | None = None
+        """`SystemExit` or `KeyboardInterrupt` out of a node's code, which stopped the system, if one did."""
         self.waiting = 0
         """How many tasks are in `wait()`."""
         self.records: deque[LogRecord] = deque(maxlen=1000)
@@ -125,6 +130,8 @@ class System:
         self._sinks = sinks
         self._ids = self.random("ids")
         self._host: asyncio.Task[None] | None = None
+        self._stopping = self._killed = False
+        self._closed: asyncio.Future[None] = self.loop.create_future()
         self._on_end: list[Callable[[System], None]] = []
         self._on_report: list[Callable[[Report], None]] = []
         self._interrupted_at = 0.0
@@ -157,9 +164,10 @@ class System:
             raise RuntimeError("this system runs a tree already: make another system")
         self.open()
         ready: asyncio.Future[None] = self.loop.create_future()
-        self.supervisor = RunningSupervisor(tree, self, (tree.name,))
+        self.supervisor = RunningSupervisor(tree, self, (tree.name,), killed=lambda: self._killed)
         life = self.supervisor.run(lambda: ready.set_result(None))
         self._host = self.loop.create_task(life, name=f"supervisor {tree.name}")
+        self._host.add_done_callback(lambda host: self._next_end())
         try:
             await asyncio.wait([ready, self._host], return_when=asyncio.FIRST_COMPLETED)
         except asyncio.CancelledError:
@@ -167,7 +175,8 @@ class System:
             raise
         if not ready.done():
             await self.stop("the start failed")
-            await self._host
+            if not self._host.cancelled():
+                await self._host
             raise NotRunning(f"{self!r} was stopped while it started: {self.stop_reason}")
         self._host.add_done_callback(self._tree_ended)
 
@@ -191,45 +200,57 @@ class System:
         """Call `callback`, which must not raise, with every report of a supervisor, in order and before it is logged."""
         self._on_report.append(callback)
 
-    def interrupt(self, number: signal.Signals) -> None:
-        """A signal's way in: the first one asks for the orderly end, a second one within 2 s kills."""
+    def interrupt(self, number: signal.Signals) -> bool:
+        """A signal's way in: the first one asks for the orderly end, a second one within 2 s kills. False when the tree has ended already."""
+        if self._host is not None and self._host.done():
+            return False
         now = self.loop.time()
-        if self.signal is not None and now - self._interrupted_at < SECOND_SIGNAL_SECONDS and self._host is not None:
-            self._host.cancel()
-            return
+        if self.signal is not None and now - self._interrupted_at < SECOND_SIGNAL_SECONDS:
+            self.kill()
+            return True
         self.signal = number
         self._interrupted_at = now
         self.stop_reason = number.name
         self.log.info("stopping", signal=number.name)
         if self.supervisor is not None:
             self.supervisor.stop(number.name)
+        return True
 
     @property
     def exit_code(self) -> int:
-        """What a program should exit with: 0, 3 after its supervisor gave up, or 128 and the number of the signal."""
+        """What a program should exit with: 0, 3 after its supervisor gave up, 128 and the number of the signal, or what `sys.exit` was given."""
         if self.failure is not None:
             return 3
+        if self.exit_request is not None:
+            return self.exit_request.code
         return 0 if self.signal is None else 128 + self.signal
 
     async def stop(self, reason: str = "stop") -> None:
-        """Stop the tree, last child first, each within its timeout, and leave nothing behind. Stopping twice is fine.
+        """Stop everything, the newest first, each node within its stop timeout, and leave nothing behind. Stopping twice is fine.
 
-        Never raises for what ended the tree; `wait` does. When it is itself canceled it kills what is still there.
+        Never raises for what ended the tree; `wait` does. Canceling the caller does not cut it short, however often that happens: the
+        cancellation is raised when everything has stopped. `kill` and a second signal cut it short.
         """
         if self.stop_reason is None:
             self.stop_reason = reason
-        try:
-            await self.guests.end_all(reason)
-            if self._host is not None and self.supervisor is not None and not self._host.done():
-                self.supervisor.stop(reason)
-                await asyncio.wait([self._host])
-        except asyncio.CancelledError:  # no time is left, but nothing may be left either
-            await self.guests.end_all(reason, at_once=True)
-            if self._host is not None and not self._host.done():
-                self._host.cancel()
-                await asyncio.wait([self._host])
-            raise
-        finally:
+        self._stopping = True
+        self._next_end()
+        await see_through(self._closed)
+
+    def kill(self) -> None:
+        """End everything at once: no node has time for a clean-up. Returns at once; `stop` waits until it has come to pass."""
+        self.guests.kill()
+        if self._host is not None and self.supervisor is not None and not self._host.done():
+            self._killed = True
+            self._host.cancel()
+
+    def _next_end(self) -> None:
+        """The next step of an orderly end, each taken when the one before it is over: nodes beside the tree, the tree, the books."""
+        if not self._stopping or self._closed.done() or self.guests.end_last(self.stop_reason or ""):
+            return
+        if self._host is not None and self.supervisor is not None and not self._host.done():
+            self.supervisor.stop(self.stop_reason or "")
+        else:
             self._close()
 
     @property
@@ -255,6 +276,24 @@ class System:
         for callback in self._on_end:
             callback(self)
 
+    def exits(self, request: ProgramExit) -> bool:
+        """Code of a node has asked the program to exit: the tree stops in order, and the block of `run` raises it. False without a tree."""
+        if self._host is None or self.supervisor is None:
+            return False
+        if self.exit_request is None:
+            self.exit_request = request
+            self.log.info("stopping", because=str(request))
+            self.stop_reason = self.stop_reason or str(request)
+            self.supervisor.stop(str(request))
+        return True
+
+    def guest_left(self) -> None:
+        """A node beside the tree has ended and left the books."""
+        if self._stopping:
+            self._next_end()
+        else:
+            self.close_if_empty()
+
     def close_if_empty(self) -> None:
         """A system without a tree ends with the last node that joined it."""
         if self._host is None and not self.guests:
@@ -273,6 +312,8 @@ class System:
             here.remove(self)
         if not here:
             _systems.pop(self.loop, None)
+        if not self._closed.done():
+            self._closed.set_result(None)
 
     # -- what the supervisor asks -------------------------------------------------------------------------------------------
 
@@ -286,6 +327,23 @@ class System:
                 state = self.nodes[path] = NodeState(identity, Mailbox(self.loop))
             state.child, state.identity, state.state = child, identity, "starting"
         return NodeLife(self, child, state.identity, state.mailbox)
+
+    def incarnation(self, core: Core) -> Incarnation | None:
+        """An incarnation as its supervisor sees it; None when it has been given up, and its place may have been taken."""
+        path = core.identity.path
+        if core.ended:
+            return None
+        if path[0] == "guests":
+            return self.guests.incarnation(path)
+        try:
+            return self.supervisor.incarnation(path[1:]) if self.supervisor is not None else None
+        except NotFound:
+            return None
+
+    def killed(self, core: Core) -> bool:
+        """Whether no time is left for a clean-up."""
+        incarnation = self.incarnation(core)
+        return incarnation is None or incarnation.killed is not None
 
     def check_place(self, child: Child, path: tuple[str, ...]) -> None:
         """Refuse a child that cannot run where it is declared to."""

@@ -43,11 +43,13 @@ class Base(ABC):
         path: tuple[str, ...] | None = None,
         *,
         leaked: list[LeakedChild] | None = None,
+        killed: Callable[[], bool] = lambda: True,
     ) -> None:
         self.spec = spec
         self.runtime = runtime
         self.path = (spec.name,) if path is None else path
         self.leaked: list[LeakedChild] = [] if leaked is None else leaked
+        self._killed = killed
         self._entries: dict[str, Entry] = {}
         self._positions = count(1)
         self._names = count(1)
@@ -119,7 +121,9 @@ class Base(ABC):
         spec, ref = incarnation.entry.spec, incarnation.ref
         if isinstance(spec, Child):
             return self.runtime.life(spec, ref.path, ref.incarnation)
-        return type(self)(spec, self.runtime, ref.path, leaked=self.leaked)
+        return type(self)(
+            spec, self.runtime, ref.path, leaked=self.leaked, killed=lambda: incarnation.killed is not None
+        )
 
     def ready(self, incarnation: Incarnation, /) -> None:
         self.post(self._on_ready, incarnation)

@@ -29,7 +29,9 @@ class Core(Restarts):
         Returns after `stop`, or after the end of a significant child shut it down. Raises `StartFailed` when a child
         does not start the first time, `SupervisorGaveUp` when the restart intensity is reached; in each case after all
         children have stopped. When its task is cancelled it kills all children at once and passes the cancellation on;
-        so it does with an exception of its own, or of a runtime that does not keep to its protocol.
+        so it does with an exception of its own, or of a runtime that does not keep to its protocol. A
+        cancellation of which its owner's `killed()` knows nothing comes from somebody else, such as `asyncio.run` at its end:
+        then it stops all children in order before it passes it on.
         """
         if self._phase != "new":
             raise RuntimeError(f"{self!r} has been run before; make a new one for another run")
@@ -44,7 +46,9 @@ class Core(Restarts):
         self.post(self._begin)
         try:
             await self._over
-        except BaseException:
+        except BaseException as error:
+            if isinstance(error, asyncio.CancelledError):
+                await self._outlast_cancellation()
             await self._kill_all()
             raise
         failure, self._failure = self._failure, None

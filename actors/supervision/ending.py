@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 
+from actors.shield import see_through, shield
 from actors.supervision.base import Base
 from actors.supervision.entry import Entry
 from actors.supervision.errors import StartFailed
@@ -83,17 +84,24 @@ class Ending(Base):
 
     async def _kill_all(self) -> None:
         """No clean-up for anybody. Bounded in time, so further cancellations have to wait."""
-        from anyio import CancelScope  # here, because nothing else in a supervisor needs anyio
-
         if self._phase == "over":
             return
         self._over = self.loop.create_future()
         self.post(self._on_kill)
-        with CancelScope(shield=True):  # a cancelled scope outside would cancel us again in every turn of the loop
-            while not self._over.done():
+        with contextlib.suppress(asyncio.CancelledError):
+            await see_through(self._over)
+        self._over.exception()  # if it broke once more, the first exception says why
+
+    async def _outlast_cancellation(self) -> None:
+        """Unless it was a kill, stop all children in order all the same. Returns early when a kill comes after all."""
+        if self._killed() or self._phase == "over":
+            return
+        self._over = self.loop.create_future()
+        self.post(self._shut_down, "its task was canceled by somebody else")
+        with shield():
+            while not self._killed() and not self._over.done():
                 with contextlib.suppress(asyncio.CancelledError):
                     await asyncio.wait([self._over])
-        self._over.exception()  # if it broke once more, the first exception says why
 
     def _on_kill(self) -> None:
         if self._phase != "stopping":

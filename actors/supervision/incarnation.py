@@ -113,6 +113,12 @@ class Incarnation:
             self.imposed = error
             self._end(str(error), timeout)
 
+    def bound(self) -> None:
+        """It ends by itself, and cleans up: kill it if that takes longer than an end that was asked for may take."""
+        timeout = self.entry.spec.stop
+        if self.asked is None and self.imposed is None and self.killed is None and timeout != "kill":
+            self._after(timeout, self.kill, timeout)
+
     def kill(self, after: float = 0.0) -> None:
         """Cancel the task, through shields, and abandon it if it still lives a second later."""
         if self.killed is None and not self.over:

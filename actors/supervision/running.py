@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Awaitable, Callable, Mapping
 
 from actors.supervision.errors import NotFound
-from actors.supervision.incarnation import LeakedChild
+from actors.supervision.incarnation import Incarnation, LeakedChild
 from actors.supervision.reasons import Gone
 from actors.supervision.refs import ChildInfo, ChildRef, Counts, Down
 from actors.supervision.requests import Path, Requests
@@ -55,6 +55,10 @@ class RunningSupervisor(Requests):
         """
         incarnation = self._walk(path)
         return incarnation.life if incarnation else None
+
+    def incarnation(self, path: Path) -> Incarnation | None:
+        """A descendant as its supervisor sees it, while it runs, starts or stops. Raises `NotFound`."""
+        return self._walk(path)
 
     # ------------------------------------------------------------------ changing
 

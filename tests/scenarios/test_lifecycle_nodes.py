@@ -235,8 +235,7 @@ async def test_two_who_bring_up_at_once_do_not_do_it_twice(rig: Rig) -> None:
     await rig.start(Camera)
     first, second = (asyncio.ensure_future(bring_up(rig.system, to="inactive")) for _ in range(2))
     await first
-    with pytest.raises(TransitionRefused, match="configure"):
-        await second
+    await second
     assert rig.node(Camera).seen == ["on_configure"]
 
 

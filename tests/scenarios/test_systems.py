@@ -232,17 +232,24 @@ async def test_a_tree_that_comes_to_its_end_by_itself_interrupts_nobody() -> Non
 
 
 @pytest.mark.virtual
-async def test_a_stop_that_is_canceled_kills_what_is_left_and_leaves_nothing() -> None:
+async def test_D2_a_stop_that_is_canceled_still_gives_each_node_its_stop_timeout_and_leaves_nothing() -> None:
+    stopped: list[str] = []
+
     class Slow(Node):
         async def on_stop(self, reason: ExitReason) -> None:
             await self.clock.sleep(60.0)
+            stopped.append(self.name)
 
     begun = asyncio.get_running_loop().time()
     with pytest.raises(TimeoutError):
-        async with asyncio.timeout(2.0), quiet_run(Child(Slow, stop=100.0)):
+        async with (
+            asyncio.timeout(2.0),
+            quiet_run(Supervisor("s", children=[Child(Slow, stop=100.0), Child(Slow, name="cut", stop=5.0)])),
+        ):
             async with open_node("guest"):
                 pass
-    assert asyncio.get_running_loop().time() - begun == 2.0
+    assert asyncio.get_running_loop().time() - begun == 65.0
+    assert stopped == ["slow"]
     assert system_here() is None
     assert asyncio.all_tasks() == {asyncio.current_task()}
 

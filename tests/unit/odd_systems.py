@@ -110,6 +110,12 @@ class Flood(Node):
 class Exits(Node):
     @every(hz=1)
     def leave(self) -> None:
+        os._exit(3)
+
+
+class AsksToExit(Node):
+    @every(hz=1)
+    def leave(self) -> None:
         sys.exit(3)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import signal
 import threading
 from collections.abc import Iterator
@@ -168,35 +167,44 @@ class Reluctant(Node):
             story.append("killed")
 
 
-async def test_a_stop_that_is_canceled_kills_guests_and_tree() -> None:
+async def test_D2_a_stop_that_is_canceled_again_and_again_is_carried_to_its_end() -> None:
+    class Slow(Node):
+        async def on_stop(self, reason: object) -> None:
+            story.append(f"asked {self.name}")
+            for _ in range(20):
+                await asyncio.sleep(0)
+            story.append(f"stopped {self.name}")
+
     system = System(sinks=())
-    await system.start(tree(Child(Reluctant, name="mule", stop=3600.0)))
-    await system.join(Child(Part, name="first"))
+    await system.start(tree(Child(Slow, name="mule")))
+    await system.join(Child(Slow, name="guest"))
     stopping = asyncio.create_task(system.stop())
-    while "asked" not in story:
+    for _ in range(5):
         await asyncio.sleep(0)
-    stopping.cancel()
-    with contextlib.suppress(asyncio.CancelledError):
-        await stopping
+        stopping.cancel()
+    await asyncio.wait([stopping])
     assert stopping.cancelled()
-    assert story == ["stop first", "asked", "killed"]
+    assert story == ["asked guest", "stopped guest", "asked mule", "stopped mule", "stop b", "stop a"]
     assert not system.running
+    assert asyncio.all_tasks() == {asyncio.current_task()}
 
 
-async def test_a_stop_that_is_canceled_at_its_first_guest_ends_the_others_and_the_tree() -> None:
+@pytest.mark.parametrize("place", ["guest", "tree"])
+async def test_a_stop_is_cut_short_by_kill_and_leaves_nothing(place: str) -> None:
     system = System(sinks=())
-    await system.start(tree())
-    await system.join(Child(Part, name="early"))
-    await system.join(Child(Reluctant, name="mule", stop=3600.0))
+    mule = Child(Reluctant, name="mule", stop=3600.0)
+    await system.start(tree(*([mule] if place == "tree" else [])))
+    await system.join(Child(Part, name="first"))
+    if place == "guest":
+        await system.join(mule)
     stopping = asyncio.create_task(system.stop())
     while "asked" not in story:
         await asyncio.sleep(0)
-    stopping.cancel()
-    with contextlib.suppress(asyncio.CancelledError):
-        await stopping
-    assert "killed" in story
-    assert "stop early" in story
+    system.kill()
+    await stopping
+    assert story == (["stop first", "asked", "killed"] if place == "tree" else ["asked", "killed"])
     assert not system.running
+    assert asyncio.all_tasks() == {asyncio.current_task()}
 
 
 def test_ctrl_c_while_a_blocking_node_opens_closes_what_has_begun() -> None:

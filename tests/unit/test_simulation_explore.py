@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import multiprocessing
 import os
 import subprocess
@@ -55,6 +56,7 @@ def replay_line(found: str) -> list[str]:
         ("Hesitant", "InvariantBroken", "and no end: /hesitant is starting, at "),
         ("clinging", "InvariantBroken", "the system is to stop; /clinging is stopping, at "),
         ("Exits", "ProcessEnded", "with exit code 3"),
+        ("AsksToExit", "ProgramExit", "AsksToExit.leave asked the program to exit: SystemExit: 3"),
         ("Killed", "ProcessEnded", "with signal 9"),
     ],
 )
@@ -291,8 +293,9 @@ def test_a_loop_that_waits_for_the_real_world_is_not_taken_to_be_blocked() -> No
                 pass
 
         seen.append(isolated.progress(rig.loop, main))
-        await rig.loop.run_in_executor(None, look)  # ends when the loop waits
+        await asyncio.sleep(0)
         seen.append(isolated.progress(rig.loop, main))
+        await rig.loop.run_in_executor(None, look)  # ends when the loop waits
 
     assert Scenario(body).run(0).error is None
     before, after = seen

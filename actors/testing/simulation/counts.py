@@ -27,7 +27,7 @@ def miscounts(system: System) -> Iterator[str]:
     supervisor = system.supervisor
     if supervisor is None:
         return
-    known = {leaked.task for leaked in supervisor.leaked}
+    known = {leaked.task for leaked in supervisor.leaked} | set(system.guests.tasks)
     for each in _below(supervisor):
         counts, children = each.counts(), each._entries.values()
         alive = [entry for entry in children if entry.now is not None and not entry.now.task.done()]

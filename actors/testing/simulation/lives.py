@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Awaitable, Callable, Coroutine, Generator, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
-from actors.control import Failure
+from actors.control import Failure, Unwinding
 from actors.errors import CallCycle
 from actors.life import NodeLife
 from actors.system import System
@@ -28,7 +28,7 @@ class InjectedCrash(Exception):
     """The simulation ended a node here."""
 
 
-class _Death(BaseException):
+class _Death(Unwinding):
     """Thrown into a node that dies: nothing that catches errors may catch it."""
 
 

@@ -1,0 +1,79 @@
+"""SIGINT and SIGTERM of an event loop, for all the systems in it that ask for them."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections.abc import Callable
+from typing import Any
+
+__all__ = ["Signals", "listen"]
+
+Listener = Callable[[signal.Signals], bool]
+"""Takes a signal; answers whether it could do anything about it."""
+
+
+class Signals:
+    """The signals of one loop.
+
+    The handlers are installed while there is a listener, and then the program has its own back. Every listener hears every signal. One that
+    none of them can do anything about, because everything has stopped and the program goes on regardless, ends the program: by an exception
+    out of the loop, or, from the third signal on, at once.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+        self._listeners: list[Listener] = []
+        self._before: dict[signal.Signals, Any] = {}
+        self._heard = 0
+
+    def listen(self, listener: Listener) -> Callable[[], None]:
+        """Tell `listener` from now on; the returned function ends that. Calling it twice is fine."""
+        self._listeners.append(listener)
+        self._install()
+
+        def leave() -> None:
+            if listener in self._listeners:
+                self._listeners.remove(listener)
+                if not self._listeners:
+                    self._uninstall()
+                    _signals.pop(self._loop, None)
+
+        return leave
+
+    def _install(self) -> None:
+        if self._before:
+            return
+        for number in (signal.SIGINT, signal.SIGTERM):
+            before = signal.getsignal(number)
+            try:
+                self._loop.add_signal_handler(number, self._arrived, number)
+            except (NotImplementedError, RuntimeError):  # a platform or a loop without them: KeyboardInterrupt remains
+                return
+            self._before[number] = before
+
+    def _uninstall(self) -> None:
+        for number, before in self._before.items():
+            self._loop.remove_signal_handler(number)
+            if before is not None:
+                signal.signal(number, before)
+        self._before.clear()
+
+    def _arrived(self, number: signal.Signals) -> None:
+        taken = [listener(number) for listener in tuple(self._listeners)]  # each of them is to hear it
+        self._heard += 1
+        if any(taken):
+            return
+        self._uninstall()
+        if self._heard > 2:
+            signal.signal(number, signal.SIG_DFL)
+            signal.raise_signal(number)
+        raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
+
+
+_signals: dict[asyncio.AbstractEventLoop, Signals] = {}
+
+
+def listen(loop: asyncio.AbstractEventLoop, listener: Listener) -> Callable[[], None]:
+    """Tell `listener` of SIGINT and SIGTERM as long as `loop` runs, until the returned function is called. In the main thread only."""
+    return _signals.setdefault(loop, Signals(loop)).listen(listener)
