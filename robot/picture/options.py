@@ -10,6 +10,7 @@ from math import isfinite
 from typing import Any, Literal
 
 from robot.run.options import Parser, UsageError
+from robot.world.worlds import WORLDS
 
 __all__ = ["Options", "UsageError", "parse"]
 
@@ -58,9 +59,7 @@ def _parser() -> Parser:
     )
     add: Any = parser.add_argument
     add("file", nargs="?", default="robot.png", metavar="FILE", help="the PNG file to write (default robot.png)")
-    add(
-        "--world", default="warehouse", metavar="NAME", help="warehouse, empty, corridor or pillars (default warehouse)"
-    )
+    add("--world", default=WORLDS[0], metavar="NAME", help=f"{', '.join(WORLDS)} (default {WORLDS[0]})")
     add("--seed", type=int, default=0, metavar="N", help="of all noise and randomness (default 0)")
     add(
         "--at",

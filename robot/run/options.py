@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from math import isfinite, radians
 from typing import Any, Literal, NoReturn
 
+from robot.world.worlds import WORLDS
+
 __all__ = ["VIRTUAL_DURATION", "Crash", "Options", "Parser", "UsageError", "parse"]
 
 VIRTUAL_DURATION = 120.0
@@ -127,9 +129,7 @@ def _parser() -> argparse.ArgumentParser:
         default="real",
         help="real time, or as fast as the machine can (default real)",
     )
-    add(
-        "--world", default="warehouse", metavar="NAME", help="warehouse, empty, corridor or pillars (default warehouse)"
-    )
+    add("--world", default=WORLDS[0], metavar="NAME", help=f"{', '.join(WORLDS)} (default {WORLDS[0]})")
     add(
         "--backend",
         choices=("physics", "kinematic"),

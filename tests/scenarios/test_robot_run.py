@@ -99,8 +99,22 @@ def test_one_goal_is_walked_to_and_ends_the_run(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     (goal,) = report["goals"]
     assert (goal["name"], goal["outcome"]) == ("goal", "succeeded")
+    assert report["failure"] is None
     assert report["simulated_seconds"] < 40.0
     assert report["last"]["body_height"] < 0.22
+
+
+def test_a_goal_that_is_not_reached_by_the_end_of_the_duration_is_exit_code_1_and_one_line(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *KINEMATIC, "--goal", "8.8", "6", "--duration", "5")
+    assert done.returncode == 1
+    failure = "--goal 8.8 6: not reached: the robot was 9.2 m away from it when the run ended"
+    assert done.stderr.splitlines()[-1] == f"robot run: {failure}"
+    assert report["failure"] == failure
+
+
+def test_the_help_names_every_world() -> None:
+    done = robot("run", "--help")
+    assert "warehouse, empty, corridor, pillars, kitchen (default warehouse)" in " ".join(done.stdout.split())
 
 
 def test_the_run_publishes_its_time_for_those_who_follow_it(tmp_path: Path) -> None:
