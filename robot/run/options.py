@@ -6,6 +6,7 @@ import argparse
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from math import isfinite, radians
 from typing import Any, Literal, NoReturn
 
@@ -13,6 +14,8 @@ from robot.world.worlds import WORLDS
 
 __all__ = ["VIRTUAL_DURATION", "Crash", "Options", "Parser", "UsageError", "parse"]
 
+LEVELS = ("debug", "info", "warn", "error", "fatal")
+"""What may be said for `--log-level`."""
 VIRTUAL_DURATION = 120.0
 """A run on the virtual clock needs an end; this is its default, seconds."""
 
@@ -22,9 +25,15 @@ class UsageError(Exception):
 
 
 class Parser(argparse.ArgumentParser):
-    """argparse, but a mistake is one `UsageError` that says where the help is, instead of a page."""
+    """argparse, but a mistake is one `UsageError` that says where the help is, instead of a page; a misspelt option is told the closest one."""
 
     def error(self, message: str) -> NoReturn:
+        if message.startswith("unrecognized arguments: "):
+            known = [option for action in self._actions for option in action.option_strings]
+            close = [
+                near for word in message.split()[2:] for near in get_close_matches(word.partition("=")[0], known, n=1)
+            ]
+            message += f"; did you mean {close[0]}?" if close else ""
         raise UsageError(f"{message} (see {self.prog} --help)")
 
 
@@ -162,7 +171,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     add("--params", metavar="FILE", help="a ROS 2 parameter file (YAML)")
     add("--log-format", choices=("console", "json"), default="console")
-    add("--log-level", choices=("debug", "info", "warn", "error", "fatal"), default="info")
+    add("--log-level", choices=LEVELS, default="info")
     add("--report", metavar="FILE", help="write a report of the run as JSON")
     add(
         "--flight-record",
