@@ -103,7 +103,7 @@ class Session:
         from robot.run.judge import Judge, Score
         from robot.run.mission import failure
         from robot.run.report import last_sample, make_report
-        from robot.run.status import Status, StatusLine
+        from robot.run.status import Status, StatusLine, final_parts
 
         options, began = self.options, time.monotonic()
         line, score = StatusLine(), Score()
@@ -127,7 +127,7 @@ class Session:
                 finally:
                     report = make_report(system, self.body, score, self._header())
         finally:
-            line.end()
+            line.end(final_parts(self.body.truth(), score, report.get("simulated_seconds", 0.0)))
             report |= flight.conclude(quiet=options.log_format == "json")
             report |= {"last": last_sample(self.body), "wall_seconds": round(time.monotonic() - began, 3)}
             failed = failure(options, score, self.body)

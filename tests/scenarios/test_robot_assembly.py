@@ -10,7 +10,7 @@ import pytest
 import robot
 from actors.testing import Rig
 from robot import Robot
-from robot.contracts import GOAL_REPORT
+from robot.contracts import BATTERY_STATE, GAIT_STATUS, GOAL_REPORT
 from robot.tasks.carrier import Delivery
 from robot.world.scene import Pose2
 from robot.world.worlds import UnknownWorld, get_world
@@ -54,9 +54,19 @@ async def test_it_walks_to_each_place_once_and_sits_down(rig: Rig) -> None:
     assert walker.body.truth().position[:2] == pytest.approx([1.0, 1.0], abs=0.1)
 
 
-async def test_the_battery_starts_as_it_is_said(rig: Rig) -> None:
-    from robot.contracts import BATTERY_STATE
+async def test_it_says_that_it_stands_when_it_does(rig: Rig) -> None:
+    await rig.start(Robot("empty", body="kinematic", mission="patrol", seed=1).tree)
+    statuses = rig.probe(GAIT_STATUS)
+    await rig.advance(4.0)
+    stood = next(
+        time for time, status in zip(statuses.times, statuses, strict=True) if status.mode in ("stand", "walk")
+    )
+    said = {record.event: record.time for record in rig.logs if record.node == "/patrol"}
+    assert said["Robot is now standing"] == pytest.approx(stood, abs=0.01)
+    assert said["Robot is now standing"] > said["standing up"] + 0.5
 
+
+async def test_the_battery_starts_as_it_is_said(rig: Rig) -> None:
     await rig.start(Robot(body="kinematic", battery=42.0).tree)
     states = rig.probe(BATTERY_STATE)
     await rig.advance(1.5)
