@@ -76,7 +76,7 @@ class Session:
             raise UsageError(f"--world {options.world}: {error.args[0]}") from None
         try:
             return Robot(
-                scene, body=options.backend, mission=get_mission(options, scene), seed=options.seed, battery=options.battery,
+                scene, body=options.backend, mission=get_mission(options.goal, options.fetch, scene), seed=options.seed, battery=options.battery,
                 arm=options.arm, motor_delay=options.motor_delay, overrides=self.overrides, publish_clock=options.publish_clock,
             )  # fmt: skip
         except BackendMissing as error:

@@ -11,7 +11,7 @@ import numpy as np
 from robot.navigation.errors import NavigationError
 from robot.navigation.grid import Grid, signed_distance
 from robot.navigation.navigator import Navigator
-from robot.run.options import Fetch, Options, UsageError
+from robot.run.options import Fetch, Goal, Options, UsageError
 from robot.tasks.carrier import Delivery
 from robot.tasks.grasp import Spot, stands
 from robot.world.scene import Pose2, Scene, Thing
@@ -31,12 +31,12 @@ SIDES = 8
 """From how many sides it is tried whether there is a place to stand before the thing's new place."""
 
 
-def get_mission(options: Options, scene: Scene) -> Mission:
+def get_mission(goal: Goal | None, fetch: Fetch | None, scene: Scene) -> Mission:
     """The patrol, or what `--goal` or `--fetch` ask for. Raises `UsageError` for what cannot be done in this world."""
-    if options.goal is not None:
-        return [_goal(options.goal, scene)]
-    if options.fetch is not None:
-        return _delivery(options.fetch, scene)
+    if goal is not None:
+        return [_goal(goal, scene)]
+    if fetch is not None:
+        return _delivery(fetch, scene)
     return "patrol"
 
 
@@ -59,7 +59,7 @@ def failure(options: Options, score: Score, body: Body) -> str | None:
     return f"{asked}: {last.outcome}" + (f": {last.reason}" if last.reason else "")
 
 
-def _goal(goal: tuple[float, float, float], scene: Scene) -> Pose2:
+def _goal(goal: Goal, scene: Scene) -> Pose2:
     pose, asked = Pose2(*goal), f"--goal {goal[0]:g} {goal[1]:g}"
     _check_inside(asked, pose.x, pose.y, scene)
     try:

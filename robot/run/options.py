@@ -12,7 +12,12 @@ from typing import Any, Literal, NoReturn
 
 from robot.world.worlds import WORLDS
 
-__all__ = ["VIRTUAL_DURATION", "Crash", "Options", "Parser", "UsageError", "parse"]
+__all__ = [
+    "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Options", "Parser", "UsageError", "parse", "parse_fetch", "parse_goal", "seconds",
+]  # fmt: skip
+
+Goal = tuple[float, float, float]
+"""x and y in metres, the heading in rad."""
 
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 """What may be said for `--log-level`."""
@@ -64,7 +69,7 @@ class Options:
     world: str
     backend: Literal["physics", "kinematic"]
     seed: int
-    goal: tuple[float, float, float] | None
+    goal: Goal | None
     params: str | None
     log_format: Literal["console", "json"]
     log_level: str
@@ -97,7 +102,7 @@ def parse(argv: Sequence[str]) -> Options:
         world=given.world,
         backend=given.backend,
         seed=given.seed,
-        goal=_goal(given.goal),
+        goal=parse_goal(given.goal),
         params=given.params,
         log_format=given.log_format,
         log_level=given.log_level,
@@ -108,7 +113,7 @@ def parse(argv: Sequence[str]) -> Options:
         publish_clock=given.publish_clock,
         only=_names(given.only),
         arm=given.arm or given.fetch is not None,
-        fetch=_fetch(given.fetch, given.goal),
+        fetch=parse_fetch(given.fetch, given.goal),
     )
 
 
@@ -239,7 +244,8 @@ def _names(words: Sequence[str] | None) -> tuple[str, ...]:
     return names
 
 
-def _goal(values: Sequence[float] | None) -> tuple[float, float, float] | None:
+def parse_goal(values: Sequence[float] | None) -> Goal | None:
+    """What `--goal` says: x and y in metres, the heading in rad (0 unless given). Raises `UsageError`."""
     if values is None:
         return None
     if len(values) not in (2, 3):
@@ -253,7 +259,8 @@ def _goal(values: Sequence[float] | None) -> tuple[float, float, float] | None:
     return x, y, theta
 
 
-def _fetch(values: Sequence[str] | None, goal: object) -> Fetch | None:
+def parse_fetch(values: Sequence[str] | None, goal: object) -> Fetch | None:
+    """What `--fetch` says; `goal` is what `--goal` says, as there can be only one of them. Raises `UsageError`."""
     if values is None:
         return None
     if goal is not None:
