@@ -18,7 +18,7 @@ from typing import Any
 from robot.evaluate.barn_run import Backend, Ended, Outcome, run
 from robot.evaluate.barn_worlds import BarnWorld, find_worlds
 from robot.evaluate.levels import Metric, machine
-from robot.run.options import Parser
+from robot.run.options import Parser, parse_seed
 from robot.world.physics import BackendMissing
 
 __all__ = ["evaluate", "main", "show"]
@@ -89,7 +89,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--backend", choices=("physics", "kinematic"), default="physics", help="the body (default: physics)"
     )
-    parser.add_argument("--seeds", type=int, nargs="+", default=[1], help="each world once for every seed")
+    parser.add_argument("--seeds", type=parse_seed, nargs="+", default=[1], help="each world once for every seed")
     parser.add_argument("--worlds", type=int, nargs="+", metavar="N", help="only the worlds with these indices")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     asked = parser.parse_args(argv)

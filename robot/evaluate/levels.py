@@ -20,7 +20,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any, TypeAlias
 
-from robot.run.options import Parser, UsageError
+from robot.run.options import Parser, UsageError, parse_seed
 from robot.run.status import Part, StatusLine
 
 __all__ = ["Bounds", "Metric", "conclude", "machine", "measure", "parser", "table"]
@@ -54,7 +54,7 @@ def parser(name: str, description: str, *, seeds: Sequence[int] = (1, 2, 3, 4, 5
     """A command line for `python -m robot evaluate NAME` with what all of them take: --seeds, --only, --quick, --json."""
     about = f"All of it takes {takes}." if takes else None
     made = Parser(prog=f"python -m robot evaluate {name}", description=description, epilog=about)
-    made.add_argument("--seeds", type=int, nargs="+", default=list(seeds), help="one run of everything per seed")
+    made.add_argument("--seeds", type=parse_seed, nargs="+", default=list(seeds), help="one run of everything per seed")
     made.add_argument("--quick", action="store_true", help="the short measurements only")
     made.add_argument("--only", default="", help="only metrics whose name contains this")
     made.add_argument("--json", action="store_true", help="print JSON instead of a table")

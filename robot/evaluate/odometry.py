@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from robot.evaluate import odometry_measures as take
 from robot.evaluate import walk_measures
 from robot.evaluate.levels import Metric, conclude, measure, parser
+from robot.run.options import within
 from robot.world.physics import BackendMissing
 
 __all__ = ["main", "metrics"]
@@ -60,9 +61,13 @@ def metrics(delay: float, distance: float, seconds: float) -> tuple[Metric, ...]
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; 0 if every metric is at least acceptable, 1 if one is not, 3 without the physics back end. Raises `UsageError`."""
     line = parser("odometry", (__doc__ or "").split("\n")[0], takes=TAKES)
-    line.add_argument("--delay", type=float, default=4.0, help="motor delay, ms")
-    line.add_argument("--distance", type=float, default=100.0, help="length of the walk without a map, m")
-    line.add_argument("--seconds", type=float, default=60.0, help="length of the patrol with a map")
+    line.add_argument("--delay", type=within(0.0, 20.0, "milliseconds"), default=4.0, help="motor delay, ms")
+    line.add_argument(
+        "--distance", type=within(1.0, 10_000.0, "metres"), default=100.0, help="length of the walk without a map, m"
+    )
+    line.add_argument(
+        "--seconds", type=within(1.0, 3600.0, "seconds"), default=60.0, help="length of the patrol with a map"
+    )
     asked = line.parse_args(argv)
     delay = asked.delay / 1000.0
     try:

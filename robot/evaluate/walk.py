@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from robot.evaluate import walk_gaits as gaits
 from robot.evaluate import walk_measures as take
 from robot.evaluate.levels import Metric, conclude, measure, parser
+from robot.run.options import within
 from robot.world.physics import BackendMissing
 
 __all__ = ["main", "metrics"]
@@ -118,8 +119,8 @@ def _gaits(delay: float) -> Iterator[Metric]:
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; 0 if every metric is at least acceptable, 1 if one is not, 3 without the physics back end. Raises `UsageError`."""
     line = parser("walk", (__doc__ or "").split("\n")[0], takes=TAKES)
-    line.add_argument("--delay", type=float, default=8.0, help="motor delay, ms")
-    line.add_argument("--minutes", type=float, default=2.0, help="length of each endurance run")
+    line.add_argument("--delay", type=within(0.0, 20.0, "milliseconds"), default=8.0, help="motor delay, ms")
+    line.add_argument("--minutes", type=within(0.1, 600.0, "minutes"), default=2.0, help="length of each endurance run")
     asked = line.parse_args(argv)
     chosen = metrics(asked.delay / 1000.0, asked.minutes)
     try:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Literal
 
-from robot.run.options import Fetch, Goal, Parser, UsageError, parse_fetch, parse_goal
+from robot.run.options import Fetch, Goal, Parser, UsageError, parse_fetch, parse_goal, parse_seed
 from robot.world.worlds import WORLDS
 
 __all__ = ["Options", "UsageError", "parse"]
@@ -69,7 +69,7 @@ def _parser() -> Parser:
     add: Any = parser.add_argument
     add("file", nargs="?", default="robot.png", metavar="FILE", help="the PNG file to write (default robot.png)")
     add("--world", default=WORLDS[0], metavar="NAME", help=f"{', '.join(WORLDS)} (default {WORLDS[0]})")
-    add("--seed", type=int, default=0, metavar="N", help="of all noise and randomness (default 0)")
+    add("--seed", type=parse_seed, default=0, metavar="N", help="of all noise and randomness (default 0)")
     add(
         "--at",
         type=float,

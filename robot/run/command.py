@@ -133,6 +133,7 @@ class Session:
             failed = failure(options, score, self.body)
             report["failure"] = failed
             self._conclude(score, report)
+            failed = self._write(report) or failed
         if failed is None or system.exit_code != 0:
             return system.exit_code
         print(f"robot run: {failed}", file=sys.stderr)
@@ -217,10 +218,18 @@ class Session:
                 f"{reached} goals reached, {score.falls} falls, {len(score.contacts)} contacts",
                 file=sys.stderr,
             )
-        if self.options.report is not None:
+
+    def _write(self, report: dict[str, Any]) -> str | None:
+        """Write the report, if one is wanted; returns what went wrong."""
+        if self.options.report is None:
+            return None
+        try:
             with open(self.options.report, "w", encoding="utf-8") as file:
                 json.dump(report, file, indent=1, sort_keys=True)
                 file.write("\n")
+        except OSError as error:
+            return f"--report {self.options.report}: not written: {error.strerror}"
+        return None
 
 
 def check_parameters(tree: Supervisor, overrides: ParameterOverrides | None) -> None:
@@ -253,10 +262,13 @@ def check_parameters(tree: Supervisor, overrides: ParameterOverrides | None) -> 
 
 def check_crashes(tree: Supervisor, crashes: Sequence[Crash]) -> None:
     """Refuse to crash what is not there. Raises `UsageError`."""
-    names = [child.name for child in tree.children]
+    from robot.tree import UnknownNode, only
+
     for crash in crashes:
-        if crash.node.lstrip("/") not in names:
-            raise UsageError(f"--crash {crash.node}@{crash.at:g}: there is no such node; there are: {', '.join(names)}")
+        try:
+            only(tree, [crash.node])
+        except UnknownNode as error:
+            raise UsageError(f"--crash {crash.node}@{crash.at:g}: {error}") from None
 
 
 def _crash(system: System, name: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from difflib import get_close_matches
 from math import cos, hypot, inf, pi, sin
 from typing import TYPE_CHECKING
 
@@ -81,9 +82,11 @@ def _delivery(asked: Fetch, scene: Scene) -> Delivery:
 def _where_else(name: str, scene: Scene) -> str:
     """Which worlds have such a thing, and what this one has instead."""
     others = [world for world in WORLDS if any(thing.name == name for thing in get_world(world).things)]
-    there_is = ", ".join(thing.name for thing in scene.things) or "nothing"
     if not others:
-        return f"the world {scene.name!r} has no such thing; there is {there_is}"
+        names = [thing.name for thing in scene.things]
+        close = get_close_matches(name.lower(), names, n=1)
+        hint = f"did you mean {close[0]}?" if close else f"there is {', '.join(names) or 'nothing'}"
+        return f"the world {scene.name!r} has no such thing; {hint}"
     return f"the world {scene.name!r} has no {name}; the world {others[0]!r} has one: add --world {others[0]}"
 
 

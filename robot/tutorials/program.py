@@ -124,7 +124,12 @@ def _options(tree: Callable[[], Supervisor], argv: Sequence[str] | None, name: s
     parser.add_argument("--clock", choices=("real", "virtual"), default="real", help="virtual: waiting takes no time")
     parser.add_argument("--duration", type=seconds, metavar="SECONDS", help="end after so many seconds")
     parser.add_argument(
-        "--log-level", choices=LEVELS, default="info", metavar="LEVEL", help=f"{', '.join(LEVELS)} (default info)"
+        "--log-level",
+        type=str.lower,
+        choices=LEVELS,
+        default="info",
+        metavar="LEVEL",
+        help=f"{', '.join(LEVELS)} (default info)",
     )
     options = parser.parse_args(argv)
     if options.clock == "virtual" and options.duration is None and tree().auto_shutdown == never:

@@ -72,6 +72,7 @@ def test_a_robot_with_an_arm_may_patrol_as_ever(tmp_path: Path) -> None:
             "there is no place to stand from which the arm reaches that",
         ),
         (("--world", "kitchen", "--fetch", "mug"), "has no such thing; there is cup, box"),
+        (("--world", "kitchen", "--fetch", "Cup"), "has no such thing; did you mean cup?"),
         (("--world", "kitchen", "--fetch", "cup", "1"), "--fetch takes NAME, NAME X Y or NAME X Y Z, not 1 numbers"),
         (("--world", "kitchen", "--fetch", "cup", "here", "there"), "X, Y and Z are numbers"),
         (("--world", "kitchen", "--fetch", "cup", "nan", "0"), "must be finite"),

@@ -151,6 +151,11 @@ def test_the_list_of_tutorials_has_each_with_a_line(capsys: pytest.CaptureFixtur
     assert all(len(row) == 2 for row in rows)
 
 
+def test_levels_are_taken_in_any_case(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_program(humanoid_lab.tree, "--clock", "virtual", "--duration", "1", "--log-level", "DEBUG") == 0
+    assert "Received sensor data" in capsys.readouterr().out
+
+
 def test_a_tutorial_is_run_by_its_name(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         list_or_run(["talker_listener", "--clock", "virtual", "--duration", "1.5"])

@@ -21,6 +21,7 @@ from tests.unit.picture_kit import decoded
         (["--view", "map", "--size", "100x100"], "give 480x320"),
         (["--at", "-1"], "--at -1"),
         (["--at", "nan"], "--at nan"),
+        (["--seed", "-1"], "-1 is no seed: give a whole number of at least 0"),
         (["--view", "plots", "--renderer", "mujoco"], "leave one of the two out"),
         (["--renderer", "mujoco", "--arm"], "draws no arm"),
         (["--fetch", "cup"], "the world 'kitchen' has one: add --world kitchen"),
