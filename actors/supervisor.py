@@ -121,7 +121,9 @@ class Child(Declaration):
     `name` is its id among its siblings and its node name; default: the factory's `node_name`, or the class name in
     snake_case. `args` are positional arguments for the factory; `namespace`, `parameters` and `remap` are those of the
     node. `stop` is the clean-up time in seconds. `significant` makes its end count for its supervisor's
-    `auto_shutdown`. `process=True` runs it in a process of its own.
+    `auto_shutdown`. `process=True` asks for a process of its own. That needs a transport between processes, which does not
+    exist yet: a child that asks for it does not start (`StartFailed`), except in a simulated trial (`@scenario`, `explore`),
+    which runs it in the trial's own process.
     Raises `DeclarationError` naming the option that is wrong.
     """
 

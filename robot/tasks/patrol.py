@@ -12,6 +12,7 @@ from actors.interfaces.std_srvs.srv import Trigger
 from robot.contracts import (
     BATTERY_STATE,
     DOCK,
+    GAIT_STATUS,
     GOAL_REPORT,
     NAVIGATE_TO_GOAL,
     POSE,
@@ -23,7 +24,7 @@ from robot.contracts import (
 )
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.robactor_msgs.action import Dock
-from robot.interfaces.robactor_msgs.msg import GoalReport, SafetyState
+from robot.interfaces.robactor_msgs.msg import GaitStatus, GoalReport, SafetyState
 from robot.navigation.geometry import from_pose, pose_stamped
 from robot.navigation.grid import Grid
 from robot.navigation.path import line_cells
@@ -56,6 +57,7 @@ class Patrol(Node):
         self._stopped = ""
         self._tired = False
         """The last goal was not for the charge there is."""
+        self._rising = False
         self.finished = False
 
     def resume(self, state: int) -> None:
@@ -70,6 +72,13 @@ class Patrol(Node):
     @SAFETY_STATE.on()
     def safety(self, message: SafetyState) -> None:
         self._stopped = "; ".join(message.reasons) if message.stopped else ""
+
+    @GAIT_STATUS.on()
+    def gait(self, message: GaitStatus) -> None:
+        """Say that the robot stands when it does: the answer to the request comes two seconds before."""
+        if self._rising and message.mode in ("stand", "walk"):
+            self._rising = False
+            self.log.info("Robot is now standing")
 
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:
@@ -115,7 +124,8 @@ class Patrol(Node):
         while True:
             reply = await self.call(STAND, Trigger.Request())
             if reply.success:
-                self.log.info(reply.message)
+                self.log.info("standing up")
+                self._rising = True
                 return
             self.log.warning("cannot stand up", why=reply.message)
             await self.clock.sleep(5.0)
