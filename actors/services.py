@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 import msgspec
 
+from actors.deadlines import FEW
 from actors.errors import (
     CallCycle,
     CallTimeout,
@@ -24,7 +25,6 @@ from actors.errors import (
     ServiceUnavailable,
     WrongType,
 )
-from actors.deadlines import FEW
 from actors.inbox import Inbox, stray_cancel
 
 if TYPE_CHECKING:
