@@ -34,7 +34,7 @@ GROUPS: Mapping[str, Sequence[str]] = {
     "Topics": ("Publisher", "Stream", "QoS", "qos"),
     "Actions": ("Steps", "Done", "Aborted", "Goal", "Outcome", "GoalStatus", "parallel", "queue"),
     "Supervision": (
-        "Supervisor", "DynamicSupervisor", "Child", "Intensity", "Backoff", "one_for_one", "one_for_all", "rest_for_one", "permanent",
+        "Supervisor", "DynamicSupervisor", "Child", "actors.supervision.running:RunningSupervisor", "Intensity", "Backoff", "one_for_one", "one_for_all", "rest_for_one", "permanent",
         "transient", "temporary", "Stop", "Skip", "Failed", "Stopped", "Returned", "Killed", "Leaked",
     ),
     "Instants and durations": ("actors.time:Time", "actors.time:Duration", "actors.time:ClockType"),
@@ -64,14 +64,17 @@ INTERNAL: Mapping[str, Sequence[str]] = {
     "Probe": (
         "aging", "deliver", "due", "end_events", "full", "happening", "inlet", "join", "made_room", "publishers", "room", "taken", "tell",
     ),
+    "RunningSupervisor": (
+        "abandoned", "ended", "grace_of", "is_supervisor", "life", "make_life", "name", "post", "ready", "run", "stop",
+    ),
     "Supervisor": ("check_child",),
     "DynamicSupervisor": ("instance",),
 }  # fmt: skip
 """What is public for other modules of the framework only."""
 
-MADE_ELSEWHERE = frozenset(
-    {"System", "Clock", "Publisher", "Stream", "Goal", "Outcome", "Probe", "Tick", "Snapshot", "Finding"}
-)
+MADE_ELSEWHERE = (
+    "System", "Clock", "Publisher", "Stream", "Goal", "Outcome", "Probe", "Tick", "Snapshot", "Finding", "RunningSupervisor",
+)  # fmt: skip
 """Classes that nobody but the framework instantiates: their constructors are not shown."""
 
 HEAD = """# Reference
