@@ -34,7 +34,8 @@ GROUPS: Mapping[str, Sequence[str]] = {
     "Topics": ("Publisher", "Stream", "QoS", "qos"),
     "Actions": ("Steps", "Done", "Aborted", "Goal", "Outcome", "GoalStatus", "parallel", "queue"),
     "Supervision": (
-        "Supervisor", "DynamicSupervisor", "Child", "actors.supervision.running:RunningSupervisor", "Intensity", "Backoff", "one_for_one", "one_for_all", "rest_for_one", "permanent",
+        "Supervisor", "DynamicSupervisor", "Child", "actors.supervision.running:RunningSupervisor", "Intensity", "Backoff",
+        "one_for_one", "one_for_all", "rest_for_one", "permanent",
         "transient", "temporary", "Stop", "Skip", "Failed", "Stopped", "Returned", "Killed", "Leaked",
     ),
     "Instants and durations": ("actors.time:Time", "actors.time:Duration", "actors.time:ClockType"),
