@@ -443,3 +443,22 @@ async def test_D14_a_tap_takes_what_a_changing_audience_takes() -> None:
     assert (values(heard), values(queue.messages), out.peers) == ([1, 2], [1], ())
     out.close()
     assert (out.peers, out.targets, entry.publishers) == ((), (), [])
+
+
+async def test_D23_a_subscription_that_is_collected_while_a_publisher_comes_is_not_joined() -> None:
+    entry = topic()
+    left: list[Queue[Int32]] = []
+
+    class Closing(Subscription[Int32]):
+        def join(self, publisher: Publisher[Any]) -> None:
+            super().join(publisher)
+            for queue in left:  # as the garbage collector may do at any moment
+                queue.close()
+
+    first = Closing(ME, entry, Int32, qos.DEFAULT)
+    entry.add_subscription(first)
+    left.append(subscription(entry))
+    last = subscription(entry)
+    out = publisher(entry)
+    assert out.peers == (first, last)
+    assert entry.subscriptions == [first, last]
