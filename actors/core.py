@@ -151,7 +151,7 @@ class Core(Ground):
         self.streams.append(queue)
         queue.on_close = self._stream_closed
         queue.entry.add_subscription(queue)
-        return Stream(queue)
+        return Stream(queue, self.system.loop)
 
     def subscription(self, topic: Topic[M]) -> Feed[M]:
         """The queue behind this incarnation's first handler of `topic`."""

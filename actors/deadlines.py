@@ -10,12 +10,13 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import deque
+from itertools import chain, islice
 from typing import Any, Protocol
 
 __all__ = ["Deadlines", "Waiting"]
 
 FEW = 64
-"""So many answered calls may stay in a queue besides those that wait."""
+"""So many answered calls may stay in a queue besides those that wait; so many are looked at for a cycle."""
 
 
 class Waiting(Protocol):
@@ -68,6 +69,11 @@ class Deadlines:
         waiting.append(one)
         if len(waiting) > queue.full:
             queue.sweep()
+
+    def waiting(self, limit: int = FEW) -> list[Waiting]:
+        """What still waits, in no particular order; at most so many."""
+        everything = chain.from_iterable(queue.waiting for queue in self._queues.values())
+        return [one for one in islice(everything, limit) if not one.future.done()]
 
     def close(self) -> None:
         """Forget everything; the futures are left to their owners."""

@@ -172,6 +172,7 @@ class Node:
 
     @property
     def log(self) -> NodeLog:
+        """The node's log: ``self.log.info("docked", percent=80)``; every line has the node, the time and the incarnation."""
         return self.core.log
 
     # -- communication ------------------------------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 import msgspec
 
 from actors.control import blame
+from actors.deadlines import FEW
 from actors.errors import (
     CallCycle,
     CallTimeout,
@@ -167,10 +168,17 @@ class Request(msgspec.Struct, eq=False):
 
     def late(self) -> CallTimeout:
         """What the caller gets that has waited long enough."""
+        from actors.cycles import cycle_of
+
         server = self.server
-        return CallTimeout(
-            f"{server.node.fqn} did not answer {server.entry.name} in time: give the call more time, or make it an action"
-        )
+        # Other calls matter only to one that is being answered; and thousands that are late together must not hold the loop.
+        begun = len(server.waiting) < FEW if server.waiting is not None else server.inbox.current is self
+        others = self.caller.deadlines.waiting() if begun else ()
+        cycle = cycle_of(self, (one for one in others if isinstance(one, Request)))
+        why = "give the call more time, or make it an action"
+        if cycle is not None:
+            why = f"{cycle}; declare one of the handlers concurrent=n, or do not call back into a caller"
+        return CallTimeout(f"{server.node.fqn} did not answer {server.entry.name} in time: {why}")
 
     async def run(self) -> None:
         """Run the handler and complete the caller's future; when the node itself is ended, that is left to `Server.fail_all`.

@@ -95,6 +95,8 @@ def pytest_runtest_makereport(
         from actors.testing.flights import save_flight
 
         report.sections.append(("rig", rig.timeline()))
+        if report.when == "call" and (findings := rig.findings()):
+            report.sections.append(("check_tree", "\n".join(map(str, findings))))
         recorder, temporary = item.stash[_FLIGHT]
         if (flight := save_flight(recorder, item.config, temporary, item.nodeid)) is not None:
             report.sections.append(("flight record", flight))

@@ -34,6 +34,7 @@ from actors.testing.failures import ExpectedFailure, FailureWatch, UnexpectedFai
 from actors.testing.loop import VirtualLoop
 
 if TYPE_CHECKING:
+    from actors.checker import Finding
     from actors.contracts import Action, Service, Topic
     from actors.goal_client import Goal
     from actors.interfaces.message import Message
@@ -125,6 +126,7 @@ class Rig:
         self._observers: list[Observer] = []
         self._system: System | None = None
         self._me: NodeLife | None = None
+        self._tree: Spec | None = None
         self._tasks_before = asyncio.all_tasks()
         self._threads_before = set(threading.enumerate())
 
@@ -146,10 +148,20 @@ class Rig:
         self._watch.begin(system)
         while self._observers:  # each observes one system: the first, also when it does not come to start
             self._observers.pop(0).attach(system)
+        self._tree = tree
         await system.start(tree)
         self._system = system
         self._me = await system.join(Child(Node, name="rig"))
         return system
+
+    def findings(self) -> tuple[Finding, ...]:
+        """What `check_tree` says of how the nodes of this test are connected; what the test itself publishes counts, too."""
+        if self._tree is None or self._system is None:
+            return ()
+        from actors.checker import check_tree
+
+        published = [entry.name for entry in self._system.graph.topics.values() if entry.opened is not None]
+        return check_tree(self._tree, external=published, each_node=False)
 
     def observe(self, observer: O) -> O:
         """Attach a `FlightRecorder`, a `Trace` or the like: before the tree starts if it has not started yet, else now."""
