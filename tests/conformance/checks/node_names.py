@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from actors import names
-from tests.conformance.checks.common import Case, Vector, by_kind, expected, raises, same
+from tests.conformance.checks.common import Case, Vector, by_kind, expected, raises, refused, same
 from tests.conformance.checks.topic_names import judge
 
 
@@ -26,11 +26,16 @@ def child_logger(vector: Vector) -> None:
     parent = given.get("logger", given.get("parent"))
     if parent is None:
         parent = names.logger_name(names.fully_qualified(given.get("namespace", "/"), given["name"]))
+    child = given.get("child", given.get("child_name"))
     if expect.get("ok") is False:
-        raises(ValueError, lambda: names.child_logger_name(parent, given["child"]))
+        raises(
+            refused(expect.get("error", "any"), {"value_error": ValueError}),
+            lambda: names.child_logger_name(parent, child),
+        )
         return
-    got = names.child_logger_name(parent, given["child"])
-    same("name", got, next(value for key, value in expect.items() if key != "ok"))
+    expect.get("ok")
+    got = names.child_logger_name(parent, child)
+    expected(expect, **dict.fromkeys(("name", "logger_name", "child", "child_name", "result"), got))
 
 
 def cases(path: Path) -> Iterable[Case]:
