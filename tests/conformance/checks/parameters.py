@@ -10,15 +10,12 @@ from typing import Any
 
 from actors.parameters import (
     CallbackHandle,
-    FloatingPointRange,
-    IntegerRange,
     InvalidParameterName,
     InvalidParameterType,
     InvalidParameterValue,
     Parameter,
     ParameterAlreadyDeclared,
     ParameterChange,
-    ParameterDescriptor,
     ParameterImmutable,
     ParameterNotDeclared,
     ParameterStore,
@@ -35,7 +32,18 @@ from actors.parameters.messages import (
     to_parameter,
 )
 from actors.parameters.text import parse_parameter
-from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, number, steps_of
+from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, steps_of
+from tests.conformance.checks.parameter_forms import (
+    behavior_of,
+    compare,
+    default_of,
+    described,
+    descriptor_of,
+    parameters_of,
+    shown,
+    typed,
+    value_of,
+)
 
 _ERRORS: list[tuple[type[Exception], str]] = [
     (ParameterAlreadyDeclared, "parameter_already_declared"),
@@ -79,7 +87,7 @@ class _Array:
 def _infer_type(given: dict[str, Any], expect: dict[str, Any]) -> None:
     value = _evaluated(given)
     found = _outcome(lambda: {"ok": True, "type": ParameterType.of(value).name.lower(), **_held(value, expect)})
-    _compare(found, expect)
+    compare(found, expect)
 
 
 def _held(value: object, expect: dict[str, Any]) -> dict[str, Any]:
@@ -97,7 +105,7 @@ def _construct(given: dict[str, Any], expect: dict[str, Any]) -> None:
         wanted = expect.get("value")
         return {"ok": True, "type": held["type"], "value": held if isinstance(wanted, dict) else held["value"]}
 
-    _compare(_outcome(build), expect)
+    compare(_outcome(build), expect)
 
 
 def _evaluated(given: dict[str, Any]) -> Any:
@@ -105,18 +113,18 @@ def _evaluated(given: dict[str, Any]) -> Any:
 
 
 def _cli_value(given: dict[str, Any], expect: dict[str, Any]) -> None:
-    _compare(typed(parse_parameter("p", given["text"])), expect)
+    compare(typed(parse_parameter("p", given["text"])), expect)
 
 
 def _parameter_service(given: dict[str, Any], expect: dict[str, Any]) -> None:
     if given["service"] not in SERVICE_TYPES:
         raise Unsupported(f"unsupported service {given['service']!r}")
     found = {"name": f"{given['node']}/{given['service']}", "type": SERVICE_TYPES[given["service"]]}
-    _compare(found, expect)
+    compare(found, expect)
 
 
 def _type_id(given: dict[str, Any], expect: dict[str, Any]) -> None:
-    _compare({"value": ParameterType[given["type"].upper()].value}, expect)
+    compare({"value": ParameterType[given["type"].upper()].value}, expect)
 
 
 _CHECKS = {
@@ -151,7 +159,7 @@ class _Script:
             found = _outcome(lambda operation=operation, step=step: operation(step))
             try:
                 if "expect" in step:
-                    _compare(found, step["expect"])
+                    compare(found, step["expect"])
                 else:
                     assert not (isinstance(found, dict) and found.get("ok") is False), found
             except Unsupported:
@@ -164,7 +172,7 @@ class _Script:
             warnings.simplefilter("ignore", DeprecationWarning)
             declared = self.store.declare(
                 step["name"],
-                _default_of(step),
+                default_of(step),
                 descriptor_of(step.get("descriptor")),
                 ignore_override=step.get("ignore_override", False),
             )
@@ -172,7 +180,7 @@ class _Script:
 
     def op_declare_many(self, step: dict[str, Any]) -> Any:
         wanted = [
-            (item["name"], _default_of(item), descriptor_of(item.get("descriptor", {}))) for item in step["parameters"]
+            (item["name"], default_of(item), descriptor_of(item.get("descriptor", {}))) for item in step["parameters"]
         ]
         return {"ok": True, "values": [typed(p) for p in self.store.declare_many(step["namespace"], wanted)]}
 
@@ -220,7 +228,7 @@ class _Script:
         def nothing(_: Sequence[Parameter]) -> Sequence[Parameter]:
             return []
 
-        chosen = _behavior(step, {"append_if_present": append, "return_empty": nothing})
+        chosen = behavior_of(step, {"append_if_present": append, "return_empty": nothing})
         self._keep(step, self.store.add_pre_set_callback(chosen))
 
     def op_add_on_set_callback(self, step: dict[str, Any]) -> Any:
@@ -236,7 +244,7 @@ class _Script:
             self.record.append([parameter.name for parameter in parameters])
             return SetResult()
 
-        chosen = _behavior(step, {"reject_if_name_contains": reject, "record": record, "record_names": record_names})
+        chosen = behavior_of(step, {"reject_if_name_contains": reject, "record": record, "record_names": record_names})
         self._keep(step, self.store.add_on_set_callback(chosen))
 
     def op_add_post_set_callback(self, step: dict[str, Any]) -> Any:
@@ -246,7 +254,7 @@ class _Script:
         def record(_: Sequence[Parameter]) -> None:
             self.record.append(step["arg"])
 
-        chosen = _behavior(step, {"record_names": names, "record": record})
+        chosen = behavior_of(step, {"record_names": names, "record": record})
         self._keep(step, self.store.add_post_set_callback(chosen))
 
     def op_remove_on_set_callback(self, step: dict[str, Any]) -> Any:
@@ -305,90 +313,6 @@ def _call(store: ParameterStore, name: str, request: dict[str, Any]) -> dict[str
             raise Unsupported(f"unsupported service {other!r}")
 
 
-def value_of(given: Any) -> Any:
-    """The Python value of a vector's `{"type": ..., "value": ...}`."""
-    if given is None:
-        return None
-    value = given["value"]
-    if given["type"] == "double":
-        return float(number(value))
-    if given["type"] == "double_array":
-        return [float(number(element)) for element in value]
-    if given["type"] == "byte_array":
-        return [element.encode("latin-1") if isinstance(element, str) else bytes([element]) for element in value]
-    if given["type"] not in _TYPES:
-        raise Unsupported(f"unsupported type of a parameter {given['type']!r}")
-    return value
-
-
-_TYPES = {kind.name.lower() for kind in ParameterType}
-
-
-def _behavior(step: dict[str, Any], known: dict[str, Any]) -> Any:
-    if step["behavior"] not in known:
-        raise Unsupported(f"unsupported behavior {step['behavior']!r}: known are {', '.join(known)}")
-    return known[step["behavior"]]
-
-
-def _default_of(step: dict[str, Any]) -> Any:
-    if "static_type" in step:
-        return ParameterType[step["static_type"].upper()]
-    return value_of(step if "type" in step else step.get("value"))
-
-
-def parameters_of(given: list[dict[str, Any]]) -> list[Parameter]:
-    """Parameters of a vector, with exactly the type it states."""
-    return [Parameter(item["name"], value_of(item), ParameterType[item["type"].upper()]) for item in given]
-
-
-def descriptor_of(given: dict[str, Any] | None) -> ParameterDescriptor | None:
-    """The descriptor of a vector; None where it names none."""
-    if given is None:
-        return None
-    floats, integers = given.get("floating_point_range"), given.get("integer_range")
-    return ParameterDescriptor(
-        name=given.get("name", ""),
-        type=ParameterType[given.get("type", "not_set").upper()],
-        description=given.get("description", ""),
-        additional_constraints=given.get("additional_constraints", ""),
-        read_only=given.get("read_only", False),
-        dynamic_typing=given.get("dynamic_typing", False),
-        floating_point_range=FloatingPointRange(*(float(end) for end in _ends(floats))) if floats else None,
-        integer_range=IntegerRange(*_ends(integers)) if integers else None,
-    )
-
-
-def _ends(given: dict[str, Any]) -> tuple[Any, Any, Any]:
-    low = given.get("from", given.get("from_value"))
-    high = given.get("to", given.get("to_value"))
-    return low, high, given.get("step", 0)
-
-
-def typed(parameter: Parameter) -> dict[str, Any]:
-    """A parameter as vectors write it."""
-    value = parameter.value
-    if isinstance(value, tuple):
-        value = list(value)
-    return {"type": parameter.type.name.lower(), "value": value}
-
-
-def shown(result: SetResult) -> dict[str, Any]:
-    """A result as vectors write it; `reason` answers to `reason_prefix`."""
-    return {"successful": result.successful, "reason_prefix": result.reason}
-
-
-def described(descriptor: ParameterDescriptor) -> dict[str, Any]:
-    """A descriptor as vectors write it."""
-    fields = ("name", "description", "additional_constraints", "read_only", "dynamic_typing")
-    found = {field: getattr(descriptor, field) for field in fields} | {"type": descriptor.type.name.lower()}
-    for kind in ("integer_range", "floating_point_range"):
-        limits = getattr(descriptor, kind)
-        if limits is not None:
-            found[kind] = {"from": limits.from_value, "to": limits.to_value, "step": limits.step}
-            found[kind] |= {"from_value": limits.from_value, "to_value": limits.to_value}
-    return found
-
-
 def _outcome(action: Callable[[], Any]) -> Any:
     try:
         return action()
@@ -399,31 +323,3 @@ def _outcome(action: Callable[[], Any]) -> Any:
         if code is None:
             raise
         return {"ok": False, "error": code, "text": str(error)}
-
-
-def _compare(found: Any, expect: Any) -> None:
-    """What `expect` states must hold of `found`; keys that it leaves out are not checked."""
-    if isinstance(expect, dict):
-        assert isinstance(found, dict), f"expected {expect}, got {found!r}"
-        for key, wanted in expect.items():
-            assert key in found, f"expected {expect}, got {found}"
-            if key == "reason_prefix":
-                assert found[key].startswith(wanted), f"reason {found[key]!r} does not start with {wanted!r}"
-            elif key == "error":
-                assert wanted in ("any", found[key]), f"expected {expect}, got {found}"
-            elif key in ("names", "prefixes", "keys"):  # order free
-                _compare(sorted(found[key]), sorted(wanted))
-            else:
-                _compare(found[key], wanted)
-    elif isinstance(expect, list):
-        assert isinstance(found, list), f"expected {expect}, got {found!r}"
-        assert len(found) == len(expect), f"expected {expect}, got {found}"
-        for one, wanted in zip(found, expect, strict=True):
-            _compare(one, wanted)
-    elif isinstance(found, float) and isinstance(expect, str):
-        assert str(found) == expect
-    elif isinstance(found, bytes):
-        assert found == (expect.encode("latin-1") if isinstance(expect, str) else bytes([expect]))
-    else:
-        assert isinstance(found, bool) == isinstance(expect, bool), f"expected {expect!r}, got {found!r}"
-        assert found == expect, f"expected {expect!r}, got {found!r}"
