@@ -149,15 +149,15 @@ class Run(Seen):
         status, message = result.result().status, result.result().result
         return {"status": GoalStatus(status).name.lower(), "result_is_default": message == Fibonacci.Result()}
 
-    async def op_signal(self, goal: str) -> None:
-        one = self.script.goal(goal)
+    async def op_signal(self, goal: str | None = None) -> None:
+        one = self.script.goal(goal or next(reversed(self.script.goals)))
         early = [result for asker, result in self.results if asker is one and result.done()]
         assert not early, "a result was handed out before the goal had ended"
         one.signal.set()
         one.orders.put_nowait(None)
 
-    async def op_execute(self, goal: str) -> None:
-        one = self.script.goal(goal)
+    async def op_execute(self, goal: str | None = None) -> None:
+        one = self.script.goal(goal or next(reversed(self.script.goals)))
         one.released.set()
         if one.gate is not None:
             one.gate.set()
@@ -183,8 +183,8 @@ class Run(Seen):
         self.counts.append(await self.tracked())
         return self.counts[-1]
 
-    async def op_check_status(self, goal: str) -> str:
-        self.checked.append(self.status(self.script.goal(goal)))
+    async def op_check_status(self, goal: str | None = None) -> str:
+        self.checked.append(self.status(self.script.goal(goal or next(reversed(self.script.goals)))))
         return self.checked[-1]
 
     async def op_new_status_subscription(self) -> bool:

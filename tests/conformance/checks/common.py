@@ -22,7 +22,7 @@ class Unsupported(AssertionError):
 
 
 _DESCRIPTIVE = frozenset({"id", "source", "tier", "note"})
-"""The fields of a case that describe it and ask for nothing."""
+"""The fields of a case, or of a part of it, that describe it and ask for nothing."""
 
 
 class Watched(dict[str, Any]):
@@ -107,8 +107,7 @@ def meet(check: Callable[[Vector], None], vector: Vector, optional: Collection[s
     """
     given = Watched(vector)
     check(given)
-    given.read |= _DESCRIPTIVE
-    missed = [field for field in given.unread() if field.rpartition(".")[2] not in optional]
+    missed = [field for field in given.unread() if field.rpartition(".")[2] not in {*_DESCRIPTIVE, *optional}]
     if missed:
         raise Unsupported(f"unsupported field {', '.join(missed)}: its check does not look at it")
 

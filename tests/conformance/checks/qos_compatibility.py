@@ -10,60 +10,25 @@ import math
 import warnings
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
 
 from actors import Node, QoS, Topic, qos
 from actors.interfaces.std_msgs.msg import String
 from actors.logs import LogRecord
 from actors.testing import Rig, VirtualLoop
-from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, expected, raises, refused, same
+from tests.conformance.checks.common import Case, Vector, by_kind, expected, raises, refused, same
 from tests.conformance.checks.qos_events import event_sequence
+from tests.conformance.checks.qos_forms import POLICIES, arguments, endpoint
 
-_POLICIES: dict[str, type[qos.Policy]] = {
-    "history": qos.History,
-    "reliability": qos.Reliability,
-    "durability": qos.Durability,
-    "liveliness": qos.Liveliness,
-}
 _ERRORS: dict[str, type[Exception]] = {
     "invalid_qos_profile": qos.InvalidQoS,
     "value_error": ValueError,
     "type_error": TypeError,
 }
-_NAMES = {"liveliness_lease_duration": "liveliness_lease"}
 _PROFILES = {
     "clock_subscription": qos.CLOCK,
     "action_feedback": qos.ACTION_FEEDBACK,
     "lifecycle_transition_event": qos.TRANSITION_EVENT,
 }
-
-
-def duration(given: Any) -> float | None:
-    words = {"default": None, "infinite": math.inf, "best_available": qos.BEST_AVAILABLE_DURATION}
-    if isinstance(given, str) and given not in words:
-        raise Unsupported(f"unsupported duration {given!r}")
-    return words[given] if isinstance(given, str) else given if given is None else float(given)
-
-
-def endpoint(given: Vector) -> QoS:
-    """The QoS of an endpoint as the vectors describe it."""
-    return QoS(**{"depth": 10} | arguments(given))
-
-
-def arguments(given: Vector) -> Vector:
-    """The keyword arguments of ours for a QoS as the vectors describe it."""
-    found: Vector = {}
-    for key, value in given.items():
-        name = _NAMES.get(key.removesuffix("_sec"), key.removesuffix("_sec"))
-        if name in _POLICIES:
-            found[name] = _POLICIES[name].from_key(value) if isinstance(value, str) else value
-        elif name in ("deadline", "lifespan", "liveliness_lease"):
-            found[name] = duration(value)
-        elif name == "depth":
-            found[name] = value
-        elif name != "avoid_ros_namespace_conventions" or value:  # here names never carry a prefix
-            raise Unsupported(f"unsupported policy {key!r}")
-    return found
 
 
 def described(value: QoS) -> Vector:
@@ -131,11 +96,11 @@ def qos_or_depth(vector: Vector) -> None:
 
 
 def short_keys(vector: Vector) -> None:
-    expected(vector["expect"], keys=[str(key) for key in _POLICIES[vector["input"]["policy"]]])
+    expected(vector["expect"], keys=[str(key) for key in POLICIES[vector["input"]["policy"]]])
 
 
 def from_short_key(vector: Vector) -> None:
-    expect, policy = vector["expect"], _POLICIES[vector["input"]["policy"]]
+    expect, policy = vector["expect"], POLICIES[vector["input"]["policy"]]
     if expect.get("ok") is False:
         raises(refused(expect.get("error", "any"), _ERRORS), lambda: policy.from_key(vector["input"]["key"]))
     else:

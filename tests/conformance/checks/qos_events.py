@@ -18,6 +18,7 @@ from actors.stream import Subscription
 from actors.testing import VirtualLoop
 from actors.timed import publisher_for
 from tests.conformance.checks.common import Unsupported, Vector, expected, same, steps_of
+from tests.conformance.checks.qos_forms import arguments
 
 MESSAGE: Final = String(data="a message")
 BOTH: Final = ("publisher", "subscription")
@@ -41,25 +42,23 @@ _ALIASES: Final = {
     "liveliness_lost": "liveliness",
     "liveliness_changed": "liveliness",
 }
-_KNOWN: Final = {"kind", "entity", "event", "steps", "deadline_sec", "lease_sec", "liveliness", "depth"}
+_OF_THE_SCRIPT: Final = {"kind", "entity", "event", "steps"}
+"""The fields of `input` that are no policies of its endpoints."""
 
 
 class Script:
     """One publisher and one subscription, seen through their events."""
 
     def __init__(self, given: Vector, steps: list[str]) -> None:
-        for unknown in set(given) - _KNOWN:
-            raise Unsupported(f"unsupported field input.{unknown}")
         event = given["event"]
         self.event = _ALIASES.get(event, event)
         if self.event not in _EVENTS:
             raise Unsupported(f"unsupported event {event!r}: known are {', '.join(_EVENTS)}")
         self.entity = given.get("entity", "both")
-        self.deadline, self.lease = given.get("deadline_sec", 3600.0), given.get("lease_sec", 3600.0)
-        liveliness = qos.Liveliness.from_key(given.get("liveliness", "automatic"))
-        self.qos = QoS(
-            depth=given.get("depth", 10), deadline=self.deadline, liveliness=liveliness, liveliness_lease=self.lease
-        )
+        policies = arguments({key: value for key, value in given.items() if key not in _OF_THE_SCRIPT})
+        defaults = {"depth": 10, "deadline": 3600.0, "liveliness_lease": 3600.0, "liveliness": qos.Liveliness.AUTOMATIC}
+        self.qos = QoS(**{**defaults, **policies})
+        self.deadline, self.lease = self.qos.deadline or 3600.0, self.qos.liveliness_lease or 3600.0
         self.entry = Graph(asyncio.get_running_loop().time).topic("/chatter")
         self.publisher: Publisher[String] | None = None
         self.subscription: Subscription[String] | None = None
