@@ -6,6 +6,8 @@ real or virtual, drives everything. `docs/` explains, every name below has its o
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from actors import qos
 from actors.actions import Outcome
 from actors.blueprint import background, every, publishes, subscribes
@@ -134,3 +136,22 @@ __all__ = [
     "temporary",
     "transient",
 ]
+
+if TYPE_CHECKING:
+    __version__: str
+    """The version of robactor that is installed."""
+
+
+if not TYPE_CHECKING:  # for a type checker every name would be one of this module
+
+    def __getattr__(name: str) -> str:
+        if name != "__version__":
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from importlib.metadata import PackageNotFoundError, version  # late: nobody waits for it who does not ask
+
+        try:
+            return version("robactor")
+        except PackageNotFoundError:
+            raise AttributeError(
+                "actors.__version__ is that of the installed robactor, and none is installed: pip install ."
+            ) from None

@@ -169,7 +169,7 @@ class ParameterStore(ParameterView):
             with self._callbacks_running():
                 wanted = chains.rewrite(wanted)
             if not wanted:
-                return SetResult(False, "the pre-set callbacks left no parameter to set.")
+                return SetResult(False, "parameter list cannot be empty: the pre-set callbacks left nothing to set.")
         self._require_declared(wanted)
         for parameter in wanted:
             objection = self._objection(parameter)

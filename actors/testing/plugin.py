@@ -48,7 +48,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.hookimpl(tryfirst=True)
 def pytest_pycollect_makeitem(collector: pytest.Collector, name: str, obj: object) -> None:
     """A coroutine test that uses `rig`, or is marked `virtual`, is an asyncio test, also in pytest-asyncio's strict mode."""
-    if not inspect.iscoroutinefunction(obj):
+    if not callable(obj) or not inspect.iscoroutinefunction(obj):  # 3.12 takes the module `inspect` itself for one
         return
     marks = getattr(obj, "pytestmark", ())
     if "rig" in inspect.signature(obj).parameters or any(mark.name == "virtual" for mark in marks):

@@ -95,6 +95,11 @@ def test_the_names_of_tests_stay_what_they_are(pytester: pytest.Pytester) -> Non
     assert [line.partition("::")[2] for line in outcome.outlines[:2]] == ["test_plain", "test_rig"]
 
 
+def test_a_test_file_may_import_inspect(pytester: pytest.Pytester) -> None:
+    """Python 3.12 takes the module `inspect` for a coroutine function."""
+    suite(pytester, "import inspect\nasync def test_it(rig): pass").assert_outcomes(passed=1)
+
+
 def test_a_suite_keeps_the_loops_that_its_own_hook_gives_it(pytester: pytest.Pytester) -> None:
     conftest = """
         import asyncio
