@@ -14,8 +14,9 @@ from actors.feeds import ConcurrentFeed, Feed
 from actors.goal_client import Goal
 from actors.ground import Ground
 from actors.identity import Identity
-from actors.inbox import Item, awaited_in
+from actors.inbox import Item
 from actors.mailbox import Mailbox
+from actors.places import awaited_in
 from actors.qos import (
     ACTION_FEEDBACK,
     ACTION_STATUS,

@@ -7,6 +7,8 @@ import math
 from typing import TYPE_CHECKING
 
 from actors.errors import NotRunning, described
+from actors.logs import ERROR
+from actors.places import place_of
 from actors.supervision.incarnation import GRACE
 from actors.supervision.reasons import Stop
 
@@ -105,4 +107,5 @@ class Guests:
             self._system.gone(life.identity.path, kept=True)
         error = None if task.cancelled() else task.exception()
         if error is not None and not isinstance(error, Stop):
-            self._system.log.error("a node beside the tree failed", node_name=life.identity.fqn, error=described(error))
+            fields = {"node_name": life.identity.fqn, "error": described(error), "at": place_of(error)}
+            self._system.log.write(ERROR, "a node beside the tree failed", fields, *self._system.new_error(error))

@@ -12,13 +12,11 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
-from actors.errors import is_library
-
 if TYPE_CHECKING:
     from actors.lifespan import Stamped
     from actors.load import Load, Meter
 
-__all__ = ["HOLDING_SECONDS", "Inbox", "Item", "awaited_in", "stray_cancel"]
+__all__ = ["HOLDING_SECONDS", "Inbox", "Item", "stray_cancel"]
 
 HOLDING_SECONDS = 0.5
 """A plain handler that keeps the others waiting for longer than this is reported once (architecture section 5)."""
@@ -265,23 +263,3 @@ def stray_cancel(error: asyncio.CancelledError, label: str) -> RuntimeError | No
     failure = RuntimeError(f"{label} awaited something that was canceled, and did not handle it")
     failure.__cause__ = error
     return failure
-
-
-def awaited_in(task: asyncio.Task[Any]) -> str:
-    """Where a suspended task waits, as ``file:line in function``: the innermost await outside the libraries; empty when it is running."""
-    place = ""
-    waiting: Any = task.get_coro()
-    while waiting is not None:
-        frame = (
-            getattr(waiting, "cr_frame", None)
-            or getattr(waiting, "gi_frame", None)
-            or getattr(waiting, "ag_frame", None)
-        )
-        if frame is not None and not (place and is_library(frame.f_code.co_filename)):
-            place = f"{frame.f_code.co_filename}:{frame.f_lineno} in {frame.f_code.co_qualname}"
-        waiting = (
-            getattr(waiting, "cr_await", None)
-            or getattr(waiting, "gi_yieldfrom", None)
-            or getattr(waiting, "ag_await", None)
-        )
-    return place

@@ -135,8 +135,8 @@ class NodeLife:
         """The same after a failure; nothing that goes wrong now may hide what went wrong first."""
         try:
             await self._clean_up(core, reason)
-        except Exception as error:
-            core.log.error("clean-up failed", error=f"{type(error).__name__}: {error}", after=str(reason))
+        except Exception:
+            core.log.exception("clean-up failed", after=str(reason))
 
 
 def open_endpoints(core: Core) -> None:

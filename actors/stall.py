@@ -8,26 +8,19 @@ which node's handler that is and on which line. When the loop turns again, that 
 from __future__ import annotations
 
 import asyncio
-import os
-import sys
-from collections.abc import Iterator
 from threading import Event, Thread
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from actors.errors import is_library
 from actors.inbox import HOLDING_SECONDS
+from actors.places import line_of
 
 if TYPE_CHECKING:
-    from types import FrameType
-
     from actors.system import NodeState, System
 
-__all__ = ["POLL_SECONDS", "StallWatch", "line_of"]
+__all__ = ["POLL_SECONDS", "StallWatch"]
 
 POLL_SECONDS = 0.2
-
-STDLIB = os.path.dirname(os.__file__)
 
 
 class StallWatch:
@@ -108,26 +101,9 @@ class StallWatch:
         return None
 
 
-def line_of(thread: int) -> str:
-    """Where a thread is, as ``file:line in function``: the innermost line outside the libraries; empty if there is none."""
-    # the only way into the stack of another thread, and documented, its underscore notwithstanding
-    innermost = sys._current_frames().get(thread)  # pyright: ignore[reportPrivateUsage]
-    for frame in _outwards(innermost):
-        file = frame.f_code.co_filename
-        if not file.startswith((STDLIB, "<")) and not is_library(file):
-            return f"{file}:{frame.f_lineno} in {frame.f_code.co_qualname}"
-    return ""
-
-
 def _work_of(state: NodeState | None, task: asyncio.Task[Any]) -> str:
     """The handler that a node's task runs, or the task's name."""
     inbox = state.mailbox.inbox if state is not None else None
     if inbox is None or inbox.task is not task or inbox.current is None:
         return task.get_name()
     return inbox.current.label
-
-
-def _outwards(frame: FrameType | None) -> Iterator[FrameType]:
-    while frame is not None:
-        yield frame
-        frame = frame.f_back

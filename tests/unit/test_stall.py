@@ -11,7 +11,8 @@ import anyio.to_thread
 from actors import Node, Supervisor, Topic, background, run
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
-from actors.stall import StallWatch, line_of
+from actors.places import line_of
+from actors.stall import StallWatch
 from actors.supervisor import Child
 from actors.system import System
 from tests.stage import NUMBERS, events, number
