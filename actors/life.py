@@ -96,6 +96,7 @@ class NodeLife:
         """The start phase. Calls out of it count as a handler's, so that a call to itself is refused and not waited for."""
         node = core.node
         core.inbox.task = asyncio.current_task()
+        self.system.starts.begin(core)
         open_endpoints(core)
         if self.mailbox.saved is not None:
             node.resume(self.mailbox.saved)

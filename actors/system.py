@@ -30,6 +30,7 @@ from actors.logs import INFO, LogRecord, LogSink, NodeLog, structlog_sink
 from actors.mailbox import Mailbox
 from actors.places import place_of
 from actors.stall import StallWatch
+from actors.start_watch import StartWatch
 from actors.supervision.reasons import cause_of
 from actors.supervision.running import RunningSupervisor
 from actors.supervision.words import in_words
@@ -107,6 +108,7 @@ class System:
         self.graph = Graph(self.clock.now)
         self.ticker = Ticker(self.loop)
         self.deadlines = Deadlines(self.loop)
+        self.starts = StartWatch(self.loop, virtual=self.clock.virtual)
         self.rng = self.random("supervision")
         self.nodes: dict[tuple[str, ...], NodeState] = {}
         self.guests = Guests(self)
@@ -170,11 +172,14 @@ class System:
         self.supervisor = RunningSupervisor(tree, self, (tree.name,))
         life = self.supervisor.run(lambda: ready.set_result(None))
         self._host = self.loop.create_task(life, name=f"supervisor {tree.name}")
+        self.starts.hold()
         try:
             await asyncio.wait([ready, self._host], return_when=asyncio.FIRST_COMPLETED)
         except asyncio.CancelledError:
             await self.stop("the start was canceled")
             raise
+        finally:
+            self.starts.release()
         if not ready.done():
             await self.stop("the start failed")
             await self._host
@@ -275,6 +280,7 @@ class System:
         for state in self.nodes.values():
             self._dismiss(state)
         self.deadlines.close()
+        self.starts.close()
         if self.stalls is not None:
             self.stalls.stop()
             self.stalls = None
@@ -306,6 +312,7 @@ class System:
 
     def running_now(self, core: Core) -> None:
         """A node is ready."""
+        self.starts.end(core)
         if core.ended:  # it had been given up, and its place may have been taken
             return
         state = self.nodes[core.identity.path]
@@ -320,6 +327,7 @@ class System:
 
     def ended(self, core: Core) -> None:
         """An incarnation is over. The supervisor will say whether another one follows, unless everything ends."""
+        self.starts.end(core)
         state = self.nodes[core.identity.path]
         state.core = None
         state.state = "restarting"
