@@ -29,6 +29,7 @@ from actors.life import NodeLife
 from actors.logs import INFO, LogRecord, LogSink, NodeLog, structlog_sink
 from actors.mailbox import Mailbox
 from actors.places import place_of
+from actors.preload import preload
 from actors.stall import StallWatch
 from actors.start_watch import StartWatch
 from actors.supervision.reasons import cause_of
@@ -157,6 +158,7 @@ class System:
         if self not in here:
             here.append(self)
             if not self.clock.virtual:
+                preload(structlog=structlog_sink in self._sinks)
                 self.stalls = StallWatch(self)
                 self.stalls.start()
 
