@@ -302,6 +302,8 @@ class System:
             identity = self._identity(child, path)
             if state is None:
                 state = self.nodes[path] = NodeState(identity, Mailbox(self.loop))
+                if self.stalls is not None:
+                    state.mailbox.inbox.on_step = self.stalls.ran
             state.child, state.identity, state.state = child, identity, "starting"
         return NodeLife(self, child, state.identity, state.mailbox)
 

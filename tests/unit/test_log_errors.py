@@ -16,6 +16,10 @@ from actors import Child, Intensity, Node, Service, Supervisor, background, ever
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.logs import LogRecord, console_sink, json_sink, log_message, structlog_sink
 from actors.supervision.errors import SupervisorGaveUp
+from actors.supervision.reasons import Returned
+from actors.supervision.refs import ChildRef
+from actors.supervision.report import Report
+from actors.supervision.words import in_words
 from actors.supervisor import all_significant, any_significant, rest_for_one
 from actors.testing import Rig
 from tests.stage import ADD, events, total, two
@@ -245,3 +249,38 @@ async def test_the_end_of_a_child_that_failed_for_good_is_a_sentence_too(rig: Ri
     rig.crash("client", OSError("lost"))
     await rig.system.wait()
     assert said(rig, "stops")[0][1] == "lab stops, because client has ended: it raised OSError: lost"
+
+
+def test_a_report_with_a_note_and_a_child_that_returned() -> None:
+    child = ChildRef(("lab", "client"), 3, 7)
+    odd = Report(
+        "unexpected", ("lab",), child, "permanent", 2.0, None, "it said once more that it has started; dropped"
+    )
+    assert in_words(odd, None) == (
+        40, "unexpected", {"child": "lab/client", "note": "it said once more that it has started; dropped"}
+    )  # fmt: skip
+    done = Report("shutdown", ("lab",), child, "transient", 2.0, Returned(), "auto_shutdown=all_significant")
+    assert in_words(done, None)[1] == "lab stops, because client has ended: its work is done"
+
+
+def test_a_record_with_a_traceback_reads_as_several_lines_and_one_without_as_one() -> None:
+    try:
+        raise OSError("no light")
+    except OSError as error:
+        record = LogRecord(1.5, 40, "/camera", 1, "dark", {"leg": 3}, error, times=2)
+    lines = str(record).splitlines()
+    assert lines[0] == repr(record) == "[     1.500] error /camera: dark leg=3 times=2"
+    assert lines[1] == "             Traceback (most recent call last):"
+    assert lines[-1] == "             OSError: no light"
+    assert str(LogRecord(1.5, 40, "/camera", 1, "dark", {})) == "[     1.500] error /camera: dark"
+
+
+async def test_what_the_framework_says_of_a_node_obeys_the_nodes_level(rig: Rig) -> None:
+    await rig.start(Child(Adder))
+    core = rig.state(Adder).core
+    assert core is not None
+    core.log.set_level("error")
+    core.warn("something odd")
+    core.log.set_level("warn")
+    core.warn("something else")
+    assert [line.event for line in events(rig.logs, "something")] == ["something else"]
