@@ -147,22 +147,23 @@ class Inbox:
 
     async def _run_measured(self, item: Item) -> None:
         """Run one item as `serve` does, and look at the clock before and after."""
-        turns: list[None] = []
-        if self.on_step is not None:
-            self.loop.call_soon(turns.append, None)  # the loop has not turned as long as this has not been called
+        turned: list[None] | None = None
         begun = self.loop.time()
         try:
             pending = item.run()
             if pending is not None:
                 if self.items and self.watch is None:
                     self.wake()
+                if self.on_step is not None:
+                    turned = []
+                    self.loop.call_soon(turned.append, None)  # empty for as long as the loop has not turned
                 await pending
         except (Exception, asyncio.CancelledError) as error:
             self._failed(item, error)
         if not isinstance(item, _Mark):
             seconds = self.loop.time() - begun
             self._meter().took(item.label, seconds)
-            if seconds >= STEP_SECONDS and not turns and self.on_step is not None:
+            if seconds >= STEP_SECONDS and not turned and self.on_step is not None:
                 self.on_step(self, item.label, seconds)
         self.handled += 1
 

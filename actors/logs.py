@@ -96,6 +96,8 @@ class LogRecord:
 
 LogSink = Callable[[LogRecord], None]
 
+_NO_FILTERS: Final = (False, False, 0.0)
+
 
 class NodeLog:
     """A node's own log. Events are nouns or short sentences, what varies goes into fields: ``self.log.info("goal reached", after=3.2)``.
@@ -203,9 +205,13 @@ class NodeLog:
     ) -> None:
         if level < self._level:
             return
-        if (any(filters) or "throttle_time_source_type" in fields) and not self._passes(level, fields, filters):
+        if (filters != _NO_FILTERS or "throttle_time_source_type" in fields) and not self._passes(
+            level, fields, filters
+        ):
             return
-        self.write(level, _formatted(event, args, fields) if args else event, fields, error)
+        if args:
+            event = _formatted(event, args, fields)
+        self._sink(LogRecord(self._clock.now(), level, self._node, self._incarnation, event, fields, error))
 
     def _passes(self, level: int, fields: dict[str, Any], filters: tuple[bool, bool, float]) -> bool:
         """Whether the call in the source that led here writes its line this time."""

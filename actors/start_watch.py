@@ -40,7 +40,8 @@ class StartWatch:
     def release(self) -> None:
         """They are over."""
         self._held = False
-        self._rest()
+        if self._virtual:
+            self._rest()
 
     def begin(self, core: Core) -> None:
         """The start phase of this incarnation begins."""
@@ -50,7 +51,7 @@ class StartWatch:
 
     def end(self, core: Core) -> None:
         """It is over, one way or the other. Ending twice is fine."""
-        if self._begun.pop(core, None) is not None:
+        if self._begun.pop(core, None) is not None and self._virtual:
             self._rest()
 
     def close(self) -> None:
@@ -61,8 +62,8 @@ class StartWatch:
             self._timer = None
 
     def _rest(self) -> None:
-        # On the real clock the timer may fire for nothing: that is cheaper than to cancel it for every start.
-        if self._virtual and not self._begun and not self._held:
+        """On the real clock the timer may fire for nothing instead: that is cheaper than to cancel it for every start."""
+        if not self._begun and not self._held:
             self.close()
 
     def _look(self) -> None:

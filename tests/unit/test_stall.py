@@ -11,6 +11,7 @@ import anyio.to_thread
 import pytest
 
 from actors import Node, Supervisor, Topic, background, every, run
+from actors.inbox import Inbox
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
 from actors.places import line_of
@@ -351,3 +352,31 @@ def test_a_watch_ends_with_a_loop_that_was_closed_under_it() -> None:
     watch._run()  # returns at once
     assert line_of(watch._system.thread).startswith(__file__)
     assert line_of(0) == "", "a thread that has ended"
+
+
+async def test_row_7_a_step_is_made_known_only_if_the_loop_did_not_turn_meanwhile() -> None:
+    """On the real clock: the first items of an inbox are all measured."""
+    heard: list[str] = []
+    done = asyncio.Event()
+
+    class Job:
+        def __init__(self, label: str, act: Callable[[], Any]) -> None:
+            self.label, self.run = label, act
+
+    async def blocks() -> None:
+        time.sleep(0.02)  # noqa: ASYNC251
+
+    async def awaits() -> None:
+        await asyncio.sleep(0.02)
+
+    inbox = Inbox(asyncio.get_running_loop())
+    inbox.on_step = lambda inbox, label, seconds: heard.append(f"{label} {seconds >= 0.02}")
+    jobs: dict[str, Callable[[], Any]] = {"plain": lambda: time.sleep(0.02), "blocks": blocks, "awaits": awaits}
+    for label, act in jobs.items():
+        inbox.put(Job(label, act))
+    inbox.put(Job("last", done.set))
+    serving = asyncio.create_task(inbox.serve())
+    await done.wait()
+    serving.cancel()
+    await asyncio.wait([serving])
+    assert [line for line in heard if not line.startswith("last")] == ["plain True", "blocks True"]
