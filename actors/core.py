@@ -14,8 +14,9 @@ from actors.feeds import ConcurrentFeed, Feed
 from actors.goal_client import Goal
 from actors.ground import Ground
 from actors.identity import Identity
-from actors.inbox import Item, awaited_in
+from actors.inbox import Item
 from actors.mailbox import Mailbox
+from actors.places import awaited_in
 from actors.qos import (
     ACTION_FEEDBACK,
     ACTION_STATUS,
@@ -276,6 +277,8 @@ class Core(Ground):
             handler, label = getattr(node, timer.attribute), labels[timer.attribute]
             item = TimerItem(self.inbox, handler, hz, timer.late, label, record)
             self.timers.append(item)
+            if self.system.stalls is not None:
+                item.on_late = self.on_late
             if self.sim is None:
                 item.begin(self.system.ticker)
             else:
@@ -307,10 +310,15 @@ class Core(Ground):
         entry.add_publisher(publisher)
         return publisher
 
+    def on_late(self, timer: TimerItem, seconds: float, lost: int) -> None:
+        """The event loop was late for a tick by a period or more: see who held it up."""
+        if self.system.stalls is not None:
+            self.system.stalls.delayed(self.fqn, 1.0 / timer.hz, seconds, lost)
+
     def on_holding(self, item: Item, seconds: float) -> None:
         """A handler keeps the node's other handlers waiting: tell once, with what it waits for and the remedy."""
         task = self.inbox.task
-        lost = sum(timer.record.missed for timer in self.timers)
+        lost = sum(timer.record.missed - timer.record.blocked for timer in self.timers)
         self.log.warning(
             f"handler holds the inbox for more than {seconds:g} s", handler=item.label, awaits=awaited_in(task) if task else "",
             ticks_lost=lost, remedy="declare it concurrent=n, make it an action, or self.offload() its work",

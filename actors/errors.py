@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
-
 __all__ = [
     "ActionUnavailable",
     "ActorError",
@@ -34,26 +31,6 @@ def described(value: object) -> str:
         if isinstance(value, BaseException)
         else f"{type(value).__name__} {value!r:.60}"
     )
-
-
-def place_of(error: BaseException) -> str:
-    """Where an error arose, as ``file:line in function``: the innermost frame outside the libraries; empty if it was never raised."""
-    place = own = ""
-    trace = error.__traceback__
-    while trace is not None:
-        code = trace.tb_frame.f_code
-        place = f"{code.co_filename}:{trace.tb_lineno} in {code.co_qualname}"
-        if not is_library(code.co_filename):
-            own = place
-        trace = trace.tb_next
-    return own or place
-
-
-def is_library(file: str) -> bool:
-    """Whether a file belongs to asyncio, anyio or the root folder of this package: users look for their own line."""
-    folder = os.path.dirname(file)
-    packages = (sys.modules.get(name) for name in ("asyncio", "anyio", "anyio._core", "anyio._backends", "actors"))
-    return any(package is not None and folder in package.__path__ for package in packages)
 
 
 class ActorError(Exception):

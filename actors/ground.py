@@ -8,8 +8,10 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from actors.control import Failure, StopRequest, blame, in_task
-from actors.errors import NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread, described, place_of
+from actors.errors import NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread, described
 from actors.inbox import Inbox
+from actors.logs import ERROR, WARN
+from actors.places import place_of
 from actors.supervision.reasons import Stop
 
 if TYPE_CHECKING:
@@ -77,7 +79,7 @@ class Ground:
     @property
     def log(self) -> NodeLog:
         if self._log is None:
-            self._log = self.system.node_log(self.fqn, self.incarnation)
+            self._log = self.system.node_log(self.fqn, self.incarnation, self)
         return self._log
 
     @property
@@ -86,11 +88,15 @@ class Ground:
             self._rng = self.system.random(f"{self.fqn}#{self.incarnation}")
         return self._rng
 
+    def now_ns(self) -> int:
+        """What the node's clock shows, nanoseconds."""
+        return self.clock.now_ns()
+
     def new_id(self) -> bytes:
         return self.system.new_id()
 
     def warn(self, event: str, **fields: object) -> None:
-        self.log.warning(event, **fields)
+        self.log.write(WARN, event, fields)
 
     # -- errors --------------------------------------------------------------------------------------------------------------
 
@@ -106,7 +112,9 @@ class Ground:
         if isinstance(error, (Stop, ProgramExit)):
             self.fail(error, handler, decided=True)
             return
-        self.log.error(event, handler=handler, error=described(error), at=place_of(error))
+        self.log.write(
+            ERROR, event, {"handler": handler, "error": described(error), "at": place_of(error)}, *self.system.new_error(error)
+        )  # fmt: skip
         self.system.answered(error)
         try:
             verdict = self.node.on_error(error, handler)
@@ -119,7 +127,8 @@ class Ground:
     def fail(self, error: BaseException, label: str, *, decided: bool = False) -> None:
         """Let `error` end this incarnation at its next turn, unless it is `decided` not yet and `on_error` says otherwise."""
         if self.ended:  # the next incarnation is not to blame
-            self.log.error("failed after the end of its node", handler=label, error=described(error))
+            fields = {"handler": label, "error": described(error), "at": place_of(error)}
+            self.log.write(ERROR, "failed after the end of its node", fields, *self.system.new_error(error))
         else:
             self.inbox.put_control(Failure(error, label, decided=decided))
 

@@ -7,6 +7,8 @@ from itertools import count
 from typing import TYPE_CHECKING
 
 from actors.errors import NotRunning, described
+from actors.logs import ERROR
+from actors.places import place_of
 from actors.shield import see_through
 from actors.supervision.entry import Entry
 from actors.supervision.incarnation import GRACE, Incarnation
@@ -166,7 +168,8 @@ class Guests:
         if isinstance(reason, Leaked):
             self._system.log.error("a node beside the tree refused to die and was abandoned", node_name=fqn)
         elif (error := guest.error) is not None and not isinstance(error, Stop):
-            self._system.log.error("a node beside the tree failed", node_name=fqn, error=described(error))
+            fields = {"node_name": fqn, "error": described(error), "at": place_of(error)}
+            self._system.log.write(ERROR, "a node beside the tree failed", fields, *self._system.new_error(error))
         if guest.leaving:
             self._forget(guest)
             self._system.guest_left()

@@ -126,6 +126,7 @@ class NodeLife:
         """The start phase. Calls out of it count as a handler's, so that a call to itself is refused and not waited for."""
         node = core.node
         core.inbox.task = asyncio.current_task()
+        self.system.starts.begin(core)
         open_endpoints(core)
         if self.mailbox.saved is not None:
             node.resume(self.mailbox.saved)
@@ -170,7 +171,7 @@ class NodeLife:
         except BaseException as error:
             if blame(error, "clean-up") is None:
                 raise
-            core.log.error("clean-up failed", error=f"{type(error).__name__}: {error}", after=str(reason))
+            core.log.exception("clean-up failed", after=str(reason))
 
 
 def open_endpoints(core: Core) -> None:

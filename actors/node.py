@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar
 
 from actors.blueprint import Blueprint
 from actors.errors import ActionUnavailable, NotStarted, ServiceUnavailable
+from actors.places import claim
 from actors.qos import QoS, of
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ class Node:
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
+        claim(cls.__module__)
         cls.blueprint = Blueprint(cls)
 
     def __repr__(self) -> str:

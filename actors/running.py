@@ -213,7 +213,9 @@ def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real"
         factory = VirtualLoop
     elif clock == "real":
         from actors.loops import new_event_loop
+        from actors.preload import preload
 
+        preload()
         factory = new_event_loop
     else:
         raise ValueError(f"clock={clock!r}: use 'real' or 'virtual'")

@@ -100,12 +100,14 @@ class Lateness:
 class TimerRecord:
     """What is known of one timer over all incarnations of its node."""
 
-    __slots__ = ("alive", "fired", "hz", "lateness", "latest", "missed", "since")
+    __slots__ = ("alive", "blocked", "fired", "hz", "lateness", "latest", "missed", "since")
 
     def __init__(self, hz: float) -> None:
         self.hz = hz
         self.fired = 0
         self.missed = 0
+        self.blocked = 0
+        """How many of the missed ticks a blocked event loop has cost."""
         self.lateness = Lateness()
         self.alive = 0.0
         self.since: float | None = None
@@ -128,8 +130,8 @@ class TimerItem:
     """One `@every` of one incarnation; as an inbox item it is its waiting tick."""
 
     __slots__ = (
-        "backlog", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "pending", "period", "record", "seen",
-        "takes_tick", "time",
+        "backlog", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "on_late", "pending", "period", "record",
+        "seen", "takes_tick", "time",
     )  # fmt: skip
 
     def __init__(
@@ -155,6 +157,8 @@ class TimerItem:
         self.pending = False
         self.missed = 0
         """Ticks lost in this incarnation; the record counts those of all."""
+        self.on_late: Callable[[TimerItem, float, int], None] | None = None
+        """Hears that the event loop was late for a tick by a period or more: by how many seconds, and how many ticks that has cost."""
         self.seen = -1
         self.k = 0
         self.due = 0.0
@@ -184,8 +188,7 @@ class TimerItem:
 
     def on_tick(self, k: int, due: float) -> None:
         """The ticker's call: put this tick into the inbox, or, if the node or the loop is late, apply the late policy."""
-        if self.backlog is None and self.handle is not None and self.time() >= due + self.period:
-            self._lose(self.handle.skip_missed())  # the loop is late by periods: one tick now, then back onto the grid
+        blocked = self.handle is not None and self.time() >= due + self.period and self._catch_up_with(due)
         if not self.pending:
             self.pending = True
             self.k = k
@@ -197,11 +200,27 @@ class TimerItem:
             self.backlog.append((k, due))
         else:
             self._lose(1)
+            self.record.blocked += blocked
             if self.backlog is not None and self.handle is not None:  # the rest would be lost one by one
                 self._lose(self.handle.skip_missed())
         inbox = self.inbox
-        if inbox.current is not None and inbox.handled == self.seen:  # one and the same item for a whole period
+        if (
+            inbox.current is not None and inbox.handled == self.seen and not blocked
+        ):  # one and the same item for a whole period
             inbox.report_holding(inbox.current, 1.0 / self.hz)
+
+    def _catch_up_with(self, due: float) -> bool:
+        """Ticks are late by periods: one tick now, then back onto the grid, unless `late` says otherwise. Whether the event loop was blocked."""
+        lost = 0
+        if self.backlog is None and self.handle is not None:
+            lost = self.handle.skip_missed()
+            self._lose(lost)
+        if self.time is not self.loop_time:  # simulated time has made a step
+            return False
+        self.record.blocked += lost
+        if self.on_late is not None:
+            self.on_late(self, self.time() - due, lost)
+        return True
 
     def _lose(self, ticks: int) -> None:
         self.missed += ticks

@@ -330,7 +330,7 @@ class Rig:
         """The newest log lines, among them the supervisors' reports, in order."""
         seed = self._system.seed if self._system is not None else 0
         time = f"{self.now:.6f}" if self._system is not None else "-"
-        lines = [repr(record) for record in list(self.logs)[-last:]]
+        lines = [str(record) for record in list(self.logs)[-last:]]
         return "\n".join([f"rig: seed={seed} t={time} s; the last {len(lines)} log lines:", *lines])
 
     def _left_over(self, system: System) -> list[str]:

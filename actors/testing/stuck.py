@@ -13,6 +13,7 @@ from typing import Any
 
 import anyio
 
+from actors.places import owner_of
 from actors.testing.handles import owner
 
 __all__ = ["DEADLOCK", "LIVELOCK", "NO_INPUT", "STALLED", "parked", "parked_frames", "report", "seconds"]
@@ -104,7 +105,9 @@ def _describe(task: asyncio.Task[Any], since: float | None, runs: bool) -> str:
     else:
         head = f"{name} waits since {seconds(since)} for {_awaited(task, frames)}"
     own = [frame for frame in frames if not frame.f_code.co_filename.startswith(_LIBRARIES)]
-    return f"{head}\n      at {_place(own[-1])}" if own else head
+    if not own:
+        return head
+    return f"{head}\n      at {_place(min(reversed(own), key=lambda frame: owner_of(frame.f_code.co_filename)))}"
 
 
 def _awaited(task: asyncio.Task[Any], frames: list[FrameType]) -> str:

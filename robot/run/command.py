@@ -195,11 +195,11 @@ class Session:
                     system.log.warning("crash not made: the run had ended", asked=f"{crash.node}@{crash.at:g}")
 
     def _announce(self, system: System) -> None:
-        warning = {"note": "the kinematic body has no physics: it cannot fall, and nothing here counts as walking"}
+        more: dict[str, Any] = {"only": ", ".join(self.options.only)} if self.options.only else {}
+        if self.body.backend == "kinematic":
+            more["note"] = "the kinematic body has no physics: it cannot fall, and nothing here counts as walking"
         system.log.info(
-            "robot running", world=self.robot.scene.name, backend=self.body.backend, clock=self.options.clock, seed=self.options.seed,
-            **({"only": ", ".join(self.options.only)} if self.options.only else {}),
-            **(warning if self.body.backend == "kinematic" else {}),
+            "robot running", world=self.robot.scene.name, backend=self.body.backend, clock=self.options.clock, seed=self.options.seed, **more
         )  # fmt: skip
 
     def _header(self) -> dict[str, Any]:

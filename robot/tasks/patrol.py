@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Sequence
 from math import hypot, isfinite
+from typing import Any
 
 from actors import ActorError, GoalAborted, GoalCanceled, GoalRejected, Node, background, parameter, publishes
 from actors.interfaces.geometry_msgs.msg import PoseStamped
@@ -158,7 +159,8 @@ class Patrol(Node):
         self._tired = reason.startswith("battery")
         taken = self.clock.now() - begun
         say = self.log.warning if again else self.log.info
-        say("goal ended", goal=name, outcome=outcome, seconds=round(taken, 1), **({"why": reason} if reason else {}))
+        why: dict[str, Any] = {"why": reason} if reason else {}
+        say("goal ended", goal=name, outcome=outcome, seconds=round(taken, 1), **why)
         self.reports(
             GoalReport(
                 stamp=self.clock.stamp(), name=name, x=goal.x, y=goal.y, theta=goal.yaw,

@@ -167,7 +167,9 @@ async def test_a_handler_that_fails_ends_the_node_its_streams_and_at_the_latest_
     assert rest == [1]
     await asyncio.sleep(0)
     (record,) = [record for record in ear.records if record.event == "a node beside the tree failed"]
+    assert str(record.fields.pop("at")).startswith(f"{__file__}:")
     assert record.fields == {"node_name": "/listener", "error": "ValueError: cannot digest this"}
+    assert 'raise ValueError("cannot digest this")\nValueError: cannot digest this' in record.traceback
     assert system_here() is None
 
 

@@ -196,10 +196,11 @@ def test_a_failing_test_shows_what_happened_in_its_system(pytester: pytest.Pytes
             "*UnexpectedFailure: system/brittle (incarnation 1) failed at t=1.000 s: OSError: snapped (at *in Brittle.tick)",
             "*- rig -*",
             "rig: seed=7 t=1.000000 s; the last 4 log lines:",
-            "*0.000] debug system: progress child='system/brittle' incarnation_ended=1",
+            "*0.000] debug system: started brittle child='system/brittle'",
             "*1.000] warning /brittle: creaking force=7",
-            "*1.000] warning system: child terminated child='system/brittle' * reason='it raised OSError: snapped'*",
-            "*1.000] debug system: progress child='system/brittle' incarnation_ended=2",
+            "*1.000] warning system: child terminated child='system/brittle' reason='it raised OSError: snapped'*",
+            '* raise OSError("snapped")',
+            "*1.000] info system: restarted brittle (life 2) at once child='system/brittle'",
         ]
     )
     assert outcome.stdout.str().count("- rig -") == 1

@@ -9,7 +9,8 @@ from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from actors.errors import ActorError, CallCycle, WrongThread, WrongType, place_of
+from actors.errors import ActorError, CallCycle, WrongThread, WrongType
+from actors.places import place_of
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.reasons import cause_of
 from actors.testing.failures import UnexpectedFailure
