@@ -28,14 +28,15 @@ from actors import running
 from actors.errors import ActorError, NotRunning, NotStarted
 from actors.logs import LogSink, structlog_sink
 from actors.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
+from actors.trees import tree_of
 
 if TYPE_CHECKING:
     from actors.channel import Publisher
     from actors.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
     from actors.stream import Stream
-    from actors.supervisor import Spec
     from actors.system import System
+    from actors.trees import Runnable
 
 __all__ = ["BlockingNode", "InsideEventLoop", "OpenBlockingNode", "open_node"]
 
@@ -55,7 +56,7 @@ class InsideEventLoop(ActorError, RuntimeError):
 def open_node(
     name: str,
     *,
-    tree: Spec | None = None,
+    tree: Runnable | None = None,
     system: System | None = None,
     namespace: str = "",
     parameters: Mapping[str, Any] | None = None,
@@ -71,6 +72,7 @@ def open_node(
     """
     if tree is not None and system is not None:
         raise ValueError(f"blocking.open_node({name!r}): give a tree to run or a system that runs already, not both")
+    whole = None if tree is None else tree_of(f"blocking.open_node({name!r}, tree=...)", tree)
 
     def opened() -> running.OpenNode:
         return running.open_node(
@@ -78,7 +80,7 @@ def open_node(
         )
 
     def ran() -> running.Run | None:
-        return None if tree is None else running.run(tree, seed=seed, signals=False, sinks=sinks)
+        return None if whole is None else running.run(whole, seed=seed, signals=False, sinks=sinks)
 
     return OpenBlockingNode(name, opened, ran, system.loop if system is not None else None)
 

@@ -373,6 +373,9 @@ def check_child(where: str, child: object, auto_shutdown: AutoShutdown) -> None:
 
 
 def _checked_children(where: str, children: Sequence[Spec], auto_shutdown: AutoShutdown) -> tuple[Spec, ...]:
+    if isinstance(children, (type, Declaration)):
+        one = f"Child({factory_name(children)})" if isinstance(children, type) else repr(children)
+        raise DeclarationError(f"{where}: children must be a list, write children=[{one}]")
     seen: dict[str, Spec] = {}
     for child in (given := checked_sequence(where, "children", children)):
         check_child(where, child, auto_shutdown)

@@ -28,10 +28,11 @@ from actors.errors import NotStarted
 from actors.logs import LogRecord
 from actors.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.qos import of
-from actors.supervisor import Child, Spec, Supervisor
+from actors.supervisor import Child
 from actors.system import NodeState, System
 from actors.testing.failures import ExpectedFailure, FailureWatch, UnexpectedFailure
 from actors.testing.loop import VirtualLoop
+from actors.trees import tree_of
 
 if TYPE_CHECKING:
     from actors.contracts import Action, Service, Topic
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
     from actors.qos import QoS
     from actors.running import Observer
     from actors.supervision.report import Report
+    from actors.supervisor import Spec
+    from actors.trees import Runnable
 
 __all__ = ["ExpectedFailure", "Leak", "Probe", "Rig", "UnexpectedFailure"]
 
@@ -130,8 +133,8 @@ class Rig:
 
     # -- the system ---------------------------------------------------------------------------------------------------------
 
-    async def start(self, tree: Spec | type[Node], *more: Spec | type[Node], seed: int = 0) -> System:
-        """Start a tree, or a few nodes under a plain supervisor, and return when all of it is ready."""
+    async def start(self, tree: Runnable, *more: Spec | type[Node], seed: int = 0) -> System:
+        """Start a tree, or a few nodes under a plain supervisor, and return when all of it is ready. Takes what `actors.run` takes."""
         if self._system is not None:
             raise RuntimeError("this rig runs a system already: one rig, one system")
         if asyncio.get_running_loop() is not self.loop:
@@ -139,14 +142,12 @@ class Rig:
                 "this test runs in another event loop than its rig: give the test the loop scope of the fixture, "
                 '@pytest.mark.asyncio(loop_scope="function")'
             )
-        if more or isinstance(tree, (type, Child)):
-            children = [Child(spec) if isinstance(spec, type) else spec for spec in (tree, *more)]
-            tree = Supervisor("system", children=children)
+        whole = tree_of("rig.start(...)", tree, *more)
         system = self._make_system(seed=seed, sinks=(self.logs.append,), level=10)
         self._watch.begin(system)
         while self._observers:  # each observes one system: the first, also when it does not come to start
             self._observers.pop(0).attach(system)
-        await system.start(tree)
+        await system.start(whole)
         self._system = system
         self._me = await system.join(Child(Node, name="rig"))
         return system
