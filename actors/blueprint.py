@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Coroutine
-from types import CodeType
-from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, NoReturn, ParamSpec, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Generic, Literal, Never, NoReturn, ParamSpec, TypeVar, overload
 
 from actors.contracts import ActionHandler, Declaration, GoalHook, ServiceHandler, Topic, TopicHandler, declarations_of
 from actors.errors import DeclarationError, NotStarted
+from actors.members import check_members, members_of, positional
 from actors.parameters.declare import NO_PARAMETERS, ParameterDeclaration, ParameterTable
 from actors.qos import QoS, of
 from actors.signatures import check_argument, check_nothing_returned, check_response, check_steps
@@ -206,7 +206,8 @@ class Blueprint:
         self.backgrounds: list[BackgroundDeclaration] = []
         self.labels: dict[str, str] = {}
         """Method -> what reports call it: one text for all nodes of the class."""
-        for name, value in _members(owner).items():
+        check_members(owner, (PublisherDeclaration, StreamDeclaration, ParameterDeclaration))
+        for name, value in members_of(owner).items():
             self._take(name, value)
         self._check_names()
         self.table = ParameterTable(self.parameters) if self.parameters else NO_PARAMETERS
@@ -219,8 +220,6 @@ class Blueprint:
         elif isinstance(value, ParameterDeclaration):
             self.parameters.append(value)  # pyright: ignore[reportUnknownArgumentType]
         else:
-            if name in _HOOKS and inspect.isfunction(value):
-                _check_hook(f"{self.owner.__name__}.{name}", value, *_HOOKS[name])
             for declaration in declarations_of(value):
                 self._take_method(name, declaration)
 
@@ -254,11 +253,11 @@ class Blueprint:
                 )
                 self.hooks.append(declaration)
             case TimerDeclaration():
-                if _positional(function) not in (1, 2):
+                if positional(function) not in (1, 2):
                     raise DeclarationError(f"{where} is {declaration!r}: it must take self, and a Tick if it wants one")
                 self.timers.append(declaration)
             case BackgroundDeclaration():
-                if not inspect.iscoroutinefunction(function) or _positional(function) != 1:
+                if not inspect.iscoroutinefunction(function) or positional(function) != 1:
                     raise DeclarationError(f"{where} is @background: make it `async def {name}(self)`")
                 self.backgrounds.append(declaration)
             case _:
@@ -287,34 +286,6 @@ class Blueprint:
             )
 
 
-_HOOKS: Final[dict[str, tuple[bool, str]]] = {
-    "on_start": (True, "self"),
-    "on_stop": (True, "self, reason"),
-    "on_error": (False, "self, error, handler"),
-    "handover": (False, "self"),
-    "resume": (False, "self, state"),
-}
-"""The hooks of a node: whether they are coroutines, and what they take."""
-
-
-def _check_hook(where: str, function: Callable[..., Any], is_async: bool, arguments: str) -> None:
-    function = inspect.unwrap(function)
-    wrong_kind = inspect.iscoroutinefunction(function) is not is_async
-    takes_any = bool(function.__code__.co_flags & inspect.CO_VARARGS)
-    if wrong_kind or not (takes_any or _positional(function) == len(arguments.split(","))):
-        name = where.rpartition(".")[2]
-        raise DeclarationError(f"{where}: write it as `{'async ' if is_async else ''}def {name}({arguments})`")
-
-
-def _members(owner: type) -> dict[str, object]:
-    """Name -> value over all bases; a redefinition takes the place of what it overrides."""
-    members: dict[str, object] = {}
-    for base in reversed(owner.__mro__):
-        for name, value in vars(base).items():
-            members[name] = value
-    return members
-
-
 def _refuse_twice(owner: type, served: list[tuple[object, str]], verb: str = "serve") -> None:
     for index, (contract, attribute) in enumerate(served):
         for other, earlier in served[:index]:
@@ -322,9 +293,3 @@ def _refuse_twice(owner: type, served: list[tuple[object, str]], verb: str = "se
                 raise DeclarationError(
                     f"{owner.__name__}.{attribute} and .{earlier} both {verb} {contract!r}: keep one"
                 )
-
-
-def _positional(function: Callable[..., Any]) -> int:
-    """How many positional arguments a method takes, self included."""
-    code: CodeType = inspect.unwrap(function).__code__
-    return code.co_argcount

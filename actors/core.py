@@ -176,6 +176,7 @@ class Core(Ground):
         return client
 
     def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]:
+        self.check_thread()
         entry = self.system.graph.action(self.identity.service(action.name))
         entry.clients[self.fqn] = entry.clients.get(self.fqn, 0) + 1
         self.mailbox.note((entry,))

@@ -13,12 +13,13 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 from collections.abc import Callable, Coroutine, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar, cast
 
 from actors.blueprint import Blueprint
-from actors.errors import ActionUnavailable, NotStarted, ServiceUnavailable
+from actors.errors import ActionUnavailable, DeclarationError, NotStarted, ServiceUnavailable
 from actors.qos import QoS, of
 
 if TYPE_CHECKING:
@@ -76,6 +77,27 @@ class Node:
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
         cls.blueprint = Blueprint(cls)
+
+    if not TYPE_CHECKING:  # type checkers know what a node has, and that it takes nothing
+
+        def __init__(self, *arguments, **keywords):
+            if (arguments or keywords) and not _takes_arguments(type(self)):
+                name = type(self).__name__
+                given = ", ".join([*map(repr, arguments), *(f"{key}={value!r}" for key, value in keywords.items())])
+                raise DeclarationError(
+                    f"{name}: a Node is made without arguments, not with ({given:.60}): its name belongs to its place, "
+                    f"Child({name}, name=...), and what its own __init__ takes comes by Child({name}, args=(...))"
+                )
+            super().__init__(*arguments, **keywords)
+
+        def __getattr__(self, name):
+            from actors.habits import NoSuchAttribute
+
+            if any(
+                name in vars(base) for base in type(self).__mro__
+            ):  # a property has raised this error: let it be heard
+                return object.__getattribute__(self, name)
+            raise NoSuchAttribute(self, name)
 
     def __repr__(self) -> str:
         core = self._core
@@ -236,11 +258,19 @@ class Node:
         self, topic: Topic[M], handler: Callable[[M], Coroutine[Any, Any, None] | None], *, qos: QoS | int | None = None
     ) -> None:
         """Let `handler` take the topic's messages from now on, as `Topic.on` does for a method."""
+        if not callable(handler):
+            raise DeclarationError(
+                f"{self.fqn}.on({topic!r}, {handler!r:.60}): the handler must be a function or a method"
+            )
         label = f"{self.fqn} {_name_of(handler)} on {topic.name}"
         self.core.feed(topic, topic.qos if qos is None else of(qos), handler, label)
 
     def serve(self, service: Service[Req, Resp], handler: Callable[[Req], Coroutine[Any, Any, Resp]]) -> None:
         """Let `handler` answer the service from now on, as `Service.serve` does for a method."""
+        if not _is_async(handler):
+            raise DeclarationError(
+                f"{self.fqn}.serve({service!r}, {_name_of(handler)}): the handler answers by `await`; make it `async def`"
+            )
         self.core.serve(service, handler, _name_of(handler))
 
     # -- work ---------------------------------------------------------------------------------------------------------------
@@ -275,7 +305,9 @@ class Node:
 
     def checkpoint(self, state: Any) -> None:
         """Keep `state`, a value that is not changed afterwards, for the next incarnation, also if this one crashes. See `resume`."""
-        self.core.mailbox.saved = state
+        core = self.core
+        core.check_thread()
+        core.mailbox.saved = state
 
     def stop(self, reason: str = "stopped itself") -> None:
         """Ask for this node's own orderly end. Its supervisor sees `Stopped(reason)`."""
@@ -289,7 +321,32 @@ class Node:
 
     def set_parameters(self, values: Mapping[str, Any]) -> SetResult:
         """Set parameters of this node, all or none of them."""
-        return self.core.parameters.set_values(values)
+        if not isinstance(cast("object", values), Mapping):
+            raise TypeError(
+                f"{self.fqn}: set_parameters takes names and values, {{'speed': 1.0}}, not {type(values).__name__} {values!r:.60}"
+            )
+        core = self.core
+        core.check_thread()
+        return core.parameters.set_values(values)
+
+
+def _is_async(handler: Any) -> bool:
+    """Whether calling `handler` gives a coroutine, as far as that can be seen: also a partial, an object, a wrapped or annotated function."""
+    while isinstance(handler, partial):
+        handler = cast("Any", handler).func
+    if not (inspect.isroutine(handler) or isinstance(handler, type)):
+        handler = getattr(handler, "__call__", None)  # noqa: B004  # an object that can be called
+    handler = inspect.unwrap(handler) if callable(handler) else None
+    if inspect.iscoroutinefunction(handler):
+        return True
+    returned = str(getattr(handler, "__annotations__", {}).get("return", ""))
+    return any(word in returned for word in ("Coroutine", "Awaitable"))
+
+
+def _takes_arguments(kind: type[Node]) -> bool:
+    """Whether a base that comes after `Node` has something to be made with."""
+    following = kind.__mro__[kind.__mro__.index(Node) + 1 : -1]
+    return any("__init__" in vars(base) for base in following)
 
 
 def _name_of(handler: object) -> str:

@@ -56,6 +56,8 @@ class Caller(Protocol):
 
     def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]: ...
 
+    def check_thread(self) -> None: ...
+
     def service_failed(self, service: str, error: Exception) -> None: ...
 
 
@@ -242,6 +244,7 @@ class Client(Generic[Req, Resp]):
             )
         inbox, server = self.inbox, self.entry.server
         if server is None:
+            self.node.check_thread()
             started = inbox.loop.time()
             server = await self._found(timeout)
             timeout = max(1e-9, timeout - (inbox.loop.time() - started))
@@ -249,9 +252,11 @@ class Client(Generic[Req, Resp]):
             refuse_other_type(self.entry.name, server.node, server.type, self.node, self.type)
         node = self.node
         # A node that sleeps is in no handler; in one that waits, a call back to its node would wait for itself.
-        exclusive = inbox.waiter is None and inbox.task is current_task(inbox.loop) and not server.concurrent
+        exclusive = inbox.waiter is None and inbox.task is current_task() and not server.concurrent
         if exclusive:
             refuse_cycle(node, server.node)
+        else:  # a foreign thread is never in the node's own task
+            node.check_thread()
         future: asyncio.Future[Resp] = inbox.loop.create_future()
         request = Request(server, message, future, node)
         self.deadlines.watch(request, timeout)

@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Self, TypeAlias, TypeVar, cast
 
 from actors.errors import DeclarationError
 from actors.supervision.checks import (
+    check_place,
     checked_choice,
     checked_flag,
     checked_mapping,
@@ -185,6 +186,7 @@ class Child(Declaration):
             significant=checked_flag(where, "significant", significant),
             process=checked_flag(where, "process", process),
         )
+        check_place(where, self.name, namespace, self.remap)
 
     @property
     def kind(self) -> Kind:

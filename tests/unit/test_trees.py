@@ -127,3 +127,36 @@ def test_F2_one_child_that_is_not_in_a_list(children: Any, written: str) -> None
     with pytest.raises(DeclarationError) as refused:
         Supervisor("x", children=children)
     assert str(refused.value) == f"Supervisor('x'): children must be a list, write children=[{written}]"
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (
+            {"name": "größe"},
+            "'größe' is not a valid node name: only letters, digits and underscores are allowed (at 2: 'ö')",
+        ),
+        (
+            {"name": "a b"},
+            "'a b' is not a valid node name: only letters, digits and underscores are allowed (at 1: ' ')",
+        ),
+        (
+            {"namespace": "/ñ"},
+            "'/ñ' is not a valid namespace: only letters, digits and underscores are allowed (at 1: 'ñ')",
+        ),
+        ({"namespace": 5}, "namespace must be a text such as '/robot1', not 5"),
+        (
+            {"remap": {"a": "ü"}},
+            "'a:=ü' is not a remapping rule: each side must be a name such as scan, /front/scan or ~/scan",
+        ),
+    ],
+)
+def test_D25_a_name_that_ros_refuses_is_refused_where_it_is_written(options: dict[str, Any], said: str) -> None:
+    with pytest.raises(DeclarationError) as refused:
+        Child(Talker, **options)
+    assert str(refused.value).startswith(f"Child(Talker): {said}")
+
+
+def test_D25_names_that_are_good_are_taken() -> None:
+    child = Child(Talker, name="ear_1", namespace="robot1/left", remap={"words": "/loud/words"})
+    assert (child.name, child.namespace, child.remap) == ("ear_1", "robot1/left", {"words": "/loud/words"})
