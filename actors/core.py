@@ -167,6 +167,7 @@ class Core(Ground):
 
     def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]:
         """The way to a service that is not among `clients` yet."""
+        self.check_thread()
         if len(self.clients) >= CLIENTS:  # its contracts are made by the dozen
             self.mailbox.note(one.entry for one in self.clients.values())
             self.clients.clear()

@@ -11,6 +11,7 @@ import math
 from asyncio import current_task
 from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine
+from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 import msgspec
@@ -221,9 +222,9 @@ def refuse_other_type(name: str, server: Caller, served: type[Any], client: Call
 
 
 class Client(Generic[Req, Resp]):
-    """One node's way to one service, made at its first call."""
+    """One node's way to one service, made at its first call, in the thread of the node's event loop."""
 
-    __slots__ = ("deadlines", "entry", "inbox", "node", "request", "type")
+    __slots__ = ("deadlines", "entry", "inbox", "node", "request", "thread", "type")
 
     def __init__(self, node: Caller, entry: ServiceEntry, service: Service[Req, Resp]) -> None:
         self.node = node
@@ -232,6 +233,7 @@ class Client(Generic[Req, Resp]):
         self.entry = entry
         self.type = service.type
         self.request = service.request
+        self.thread = get_ident()
 
     def __repr__(self) -> str:
         return f"<client of {self.entry.name} in {self.node.fqn}>"
@@ -242,9 +244,10 @@ class Client(Generic[Req, Resp]):
             raise WrongType(
                 f"{self.entry.name} takes {self.request.__name__}, not {type(message).__name__} {message!r:.60}"
             )
+        if get_ident() != self.thread:
+            self.node.check_thread()
         inbox, server = self.inbox, self.entry.server
         if server is None:
-            self.node.check_thread()
             started = inbox.loop.time()
             server = await self._found(timeout)
             timeout = max(1e-9, timeout - (inbox.loop.time() - started))
@@ -252,11 +255,9 @@ class Client(Generic[Req, Resp]):
             refuse_other_type(self.entry.name, server.node, server.type, self.node, self.type)
         node = self.node
         # A node that sleeps is in no handler; in one that waits, a call back to its node would wait for itself.
-        exclusive = inbox.waiter is None and inbox.task is current_task() and not server.concurrent
+        exclusive = inbox.waiter is None and inbox.task is current_task(inbox.loop) and not server.concurrent
         if exclusive:
             refuse_cycle(node, server.node)
-        else:  # a foreign thread is never in the node's own task
-            node.check_thread()
         future: asyncio.Future[Resp] = inbox.loop.create_future()
         request = Request(server, message, future, node)
         self.deadlines.watch(request, timeout)
