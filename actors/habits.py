@@ -1,11 +1,10 @@
-"""What people write who come from rclpy, and what to write here: the words of `Node.__getattr__`, which is reached for missing names only."""
+"""What people write who come from rclpy, and what to write here instead."""
 
 from __future__ import annotations
 
-import difflib
-from typing import Final
+from typing import Final, NoReturn
 
-__all__ = ["NoSuchAttribute", "remedy"]
+__all__ = ["Habits", "NotHere"]
 
 _TIMER: Final = "write @every(hz=10) above the method; a wait is `await self.clock.sleep(0.1)`"
 _PARAMETER: Final = "write `speed = parameter(0.5)` in the class body and read it as self.speed"
@@ -118,26 +117,31 @@ _REMEDIES: Final[dict[str, str]] = {
 """rclpy's name -> what to write here."""
 
 
-def remedy(name: str) -> str | None:
-    """What to write instead of rclpy's `name`, if it is one."""
-    return _REMEDIES.get(name)
+class NotHere(AttributeError):
+    """A name of rclpy that a node does not have; the message says what to write instead."""
 
 
-class NoSuchAttribute(AttributeError):
-    """A node was asked for an attribute that it does not have. What to write instead is looked up when somebody reads the message."""
+class _Missing:
+    """A name that is not there: ``hasattr`` says False, reading it says what to write, and a class may use it for itself."""
 
-    def __init__(self, owner: object, attribute: str) -> None:
-        super().__init__(attribute, name=attribute)  # without obj=, so that a traceback does not guess a second time
-        self._owner = owner
+    __slots__ = ("name",)
 
-    def __str__(self) -> str:
-        name: str = self.args[0]
-        kind = type(self._owner).__name__
-        if (instead := remedy(name)) is not None:
-            return f"{kind} has no {name!r}, which is rclpy's: {instead}; see docs/coming-from-ros2.md"
-        known = [each for each in dir(self._owner) if name.startswith("_") or not each.startswith("_")]
-        close = difflib.get_close_matches(name, known, n=1)
-        return f"{kind} has no attribute {name!r}" + (f"; did you mean {close[0]!r}?" if close else "")
+    def __init__(self, name: str) -> None:
+        self.name = name
 
-    def __reduce__(self) -> tuple[type[AttributeError], tuple[str]]:
-        return AttributeError, (str(self),)
+    def __get__(self, instance: object, owner: type) -> NoReturn:
+        raise NotHere(
+            f"{owner.__name__} has no {self.name!r}, which is rclpy's: {_REMEDIES[self.name]}; see docs/coming-from-ros2.md",
+            name=self.name,
+        )
+
+
+class Habits:
+    """The base of `Node` that knows rclpy's names. A `__getattr__` instead would make every attribute of every node slower."""
+
+    def __dir__(self) -> list[str]:
+        return [name for name in super().__dir__() if not isinstance(vars(Habits).get(name), _Missing)]
+
+
+for _name in _REMEDIES:
+    setattr(Habits, _name, _Missing(_name))

@@ -5,7 +5,6 @@ A slip of this kind would show as an error somewhere else, or as a handler that 
 
 from __future__ import annotations
 
-import difflib
 import inspect
 from collections.abc import Callable, Mapping
 from functools import cached_property, partialmethod
@@ -153,7 +152,9 @@ def _check_spelling(where: str, name: str, function: FunctionType, hooks: Mappin
             f"{where} is a hook of LifecycleNode, and {where.rpartition('.')[0]} is none: derive it from LifecycleNode"
             f"{', write on_stop' if name == 'on_shutdown' else ''}, or choose another name"
         )
-    for meant in difflib.get_close_matches(name, hooks, n=1, cutoff=0.85):
+    from difflib import get_close_matches  # late: 1 ms that `import actors` need not take
+
+    for meant in get_close_matches(name, hooks, n=1, cutoff=0.85):
         hook = hooks[meant]
         if inspect.iscoroutinefunction(function) is hook.is_async and _takes(function, hook):
             raise DeclarationError(

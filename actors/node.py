@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar, ca
 
 from actors.blueprint import Blueprint
 from actors.errors import ActionUnavailable, DeclarationError, NotStarted, ServiceUnavailable
+from actors.habits import Habits
 from actors.qos import QoS, of
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ GOAL_TIMEOUT = 5.0
 ErrorVerdict = Literal["continue", "fail"] | None
 
 
-class Node:
+class Node(Habits):
     """One async actor: its handlers, ticks included, never overlap, so its attributes need no locks.
 
     Lifecycle: the supervisor makes the object, `on_start` runs (the node is ready when it returns), then messages, requests and ticks
@@ -89,15 +90,6 @@ class Node:
                     f"Child({name}, name=...), and what its own __init__ takes comes by Child({name}, args=(...))"
                 )
             super().__init__(*arguments, **keywords)
-
-        def __getattr__(self, name):
-            from actors.habits import NoSuchAttribute
-
-            if any(
-                name in vars(base) for base in type(self).__mro__
-            ):  # a property has raised this error: let it be heard
-                return object.__getattribute__(self, name)
-            raise NoSuchAttribute(self, name)
 
     def __repr__(self) -> str:
         core = self._core
