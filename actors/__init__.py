@@ -37,7 +37,7 @@ from actors.goals import GoalStatus
 from actors.lifecycle import HookResult, LifecycleState, TransitionRefused
 from actors.lifecycle_node import LifecycleNode, bring_down, bring_up
 from actors.node import Node
-from actors.parameters import parameter
+from actors.parameters import Parameter, SetResult, parameter
 from actors.qos import QoS
 from actors.running import execute, open_node, run
 from actors.stream import Stream
@@ -90,6 +90,7 @@ __all__ = [
     "NotRunning",
     "NotStarted",
     "Outcome",
+    "Parameter",
     "Publisher",
     "QoS",
     "Reject",
@@ -97,6 +98,7 @@ __all__ = [
     "Service",
     "ServiceFailed",
     "ServiceUnavailable",
+    "SetResult",
     "Skip",
     "StartFailed",
     "Steps",

@@ -71,6 +71,11 @@ class Ground:
         return self.identity.fqn
 
     @property
+    def thread(self) -> int:
+        """The thread of the node's event loop."""
+        return self.system.thread
+
+    @property
     def deadlines(self) -> Deadlines:
         return self.system.deadlines
 

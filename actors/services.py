@@ -53,6 +53,9 @@ class Caller(Protocol):
     def inbox(self) -> Inbox: ...
 
     @property
+    def thread(self) -> int: ...
+
+    @property
     def deadlines(self) -> Deadlines: ...
 
     def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]: ...
@@ -222,7 +225,7 @@ def refuse_other_type(name: str, server: Caller, served: type[Any], client: Call
 
 
 class Client(Generic[Req, Resp]):
-    """One node's way to one service, made at its first call, in the thread of the node's event loop."""
+    """One node's way to one service, made at its first call."""
 
     __slots__ = ("deadlines", "entry", "inbox", "node", "request", "thread", "type")
 
@@ -233,7 +236,7 @@ class Client(Generic[Req, Resp]):
         self.entry = entry
         self.type = service.type
         self.request = service.request
-        self.thread = get_ident()
+        self.thread = node.thread
 
     def __repr__(self) -> str:
         return f"<client of {self.entry.name} in {self.node.fqn}>"

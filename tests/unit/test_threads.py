@@ -8,16 +8,15 @@ from typing import Any
 
 import pytest
 
-from actors import Action, Child, Done, Node, Service, Steps, Supervisor, WrongThread, open_node, parameter, run
+from actors import Child, Done, Node, Service, Steps, Supervisor, WrongThread, open_node, parameter, run
 from actors.goals import GoalStatus
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.system import System
-from tests.stage import ADD, COUNT
+from tests.stage import ADD, COUNT, NUMBERS
 
 NOBODY = Service(AddTwoInts, "nobody")
 CONCURRENT = Service(AddTwoInts, "concurrent")
-OTHER = Action(Fibonacci, "other")
 
 
 class Robot(Node):
@@ -61,7 +60,7 @@ REMEDY = "used from a foreign thread: use node.threadsafe(function, *arguments),
 
 async def test_D24_a_foreign_thread_is_refused_before_anything_is_done() -> None:
     tree = Supervisor("s", children=[Child(Robot), Child(Adder), Child(Counter)])
-    async with run(tree, sinks=(), signals=False) as system, open_node("me") as me:
+    async with run(tree, sinks=(), signals=False) as system, open_node("me") as me, open_node("other") as other:
         robot = system.core_of("/robot")
         assert robot is not None and system.supervisor is not None
         node, supervisor = robot.node, system.supervisor
@@ -74,7 +73,7 @@ async def test_D24_a_foreign_thread_is_refused_before_anything_is_done() -> None
                 "set_parameters": lambda: node.set_parameters({"speed": 2.0}),
                 "checkpoint": lambda: node.checkpoint(1),
                 "stop": node.stop,
-                "subscribe": lambda: me.start(OTHER, Fibonacci.Goal()),
+                "subscribe": lambda: me.subscribe(NUMBERS),
                 "call": lambda: in_a_loop_of_its_own(lambda: me.call(ADD, request)),
                 "concurrent call": lambda: in_a_loop_of_its_own(lambda: me.call(CONCURRENT, request)),
                 "call of nobody": lambda: in_a_loop_of_its_own(lambda: me.call(NOBODY, request, timeout=60.0)),
@@ -92,10 +91,22 @@ async def test_D24_a_foreign_thread_is_refused_before_anything_is_done() -> None
             assert goal.status is GoalStatus.EXECUTING
             assert unsent.status is GoalStatus.UNKNOWN
         assert (await me.call(ADD, request)).sum == 3
+        # made in a foreign thread, awaited in the loop: that is what run_coroutine_threadsafe is for
+        loop = asyncio.get_running_loop()
+        answer = await asyncio.to_thread(
+            lambda: asyncio.run_coroutine_threadsafe(other.call(CONCURRENT, request), loop).result(5.0)
+        )
+        assert answer.sum == 3
         adder = system.core_of("/adder")
         assert adder is not None and adder.mailbox.services["/add"].calls == 2
-        assert node.speed == 1.0 and robot.mailbox.saved is None and robot.mailbox.services["/concurrent"].calls == 0  # type: ignore[attr-defined]
-        assert sorted(state.identity.fqn for state in system.nodes.values()) == ["/adder", "/counter", "/me", "/robot"]
+        assert node.speed == 1.0 and robot.mailbox.saved is None and robot.mailbox.services["/concurrent"].calls == 1  # type: ignore[attr-defined]
+        assert sorted(state.identity.fqn for state in system.nodes.values()) == [
+            "/adder",
+            "/counter",
+            "/me",
+            "/other",
+            "/robot",
+        ]
 
 
 async def joined(system: System) -> None:

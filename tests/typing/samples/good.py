@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import assert_type
 
 import numpy as np
@@ -37,7 +38,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Fee
 from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Request, AddTwoInts_Response
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.parameter_server import set_global
-from actors.parameters import ParameterDeclaration, SetResult
+from actors.parameters import Parameter, ParameterDeclaration, SetResult, on_set, post_set, pre_set
 from actors.retry import retry
 
 WORDS = Topic(String, "words")
@@ -60,6 +61,25 @@ class Server(Node):
     gait = parameter("trot", choices=("trot", "walk"))
     armed = parameter(False)
     gains = parameter([1.0, 2.0])
+
+    @speed.validate
+    def sane(self, value: float) -> str | None:
+        return "too fast" if value > 1.5 else None
+
+    @gains.changed
+    def tuned(self, value: tuple[float, ...]) -> None:
+        assert_type(self.gains, tuple[float, ...])
+
+    @pre_set
+    def rewrite(self, parameters: Sequence[Parameter]) -> Iterable[Parameter]:
+        return [one for one in parameters if one.name != "gait"]
+
+    @on_set
+    def together(self, parameters: Sequence[Parameter]) -> SetResult:
+        return SetResult(len(parameters) < 9, "too many")
+
+    @post_set
+    def told(self, parameters: Sequence[Parameter]) -> None: ...
 
     @every(hz=10)
     async def tick(self) -> None:
