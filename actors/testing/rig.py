@@ -20,7 +20,7 @@ import asyncio
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast, overload
 
 from actors.channel import Queue
 from actors.control import Failure
@@ -94,8 +94,15 @@ class Probe(Queue[M], Generic[M]):
 
     @property
     def last(self) -> M | None:
-        """The newest message, or None."""
+        """The newest message, or None: to be compared, as in ``probe.last == Twist()``."""
         return self.messages[-1] if self.messages else None
+
+    @property
+    def newest(self) -> M:
+        """The newest message, to look into: ``probe.newest.linear.x``. Raises `AssertionError` when nothing has come."""
+        if not self.messages:
+            raise AssertionError(f"nothing has come on {self.entry.name} since the probe was made")
+        return self.messages[-1]
 
     def clear(self) -> None:
         """Forget what was seen."""
@@ -275,12 +282,16 @@ class Rig:
         known = ", ".join(sorted(_introduced(state) for state in states if state.path != _ME))
         raise LookupError(f"no node in this system is {asked}; there are: {known or 'none'}")
 
-    def node(self, node: type[N]) -> N:
-        """The living object of this class."""
-        core = self.state(node).core
-        if core is None or not isinstance(core.node, node):
-            raise NotStarted(f"{node.__name__} is not running now")
-        return core.node
+    @overload
+    def node(self, node: type[N]) -> N: ...
+    @overload
+    def node(self, node: str) -> Node: ...
+    def node(self, node: type[Node] | str) -> Node:
+        """The living object of this class, or of the node of this name or full name."""
+        state = self.state(node)
+        if state.core is None:
+            raise NotStarted(f"{node if isinstance(node, str) else node.__name__} is not running now")
+        return state.core.node
 
     def incarnation(self, node: type[Node] | str) -> int:
         """The number of the node's present or last life."""

@@ -181,6 +181,14 @@ def script() -> None:
         node.publish(NUMBERS, Int32(data=1))
         result = node.run_goal(COUNT, Fibonacci.Goal(order=1), on_feedback=lambda feedback: print(feedback.sequence))
         assert_type(result, Fibonacci_Result)
+        assert_type(node.subscribe(WORDS).next(timeout=1.0), String)
+        for message in node.subscribe(WORDS):
+            assert_type(message, String)
+        with node.start(COUNT, Fibonacci.Goal(order=1)) as goal:
+            for feedback in goal:
+                assert_type(feedback, Fibonacci_Feedback)
+            assert_type(goal.result(), Fibonacci_Result)
+        assert_type(node.set_parameter("speed", 1.0), SetResult)
         assert_type(node.run(lambda inner: set_global(inner, "speed", 1.0)), SetResult)
 
 
