@@ -19,6 +19,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar, cast
 
 from actors.blueprint import Blueprint
+from actors.deadlines import check_timeout
 from actors.errors import ActionUnavailable, DeclarationError, NotStarted, ServiceUnavailable
 from actors.habits import Habits
 from actors.qos import QoS, of
@@ -224,6 +225,8 @@ class Node(Habits):
         from actors.contracts import Service
 
         core = self.core
+        if timeout is not None:
+            check_timeout(f"{self.fqn}.wait_for", timeout)
         end = None if timeout is None else core.system.loop.time() + timeout
         for contract in contracts:
             name = core.identity.service(contract.name)
@@ -244,6 +247,7 @@ class Node(Habits):
         The timeout is on the event loop's clock, as that of `call`.
         Entering raises `ActionUnavailable` when nobody has accepted by then, and `GoalRejected`.
         """
+        check_timeout(f"{self.fqn}.start({action!r})", timeout)
         return self.core.goal(action, goal, timeout)
 
     def on(
