@@ -38,13 +38,13 @@ from actors.goal_client import Goal
 from actors.goals import GoalStatus
 from actors.lifecycle import HookResult, LifecycleState, TransitionRefused
 from actors.lifecycle_node import LifecycleNode, bring_down, bring_up
-from actors.node import Node
-from actors.parameters import parameter
+from actors.node import ErrorVerdict, Node
+from actors.parameters import Parameter, SetResult, parameter
 from actors.qos import QoS
 from actors.running import execute, open_node, run
 from actors.stream import Stream
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
-from actors.supervision.reasons import Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
+from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
 from actors.supervisor import (
     Backoff,
     Child,
@@ -74,6 +74,8 @@ __all__ = [
     "DeclarationError",
     "Done",
     "DynamicSupervisor",
+    "ErrorVerdict",
+    "ExitReason",
     "Failed",
     "Goal",
     "GoalAborted",
@@ -92,6 +94,7 @@ __all__ = [
     "NotRunning",
     "NotStarted",
     "Outcome",
+    "Parameter",
     "Publisher",
     "QoS",
     "Reject",
@@ -99,6 +102,7 @@ __all__ = [
     "Service",
     "ServiceFailed",
     "ServiceUnavailable",
+    "SetResult",
     "Skip",
     "StartFailed",
     "Steps",

@@ -16,6 +16,7 @@ from actors.ground import Ground
 from actors.identity import Identity
 from actors.inbox import Item
 from actors.mailbox import Mailbox
+from actors.parameters.hooks import attach_hooks
 from actors.places import awaited_in
 from actors.qos import (
     ACTION_FEEDBACK,
@@ -27,6 +28,7 @@ from actors.qos import (
     resolve_publisher,
     resolve_subscription,
 )
+from actors.rates import guard_rates
 from actors.services import Client, Server
 from actors.stream import Stream, Subscription
 from actors.timed import publisher_for
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from actors.parameters import ParameterChange, ParameterStore
     from actors.sim_time import SimTime
     from actors.system import System
+    from actors.timers import TickSource
 
 __all__ = ["Core"]
 
@@ -100,26 +103,33 @@ class Core(Ground):
 
     @property
     def parameters(self) -> ParameterStore:
-        if self._parameters is None:
-            self._parameters = self._parameter_store(None)
-        return self._parameters
+        return self._parameters or self._open_store(None)
 
     def open_parameters(self) -> None:
         """Check the overrides, and tell who listens what the node has. Otherwise the store is made at its first use."""
         if self.identity.overrides or self.system.on_parameters is not None:
-            self._parameters = self._parameter_store(self._parameters_changed)
+            self._open_store(self._parameters_changed)
 
-    def _parameter_store(self, told: Callable[[ParameterChange], None] | None) -> ParameterStore:
+    def _open_store(self, told: Callable[[ParameterChange], None] | None) -> ParameterStore:
         from actors.parameters import ParameterStore
 
-        store = ParameterStore(self.fqn, self.identity.overrides, table=self.blueprint.table, on_event=told)
+        blueprint = self.blueprint
+        store = ParameterStore(self.fqn, self.identity.overrides, table=blueprint.table, on_event=told)
         store.on_event = self._parameters_changed  # for who listens only later
+        self._parameters = store  # the hooks may read what they are asked about
+        if blueprint.rates:
+            guard_rates(store, blueprint.rates)
+        if blueprint.parameter_hooks:
+            attach_hooks(store, self.node, blueprint.parameter_hooks)
+        store.check_overrides()
         return store
 
     def _parameters_changed(self, change: ParameterChange) -> None:
         for parameter in change.changed:
             if parameter.name == "use_sim_time":
                 self.ros_time().use(parameter.value is True)
+            elif parameter.name in self.blueprint.rates:
+                self._retime(parameter.name, parameter.value)
         if self.system.on_parameters is not None:
             self.system.on_parameters(self, change)
 
@@ -283,6 +293,15 @@ class Core(Ground):
                 item.begin(self.system.ticker)
             else:
                 self.sim.begin(item)
+
+    def _retime(self, name: str, hz: float) -> None:
+        """The parameter `name` has been set: what ticks by it ticks at the new rate from now on."""
+        ticker: TickSource = self.system.ticker
+        if self.sim is not None and self.sim.ros.active:
+            ticker = self.sim.ticker
+        for declared, timer in zip(self.blueprint.timers, self.timers, strict=False):  # none while they rest
+            if declared.hz == name and timer.hz != hz:
+                timer.retime(hz, ticker)
 
     def stop_timers(self) -> None:
         for timer in self.timers:

@@ -13,7 +13,9 @@ from collections import deque
 from itertools import chain, islice
 from typing import Any, Protocol
 
-__all__ = ["Deadlines", "Waiting"]
+from actors.supervision.checks import is_number
+
+__all__ = ["Deadlines", "Waiting", "check_timeout"]
 
 FEW = 64
 """So many answered calls may stay in a queue besides those that wait; so many are looked at for a cycle."""
@@ -102,3 +104,9 @@ class Deadlines:
             queue.timer = self._timer(timeout, waiting[0].due)
         else:
             del self._queues[timeout]
+
+
+def check_timeout(what: str, timeout: object) -> None:
+    """Refuse, with a ValueError that begins with `what`, a timeout that is no number of seconds; a NaN would upset the event loop."""
+    if not is_number(timeout):
+        raise ValueError(f"{what}: timeout={timeout!r:.40} must be a number of seconds, or math.inf for no limit")

@@ -27,10 +27,24 @@ __all__ = [
 def described(value: object) -> str:
     """A value or an error in a sentence: its type and its text, the text of a value kept short."""
     return (
-        f"{type(value).__name__}: {value}"
+        f"{type(value).__name__}: {value}{_meant(value)}"
         if isinstance(value, BaseException)
         else f"{type(value).__name__} {value!r:.60}"
     )
+
+
+def _meant(error: BaseException) -> str:
+    """``; did you mean 'speed'?`` for an attribute that is missing where one of nearly that name is not."""
+    if type(error) is not AttributeError or not error.name:
+        return ""
+    from difflib import get_close_matches
+
+    try:
+        known = [name for name in dir(error.obj) if name.startswith("_") <= error.name.startswith("_")]
+    except Exception:  # an object that does not even say what it has
+        return ""
+    close = get_close_matches(error.name, known, n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""
 
 
 class ActorError(Exception):

@@ -73,6 +73,11 @@ class Ground:
         return self.identity.fqn
 
     @property
+    def thread(self) -> int:
+        """The thread of the node's event loop."""
+        return self.system.thread
+
+    @property
     def deadlines(self) -> Deadlines:
         return self.system.deadlines
 
@@ -214,10 +219,17 @@ class Ground:
 
     # -- limits --------------------------------------------------------------------------------------------------------------
 
+    def check_thread(self) -> None:
+        """Refuse a foreign thread."""
+        if get_ident() != self.system.thread:
+            raise WrongThread(
+                f"{self.fqn} was used from a foreign thread: use node.threadsafe(function, *arguments), and for what is awaited "
+                "blocking.open_node(name, system=system)"
+            )
+
     def check_use(self) -> None:
         """Refuse a foreign thread, and what comes after the end of this incarnation."""
-        if get_ident() != self.system.thread:
-            raise WrongThread(f"{self.fqn} was used from a foreign thread: use node.threadsafe(function, *arguments)")
+        self.check_thread()
         if self.ended:
             raise self._over()
 

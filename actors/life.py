@@ -10,6 +10,7 @@ from actors.actions import ActionServer
 from actors.control import StopServing, Unwinding, blame, stray_cancel
 from actors.core import Core
 from actors.errors import DeclarationError, ProgramExit
+from actors.members import check_assigned
 from actors.node import Node
 from actors.supervision.reasons import Failed, Killed, Skip, Stop, Stopped
 
@@ -119,6 +120,7 @@ class NodeLife:
             raise DeclarationError(
                 f"{self.identity.fqn}: its factory made {type(node).__name__} {node!r:.60}, which is not a Node"
             )
+        check_assigned(node, vars(node))
         node._core = core = Core(self.system, node, type(node).blueprint, self.identity, self.mailbox)  # pyright: ignore[reportPrivateUsage]
         return core
 
@@ -132,6 +134,7 @@ class NodeLife:
             node.resume(self.mailbox.saved)
         self.phase = "on_start"
         await node.on_start()
+        check_assigned(node, vars(node))
         self.phase = "begin"
         await node._begin()  # pyright: ignore[reportPrivateUsage]
         if core.identity.overrides and type(node) is not Node:  # a script's node may declare its own at any time

@@ -11,6 +11,7 @@ import math
 from asyncio import current_task
 from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine
+from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 import msgspec
@@ -54,9 +55,14 @@ class Caller(Protocol):
     def inbox(self) -> Inbox: ...
 
     @property
+    def thread(self) -> int: ...
+
+    @property
     def deadlines(self) -> Deadlines: ...
 
     def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]: ...
+
+    def check_thread(self) -> None: ...
 
     def service_failed(self, service: str, error: Exception) -> None: ...
 
@@ -230,7 +236,7 @@ def refuse_other_type(name: str, server: Caller, served: type[Any], client: Call
 class Client(Generic[Req, Resp]):
     """One node's way to one service, made at its first call."""
 
-    __slots__ = ("deadlines", "entry", "inbox", "node", "request", "type")
+    __slots__ = ("deadlines", "entry", "inbox", "node", "request", "thread", "type")
 
     def __init__(self, node: Caller, entry: ServiceEntry, service: Service[Req, Resp]) -> None:
         self.node = node
@@ -239,6 +245,7 @@ class Client(Generic[Req, Resp]):
         self.entry = entry
         self.type = service.type
         self.request = service.request
+        self.thread = node.thread
 
     def __repr__(self) -> str:
         return f"<client of {self.entry.name} in {self.node.fqn}>"
@@ -249,6 +256,8 @@ class Client(Generic[Req, Resp]):
             raise WrongType(
                 f"{self.entry.name} takes {self.request.__name__}, not {type(message).__name__} {message!r:.60}"
             )
+        if get_ident() != self.thread:
+            self.node.check_thread()
         inbox, server = self.inbox, self.entry.server
         if server is None:
             started = inbox.loop.time()

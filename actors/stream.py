@@ -8,6 +8,7 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
 from actors.channel import Queue
+from actors.deadlines import check_timeout
 from actors.endpoint import EventStream, close_forgotten
 from actors.errors import CallTimeout, NotStarted
 from actors.lifespan import Aged
@@ -130,6 +131,8 @@ class Stream(Generic[M]):
 
     async def next(self, timeout: float | None = None) -> M:
         """The next message. Raises `CallTimeout` after `timeout` seconds without one, `NotStarted` once the stream has ended."""
+        if timeout is not None:
+            check_timeout(f"the stream of {self._queue.entry.name}", timeout)
         try:
             async with asyncio.timeout(timeout):
                 return await self.__anext__()

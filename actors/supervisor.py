@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Self, TypeAlias, TypeVar, cast
 
 from actors.errors import DeclarationError
 from actors.supervision.checks import (
+    check_place,
     checked_choice,
     checked_flag,
     checked_mapping,
@@ -187,6 +188,7 @@ class Child(Declaration):
             significant=checked_flag(where, "significant", significant),
             process=checked_flag(where, "process", process),
         )
+        check_place(where, self.name, namespace, self.remap)
 
     @property
     def kind(self) -> Kind:
@@ -375,6 +377,9 @@ def check_child(where: str, child: object, auto_shutdown: AutoShutdown) -> None:
 
 
 def _checked_children(where: str, children: Sequence[Spec], auto_shutdown: AutoShutdown) -> tuple[Spec, ...]:
+    if isinstance(children, (type, Declaration)):
+        one = f"Child({factory_name(children)})" if isinstance(children, type) else repr(children)
+        raise DeclarationError(f"{where}: children must be a list, write children=[{one}]")
     seen: dict[str, Spec] = {}
     for child in (given := checked_sequence(where, "children", children)):
         check_child(where, child, auto_shutdown)

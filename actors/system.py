@@ -21,7 +21,7 @@ from actors import derived
 from actors.clock import Clock
 from actors.core import Core
 from actors.deadlines import Deadlines
-from actors.errors import DeclarationError, NotRunning, NotStarted, ProgramExit
+from actors.errors import DeclarationError, NotRunning, NotStarted, ProgramExit, WrongThread
 from actors.graph import Graph
 from actors.guests import Guests
 from actors.identity import Identity
@@ -277,6 +277,10 @@ class System:
 
     async def join(self, child: Child) -> NodeLife:
         """Run one more node beside the tree, not supervised by it, and return when it is ready. Raises what its start raises."""
+        if asyncio.get_running_loop() is not self.loop:
+            raise WrongThread(
+                f"{self!r} runs in another event loop: use blocking.open_node(name, system=system) in this thread"
+            )
         return await self.guests.join(child)
 
     async def leave(self, life: NodeLife, reason: str = "left") -> None:

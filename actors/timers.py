@@ -130,8 +130,8 @@ class TimerItem:
     """One `@every` of one incarnation; as an inbox item it is its waiting tick."""
 
     __slots__ = (
-        "backlog", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "on_late", "pending", "period", "record",
-        "seen", "takes_tick", "time",
+        "backlog", "before", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "on_late", "pending", "period",
+        "record", "seen", "takes_tick", "time",
     )  # fmt: skip
 
     def __init__(
@@ -160,6 +160,8 @@ class TimerItem:
         self.on_late: Callable[[TimerItem, float, int], None] | None = None
         """Hears that the event loop was late for a tick by a period or more: by how many seconds, and how many ticks that has cost."""
         self.seen = -1
+        self.before = 0
+        """Ticks delivered before the last change of the rate; `k` counts from there."""
         self.k = 0
         self.due = 0.0
 
@@ -185,6 +187,19 @@ class TimerItem:
         self.due = now = time()
         if self.backlog is not None:
             self.backlog = deque((k, now) for k, _ in self.backlog)
+
+    def retime(self, hz: float, ticker: TickSource) -> None:
+        """Tick at another rate: the next tick is due one new period from now. Ticks that wait stay, and all are counted on."""
+        assert self.handle is not None
+        done = self.handle.k
+        self.stop()
+        self.hz = self.record.hz = hz
+        self.period = 0.999 / hz
+        self.before += done
+        self.k -= done
+        if self.backlog is not None:
+            self.backlog = deque((k - done, due) for k, due in self.backlog)
+        self.begin(ticker)
 
     def on_tick(self, k: int, due: float) -> None:
         """The ticker's call: put this tick into the inbox, or, if the node or the loop is late, apply the late policy."""
@@ -236,14 +251,14 @@ class TimerItem:
         self.record.lateness.add(late)
         if self.missed and self.late == "fault":
             raise TickMissed(
-                f"{self.label}: {self.missed} more tick(s) were due before tick {k} had begun, {late * 1e3:.1f} ms late"
+                f"{self.label}: {self.missed} more tick(s) were due before tick {self.before + k} had begun, {late * 1e3:.1f} ms late"
             )
         if self.backlog:
             self.k, self.due = self.backlog.popleft()
             self.inbox.put(self)
         else:
             self.pending = False
-        return self.handler(Tick(k, due, late)) if self.takes_tick else self.handler()
+        return self.handler(Tick(self.before + k, due, late)) if self.takes_tick else self.handler()
 
 
 def _takes_argument(handler: Callable[..., Any]) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import inspect
+import warnings
 from collections.abc import AsyncIterator, Callable, Generator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +29,11 @@ else:
 LoopFactories = Mapping[str, Callable[[], asyncio.AbstractEventLoop]]
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
+    # pytest-asyncio asks everybody to set this option; the tests of robots are the same with either value. pytest drops this filter
+    # when all plugins are configured.
+    warnings.filterwarnings("ignore", 'The configuration option "asyncio_default_fixture_loop_scope" is unset')
     config.addinivalue_line("markers", "virtual: run this test on the virtual clock of actors.testing")
 
 

@@ -20,7 +20,7 @@ import asyncio
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast, overload
 
 from actors.channel import Queue
 from actors.control import Failure
@@ -28,10 +28,11 @@ from actors.errors import NotStarted
 from actors.logs import LogRecord
 from actors.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.qos import of
-from actors.supervisor import Child, Spec, Supervisor
+from actors.supervisor import Child
 from actors.system import NodeState, System
 from actors.testing.failures import ExpectedFailure, FailureWatch, UnexpectedFailure
 from actors.testing.loop import VirtualLoop
+from actors.trees import tree_of
 
 if TYPE_CHECKING:
     from actors.checker import Finding
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
     from actors.qos import QoS
     from actors.running import Observer
     from actors.supervision.report import Report
+    from actors.supervisor import Spec
+    from actors.trees import Runnable
 
 __all__ = ["ExpectedFailure", "Leak", "Probe", "Rig", "UnexpectedFailure"]
 
@@ -92,8 +95,15 @@ class Probe(Queue[M], Generic[M]):
 
     @property
     def last(self) -> M | None:
-        """The newest message, or None."""
+        """The newest message, or None: to be compared, as in ``probe.last == Twist()``."""
         return self.messages[-1] if self.messages else None
+
+    @property
+    def newest(self) -> M:
+        """The newest message, to look into: ``probe.newest.linear.x``. Raises `AssertionError` when nothing has come."""
+        if not self.messages:
+            raise AssertionError(f"nothing has come on {self.entry.name} since the probe was made")
+        return self.messages[-1]
 
     def clear(self) -> None:
         """Forget what was seen."""
@@ -132,8 +142,8 @@ class Rig:
 
     # -- the system ---------------------------------------------------------------------------------------------------------
 
-    async def start(self, tree: Spec | type[Node], *more: Spec | type[Node], seed: int = 0) -> System:
-        """Start a tree, or a few nodes under a plain supervisor, and return when all of it is ready."""
+    async def start(self, tree: Runnable, *more: Spec | type[Node], seed: int = 0) -> System:
+        """Start a tree, or a few nodes under a plain supervisor, and return when all of it is ready. Takes what `actors.run` takes."""
         if self._system is not None:
             raise RuntimeError("this rig runs a system already: one rig, one system")
         if asyncio.get_running_loop() is not self.loop:
@@ -141,15 +151,13 @@ class Rig:
                 "this test runs in another event loop than its rig: give the test the loop scope of the fixture, "
                 '@pytest.mark.asyncio(loop_scope="function")'
             )
-        if more or isinstance(tree, (type, Child)):
-            children = [Child(spec) if isinstance(spec, type) else spec for spec in (tree, *more)]
-            tree = Supervisor("system", children=children)
+        whole = tree_of("rig.start(...)", tree, *more)
         system = self._make_system(seed=seed, sinks=(self.logs.append,), level=10)
         self._watch.begin(system)
         while self._observers:  # each observes one system: the first, also when it does not come to start
             self._observers.pop(0).attach(system)
-        self._tree = tree
-        await system.start(tree)
+        self._tree = whole
+        await system.start(whole)
         self._system = system
         self._me = await system.join(Child(Node, name="rig"))
         return system
@@ -286,12 +294,16 @@ class Rig:
         known = ", ".join(sorted(_introduced(state) for state in states if state.path != _ME))
         raise LookupError(f"no node in this system is {asked}; there are: {known or 'none'}")
 
-    def node(self, node: type[N]) -> N:
-        """The living object of this class."""
-        core = self.state(node).core
-        if core is None or not isinstance(core.node, node):
-            raise NotStarted(f"{node.__name__} is not running now")
-        return core.node
+    @overload
+    def node(self, node: type[N]) -> N: ...
+    @overload
+    def node(self, node: str) -> Node: ...
+    def node(self, node: type[Node] | str) -> Node:
+        """The living object of this class, or of the node of this name or full name."""
+        state = self.state(node)
+        if state.core is None:
+            raise NotStarted(f"{node if isinstance(node, str) else node.__name__} is not running now")
+        return state.core.node
 
     def incarnation(self, node: type[Node] | str) -> int:
         """The number of the node's present or last life."""

@@ -145,7 +145,7 @@ async def test_a_second_one_of_a_name_is_refused_and_the_name_is_free_after_the_
 
 
 async def test_a_name_that_is_none_fails_and_leaves_nothing() -> None:
-    with pytest.raises(ValueError, match="9lives"):
+    with pytest.raises(DeclarationError, match="9lives"):
         async with opened("9lives"):
             raise AssertionError("the block must not be entered")
     assert system_here() is None

@@ -276,3 +276,13 @@ def test_without_pytest_asyncio_the_fixture_is_pytest_s_own(monkeypatch: pytest.
     monkeypatch.setitem(sys.modules, "pytest_asyncio", None)
     module = runpy.run_path(str(ROOT / "actors" / "testing" / "plugin.py"))
     assert module["fixture"] is pytest.fixture
+
+
+def test_F21_there_is_nothing_to_configure_and_nothing_is_warned_of(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("async def test_rig(rig): assert rig.loop.time() == 0.0")
+    result = pytester.runpytest_subprocess(
+        "-p", "actors.testing.plugin", "-p", "no:cacheprovider", "-p", "no:looptime_plugin", "-W", "error"
+    )
+    result.assert_outcomes(passed=1)
+    assert "asyncio_default_fixture_loop_scope is unset" not in result.stdout.str() + result.stderr.str()
+    assert "PytestDeprecationWarning" not in result.stdout.str() + result.stderr.str()
