@@ -691,7 +691,9 @@ async def test_an_on_stop_that_fails_hides_nothing_and_skips_nothing(rig: Rig) -
     rig.crash(Clumsy, OSError("first"))
     await rig.settled()
     (line,) = events(rig.logs, "clean-up failed")
+    assert line.fields.pop("at").startswith(f"{__file__}:")
     assert line.fields == {"error": "LookupError: lost the key", "after": "it raised OSError: first"}
+    assert line.traceback.endswith("LookupError: lost the key")
     assert rig.state(Clumsy).restarts[0][1] == "it raised OSError: first"
     await supervisor_of(rig).terminate_child("clumsy")
     (report,) = [report for report in rig.reports if report.context == "shutdown_error"]

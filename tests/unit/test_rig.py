@@ -145,7 +145,7 @@ async def test_until_waits_for_a_condition_and_fails_with_the_timeline(rig: Rig)
     await rig.until(lambda: True, within=0.0)
     with pytest.raises(AssertionError, match=r"not true within 2 s \(now t=2\.300 s\)\nrig: seed=0 t=2\.3") as caught:
         await rig.until(lambda: False, within=2.0)
-    assert "progress child='system/counter'" in str(caught.value)
+    assert "debug system: started counter child='system/counter'" in str(caught.value)
 
 
 async def test_settled_waits_until_every_node_runs_or_has_ended_and_nothing_waits(rig: Rig) -> None:
