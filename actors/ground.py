@@ -11,7 +11,8 @@ from actors.control import Failure, StopRequest, blame, in_task
 from actors.errors import NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread, described
 from actors.inbox import Inbox
 from actors.logs import ERROR, WARN
-from actors.places import place_of
+from actors.places import awaited_in, place_of
+from actors.supervision.incarnation import GRACE
 from actors.supervision.reasons import Stop
 
 if TYPE_CHECKING:
@@ -210,12 +211,20 @@ class Ground:
                 await asyncio.wait([task])
 
     async def tasks_ended(self) -> None:
-        """Wait until what was canceled has ended; the supervisor's patience is the limit of it."""
+        """Wait until what was canceled has ended; the supervisor's patience is the limit of it. What does not end is named."""
+        patience: float | None = GRACE / 2
         while in_task() and self.tasks:
             try:
-                await asyncio.wait(list(self.tasks))
+                done, _ = await asyncio.wait(list(self.tasks), timeout=patience)
             except asyncio.CancelledError:
                 continue
+            if not done:
+                patience = None
+                refusing = [f"{task.get_name()} (waits at {awaited_in(task) or '?'})" for task in self.tasks]
+                self.log.error(
+                    "refuses to be canceled", tasks=", ".join(refusing),
+                    remedy="let CancelledError out of what it catches, or raise it again after the clean-up",
+                )  # fmt: skip
 
     # -- limits --------------------------------------------------------------------------------------------------------------
 
