@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
 import subprocess
 import sys
 import threading
 from collections.abc import Callable, Coroutine
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import pytest
 
@@ -525,3 +526,32 @@ async def test_D27_in_another_thread_signals_are_left_alone() -> None:
             return signal.getsignal(signal.SIGTERM)
 
     assert await asyncio.to_thread(script) == signal.SIG_DFL
+
+
+def test_D27_sigterm_unwinds_the_block_and_its_nodes_end_before_it() -> None:
+    with pytest.raises(SystemExit) as ended, blocking.open_node("one", tree=Desk) as node:
+        signal.raise_signal(signal.SIGTERM)
+    assert ended.value.code == 143
+    with pytest.raises(NotStarted, match="its block has been left"):
+        node.call(ADD, two(1, 1))
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+def test_D27_sigterm_while_the_tree_starts_ends_it_when_it_has_started() -> None:
+    class Slow(Node):
+        """Is interrupted while it starts."""
+
+        stopped: ClassVar[list[str]] = []
+
+        async def on_start(self) -> None:
+            os.kill(os.getpid(), signal.SIGTERM)
+            await self.clock.sleep(0.05)
+
+        async def on_stop(self, reason: object) -> None:
+            self.stopped.append(str(reason))
+
+    before = set(threading.enumerate())
+    with pytest.raises(SystemExit), blocking.open_node("one", tree=Slow):
+        raise AssertionError("the block was entered")
+    assert Slow.stopped == ["it stopped: the block was left"]
+    assert set(threading.enumerate()) == before

@@ -157,7 +157,11 @@ async def test_E_05_many_nodes_share_one_loop(rig: Rig) -> None:
 
 async def test_E_09_a_node_has_nothing_to_spin(rig: Rig) -> None:
     await rig.start(Exclusive)
-    assert not [name for name in dir(Node) if "spin" in name]
+    node = rig.node(Exclusive)
+    assert not [name for name in dir(node) if "spin" in name]
+    assert not hasattr(node, "spin_once") and not hasattr(Node, "spin_once")
+    with pytest.raises(AttributeError, match="nothing is spun: handlers run by themselves; await what you wait for"):
+        node.spin_once()  # type: ignore[attr-defined]
 
 
 async def test_a_flood_in_one_node_does_not_starve_the_others(rig: Rig) -> None:
