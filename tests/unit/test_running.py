@@ -107,7 +107,6 @@ def test_E_06_a_second_signal_kills_what_does_not_stop() -> None:
     assert story == ["stuck"]
 
 
-@pytest.mark.task_order("an eager stop is asked for within on_start itself, before the node waits")
 def test_a_start_that_somebody_else_takes_back_says_so() -> None:
     class Turncoat(Node):
         async def on_start(self) -> None:

@@ -293,7 +293,6 @@ async def test_terminating_a_child_that_is_starting_tells_who_waits_for_it() -> 
         assert asyncio.get_running_loop().time() == 1
 
 
-@pytest.mark.task_order("an eager child has begun before anybody can terminate it")
 @virtual
 async def test_a_child_terminated_before_its_first_step_never_runs() -> None:
     world = World()

@@ -254,7 +254,6 @@ async def test_D06_dynamic_children_stop_together() -> None:
         assert world.events("stop")[:2] == ["stop drone_100", "stop drone_99"]
 
 
-@pytest.mark.task_order("an eager child hides before its supervisor has entered it")
 @pytest.mark.parametrize("ended", [False, True])
 @virtual
 async def test_D07_a_child_that_hid_from_its_supervisor(ended: bool) -> None:
