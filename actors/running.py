@@ -44,9 +44,11 @@ def run(
 
     Entering returns when every child is ready and raises `StartFailed` otherwise; leaving stops the tree, last child first. When the tree
     ends by itself meanwhile (its restarts are used up), `system.wait()` raises `SupervisorGaveUp`; a block that is doing something else is
-    canceled and the block as a whole raises it. SIGINT and SIGTERM (main thread, real clock, unless ``signals=False``) are one path: the
-    tree stops in order and `wait()` returns; a second one within 2 s kills it. `observers`, such as a `FlightRecorder`, are attached to
-    the system before its tree starts.
+    canceled and the block as a whole raises it. Canceling the block does not cut the stop short, however often that happens.
+
+    SIGINT and SIGTERM (main thread, real clock, unless ``signals=False``) are one path, for all systems of the loop: the tree stops in
+    order and `wait()` returns; a second one within 2 s kills it. `sys.exit()` in a node stops the tree, too, and leaving raises it.
+    `observers`, such as a `FlightRecorder`, are attached to the system before its tree starts.
     """
     return Run(tree, *more, seed=seed, signals=signals, sinks=sinks, level=level, observers=observers)
 

@@ -46,7 +46,7 @@ GROUPS: Mapping[str, Sequence[str]] = {
     "Errors": (
         "ActorError", "DeclarationError", "NotStarted", "WrongType", "WrongThread", "ServiceUnavailable", "CallTimeout", "NotRunning",
         "NodeRestarting", "CallCycle", "ServiceFailed", "ActionUnavailable", "Reject", "GoalRejected", "GoalFailed", "GoalCanceled",
-        "GoalAborted", "TransitionRefused", "TickMissed", "StartFailed", "SupervisorGaveUp",
+        "GoalAborted", "TransitionRefused", "TickMissed", "StartFailed", "SupervisorGaveUp", "ProgramExit",
     ),
 }  # fmt: skip
 """What belongs together. A name is one of `actors.__all__`, or ``module:name``; what is in no group comes last."""
