@@ -29,14 +29,15 @@ GROUPS: Mapping[str, Sequence[str]] = {
     "Contracts": ("Topic", "Service", "Action"),
     "Nodes": (
         "Node", "publishes", "subscribes", "parameter", "every", "Tick", "background", "LifecycleNode", "LifecycleState", "HookResult",
-        "bring_up", "bring_down",
+        "bring_up", "bring_down", "ErrorVerdict",
     ),
+    "Parameters": ("Parameter", "SetResult"),
     "Topics": ("Publisher", "Stream", "QoS", "qos"),
     "Actions": ("Steps", "Done", "Aborted", "Goal", "Outcome", "GoalStatus", "parallel", "queue"),
     "Supervision": (
         "Supervisor", "DynamicSupervisor", "Child", "actors.supervision.running:RunningSupervisor", "Intensity", "Backoff",
         "one_for_one", "one_for_all", "rest_for_one", "permanent",
-        "transient", "temporary", "Stop", "Skip", "Failed", "Stopped", "Returned", "Killed", "Leaked",
+        "transient", "temporary", "Stop", "Skip", "Failed", "Stopped", "Returned", "Killed", "Leaked", "ExitReason",
     ),
     "Instants and durations": ("actors.time:Time", "actors.time:Duration", "actors.time:ClockType"),
     "Testing": (
