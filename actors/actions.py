@@ -110,6 +110,11 @@ class GoalRun:
         """UNKNOWN until the goal is accepted."""
         return self.record.status if self.record is not None else GoalStatus.UNKNOWN
 
+    @property
+    def answered(self) -> bool:
+        """Whether the server has said its word on the goal."""
+        return self.accepted.done()
+
     def run(self) -> Coroutine[Any, Any, None]:
         return self.server.consider(self)
 

@@ -199,7 +199,7 @@ class Goal(Generic[R, F]):
         holding = node.inbox.task is asyncio.current_task()
         if holding:
             refuse_cycle(node, host)
-            node.waits_for = host
+            node.waits_for = run
         entry.server.submit(run)
         try:
             await run.accepted

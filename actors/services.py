@@ -41,12 +41,29 @@ Req = TypeVar("Req", bound="Message")
 Resp = TypeVar("Resp", bound="Message")
 
 
+class Awaited(Protocol):
+    """What a handler waits for that holds its node's inbox: the answer to a call, or the word on a goal."""
+
+    @property
+    def server(self) -> Answering: ...
+
+    @property
+    def answered(self) -> bool: ...
+
+
+class Answering(Protocol):
+    """A server, of a service or an action."""
+
+    @property
+    def node(self) -> Caller: ...
+
+
 class Caller(Protocol):
     """What a call asks of the node that makes it, and of the node that serves it."""
 
     incarnation: int
     serving: bool
-    waits_for: Caller | None
+    waits_for: Awaited | None
 
     @property
     def fqn(self) -> str: ...
@@ -167,6 +184,10 @@ class Request(msgspec.Struct, eq=False):
     def label(self) -> str:
         return self.server.label
 
+    @property
+    def answered(self) -> bool:
+        return self.future.done()
+
     def fail(self, error: BaseException) -> None:
         """Let the caller have `error`, if it still waits."""
         if not self.future.done():
@@ -215,13 +236,17 @@ class Request(msgspec.Struct, eq=False):
 
 
 def refuse_cycle(node: Caller, other: Caller | None) -> None:
-    """Raise `CallCycle` if `node`, whose handler holds its inbox, is about to wait for `other`, which waits for `node`."""
+    """Raise `CallCycle` if `node`, whose handler holds its inbox, is about to wait for `other`, which waits for `node`.
+
+    Whose answer has come waits no more, also before its task has run again.
+    """
     chain: list[str] = [node.fqn]
     while other is not None:
         if other is node:
             raise CallCycle(tuple(chain))
         chain.append(other.fqn)
-        other = other.waits_for
+        awaited = other.waits_for
+        other = awaited.server.node if awaited is not None and not awaited.answered else None
 
 
 def refuse_other_type(name: str, server: Caller, served: type[Any], client: Caller, asked: type[Any]) -> None:
@@ -276,7 +301,7 @@ class Client(Generic[Req, Resp]):
         server.submit(request)
         if not exclusive:
             return await future
-        node.waits_for = server.node
+        node.waits_for = request
         try:
             return await future
         finally:
