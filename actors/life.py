@@ -121,8 +121,11 @@ class NodeLife:
                 f"{self.identity.fqn}: its factory made {type(node).__name__} {node!r:.60}, which is not a Node"
             )
         check_assigned(node, vars(node))
-        node._core = core = Core(self.system, node, type(node).blueprint, self.identity, self.mailbox)  # pyright: ignore[reportPrivateUsage]
+        node._core = core = self._make_core(node)  # pyright: ignore[reportPrivateUsage]
         return core
+
+    def _make_core(self, node: Node) -> Core:
+        return Core(self.system, node, type(node).blueprint, self.identity, self.mailbox)
 
     async def _start(self, core: Core) -> None:
         """The start phase. Calls out of it count as a handler's, so that a call to itself is refused and not waited for."""

@@ -16,7 +16,7 @@ import anyio
 from actors.places import owner_of
 from actors.testing.handles import owner
 
-__all__ = ["DEADLOCK", "LIVELOCK", "NO_INPUT", "STALLED", "parked", "parked_frames", "report", "seconds"]
+__all__ = ["DEADLOCK", "LIVELOCK", "NO_INPUT", "STALLED", "chain_of", "parked", "parked_frames", "report", "seconds"]
 
 _LIBRARIES = tuple(os.path.join(os.path.abspath(path), "") for path in (*asyncio.__path__, *anyio.__path__))
 _ATTRIBUTES: dict[type, tuple[str, str]] = {
@@ -71,8 +71,12 @@ def parked_frames(task: asyncio.Task[Any]) -> list[FrameType]:
 
 def parked(task: asyncio.Task[Any]) -> list[tuple[object, FrameType]]:
     """The same, each frame with the coroutine or generator that it belongs to."""
+    return chain_of(task.get_coro())
+
+
+def chain_of(awaited: Any) -> list[tuple[object, FrameType]]:
+    """The same of a suspended coroutine or generator."""
     chain: list[tuple[object, FrameType]] = []
-    awaited: Any = task.get_coro()
     while awaited is not None:
         if type(awaited) not in _ATTRIBUTES:
             awaited = _wrapped(awaited)
