@@ -217,7 +217,7 @@ class Rig:
                 raise Leak(sentence)
         self._watch.demand()
 
-    def forgive_threads(self) -> None:
+    def _forgive_threads(self) -> None:
         """Threads that run now are none that the system has left over: whoever would have ended them was not allowed to."""
         self._threads_before |= set(threading.enumerate())
 

@@ -1,5 +1,7 @@
 """One run of a scenario: with a seed, in some order of events, with some faults, watched all the time."""
 
+# pyright: reportPrivateUsage=false
+# That a thread may be left is said to a rig by a trial alone.
 from __future__ import annotations
 
 import asyncio
@@ -125,7 +127,7 @@ class Scenario:
             for watch in watches:
                 watch.look(loop.time())
             if any(system.deaths for system in systems):
-                rig.forgive_threads()
+                rig._forgive_threads()
         except BaseException as error:
             await _close_after(rig, error)
             raise
