@@ -80,7 +80,9 @@ async def test_P_11_a_refusal_says_why_and_changes_and_tells_nothing(rig: Rig) -
     assert driver.said == ["pre_set", ("validate", 1.3, 0.5)]
     assert driver.set_parameters({"legs": 2, "speed": 1.5}) == SetResult(False, "two legs fall at this speed")
     assert (driver.speed, driver.legs) == (0.5, 4)
-    assert driver.set_parameter("legs", 9) == SetResult(False, "the pre-set callbacks left no parameter to set.")
+    assert driver.set_parameter("legs", 9) == SetResult(
+        False, "parameter list cannot be empty: the pre-set callbacks left nothing to set."
+    )
 
 
 async def test_P_11_other_nodes_requests_meet_the_same_checks(rig: Rig) -> None:

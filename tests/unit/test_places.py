@@ -91,7 +91,7 @@ def test_without_a_line_of_the_users_a_package_is_named_and_before_python(
     installed: Callable[[str, str], Path],
 ) -> None:
     file = installed("digger.py", "import json\n\ndef dig():\n    json.loads('no')\n")
-    dig = importlib.import_module("digger").dig
+    dig = importlib.import_module(file.stem).dig
     error = raised(dig)
     error.__traceback__ = users_trace(error)
     assert error.__traceback__ is not None
@@ -107,7 +107,7 @@ def test_a_package_that_defines_nodes_is_the_users_wherever_it_is_installed(
     source = "from actors import Node\n\nclass Mine(Node):\n    def go(self, call):\n        call()\n"
     file = installed("my_robot.py", source)
     before = owner_of(str(file))
-    mine = importlib.import_module("my_robot").Mine()
+    mine = importlib.import_module(file.stem).Mine()
     assert (before, owner_of(str(file))) == (PACKAGE, USER)
     error = raised(lambda: mine.go(lambda: np.linalg.inv(np.zeros((2, 2)))))
     assert place_of(error).startswith(f"{__file__}:"), "the innermost of the user's lines"
