@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, TypeVar, cast
+from collections.abc import Awaitable, Callable, Coroutine
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from actors.channel import Queue
 from actors.control import blame
@@ -121,7 +121,7 @@ class ConcurrentFeed(Feed[M]):
         super().__init__(node, entry, type, qos, inbox, label)
         self.concurrent = concurrent
         self.active = 0
-        self.spawn: Callable[..., object] | None = None
+        self.spawn: Callable[[Coroutine[Any, Any, None]], object] | None = None
 
     def deliver(self, message: M) -> None:
         self.received += 1
@@ -138,7 +138,9 @@ class ConcurrentFeed(Feed[M]):
         """Begin another task if one is free and a message waits. Between two lives of the node nothing is begun."""
         if self.messages and self.active < self.concurrent and self.spawn is not None:
             self.active += 1
-            self.spawn(self._work(self.spawn), name=self.label)
+            work = self._work(self.spawn)
+            work.__qualname__ = self.label  # type: ignore[attr-defined]  # what the task is called by; typeshed knows it of functions only
+            self.spawn(work)
 
     def begin(self) -> None:
         """Begin as many tasks as are free and messages wait."""
