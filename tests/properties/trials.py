@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import traceback
 from collections.abc import Callable, Coroutine
 from typing import Any
 
@@ -39,7 +40,7 @@ def check_trials(test: str, trial: Callable[[int], tuple[str, list[str]]], usual
 
 
 def in_loop(loop: VirtualLoop, story: Coroutine[Any, Any, list[str]]) -> list[str]:
-    """Run a story that gives what was wrong, on `loop`; what the loop's exception handler is told is wrong, too."""
+    """Run a story that gives what was wrong, on `loop`; so is what it raises, and what the loop's exception handler is told."""
     told: list[str] = []
 
     def tell(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
@@ -47,4 +48,11 @@ def in_loop(loop: VirtualLoop, story: Coroutine[Any, Any, list[str]]) -> list[st
 
     with asyncio.Runner(loop_factory=lambda: loop) as runner:
         loop.set_exception_handler(tell)
-        return [*runner.run(story), *told]
+        try:
+            return [*runner.run(story), *told]
+        except (Exception, SystemExit, KeyboardInterrupt) as error:
+            places = traceback.extract_tb(error.__traceback__)
+            where = next(
+                (f"{place.name}:{place.lineno}" for place in reversed(places) if "tests" in place.filename), ""
+            )
+            return [f"the loop was left by {error!r} {where}".rstrip(), *told]
