@@ -50,7 +50,7 @@ def in_loop(loop: VirtualLoop, story: Coroutine[Any, Any, list[str]]) -> list[st
         loop.set_exception_handler(tell)
         try:
             return [*runner.run(story), *told]
-        except (Exception, SystemExit, KeyboardInterrupt) as error:
+        except (Exception, asyncio.CancelledError, SystemExit, KeyboardInterrupt) as error:
             places = traceback.extract_tb(error.__traceback__)
             where = next(
                 (f"{place.name}:{place.lineno}" for place in reversed(places) if "tests" in place.filename), ""
