@@ -156,7 +156,7 @@ class ConcurrentFeed(Feed[M]):
                 if pending is not None:
                     await pending
                 self.inbox.took(self.label, self.inbox.loop.time() - begun)
-        except (asyncio.CancelledError, SystemExit, KeyboardInterrupt) as error:
+        except (asyncio.CancelledError, GeneratorExit, SystemExit, KeyboardInterrupt) as error:
             if (failure := blame(error, self.label)) is None:
                 raise
             raise failure from error

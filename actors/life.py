@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
 from actors.actions import ActionServer
-from actors.control import StopServing, Unwinding, blame, stray_cancel
+from actors.control import StopServing, blame, stray_cancel
 from actors.core import Core
 from actors.errors import DeclarationError, ProgramExit
 from actors.members import check_assigned
@@ -50,6 +50,10 @@ class NodeLife:
             core = self.core = self._born()
             try:
                 await self._live(core, started)
+            except (SystemExit, KeyboardInterrupt) as error:  # at once: nobody is to be told that another life follows
+                request = ProgramExit(self.identity.fqn, error)
+                self.system.exits(request)
+                raise request from error
             finally:
                 killed = self.system.killed(core)
                 if not core.ended:  # else it had been abandoned, and another incarnation may live
@@ -68,6 +72,7 @@ class NodeLife:
             raise request from request.error
 
     async def _live(self, core: Core, started: Callable[[], None]) -> None:
+        me = asyncio.current_task()
         try:
             await self._start(core)
             self.phase = "running"
@@ -87,16 +92,19 @@ class NodeLife:
         except asyncio.CancelledError as error:
             await self._canceled(core, error)
             raise
-        except (Unwinding, GeneratorExit):  # nothing can be awaited any more
-            raise
         except BaseException as error:
-            if isinstance(error, Skip) and self.phase != "running":
+            failure = blame(error, f"{self.identity.fqn} {self.phase}")
+            if failure is None or asyncio.current_task() is not me:  # nothing can be awaited any more
+                raise
+            if isinstance(failure, Skip) and self.phase != "running":
                 await core.cancel_tasks()
             else:
-                if isinstance(error, ProgramExit):  # so that who waits for an answer hears that there is no next life
-                    self.system.exits(error)
-                await self._clean_up_after(core, Failed(error))
-            raise
+                if isinstance(failure, ProgramExit):  # so that who waits for an answer hears that there is no next life
+                    self.system.exits(failure)
+                await self._clean_up_after(core, Failed(failure))
+            if failure is error:
+                raise
+            raise failure from error
 
     async def _canceled(self, core: Core, error: asyncio.CancelledError) -> None:
         """Clean up, unless the cancellation is a kill: a start is broken off, or somebody else ends all tasks of the loop."""
