@@ -21,6 +21,9 @@ from tests.planted.cases import CASES, Case
 NAMES = [case.name for case in CASES]
 
 
+@pytest.mark.task_order(
+    "an eager goal begins in the moment of its acceptance: nobody can cancel it before its first step"
+)
 @pytest.mark.parametrize("case", [case for case in CASES if case.order], ids=lambda case: case.name)
 def test_D13_a_bug_of_order_is_found_within_200_seeds_without_faults(case: Case) -> None:
     finding = explored(case.name, "tree", range(200), ())
@@ -29,6 +32,9 @@ def test_D13_a_bug_of_order_is_found_within_200_seeds_without_faults(case: Case)
     assert not finding.replay.faults
 
 
+@pytest.mark.task_order(
+    "an eager goal begins in the moment of its acceptance: nobody can cancel it before its first step"
+)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_D13_every_bug_is_found_within_200_seeds_with_faults(case: Case) -> None:
     finding = explored(case.name, "tree", range(200), ALL)
