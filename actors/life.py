@@ -177,6 +177,10 @@ class NodeLife:
             await self._clean_up(core, reason)
         except BaseException as error:
             if blame(error, "clean-up") is None:
+                if isinstance(
+                    error, asyncio.CancelledError
+                ):  # the verdict will be that it was killed, and not why it ended at all
+                    core.log.error("clean-up cut short", after=str(reason))
                 raise
             core.log.error("clean-up failed", error=f"{type(error).__name__}: {error}", after=str(reason))
 
