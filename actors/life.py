@@ -184,6 +184,10 @@ class NodeLife:
             await self._clean_up(core, reason)
         except BaseException as error:
             if blame(error, "clean-up") is None:
+                if isinstance(
+                    error, asyncio.CancelledError
+                ):  # the verdict will be that it was killed, and not why it ended at all
+                    core.log.error("clean-up cut short", after=str(reason))
                 raise
             core.log.exception("clean-up failed", after=str(reason))
 

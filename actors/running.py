@@ -225,8 +225,10 @@ def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real"
         factory = new_event_loop
     else:
         raise ValueError(f"clock={clock!r}: use 'real' or 'virtual'")
-    with asyncio.Runner(loop_factory=factory) as runner:
-        try:
+    try:
+        with asyncio.Runner(
+            loop_factory=factory
+        ) as runner:  # leaving it cancels what is left, which may raise it again
             return runner.run(main())
-        except KeyboardInterrupt:
-            raise SystemExit(128 + signal.SIGINT) from None
+    except KeyboardInterrupt:
+        raise SystemExit(128 + signal.SIGINT) from None
