@@ -50,10 +50,8 @@ class NodeLife:
             core = self.core = self._born()
             try:
                 await self._live(core, started)
-            except (SystemExit, KeyboardInterrupt) as error:  # at once: nobody is to be told that another life follows
-                request = ProgramExit(self.identity.fqn, error)
-                self.system.exits(request)
-                raise request from error
+            except (SystemExit, KeyboardInterrupt) as error:
+                raise self._exit(error) from error  # at once: nobody is to hear that another life follows
             finally:
                 killed = self.system.killed(core)
                 if not core.ended:  # else it had been abandoned, and another incarnation may live
@@ -66,10 +64,16 @@ class NodeLife:
                 raise
             raise stray from error
         except (ProgramExit, SystemExit, KeyboardInterrupt) as error:
-            request = error if isinstance(error, ProgramExit) else ProgramExit(self.identity.fqn, error)
-            if not self.system.exits(request):  # nobody runs a tree who could raise it
+            request = self._exit(error)
+            if self.system.exit_request is None:  # there is no block of `run` that could raise it
                 raise request.error from None
             raise request from request.error
+
+    def _exit(self, error: ProgramExit | SystemExit | KeyboardInterrupt) -> ProgramExit:
+        """Code of this node asks the program to exit: the system stops in order."""
+        request = error if isinstance(error, ProgramExit) else ProgramExit(self.identity.fqn, error)
+        self.system.exits(request)
+        return request
 
     async def _live(self, core: Core, started: Callable[[], None]) -> None:
         me = asyncio.current_task()
@@ -100,7 +104,7 @@ class NodeLife:
                 await core.cancel_tasks()
             else:
                 if isinstance(failure, ProgramExit):  # so that who waits for an answer hears that there is no next life
-                    self.system.exits(failure)
+                    self._exit(failure)
                 await self._clean_up_after(core, Failed(failure))
             if failure is error:
                 raise

@@ -297,16 +297,13 @@ class System:
         for callback in self._on_end:
             callback(self)
 
-    def exits(self, request: ProgramExit) -> bool:
-        """Code of a node has asked the program to exit: the tree stops in order, and the block of `run` raises it. False without a tree."""
-        if self._host is None or self.supervisor is None:
-            return False
-        if self.exit_request is None:
+    def exits(self, request: ProgramExit) -> None:
+        """Code of a node asks the program to exit: the tree, if there is one, stops in order, and the block of `run` raises it."""
+        if self.supervisor is not None and self.exit_request is None:
             self.exit_request = request
             self.log.info("stopping", because=str(request))
             self.stop_reason = self.stop_reason or str(request)
             self.supervisor.stop(str(request))
-        return True
 
     def guest_left(self) -> None:
         """A node beside the tree has ended and left the books."""
