@@ -117,10 +117,22 @@ class Goal(Generic[R, F]):
         except Reject as refusal:
             raise GoalRejected(self._entry.name, refusal.reason) from None
         except TimeoutError:
-            raise ActionUnavailable(
-                f"nobody accepted or rejected a goal of {self._entry.name} within {self._timeout:g} s: start the action's node, or "
-                "check the name and namespace"
-            ) from None
+            raise ActionUnavailable(self._unanswered()) from None
+
+    def _unanswered(self) -> str:
+        """Why nobody has accepted or rejected the goal in time."""
+        name, server = self._entry.name, self._entry.server
+        if server is None:
+            return (
+                f"nobody accepted or rejected a goal of {name} within {self._timeout:g} s: start the action's node, or check the name "
+                "and namespace"
+            )
+        busy = server.node.inbox.current
+        work = f"busy with {busy.label}" if busy is not None else "not ready"
+        return (
+            f"{server.node.fqn}, which serves {name}, neither accepted nor rejected the goal within {self._timeout:g} s: it is {work}; "
+            "declare a handler that waits concurrent=n, or give the goal more time"
+        )
 
     async def cancel(self, reason: str = "canceled by its client") -> bool:
         """Ask the server to cancel. True when it began to; False when the goal has ended or the server refuses."""

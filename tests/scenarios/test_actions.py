@@ -41,9 +41,10 @@ from actors import (
 from actors.contracts import Arrivals
 from actors.goal_client import Goal
 from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.tf2_msgs.action import LookupTransform
 from actors.testing import Rig
-from tests.stage import ADD, COUNT, events, order, result, step, total, two
+from tests.stage import ADD, COUNT, NUMBERS, events, number, order, result, step, total, two
 
 Body = Steps[Fibonacci.Feedback, Fibonacci.Result]
 Handle = Goal[Fibonacci.Result, Fibonacci.Feedback]
@@ -1118,3 +1119,41 @@ async def test_a_server_that_is_killed_aborts_its_goals(rig: Rig) -> None:
         await goal
     with pytest.raises((NodeRestarting, GoalRejected)):
         await arriving
+
+
+class Sleepy(Node):
+    """Sleeps in a handler, and serves an action."""
+
+    @NUMBERS.on()
+    async def sleep(self, message: Int32) -> None:
+        await self.clock.sleep(60.0)
+
+    @COUNT.serve()
+    async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+        yield Done(result(goal.order))
+
+
+async def test_D15_a_goal_that_a_busy_node_does_not_answer_says_with_what_it_is_busy(rig: Rig) -> None:
+    await rig.start(Sleepy)
+    rig.publish(NUMBERS, number(1))
+    await rig.advance(0.1)
+    with pytest.raises(
+        ActionUnavailable,
+        match=r"/sleepy, which serves /count, neither accepted nor rejected the goal within 5 s: it is busy with Sleepy.sleep; "
+        "declare a handler that waits concurrent=n, or give the goal more time",
+    ):
+        await rig.start_goal(COUNT, order(1))
+
+
+async def test_D15_a_goal_that_a_node_does_not_answer_while_it_starts_says_so(rig: Rig) -> None:
+    class Slow(Sleepy):
+        async def on_start(self) -> None:
+            await self.clock.sleep(60.0)
+
+    await rig.start(Node)
+    assert rig.system.supervisor is not None
+    starting = asyncio.ensure_future(rig.system.supervisor.start_child(Child(Slow)))
+    await rig.advance(0.1)
+    with pytest.raises(ActionUnavailable, match=r"/slow, which serves /count, neither .* it is not ready"):
+        await rig.start_goal(COUNT, order(1))
+    starting.cancel()
