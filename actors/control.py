@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from typing import cast
 
 from actors.errors import ProgramExit
 
@@ -68,11 +69,21 @@ def blame(error: BaseException, label: str) -> BaseException | None:
     """
     if isinstance(error, asyncio.CancelledError):
         return stray_cancel(error, label)
-    if isinstance(error, (SystemExit, KeyboardInterrupt)):
-        return ProgramExit(label, error)
+    if exits := _exits_in(error):
+        return ProgramExit(label, exits[0])
     if isinstance(error, GeneratorExit):  # thrown at a coroutine that nobody runs any more, or raised by its own code
         return RuntimeError(f"{label} raised GeneratorExit") if in_task() else None
     return None if isinstance(error, Unwinding) else error
+
+
+def _exits_in(error: BaseException) -> list[SystemExit | KeyboardInterrupt]:
+    """What asks the program to exit: `error`, or what is in it, however deep, if it is the group that a task group raises."""
+    if isinstance(error, (SystemExit, KeyboardInterrupt)):
+        return [error]
+    if not isinstance(error, BaseExceptionGroup):
+        return []
+    group = cast("BaseExceptionGroup[BaseException]", error)
+    return [exit for one in group.exceptions for exit in _exits_in(one)]
 
 
 def in_task() -> bool:

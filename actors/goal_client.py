@@ -163,12 +163,12 @@ class Goal(Generic[R, F]):
     ) -> None:
         if self.done:
             return
-        if await self.cancel("its client left the goal's block"):
-            try:
-                async with asyncio.timeout(CLEANUP_SECONDS):
+        try:
+            async with asyncio.timeout(CLEANUP_SECONDS):  # also for the server's word: its hook, or its node, may hang
+                if await self.cancel("its client left the goal's block"):
                     await self.ended()
-            except TimeoutError:
-                pass  # the server's own business from here on; its node's stop bounds it
+        except TimeoutError:
+            pass  # the server's own business from here on; its node's stop bounds it
 
     def __aiter__(self) -> Goal[R, F]:
         return self

@@ -73,6 +73,7 @@ class Run:
         self._ignore_signals: Callable[[], None] = _nothing
         self._inside = False
         self._interrupted = False
+        self._leaving = False
         self._told = False
 
     if not TYPE_CHECKING:  # there, type checkers say it themselves
@@ -104,7 +105,7 @@ class Run:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         system = self._system
-        self._inside = False
+        self._inside, self._leaving = False, system.signal is None
         try:
             await system.stop("the block was left")
         finally:
@@ -115,7 +116,8 @@ class Run:
             if system.failure is not None and not self._told:
                 raise system.failure from system.failure.__cause__
             exit = _exit_for(system)
-            if exit is not None and (self._interrupted or system.exit_request is not None):
+            late = self._leaving and system.signal is not None  # during the stop: nobody in the block could see it
+            if exit is not None and (self._interrupted or late or system.exit_request is not None):
                 raise exit from None
 
     def _signaled(self, number: signal.Signals) -> bool:

@@ -25,6 +25,8 @@ class Signals:
         self._loop = loop
         self._listeners: list[Listener] = []
         self._before: dict[signal.Signals, Any] = {}
+        self._handles: dict[signal.Signals, Any] = {}
+        """What the program had asked the loop for; uvloop does not tell."""
         self._heard = 0
 
     def listen(self, listener: Listener) -> Callable[[], None]:
@@ -46,18 +48,27 @@ class Signals:
             return
         for number in (signal.SIGINT, signal.SIGTERM):
             before = signal.getsignal(number)
+            handle = getattr(self._loop, "_signal_handlers", {}).get(number)
             try:
                 self._loop.add_signal_handler(number, self._arrived, number)
             except (NotImplementedError, RuntimeError):  # a platform or a loop without them: KeyboardInterrupt remains
                 return
             self._before[number] = before
+            if handle is not None:
+                self._handles[number] = handle
 
     def _uninstall(self) -> None:
         for number, before in self._before.items():
+            handle = self._handles.get(number)
+            if handle is not None:  # the loop's own, for a callback of the program's
+                self._loop.add_signal_handler(number, handle._callback, *handle._args)
+                continue
             self._loop.remove_signal_handler(number)
-            if before is not None:
+            # One of uvloop's would be deaf by now; the default is better.
+            if before is not None and getattr(before, "__self__", None) is not self._loop:
                 signal.signal(number, before)
         self._before.clear()
+        self._handles.clear()
 
     def _arrived(self, number: signal.Signals) -> None:
         taken = [listener(number) for listener in tuple(self._listeners)]  # each of them is to hear it

@@ -186,7 +186,11 @@ class System:
         try:
             await asyncio.wait([ready, self._host], return_when=asyncio.FIRST_COMPLETED)
         except asyncio.CancelledError:
-            await self.stop("the start was canceled")
+            try:
+                await self.stop("the start was canceled")
+            finally:
+                if self._host.done() and not self._host.cancelled():
+                    self._host.exception()  # it had failed meanwhile, which the reports tell
             raise
         finally:
             self.starts.release()
@@ -247,12 +251,29 @@ class System:
 
         Never raises for what ended the tree; `wait` does. Canceling the caller does not cut it short, however often that happens: the
         cancellation is raised when everything has stopped. `kill` and a second signal cut it short.
+
+        A node whose code asks for this is one of those that are stopped: its handlers and hooks ask, and do not wait, and its tasks are
+        canceled while they wait.
         """
         if self.stop_reason is None:
             self.stop_reason = reason
         self._stopping = True
         self._next_end()
-        await see_through(self._closed)
+        core = self._asking()
+        if core is None:
+            await see_through(self._closed)
+        elif core.inbox.task is asyncio.current_task():
+            await asyncio.sleep(0)  # a start is broken off here, and not in its clean-up
+        else:
+            await asyncio.wait([self._closed])
+
+    def _asking(self) -> Core | None:
+        """The node whose own code is running, if it is one of ours."""
+        task = asyncio.current_task()
+        cores = (state.mailbox.core for state in self.nodes.values())
+        return next(
+            (core for core in cores if core is not None and (core.inbox.task is task or task in core.tasks)), None
+        )
 
     def kill(self) -> None:
         """End everything at once: no node has time for a clean-up. Returns at once; `stop` waits until it has come to pass."""

@@ -60,6 +60,7 @@ class Incarnation:
 
     __slots__ = (
         "asked",
+        "cleans_up",
         "declined",
         "entry",
         "imposed",
@@ -85,6 +86,8 @@ class Incarnation:
         self.ready = False
         self.over = False
         self.declined = False
+        self.cleans_up = False
+        """Whether it ends by itself and is in its clean-up, also when its start has failed: that is not broken off."""
         self.asked: str | None = None
         self.killed: float | None = None
         self.imposed: BaseException | None = None
@@ -121,9 +124,11 @@ class Incarnation:
 
     def bound(self) -> None:
         """It ends by itself, and cleans up: kill it if that takes longer than an end that was asked for may take."""
+        self.cleans_up = True
         timeout = self.entry.spec.stop
-        if self.asked is None and self.imposed is None and self.killed is None and timeout != "kill":
-            self._after(timeout, self.kill, timeout)
+        if self.asked is None and self.imposed is None and self.killed is None:
+            seconds = GRACE if timeout == "kill" else timeout
+            self._after(seconds, self.kill, seconds)
 
     def kill(self, after: float = 0.0) -> None:
         """Cancel the task, through shields, and abandon it if it still lives a second later."""
@@ -160,7 +165,8 @@ class Incarnation:
             self.imposed = error
             self.kill()
             return
-        if not self.ready and not self.owner.is_supervisor(self.life):  # that one knows how to take its start back
+        # A supervisor knows how to take its start back, and whose start has failed is in its clean-up.
+        if not self.ready and not self.cleans_up and not self.owner.is_supervisor(self.life):
             self.task.cancel()
 
     def _watch_task(self) -> None:
