@@ -124,8 +124,9 @@ class Ground:
         self.system.answered(error)
         try:
             verdict = self.node.on_error(error, handler)
-        except Exception as problem:  # the verdict on a verdict: nobody may wait for ever because of it
-            self.fail(problem, f"on_error for {handler}", decided=True)
+        except BaseException as problem:  # the verdict on a verdict: nobody may wait for ever because of it
+            label = f"on_error for {handler}"
+            self.fail(blame(problem, label) or problem, label, decided=True)
             return
         if verdict == "fail":
             self.fail(error, handler, decided=True)

@@ -87,7 +87,14 @@ class NodeLife:
             core.serve_concurrently()
             await core.inbox.serve()
         except StopServing as request:
-            await self._clean_up(core, Stopped(request.reason))
+            try:
+                await self._clean_up(core, Stopped(request.reason))
+            except asyncio.CancelledError:
+                if not self.system.killed(core):  # `asyncio.run` at its end, for instance; a kill is reported
+                    core.log.error(
+                        "clean-up cut short", after=str(request), because="its task was canceled by somebody else"
+                    )
+                raise
             if self.asked is None:
                 raise Stop(request.reason) from None
         except Stop as request:

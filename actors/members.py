@@ -88,8 +88,10 @@ def check_members(owner: type, declared: tuple[type, ...]) -> None:
 
 def check_assigned(node: object, attributes: Mapping[str, object]) -> None:
     """Refuse what the instance's own `attributes` hide of the framework: ``self.on = False`` makes ``self.on(...)`` an error."""
-    hiding = attributes.keys() & _methods(type(node))
-    for name in sorted(hiding):
+    methods = _methods(type(node))
+    if methods.isdisjoint(attributes):
+        return
+    for name in sorted(methods.intersection(attributes)):
         raise DeclarationError(
             f"{type(node).__name__}: self.{name} = {attributes[name]!r:.60} hides the method {_described(type(node), name)}: "
             "choose another name"
