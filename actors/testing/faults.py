@@ -104,7 +104,7 @@ class Profile:
     steps: dict[str, int] = field(default_factory=dict[str, int])
     """``NODE>WORK`` -> how many steps a handler, an action's body or a task has made while its node ran."""
     handled: dict[str, int] = field(default_factory=dict[str, int])
-    """Node -> how many topic and timer handlers it has run; those that ran none are left out."""
+    """Node -> how many topic, timer and service handlers it has run; those that ran none are left out."""
     seconds: float = 0.0
 
 
@@ -237,7 +237,7 @@ class SlowStep(_OnNodes):
     """A handler, the body of an action or a task of a node goes on up to `up_to` seconds late after one of its awaits."""
 
     at_most: int = 2
-    up_to: float = 1.0
+    up_to: float = 2.0  # beyond the timeout of a call, unless it says another
 
     def draw(self, rng: Random, profile: Profile) -> list[Fault]:
         faults: list[Fault] = []
@@ -249,9 +249,9 @@ class SlowStep(_OnNodes):
 
 @dataclass(frozen=True, slots=True)
 class SlowHandler(_OnNodes):
-    """A topic or timer handler takes up to `up_to` seconds longer."""
+    """A topic, timer or service handler takes up to `up_to` seconds longer; a caller may have given up before it begins."""
 
-    up_to: float = 1.0
+    up_to: float = 2.0
 
     def draw(self, rng: Random, profile: Profile) -> list[Fault]:
         return [

@@ -470,3 +470,10 @@ def test_a_thread_that_a_node_leaves_which_may_not_clean_up_is_no_failure(capfd:
     code, found, _ = explored(capfd, "forgets_a_thread", "--seconds", "5", "--seeds", "1")
     assert code == 1
     assert "left over after the system's end: thread " in found
+
+
+def test_the_log_lines_of_a_failure_end_with_it(capfd: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = explored(capfd, "asking_back")
+    assert code == 1
+    assert "log lines:" in out
+    assert "was cancelled by somebody other than its supervisor" not in out

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors import Node, Supervisor, Topic, publishes
+from actors import CallTimeout, Node, Service, Supervisor, Topic, every, publishes
+from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Int32
@@ -39,6 +40,8 @@ from actors.testing.faults import (
 from actors.testing.simulation.links import has_numbers, not_a_number
 from actors.testing.simulation.trial import Outcome, Scenario
 from tests.unit.planted import TICKS, Listener, Source
+
+ADD = Service(AddTwoInts, "add")
 
 faults = st.builds(
     Fault,
@@ -353,3 +356,61 @@ def test_not_a_number_is_delivered_where_there_are_numbers() -> None:
     outcome = Scenario(body).run(0, faults=parse("nan:/twist>/rig#1"))
     assert outcome.error is None
     assert outcome.profile.numeric == {"/twist>/rig"}
+
+
+def test_a_slow_service_answers_when_its_caller_has_given_up() -> None:
+    served: list[int] = []
+    late: list[str] = []
+
+    class Adder(Node):
+        @ADD.serve()
+        async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+            served.append(request.a)
+            return AddTwoInts.Response(sum=request.a)
+
+    async def body(rig: Rig) -> None:
+        await rig.start(Adder)
+        for number in range(3):
+            try:
+                await rig.call(ADD, AddTwoInts.Request(a=number))
+            except CallTimeout as error:
+                late.append(str(error))
+        await rig.advance(1.0)
+
+    outcome = Scenario(body).run(0, faults=parse("slow-handler:/adder#2+1.5"))
+    assert outcome.error is None
+    assert outcome.profile.handled == {"/adder": 3}
+    assert served == [0, 1, 2]
+    assert len(late) == 1, "the one behind it has waited for half a second"
+
+
+def test_a_frozen_message_that_is_answered_at_once_lets_time_pass() -> None:
+    hops = Topic(Int32, "hops")
+    heard: list[int] = []
+
+    class Relay(Node):
+        hop = publishes(hops)
+
+        @every(hz=10)
+        def first(self) -> None:
+            self.hop(Int32(data=1))
+
+        @hops.on()
+        async def take(self, message: Int32) -> None:
+            heard.append(message.data)
+            if message.data < 3:
+                self.hop(Int32(data=message.data + 1))
+
+    async def body(rig: Rig) -> None:
+        await rig.start(Relay)
+        await rig.advance(1.0)
+
+    outcome = Scenario(body).run(0, shuffled=False, faults=parse("freeze:/hops>/relay#5+0.15"))
+    assert outcome.error is None
+    assert 100 < len(heard) < 300
+    assert heard[-3:] == [1, 2, 3]
+
+
+def test_the_slow_may_be_slower_than_a_call_waits() -> None:
+    late = [fault.by for seed in range(300) for fault in draw(ALL, seed, PROFILE) if fault.kind.startswith("slow-")]
+    assert sum(seconds > 1.0 for seconds in late) > len(late) / 5

@@ -23,6 +23,10 @@ M = TypeVar("M", bound=Message)
 __all__ = ["Link", "entrance", "has_numbers", "not_a_number"]
 
 
+MOST_AT_ONCE = 100
+"""So many messages of one instant are frozen, and no more: whoever answers each of them at once would never let time pass."""
+
+
 class Link:
     """The way of one topic's messages into one subscription: counts them, and does to the n-th what the faults say."""
 
@@ -39,6 +43,8 @@ class Link:
         self._last: Message | Aged[Any] | None = None
         self._frozen_until = -1.0
         self._frozen: Message | Aged[Any] | None = None
+        self._repeats = 0
+        self._repeated_at = -1.0
 
     def deliver(self, message: Message | Aged[Any]) -> None:
         """Count the message, and pass it on as the faults say."""
@@ -65,6 +71,10 @@ class Link:
                 self._frozen, self._frozen_until = self._last, now + fault.by
         if now < self._frozen_until and self._frozen is not None:
             copies = [self._frozen] * len(copies)
+            self._repeats = self._repeats + 1 if now == self._repeated_at else 1
+            self._repeated_at = now
+            if self._repeats == MOST_AT_ONCE:
+                self._frozen_until = now
         else:
             self._last = message
         if swapped:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from actors.contracts import Action, Service
     from actors.feeds import Feed
     from actors.node import Node
+    from actors.services import Server
     from actors.supervision.report import Report
     from actors.supervisor import Child
     from actors.testing.loop import VirtualLoop
@@ -238,23 +239,22 @@ def _slow_down(core: Core, profile: Profile, slow: dict[int, Fault]) -> None:
     """Count the handler runs of a node, and let those that are to be slow wait before they begin."""
 
     def counted(handler: Callable[..., Any]) -> Callable[..., Any]:
-        def handle(*arguments: Any) -> Awaitable[None] | None:
+        def handle(*arguments: Any) -> Awaitable[Any] | None:
             count = profile.handled[core.fqn] = profile.handled.get(core.fqn, 0) + 1
             fault = slow.get(count)
-            if fault is None:
-                result: Awaitable[None] | None = handler(*arguments)
+            if fault is None or cast("VirtualLoop", core.system.loop).stands_still:
+                result: Awaitable[Any] | None = handler(*arguments)
                 return result
             return _late(handler, arguments, fault.by)
 
         return handle
 
-    items: list[Feed[Any] | TimerItem] = [*core.mailbox.feeds, *core.timers]
+    items: list[Feed[Any] | TimerItem | Server] = [*core.mailbox.feeds, *core.timers, *core.mailbox.services.values()]
     for item in items:
         item.handler = counted(cast("Callable[..., Any]", item.handler))
 
 
-async def _late(handler: Callable[..., Any], arguments: tuple[Any, ...], seconds: float) -> None:
+async def _late(handler: Callable[..., Any], arguments: tuple[Any, ...], seconds: float) -> Any:
     await asyncio.sleep(seconds)
     pending = handler(*arguments)
-    if pending is not None:
-        await pending
+    return None if pending is None else await pending

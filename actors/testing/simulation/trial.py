@@ -89,12 +89,14 @@ class Scenario:
         rigs: list[Rig] = []
         loop = FuzzLoop(trial.seed) if trial.shuffled else VirtualLoop()
         error: BaseException | None = None
+        timeline = ""
         try:
             with asyncio.Runner(loop_factory=lambda: loop) as runner:
                 try:
                     runner.run(self._live(loop, trial, profile, rigs))
                 except BaseException as caught:
                     error = caught
+                    timeline = rigs[0].timeline() if rigs else ""  # what is canceled from here on tells nothing
                     if isinstance(error, (KeyboardInterrupt, SystemExit)):
                         raise
                 loop.watch = functools.partial(_demand_end, loop, loop.time() + CLEAN_UP_SECONDS)
@@ -102,7 +104,7 @@ class Scenario:
             raise
         except InvariantBroken as caught:
             error = error or caught
-        return Outcome(trial, error, profile, rigs[0].timeline() if rigs else "", _signature(error))
+        return Outcome(trial, error, profile, timeline or (rigs[0].timeline() if rigs else ""), _signature(error))
 
     async def _live(self, loop: VirtualLoop, trial: Trial, profile: Profile, rigs: list[Rig]) -> None:
         def make(**options: Any) -> SimulatedSystem:
