@@ -6,6 +6,8 @@ real or virtual, drives everything. `docs/` explains, every name below has its o
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from actors import qos
 from actors.actions import Outcome
 from actors.blueprint import background, every, publishes, subscribes
@@ -26,6 +28,7 @@ from actors.errors import (
     NodeRestarting,
     NotRunning,
     NotStarted,
+    ProgramExit,
     Reject,
     ServiceFailed,
     ServiceUnavailable,
@@ -36,13 +39,13 @@ from actors.goal_client import Goal
 from actors.goals import GoalStatus
 from actors.lifecycle import HookResult, LifecycleState, TransitionRefused
 from actors.lifecycle_node import LifecycleNode, bring_down, bring_up
-from actors.node import Node
-from actors.parameters import parameter
+from actors.node import ErrorVerdict, Node
+from actors.parameters import Parameter, SetResult, parameter
 from actors.qos import QoS
 from actors.running import execute, open_node, run
 from actors.stream import Stream
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
-from actors.supervision.reasons import Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
+from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
 from actors.supervisor import (
     Backoff,
     Child,
@@ -72,6 +75,8 @@ __all__ = [
     "DeclarationError",
     "Done",
     "DynamicSupervisor",
+    "ErrorVerdict",
+    "ExitReason",
     "Failed",
     "Goal",
     "GoalAborted",
@@ -90,6 +95,8 @@ __all__ = [
     "NotRunning",
     "NotStarted",
     "Outcome",
+    "Parameter",
+    "ProgramExit",
     "Publisher",
     "QoS",
     "Reject",
@@ -97,6 +104,7 @@ __all__ = [
     "Service",
     "ServiceFailed",
     "ServiceUnavailable",
+    "SetResult",
     "Skip",
     "StartFailed",
     "Steps",
@@ -134,3 +142,22 @@ __all__ = [
     "temporary",
     "transient",
 ]
+
+if TYPE_CHECKING:
+    __version__: str
+    """The version of robactor that is installed."""
+
+
+if not TYPE_CHECKING:  # for a type checker every name would be one of this module
+
+    def __getattr__(name: str) -> str:
+        if name != "__version__":
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from importlib.metadata import PackageNotFoundError, version  # late: nobody waits for it who does not ask
+
+        try:
+            return version("robactor")
+        except PackageNotFoundError:
+            raise AttributeError(
+                "actors.__version__ is that of the installed robactor, and none is installed: pip install ."
+            ) from None

@@ -110,6 +110,11 @@ class GoalRun:
         """UNKNOWN until the goal is accepted."""
         return self.record.status if self.record is not None else GoalStatus.UNKNOWN
 
+    @property
+    def answered(self) -> bool:
+        """Whether the server has said its word on the goal."""
+        return self.accepted.done()
+
     def run(self) -> Coroutine[Any, Any, None]:
         return self.server.consider(self)
 
@@ -119,8 +124,13 @@ class GoalRun:
             return
         self.outcome = outcome
         self.server.ended(self, outcome)
-        if self.on_outcome is not None:
-            self.on_outcome(outcome)
+        told, self.on_outcome, self.on_feedback = (
+            self.on_outcome,
+            None,
+            None,
+        )  # else client and run keep each other alive
+        if told is not None:
+            told(outcome)
         for waiter in self.waiters:
             if not waiter.done():
                 waiter.set_result(None)
@@ -204,7 +214,7 @@ class ActionServer:
     """One node's action: who may run, who waits, and the tasks that run them."""
 
     __slots__ = (
-        "accepts", "action", "arrivals", "arriving", "cancels", "entry", "goals", "handler", "known", "label", "node", "on_change",
+        "_expiry", "accepts", "action", "arrivals", "arriving", "cancels", "entry", "goals", "handler", "known", "label", "node", "on_change",
         "on_feedback", "questions", "running", "table", "waiting",
     )  # fmt: skip
 
@@ -224,6 +234,8 @@ class ActionServer:
         self.table = GoalTable(round(result_timeout * 1e9))
         self.known: dict[bytes, GoalRun] = {}
         """The goals in the table, by id."""
+        self._expiry: asyncio.TimerHandle | asyncio.Future[bool] | None = None
+        """Drops results whose time is over, while results are kept."""
         self.on_change: Callable[[], None] | None = None
         """Called after every change of a goal's status, when somebody listens to the status topic."""
         self.on_feedback: Callable[[bytes, Any], None] | None = None
@@ -336,6 +348,8 @@ class ActionServer:
         if record.status is GoalStatus.ACCEPTED:  # it never ran: its node ended first
             self.table.execute(record)
         self.table.end(record, _EVENTS[outcome.status], self.node.clock.now_ns(), outcome.result, outcome.reason)
+        if self._expiry is None:
+            self._expire_later(0)
         self.changed()
 
     def changed(self) -> None:
@@ -345,6 +359,20 @@ class ActionServer:
     def _expire(self) -> None:
         for record in self.table.expire(self.node.clock.now_ns()):
             self.known.pop(record.goal_id, None)
+
+    def _expire_later(self, wait_ns: int) -> None:
+        """Drop the next result when its time is over, also if no goal comes any more, but not before `wait_ns` from now."""
+        due = self.table.next_expiry()
+        if due is not None:
+            clock = self.node.clock
+            self._expiry = clock.call_at((max(due, clock.now_ns() + wait_ns) + 1) / 1e9, self._expire_now)
+
+    def _expire_now(self) -> None:
+        """A result's time is over: see to all that are over, and to the rest together, at most a tenth of their time late."""
+        if self._expiry is not None:
+            self._expiry = None
+            self._expire()
+            self._expire_later(self.table.result_timeout_ns // 10)
 
     def forget(self, run: GoalRun) -> None:
         """A goal that had not begun has been interrupted."""
@@ -381,6 +409,9 @@ class ActionServer:
         self.questions.clear()
         self.waiting.clear()
         self.running.clear()
+        expiry, self._expiry = self._expiry, None
+        if expiry is not None:
+            expiry.cancel()
 
     def _make_place(self) -> None:
         policy, size = self.arrivals.policy, self.arrivals.size

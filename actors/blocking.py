@@ -8,36 +8,51 @@
         print(node.call(BATTERY, GetBatteryStatus.Request(robot_id="robot_01")))
         node.publish(CMD_VEL, Twist())
         scan = node.next(SCAN, timeout=2.0)
-        result = node.run_goal(MOVE, MoveToPosition.Goal(target_x=3.0), on_feedback=print)
+        with node.start(MOVE, MoveToPosition.Goal(target_x=3.0)) as goal:
+            for feedback in goal:
+                print(feedback)
+            result = goal.result()
 
 The node lives in the event loop of a background thread, or in that of a system which runs in another thread. Inside an event loop
 everything here is refused at once, because blocking there would stop the very loop that has to bring the answer.
+
+What is called as it is on `Node` means the same. A program that ends, by its last line, by an exception, by Ctrl-C or by SIGTERM, stops its
+nodes in order, also when a block was entered by hand and never left.
 """
 
 from __future__ import annotations
 
 import asyncio
+import atexit
 import contextlib
+import signal
+import threading
 from collections.abc import Callable, Coroutine, Mapping
-from concurrent.futures import CancelledError, Future, InvalidStateError, ThreadPoolExecutor, wait
+from concurrent.futures import CancelledError, Future, InvalidStateError, wait
 from queue import SimpleQueue
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from actors import running
+from actors.blocking_parts import BlockingGoal, BlockingStream
 from actors.errors import ActorError, NotRunning, NotStarted
 from actors.logs import LogSink, structlog_sink
 from actors.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
+from actors.trees import tree_of
 
 if TYPE_CHECKING:
     from actors.channel import Publisher
     from actors.contracts import Action, Service, Topic
+    from actors.goal_client import Goal
     from actors.interfaces.message import Message
+    from actors.logs import NodeLog
+    from actors.parameters import SetResult
+    from actors.qos import QoS
     from actors.stream import Stream
-    from actors.supervisor import Spec
     from actors.system import System
+    from actors.trees import Runnable
 
-__all__ = ["BlockingNode", "InsideEventLoop", "OpenBlockingNode", "open_node"]
+__all__ = ["BlockingGoal", "BlockingNode", "BlockingStream", "InsideEventLoop", "OpenBlockingNode", "open_node"]
 
 M = TypeVar("M", bound="Message")
 G = TypeVar("G", bound="Message")
@@ -55,7 +70,7 @@ class InsideEventLoop(ActorError, RuntimeError):
 def open_node(
     name: str,
     *,
-    tree: Spec | None = None,
+    tree: Runnable | None = None,
     system: System | None = None,
     namespace: str = "",
     parameters: Mapping[str, Any] | None = None,
@@ -71,6 +86,7 @@ def open_node(
     """
     if tree is not None and system is not None:
         raise ValueError(f"blocking.open_node({name!r}): give a tree to run or a system that runs already, not both")
+    whole = None if tree is None else tree_of(f"blocking.open_node({name!r}, tree=...)", tree)
 
     def opened() -> running.OpenNode:
         return running.open_node(
@@ -78,7 +94,7 @@ def open_node(
         )
 
     def ran() -> running.Run | None:
-        return None if tree is None else running.run(tree, seed=seed, signals=False, sinks=sinks)
+        return None if whole is None else running.run(whole, seed=seed, signals=False, sinks=sinks)
 
     return OpenBlockingNode(name, opened, ran, system.loop if system is not None else None)
 
@@ -97,7 +113,8 @@ class OpenBlockingNode:
         self._opened = opened
         self._ran = ran
         self._loop = loop
-        self._thread: ThreadPoolExecutor | None = None
+        self._thread: threading.Thread | None = None
+        self._ends_on_sigterm = False
         self._ready: Future[tuple[Node, asyncio.AbstractEventLoop]] = Future()
         self._left: Future[None] = Future()
         self._life: Future[None] | None = None
@@ -107,8 +124,13 @@ class OpenBlockingNode:
         if self._life is not None:
             raise RuntimeError(f"blocking.open_node({self._name!r}) has been entered before: make another one")
         if self._loop is None:
-            self._thread = ThreadPoolExecutor(1, thread_name_prefix=f"actors {self._name}")
-            self._life = self._thread.submit(running.execute, self._live)
+            self._life = Future()
+            self._thread = threading.Thread(
+                target=_complete, args=(self._life, self._live), name=f"actors {self._name}", daemon=True
+            )  # a daemon, which a program does not wait for before `atexit` has told it to end
+            atexit.register(self._end)
+            self._ends_on_sigterm = _end_on_sigterm()
+            self._thread.start()
         else:
             self._life = asyncio.run_coroutine_threadsafe(self._live(), self._loop)
         self._life.add_done_callback(lambda _: self._ready.cancel())
@@ -145,7 +167,11 @@ class OpenBlockingNode:
         _set(self._left)
         wait([self._life])
         if self._thread is not None:
-            self._thread.shutdown()
+            self._thread.join()
+            atexit.unregister(self._end)
+        if self._ends_on_sigterm:
+            self._ends_on_sigterm = False
+            _let_sigterm_kill()
 
 
 class BlockingNode:
@@ -167,6 +193,24 @@ class BlockingNode:
     def __repr__(self) -> str:
         return f"<blocking {self._node!r}{', ended' if self._life.done() else ''}>"
 
+    @property
+    def name(self) -> str:
+        """The node's name, without its namespace."""
+        return self._node.name
+
+    @property
+    def namespace(self) -> str:
+        return self._node.namespace
+
+    @property
+    def fqn(self) -> str:
+        """The fully qualified name: namespace and name."""
+        return self._node.fqn
+
+    @property
+    def log(self) -> NodeLog:
+        return self._node.log
+
     def call(self, service: Service[Req, Resp], request: Req, *, timeout: float = CALL_TIMEOUT) -> Resp:
         """Ask a service and wait for its answer. Raises what `Node.call` raises."""
         return self._do(lambda node: node.call(service, request, timeout=timeout), "`await node.call(...)`")
@@ -182,17 +226,33 @@ class BlockingNode:
 
         self._do(work, "`node.publisher(topic).publish(message)`")
 
-    def listen(self, *topics: Topic[Any]) -> None:
-        """Keep what is published on these topics from now on, each as deep as its quality of service says, for `next`."""
+    def subscribe(self, topic: Topic[M], *, qos: QoS | int | None = None) -> BlockingStream[M]:
+        """Listen to `topic` from this moment on: ``for message in node.subscribe(TOPIC)``. The newest one is what `next` reads."""
 
-        async def work(node: Node) -> None:
-            for topic in topics:
-                self._stream(node, topic)
+        async def work(node: Node) -> Stream[M]:
+            stream = self._streams[topic] = node.subscribe(topic, qos=qos)
+            return stream
 
-        self._do(work, "`node.subscribe(topic)`")
+        return BlockingStream(self._do, self._do(work, "`node.subscribe(topic)`"))
+
+    def wait_for(self, *contracts: Service[Any, Any] | Action[Any, Any, Any], timeout: float | None = None) -> None:
+        """Wait until somebody serves every one of these. Raises what `Node.wait_for` raises."""
+        self._do(lambda node: node.wait_for(*contracts, timeout=timeout), "`await node.wait_for(...)`")
+
+    def set_parameter(self, name: str, value: Any) -> SetResult:
+        """Set one parameter of this node; a refusal is a result that says why."""
+        return self.set_parameters({name: value})
+
+    def set_parameters(self, values: Mapping[str, Any]) -> SetResult:
+        """Set parameters of this node, all or none of them."""
+
+        async def work(node: Node) -> SetResult:
+            return node.set_parameters(values)
+
+        return self._do(work, "`node.set_parameters(...)`")
 
     def next(self, topic: Topic[M], *, timeout: float | None = None) -> M:
-        """The next message of a topic, in order, from the first `next` or `listen` on.
+        """The next message of a topic, in order, from the first `next` or `subscribe` on.
 
         Raises `CallTimeout` after `timeout` seconds without one.
         """
@@ -202,6 +262,17 @@ class BlockingNode:
 
         return self._do(work, "`await node.subscribe(topic).next()`")
 
+    def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> BlockingGoal[R, F]:
+        """A goal, to be entered with ``with``; `timeout` bounds the wait for its acceptance, nothing its execution.
+
+        Entering raises `ActionUnavailable` and `GoalRejected`; leaving cancels a goal that still runs and waits for its clean-up.
+        """
+
+        async def work(node: Node) -> Goal[R, F]:
+            return node.start(action, goal, timeout=timeout)
+
+        return BlockingGoal(self._do, self._do(work, "`async with node.start(...) as goal`"))
+
     def run_goal(
         self,
         action: Action[G, R, F],
@@ -210,7 +281,7 @@ class BlockingNode:
         on_feedback: Callable[[F], object] | None = None,
         timeout: float = GOAL_TIMEOUT,
     ) -> R:
-        """Send a goal, wait for its end and give its result; `timeout` bounds the wait for its acceptance.
+        """Send a goal, wait for its end and give its result: `start` in one line. `timeout` bounds the wait for its acceptance.
 
         `on_feedback` is called in this thread; while it works the newest ten wait and older ones are lost. What it raises, and Ctrl-C,
         cancels the goal. Raises `GoalRejected`, `GoalCanceled`, `GoalAborted`, `ActionUnavailable`, `NodeRestarting`, `NotRunning`.
@@ -288,6 +359,33 @@ class BlockingNode:
     def _ended(self, life: Future[None]) -> None:
         for future in list(self._open):
             future.cancel()
+
+
+def _complete(life: Future[None], live: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    try:
+        running.execute(live)
+    except BaseException as error:  # it is raised in the thread that waits
+        life.set_exception(error)
+    else:
+        life.set_result(None)
+
+
+def _end_on_sigterm() -> bool:
+    """Let SIGTERM end the program as Ctrl-C does, through its blocks, with exit code 143; unless it has an answer of its own."""
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
+        return False
+    signal.signal(signal.SIGTERM, _exit)
+    return True
+
+
+def _let_sigterm_kill() -> None:
+    """Undo `_end_on_sigterm`, unless somebody else has taken the signal since or this is no longer the main thread."""
+    if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) is _exit:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def _exit(number: int, frame: object) -> NoReturn:
+    raise SystemExit(128 + number)
 
 
 def _set(future: Future[None]) -> None:

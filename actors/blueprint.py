@@ -6,15 +6,19 @@ A wrong declaration fails at import with the name of the method and the remedy, 
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Coroutine
-from types import CodeType
-from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, NoReturn, ParamSpec, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Generic, Literal, Never, NoReturn, ParamSpec, TypeVar, overload
 
 from actors.contracts import ActionHandler, Declaration, GoalHook, ServiceHandler, Topic, TopicHandler, declarations_of
 from actors.errors import DeclarationError, NotStarted
+from actors.members import check_members, members_of, positional
 from actors.parameters.declare import NO_PARAMETERS, ParameterDeclaration, ParameterTable
+from actors.parameters.hooks import ParameterHook
 from actors.qos import QoS, of
+from actors.rates import check_rate_parameter, rate_objection
 from actors.signatures import check_argument, check_nothing_returned, check_response, check_steps
+from actors.supervision.checks import is_number
 
 if TYPE_CHECKING:
     from actors.channel import Publisher
@@ -146,18 +150,17 @@ def every(
 
     Give `hz` or `period` (seconds); `hz` may be the name of a parameter of the node. A tick that is due while the last one has not
     begun is skipped and counted (`late="skip"`), done later (``catch_up``, at most 1000 of them) or ends the incarnation (``fault``).
-    The method takes nothing, or a `Tick`. A parameter is read when the ticking starts; a later change waits for the next start.
+    The method takes nothing, or a `Tick`. When the parameter is set, the timer ticks at the new rate from that moment on, its next tick
+    one new period later; a rate that is not above 0 and below a million is refused.
     """
     if callable(hz):
         name = getattr(hz, "__name__", "method")
         raise DeclarationError(f"@every without its rate: write @every(hz=10) or @every(period=0.1) above `{name}`")
     if (hz is None) == (period is None):
         raise DeclarationError("every(): give either hz=, ticks per second, or period=, seconds")
-    rate = hz if hz is not None else (1.0 / period if period else 0.0)
-    if not isinstance(rate, str) and not 0.0 < rate < 1e6:
-        raise DeclarationError(
-            f"every(hz={hz}, period={period}): the rate must be above 0 and below a million per second"
-        )
+    rate = hz if hz is not None else _rate_of(period)
+    if not isinstance(rate, str) and (objection := rate_objection(rate)) is not None:
+        raise DeclarationError(f"every(hz={hz!r}, period={period!r}): {objection}")
     if late not in ("skip", "catch_up", "fault"):
         raise DeclarationError(f"every(late={late!r}): use skip, catch_up or fault")
     declaration = TimerDeclaration(rate, late)
@@ -167,6 +170,10 @@ def every(
         return function
 
     return decorate
+
+
+def _rate_of(period: object) -> float:
+    return 1.0 / period if is_number(period) and 0.0 < period < math.inf else 0.0
 
 
 def background(function: Callable[[Node], Coroutine[Any, Any, None]]) -> Callable[[Node], Coroutine[Any, Any, None]]:
@@ -184,8 +191,10 @@ class Blueprint:
         "hooks",
         "labels",
         "owner",
+        "parameter_hooks",
         "parameters",
         "publishers",
+        "rates",
         "services",
         "streams",
         "table",
@@ -198,15 +207,19 @@ class Blueprint:
         self.publishers: list[PublisherDeclaration[Any]] = []
         self.streams: list[StreamDeclaration[Any]] = []
         self.parameters: list[ParameterDeclaration[Any]] = []
+        self.parameter_hooks: list[ParameterHook] = []
         self.topics: list[TopicHandler] = []
         self.services: list[ServiceHandler] = []
         self.actions: list[ActionHandler] = []
         self.hooks: list[GoalHook] = []
         self.timers: list[TimerDeclaration] = []
         self.backgrounds: list[BackgroundDeclaration] = []
+        self.rates: dict[str, str] = {}
+        """Parameter -> what reports call the timer that ticks by it."""
         self.labels: dict[str, str] = {}
         """Method -> what reports call it: one text for all nodes of the class."""
-        for name, value in _members(owner).items():
+        check_members(owner, (PublisherDeclaration, StreamDeclaration, ParameterDeclaration))
+        for name, value in members_of(owner).items():
             self._take(name, value)
         self._check_names()
         self.table = ParameterTable(self.parameters) if self.parameters else NO_PARAMETERS
@@ -219,8 +232,6 @@ class Blueprint:
         elif isinstance(value, ParameterDeclaration):
             self.parameters.append(value)  # pyright: ignore[reportUnknownArgumentType]
         else:
-            if name in _HOOKS and inspect.isfunction(value):
-                _check_hook(f"{self.owner.__name__}.{name}", value, *_HOOKS[name])
             for declaration in declarations_of(value):
                 self._take_method(name, declaration)
 
@@ -254,22 +265,29 @@ class Blueprint:
                 )
                 self.hooks.append(declaration)
             case TimerDeclaration():
-                if _positional(function) not in (1, 2):
+                if positional(function) not in (1, 2):
                     raise DeclarationError(f"{where} is {declaration!r}: it must take self, and a Tick if it wants one")
                 self.timers.append(declaration)
             case BackgroundDeclaration():
-                if not inspect.iscoroutinefunction(function) or _positional(function) != 1:
+                if not inspect.iscoroutinefunction(function) or positional(function) != 1:
                     raise DeclarationError(f"{where} is @background: make it `async def {name}(self)`")
                 self.backgrounds.append(declaration)
+            case ParameterHook():
+                declaration.check(where)
+                self.parameter_hooks.append(declaration)
             case _:
                 raise DeclarationError(f"{where}: unknown declaration {declaration!r}")
 
     def _check_names(self) -> None:
-        names = {parameter.name for parameter in self.parameters}
+        parameters = {parameter.name: parameter for parameter in self.parameters}
         for timer in self.timers:
-            if isinstance(timer.hz, str) and timer.hz not in names:
+            if isinstance(timer.hz, str):
+                check_rate_parameter(self.labels[timer.attribute], timer.hz, parameters)
+                self.rates[timer.hz] = self.labels[timer.attribute]
+        for asked in self.parameter_hooks:
+            if asked.parameter is not None and asked.parameter.name not in parameters:
                 raise DeclarationError(
-                    f"{self.owner.__name__}.{timer.attribute}: @every(hz={timer.hz!r}) names a parameter that the class does not declare"
+                    f"{self.owner.__name__}.{asked.attribute} is {asked!r}, a parameter that the class does not declare"
                 )
         served = [declaration.action for declaration in self.actions]
         for hook in self.hooks:
@@ -287,34 +305,6 @@ class Blueprint:
             )
 
 
-_HOOKS: Final[dict[str, tuple[bool, str]]] = {
-    "on_start": (True, "self"),
-    "on_stop": (True, "self, reason"),
-    "on_error": (False, "self, error, handler"),
-    "handover": (False, "self"),
-    "resume": (False, "self, state"),
-}
-"""The hooks of a node: whether they are coroutines, and what they take."""
-
-
-def _check_hook(where: str, function: Callable[..., Any], is_async: bool, arguments: str) -> None:
-    function = inspect.unwrap(function)
-    wrong_kind = inspect.iscoroutinefunction(function) is not is_async
-    takes_any = bool(function.__code__.co_flags & inspect.CO_VARARGS)
-    if wrong_kind or not (takes_any or _positional(function) == len(arguments.split(","))):
-        name = where.rpartition(".")[2]
-        raise DeclarationError(f"{where}: write it as `{'async ' if is_async else ''}def {name}({arguments})`")
-
-
-def _members(owner: type) -> dict[str, object]:
-    """Name -> value over all bases; a redefinition takes the place of what it overrides."""
-    members: dict[str, object] = {}
-    for base in reversed(owner.__mro__):
-        for name, value in vars(base).items():
-            members[name] = value
-    return members
-
-
 def _refuse_twice(owner: type, served: list[tuple[object, str]], verb: str = "serve") -> None:
     for index, (contract, attribute) in enumerate(served):
         for other, earlier in served[:index]:
@@ -322,9 +312,3 @@ def _refuse_twice(owner: type, served: list[tuple[object, str]], verb: str = "se
                 raise DeclarationError(
                     f"{owner.__name__}.{attribute} and .{earlier} both {verb} {contract!r}: keep one"
                 )
-
-
-def _positional(function: Callable[..., Any]) -> int:
-    """How many positional arguments a method takes, self included."""
-    code: CodeType = inspect.unwrap(function).__code__
-    return code.co_argcount

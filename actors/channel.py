@@ -42,7 +42,9 @@ class Publisher(Endpoint["PublisherEvent"], Generic[M]):
     `count` is the number of messages published so far, `status` what else has happened, `events()` tells it as it happens.
     """
 
-    __slots__ = ("_expects", "_thread", "count", "gated", "history", "peers", "suspended", "taps", "targets", "type")
+    __slots__ = (
+        "_expects", "_outdated", "_thread", "count", "gated", "history", "matched", "suspended", "taps", "targets", "type",
+    )  # fmt: skip
 
     def __init__(self, node: Participant, entry: TopicEntry, type: type[M], qos: QoS) -> None:
         super().__init__(node, entry, qos)
@@ -51,12 +53,13 @@ class Publisher(Endpoint["PublisherEvent"], Generic[M]):
         self.suspended = False
         self.gated = True
         """Whether a lifecycle node's state counts for this publisher."""
-        self.peers: tuple[Queue[M], ...] = ()
+        self.matched: dict[Queue[M], None] = {}
         """The matched subscriptions, in subscription order."""
         self.taps: tuple[Callable[[M], None], ...] = ()
         """What takes every message without being a subscription: see `Graph.tap`."""
         self.targets: tuple[Callable[[M], None], ...] = ()
-        """What `publish` calls: the ways into the peers, and the taps."""
+        """What `publish` calls: the ways into the peers, and the taps. After a change, what brings it up to date first."""
+        self._outdated = False
         self.history: deque[Any] | None = deque(maxlen=qos.limit) if qos.transient_local else None
         """What late joiners get: the last `depth` messages; with KEEP_ALL as many as its limit."""
         self._expects: Any = type
@@ -91,8 +94,14 @@ class Publisher(Endpoint["PublisherEvent"], Generic[M]):
             self._refuse(message)
             return
         if self.qos.reliable:
-            while (full := next((queue for queue in self.peers if queue.full), None)) is not None:
-                await full.room()
+            waited = True
+            while waited:  # after a wait, others may be full again
+                waited = False
+                for queue in tuple(self.matched):
+                    if queue.full:
+                        await queue.room()
+                        waited = True
+                        break
         self.publish(message)
 
     def assert_liveliness(self) -> None:
@@ -112,9 +121,14 @@ class Publisher(Endpoint["PublisherEvent"], Generic[M]):
         return None
 
     @property
+    def peers(self) -> tuple[Queue[M], ...]:
+        """The matched subscriptions as they are now, in subscription order."""
+        return tuple(self.matched)
+
+    @property
     def subscription_count(self) -> int:
         """How many subscriptions receive what is published here."""
-        return len(self.peers)
+        return len(self.matched)
 
     @property
     def status(self) -> PublisherStatus:
@@ -123,9 +137,9 @@ class Publisher(Endpoint["PublisherEvent"], Generic[M]):
 
         met = self.happenings
         if met is None:
-            return PublisherStatus(matched=len(self.peers), matched_total=self.matched_total)
+            return PublisherStatus(matched=len(self.matched), matched_total=self.matched_total)
         return PublisherStatus(
-            matched=len(self.peers),
+            matched=len(self.matched),
             matched_total=self.matched_total,
             deadline_missed=met.missed(),
             liveliness_lost=met.lost(),
@@ -143,21 +157,40 @@ class Publisher(Endpoint["PublisherEvent"], Generic[M]):
 
     def join(self, queue: Queue[M]) -> None:
         """Begin to deliver to a matched subscription."""
-        self.peers += (queue,)
-        self.targets += (self.entry.graph.entrance(queue),)
+        self.matched[queue] = None
         self.matched_total += 1
+        self._outdate()
         self.tell()
 
     def part(self, queue: Queue[M]) -> None:
-        """Deliver no more to a subscription that leaves."""
-        self.peers = tuple(peer for peer in self.peers if peer is not queue)
-        self.targets = (*map(self.entry.graph.entrance, self.peers), *self.taps)
-        self.tell()
+        """Deliver no more to a subscription that leaves, if it was matched."""
+        if queue in self.matched:
+            del self.matched[queue]
+            self._outdate()
+            self.tell()
 
     def tapped(self, tap: Callable[[M], None]) -> None:
         """Hand every message to `tap`, too, for good."""
         self.taps += (tap,)
-        self.targets += (tap,)
+        self._outdate()
+
+    def leave(self) -> tuple[Queue[M], ...]:
+        """Deliver to nobody any more. Returns who received until now."""
+        peers, self.matched, self.targets, self._outdated = self.peers, {}, (), False
+        return peers
+
+    def _outdate(self) -> None:
+        """A change of the peers: the next `publish` pays for all since the last one, so n changes cost n, not n times the peers."""
+        if not self._outdated:
+            self._outdated = True
+            self.targets = (self._deliver_anew,)
+
+    def _deliver_anew(self, message: M) -> None:
+        """Stands for the targets while they are out of date."""
+        self._outdated = False
+        self.targets = targets = (*map(self.entry.graph.entrance, self.peers), *self.taps)
+        for deliver in targets:
+            deliver(message)
 
     @property
     def latched(self) -> list[M]:
@@ -263,7 +296,7 @@ class Queue(Endpoint["SubscriptionEvent"], Generic[M]):
     @property
     def publishers(self) -> list[Publisher[Any]]:
         """The matched publishers."""
-        return [publisher for publisher in self.entry.publishers if self in publisher.peers]
+        return [publisher for publisher in self.entry.publishers if self in publisher.matched]
 
     @property
     def publisher_count(self) -> int:

@@ -59,9 +59,12 @@ def check_node(node: type[Node]) -> tuple[Finding, ...]:
     return tuple(sorted(found))
 
 
-def check_tree(tree: Spec, *, external: Iterable[str] = ()) -> tuple[Finding, ...]:
-    """What can be said of a tree before it runs. `external` are full names of topics, services and actions that come from elsewhere."""
-    view = _Tree(set(external))
+def check_tree(tree: Spec, *, external: Iterable[str] = (), each_node: bool = True) -> tuple[Finding, ...]:
+    """What can be said of a tree before it runs, `check_node` of each of its classes included unless `each_node` is False.
+
+    `external` are full names of topics, services and actions that come from elsewhere.
+    """
+    view = _Tree(set(external), each_node)
     view.add(tree, (tree.name,))
     return tuple(sorted(set(view.findings())))
 
@@ -69,8 +72,9 @@ def check_tree(tree: Spec, *, external: Iterable[str] = ()) -> tuple[Finding, ..
 class _Tree:
     """Who would publish, take, serve and ask what, by full names."""
 
-    def __init__(self, external: set[str]) -> None:
+    def __init__(self, external: set[str], each_node: bool) -> None:
         self.external = external
+        self.each_node = each_node
         self.publishers: dict[str, list[tuple[str, Topic[Any], QoS]]] = defaultdict(list)
         self.subscriptions: dict[str, list[tuple[str, Topic[Any], QoS]]] = defaultdict(list)
         self.servers: dict[str, list[str]] = defaultdict(list)
@@ -90,7 +94,8 @@ class _Tree:
         where, node = "/".join(path), child.factory
         if not (isinstance(node, type) and issubclass(node, Node)):
             return  # a factory function: what it makes is known when it runs
-        self.found += check_node(node)
+        if self.each_node:
+            self.found += check_node(node)
         remapping = None
         if child.remap:
             from actors.remap import Remapping, Rule
@@ -149,7 +154,7 @@ class _Tree:
                         Finding(
                             where,
                             f"it takes {name}, which nobody publishes",
-                            "publish it, remap it, or name it as external",
+                            f"publish it, remap it, or name it as external{hint(name, self.publishers)}",
                         )
                     )
                 for other, offered_topic, offered in writers:

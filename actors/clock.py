@@ -69,6 +69,14 @@ class Clock:
         """The event loop's time at which this clock shows `now`."""
         return self._origin + now
 
+    def call_at(self, instant: float, callback: Callable[[], object]) -> asyncio.TimerHandle | asyncio.Future[bool]:
+        """Call `callback` in the loop when `now()` has reached `instant`, unless what is returned is canceled (`.cancel()`) before.
+
+        It belongs to nobody: who asks for it cancels it. Under simulated time it is also called when that is switched off or its node ends,
+        so it looks at the clock itself.
+        """
+        return self._loop.call_at(self._origin + instant, callback)
+
     async def sleep(self, seconds: float) -> bool:
         """Wait for so many seconds; at least one turn of the loop, also for zero and less. NaN and infinity are refused.
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, TypeAlias
 
 from actors.errors import DeclarationError
 from actors.qos import DEFAULT, SERVICES, QoS, of
+from actors.supervision.checks import is_number, is_whole
 
 if TYPE_CHECKING:
     from actors.interfaces.message import ActionType, Message, ServiceType
@@ -87,8 +88,8 @@ class Limit:
     __slots__ = ("policy", "size")
 
     def __init__(self, policy: str, size: int) -> None:
-        if size < 1:
-            raise DeclarationError(f"{policy}({size}): the limit must be at least 1")
+        if not is_whole(size) or size < 1:
+            raise DeclarationError(f"{policy}({size!r:.40}): the limit must be at least 1, and a whole number")
         self.policy: Final = policy
         self.size: Final = size
 
@@ -150,9 +151,9 @@ def _refuse_bare(misplaced: tuple[object, ...], written: str) -> None:
 
 
 def _checked_concurrency(what: str, concurrent: int) -> int:
-    if concurrent < 0:
+    if not is_whole(concurrent) or concurrent < 0:
         raise DeclarationError(
-            f"{what}: concurrent={concurrent} must be 0 (one at a time with the node's other handlers) or more"
+            f"{what}: concurrent={concurrent!r:.40} must be 0 (one at a time with the node's other handlers) or more, and a whole number"
         )
     return concurrent
 
@@ -315,9 +316,15 @@ class Action(Generic[G, R, F]):
         askers for `result_timeout` seconds after the end (0: not at all, negative: for ever).
         """
         _refuse_bare(misplaced, f"{self!r}.serve")
-        if not isinstance(arrivals, Limit) and arrivals not in _ARRIVALS:
+        if not isinstance(arrivals, Limit) and (
+            not isinstance(cast("object", arrivals), str) or arrivals not in _ARRIVALS
+        ):
             raise DeclarationError(
                 f"{self!r}: arrivals={arrivals!r} is none of {', '.join(_ARRIVALS)}, queue(n), parallel(n)"
+            )
+        if not is_number(result_timeout):
+            raise DeclarationError(
+                f"{self!r}: result_timeout={result_timeout!r:.40} must be seconds; 0 keeps no result, a negative number keeps it for ever"
             )
         limit = arrivals if isinstance(arrivals, Limit) else _ARRIVALS[arrivals]
         declaration = ActionHandler(self, limit, result_timeout)

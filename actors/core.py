@@ -14,8 +14,10 @@ from actors.feeds import ConcurrentFeed, Feed
 from actors.goal_client import Goal
 from actors.ground import Ground
 from actors.identity import Identity
-from actors.inbox import Item, awaited_in
+from actors.inbox import Item
 from actors.mailbox import Mailbox
+from actors.parameters.hooks import attach_hooks
+from actors.places import awaited_in
 from actors.qos import (
     ACTION_FEEDBACK,
     ACTION_STATUS,
@@ -26,6 +28,7 @@ from actors.qos import (
     resolve_publisher,
     resolve_subscription,
 )
+from actors.rates import guard_rates
 from actors.services import Client, Server
 from actors.stream import Stream, Subscription
 from actors.timed import publisher_for
@@ -41,6 +44,7 @@ if TYPE_CHECKING:
     from actors.parameters import ParameterChange, ParameterStore
     from actors.sim_time import SimTime
     from actors.system import System
+    from actors.timers import TickSource
 
 __all__ = ["Core"]
 
@@ -99,26 +103,33 @@ class Core(Ground):
 
     @property
     def parameters(self) -> ParameterStore:
-        if self._parameters is None:
-            self._parameters = self._parameter_store(None)
-        return self._parameters
+        return self._parameters or self._open_store(None)
 
     def open_parameters(self) -> None:
         """Check the overrides, and tell who listens what the node has. Otherwise the store is made at its first use."""
         if self.identity.overrides or self.system.on_parameters is not None:
-            self._parameters = self._parameter_store(self._parameters_changed)
+            self._open_store(self._parameters_changed)
 
-    def _parameter_store(self, told: Callable[[ParameterChange], None] | None) -> ParameterStore:
+    def _open_store(self, told: Callable[[ParameterChange], None] | None) -> ParameterStore:
         from actors.parameters import ParameterStore
 
-        store = ParameterStore(self.fqn, self.identity.overrides, table=self.blueprint.table, on_event=told)
+        blueprint = self.blueprint
+        store = ParameterStore(self.fqn, self.identity.overrides, table=blueprint.table, on_event=told)
         store.on_event = self._parameters_changed  # for who listens only later
+        self._parameters = store  # the hooks may read what they are asked about
+        if blueprint.rates:
+            guard_rates(store, blueprint.rates)
+        if blueprint.parameter_hooks:
+            attach_hooks(store, self.node, blueprint.parameter_hooks)
+        store.check_overrides()
         return store
 
     def _parameters_changed(self, change: ParameterChange) -> None:
         for parameter in change.changed:
             if parameter.name == "use_sim_time":
                 self.ros_time().use(parameter.value is True)
+            elif parameter.name in self.blueprint.rates:
+                self._retime(parameter.name, parameter.value)
         if self.system.on_parameters is not None:
             self.system.on_parameters(self, change)
 
@@ -151,7 +162,7 @@ class Core(Ground):
         self.streams.append(queue)
         queue.on_close = self._stream_closed
         queue.entry.add_subscription(queue)
-        return Stream(queue)
+        return Stream(queue, self.system.loop)
 
     def subscription(self, topic: Topic[M]) -> Feed[M]:
         """The queue behind this incarnation's first handler of `topic`."""
@@ -276,10 +287,21 @@ class Core(Ground):
             handler, label = getattr(node, timer.attribute), labels[timer.attribute]
             item = TimerItem(self.inbox, handler, hz, timer.late, label, record)
             self.timers.append(item)
+            if self.system.stalls is not None:
+                item.on_late = self.on_late
             if self.sim is None:
                 item.begin(self.system.ticker)
             else:
                 self.sim.begin(item)
+
+    def _retime(self, name: str, hz: float) -> None:
+        """The parameter `name` has been set: what ticks by it ticks at the new rate from now on."""
+        ticker: TickSource = self.system.ticker
+        if self.sim is not None and self.sim.ros.active:
+            ticker = self.sim.ticker
+        for declared, timer in zip(self.blueprint.timers, self.timers, strict=False):  # none while they rest
+            if declared.hz == name and timer.hz != hz:
+                timer.retime(hz, ticker)
 
     def stop_timers(self) -> None:
         for timer in self.timers:
@@ -307,10 +329,15 @@ class Core(Ground):
         entry.add_publisher(publisher)
         return publisher
 
+    def on_late(self, timer: TimerItem, seconds: float, lost: int) -> None:
+        """The event loop was late for a tick by a period or more: see who held it up."""
+        if self.system.stalls is not None:
+            self.system.stalls.delayed(self.fqn, 1.0 / timer.hz, seconds, lost)
+
     def on_holding(self, item: Item, seconds: float) -> None:
         """A handler keeps the node's other handlers waiting: tell once, with what it waits for and the remedy."""
         task = self.inbox.task
-        lost = sum(timer.record.missed for timer in self.timers)
+        lost = sum(timer.record.missed - timer.record.blocked for timer in self.timers)
         self.log.warning(
             f"handler holds the inbox for more than {seconds:g} s", handler=item.label, awaits=awaited_in(task) if task else "",
             ticks_lost=lost, remedy="declare it concurrent=n, make it an action, or self.offload() its work",

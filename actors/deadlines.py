@@ -10,12 +10,15 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import deque
+from itertools import chain, islice
 from typing import Any, Protocol
 
-__all__ = ["Deadlines", "Waiting"]
+from actors.supervision.checks import is_number
+
+__all__ = ["Deadlines", "Waiting", "check_timeout"]
 
 FEW = 64
-"""So many answered calls may stay in a queue besides those that wait."""
+"""So many answered calls may stay in a queue besides those that wait; so many are looked at for a cycle."""
 
 
 class Waiting(Protocol):
@@ -69,6 +72,11 @@ class Deadlines:
         if len(waiting) > queue.full:
             queue.sweep()
 
+    def waiting(self, limit: int = FEW) -> list[Waiting]:
+        """What still waits, in no particular order; at most so many."""
+        everything = chain.from_iterable(queue.waiting for queue in self._queues.values())
+        return [one for one in islice(everything, limit) if not one.future.done()]
+
     def close(self) -> None:
         """Forget everything; the futures are left to their owners."""
         for queue in self._queues.values():
@@ -96,3 +104,9 @@ class Deadlines:
             queue.timer = self._timer(timeout, waiting[0].due)
         else:
             del self._queues[timeout]
+
+
+def check_timeout(what: str, timeout: object) -> None:
+    """Refuse, with a ValueError that begins with `what`, a timeout that is no number of seconds; a NaN would upset the event loop."""
+    if not is_number(timeout):
+        raise ValueError(f"{what}: timeout={timeout!r:.40} must be a number of seconds, or math.inf for no limit")

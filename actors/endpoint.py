@@ -9,6 +9,9 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.errors import CallTimeout, NotStarted
@@ -19,7 +22,7 @@ if TYPE_CHECKING:
     from actors.qos import QoS
     from actors.qos_events import DeadlineWatch, LeaseWatch
 
-__all__ = ["Endpoint", "EventStream", "Happenings", "nanoseconds"]
+__all__ = ["Endpoint", "EventStream", "Happenings", "close_forgotten", "nanoseconds"]
 
 E = TypeVar("E")
 
@@ -29,6 +32,21 @@ def nanoseconds(duration: float | None) -> int | None:
     if duration is None or duration in (math.inf, BEST_AVAILABLE_DURATION):
         return None
     return math.ceil(duration * 1e9 - 1e-3)
+
+
+def close_forgotten(loop: asyncio.AbstractEventLoop, thread: int, close: Callable[[], None]) -> None:
+    """Call `close` for something of `loop`, which runs in `thread`, that nobody refers to any more.
+
+    The garbage collector runs in whichever thread needs memory: from a foreign one the call waits for the loop's next turn. With a closed
+    loop there is nothing left to be done.
+    """
+    if loop.is_closed():
+        return
+    if get_ident() == thread:
+        close()
+        return
+    with suppress(RuntimeError):  # closed meanwhile
+        loop.call_soon_threadsafe(close)
 
 
 class Endpoint(Generic[E]):
@@ -74,12 +92,14 @@ class Happenings:
     """What has happened to one endpoint besides messages, and who listens. Its timer runs only while somebody listens."""
 
     __slots__ = (
-        "_endpoint", "_loop", "_timer", "closed", "deadline", "incompatible_qos", "incompatible_type", "last_policy", "lease", "listeners",
+        "_endpoint", "_loop", "_thread", "_timer", "closed", "deadline", "incompatible_qos", "incompatible_type", "last_policy", "lease",
+        "listeners",
     )  # fmt: skip
 
     def __init__(self, endpoint: Endpoint[Any]) -> None:
         self._endpoint = endpoint
         self._loop = asyncio.get_running_loop()
+        self._thread = get_ident()
         self._timer: asyncio.TimerHandle | None = None
         self.deadline: DeadlineWatch | None = None
         self.lease: LeaseWatch | None = None
@@ -106,7 +126,7 @@ class Happenings:
 
     def tell(self) -> None:
         """Let the listeners look, and see when the next thing happens by itself."""
-        for listener in self.listeners:
+        for listener in tuple(self.listeners):  # a listener may be collected, and leave, at any moment
             listener.wake()
         self.arm()
 
@@ -122,10 +142,22 @@ class Happenings:
     def close(self) -> None:
         """The endpoint has ended, and with it what its listeners wait for."""
         self.closed = True
-        for listener in self.listeners:
+        listeners, self.listeners = self.listeners, []
+        for listener in listeners:
             listener.wake()
-        self.listeners.clear()
         self.arm()
+
+    def dismiss(self, listener: _Listener) -> None:
+        """A listener has heard enough. Twice is fine."""
+        if listener in self.listeners:
+            self.listeners.remove(listener)
+            listener.wake()
+            self.arm()
+
+    def dismiss_forgotten(self, listener: _Listener) -> None:
+        """The same, from whichever thread has found that nobody listens any more."""
+        if listener in self.listeners:
+            close_forgotten(self._loop, self._thread, lambda: self.dismiss(listener))
 
     def _look(self, due: int) -> None:
         """The timer: if meanwhile a message came, what was due is due later."""
@@ -217,11 +249,8 @@ class EventStream(Generic[E]):
 
     def close(self) -> None:
         """Listen no more. Closing twice is fine."""
-        if self._listener in self._happenings.listeners:
-            self._happenings.listeners.remove(self._listener)
-            self._listener.wake()
-            self._happenings.arm()
+        self._happenings.dismiss(self._listener)
 
     def __del__(self) -> None:
         if hasattr(self, "_happenings"):
-            self.close()
+            self._happenings.dismiss_forgotten(self._listener)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
-
 __all__ = [
     "ActionUnavailable",
     "ActorError",
@@ -30,30 +27,24 @@ __all__ = [
 def described(value: object) -> str:
     """A value or an error in a sentence: its type and its text, the text of a value kept short."""
     return (
-        f"{type(value).__name__}: {value}"
+        f"{type(value).__name__}: {value}{_meant(value)}"
         if isinstance(value, BaseException)
         else f"{type(value).__name__} {value!r:.60}"
     )
 
 
-def place_of(error: BaseException) -> str:
-    """Where an error arose, as ``file:line in function``: the innermost frame outside the libraries; empty if it was never raised."""
-    place = own = ""
-    trace = error.__traceback__
-    while trace is not None:
-        code = trace.tb_frame.f_code
-        place = f"{code.co_filename}:{trace.tb_lineno} in {code.co_qualname}"
-        if not is_library(code.co_filename):
-            own = place
-        trace = trace.tb_next
-    return own or place
+def _meant(error: BaseException) -> str:
+    """``; did you mean 'speed'?`` for an attribute that is missing where one of nearly that name is not."""
+    if type(error) is not AttributeError or not error.name:
+        return ""
+    from difflib import get_close_matches
 
-
-def is_library(file: str) -> bool:
-    """Whether a file belongs to asyncio, anyio or the root folder of this package: users look for their own line."""
-    folder = os.path.dirname(file)
-    packages = (sys.modules.get(name) for name in ("asyncio", "anyio", "anyio._core", "anyio._backends", "actors"))
-    return any(package is not None and folder in package.__path__ for package in packages)
+    try:
+        known = [name for name in dir(error.obj) if name.startswith("_") <= error.name.startswith("_")]
+    except Exception:  # an object that does not even say what it has
+        return ""
+    close = get_close_matches(error.name, known, n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""
 
 
 class ActorError(Exception):

@@ -138,7 +138,9 @@ class ConcurrentFeed(Feed[M]):
         """Begin another task if one is free and a message waits. Between two lives of the node nothing is begun."""
         if self.messages and self.active < self.concurrent and self.spawn is not None:
             self.active += 1
-            self.spawn(self._work(self.spawn))
+            work = self._work(self.spawn)
+            work.__qualname__ = self.label  # type: ignore[attr-defined]  # what the task is called by; typeshed knows it of functions only
+            self.spawn(work)
 
     def begin(self) -> None:
         """Begin as many tasks as are free and messages wait."""

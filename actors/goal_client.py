@@ -54,7 +54,7 @@ class Goal(Generic[R, F]):
             async for feedback in goal: ...
             result = await goal
 
-    Entering sends the goal and waits for its acceptance (`GoalRejected`, `ActionUnavailable`). Leaving the block cancels a goal that
+    Entering sends the goal, unless it has been sent, and waits for its acceptance (`GoalRejected`, `ActionUnavailable`). Leaving the block cancels a goal that
     still runs and waits for its clean-up. Awaiting gives the result or raises `GoalCanceled` or `GoalAborted`, which carry `.result`
     and `.reason`; it may be awaited again, and by several tasks.
     """
@@ -110,6 +110,7 @@ class Goal(Generic[R, F]):
         """Send the goal and wait for the server's word: what entering the block does."""
         if self._run is not None:
             raise RuntimeError(f"{self!r} has been sent already: start another goal")
+        self._node.check_thread()
         try:
             async with asyncio.timeout(self._timeout):
                 await self._send()
@@ -126,6 +127,7 @@ class Goal(Generic[R, F]):
         run = self._run
         if run is None:
             raise NotStarted(f"{self!r}: there is nothing to cancel")
+        self._node.check_thread()
         if run.canceling is not None:
             return run.outcome is None
         return run.cancelable and await run.server.cancel(run, reason)
@@ -140,7 +142,8 @@ class Goal(Generic[R, F]):
         return run.outcome
 
     async def __aenter__(self) -> Goal[R, F]:
-        await self.send()
+        if self._run is None:
+            await self.send()
         return self
 
     async def __aexit__(
@@ -196,7 +199,7 @@ class Goal(Generic[R, F]):
         holding = node.inbox.task is asyncio.current_task()
         if holding:
             refuse_cycle(node, host)
-            node.waits_for = host
+            node.waits_for = run
         entry.server.submit(run)
         try:
             await run.accepted

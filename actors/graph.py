@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 
 from actors.qos import compatible
@@ -25,6 +26,9 @@ S = TypeVar("S")
 
 DEPARTED: Final = 256
 
+verdict_on: Final = lru_cache(maxsize=1024)(compatible)
+"""`compatible`, remembered: a topic has many pairs of endpoints and few pairs of profiles."""
+
 Tap = Callable[["Publisher[Any]"], Callable[[Any], None]]
 """Gives, for a publisher, what takes each of its messages; see `Graph.tap`."""
 
@@ -41,13 +45,13 @@ class Participant(Protocol):
 class TopicEntry:
     """One topic of the graph, by its full name."""
 
-    __slots__ = ("graph", "mismatches", "name", "opened", "publishers", "sent", "subscriptions")
+    __slots__ = ("graph", "mismatches", "name", "opened", "readers", "sent", "writers")
 
     def __init__(self, graph: Graph, name: str) -> None:
         self.graph: Final = graph
         self.name: Final = name
-        self.publishers: list[Publisher[Any]] = []
-        self.subscriptions: list[Queue[Any]] = []
+        self.writers: dict[Publisher[Any], None] = {}
+        self.readers: dict[Queue[Any], None] = {}
         self.opened: float | None = None
         """When the first publisher came, seconds on the system's clock."""
         self.sent = 0
@@ -56,7 +60,17 @@ class TopicEntry:
         """(publishing node, subscribing node, kind) -> what keeps this pair apart."""
 
     def __repr__(self) -> str:
-        return f"<topic {self.name}: {len(self.publishers)} publishers, {len(self.subscriptions)} subscriptions>"
+        return f"<topic {self.name}: {len(self.writers)} publishers, {len(self.readers)} subscriptions>"
+
+    @property
+    def publishers(self) -> list[Publisher[Any]]:
+        """The publishers as they are now, in the order in which they came."""
+        return list(self.writers)
+
+    @property
+    def subscriptions(self) -> list[Queue[Any]]:
+        """The subscriptions as they are now, in the order in which they came."""
+        return list(self.readers)
 
     @property
     def message_count(self) -> int:
@@ -79,15 +93,15 @@ class TopicEntry:
         """`node` will not come back: nothing here speaks of it any more, and a topic that nobody else uses is none."""
         if self.mismatches:
             self.mismatches = {pair: why for pair, why in self.mismatches.items() if node not in pair[:2]}
-        if not self.publishers and not self.subscriptions and self.graph.topics.get(self.name) is self:
+        if not self.writers and not self.readers and self.graph.topics.get(self.name) is self:
             del self.graph.topics[self.name]
 
     def add_publisher(self, publisher: Publisher[Any]) -> None:
         if self.opened is None:
             self.opened = self.graph.now()
-        self.publishers.append(publisher)
+        self.writers[publisher] = None
         for queue in self.subscriptions:
-            if self._match(publisher, queue):
+            if queue in self.readers and self._match(publisher, queue):
                 publisher.join(queue)
                 queue.join(publisher)
         for tap in self.graph.taps:
@@ -95,18 +109,17 @@ class TopicEntry:
         self.graph.changed()
 
     def remove_publisher(self, publisher: Publisher[Any]) -> None:
-        if publisher in self.publishers:
-            self.publishers.remove(publisher)
+        if publisher in self.writers:
+            del self.writers[publisher]
             self.sent += publisher.count
-            peers, publisher.peers, publisher.targets = publisher.peers, (), ()
-            for queue in peers:
+            for queue in publisher.leave():
                 queue.tell()
             self.graph.changed()
 
     def add_subscription(self, queue: Queue[Any]) -> None:
         """Join, and receive what matching latched publishers hold, oldest first and before anything new."""
         self.graph.derive_topic(self)
-        self.subscriptions.append(queue)
+        self.readers[queue] = None
         for publisher in self.publishers:
             if self._match(publisher, queue):
                 publisher.join(queue)
@@ -116,11 +129,10 @@ class TopicEntry:
         self.graph.changed()
 
     def remove_subscription(self, queue: Queue[Any]) -> None:
-        if queue in self.subscriptions:
-            self.subscriptions.remove(queue)
+        if queue in self.readers:
+            del self.readers[queue]
             for publisher in self.publishers:
-                if queue in publisher.peers:
-                    publisher.part(queue)
+                publisher.part(queue)
             self.graph.changed()
 
     def _match(self, publisher: Publisher[Any], queue: Queue[Any]) -> bool:
@@ -130,7 +142,7 @@ class TopicEntry:
             return False
         if publisher.qos is queue.qos:
             return True
-        verdict = compatible(publisher.qos, queue.qos)
+        verdict = verdict_on(publisher.qos, queue.qos)
         if verdict.level == "error":
             self._qos_differs(publisher, queue, verdict)
             return False

@@ -8,8 +8,11 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from actors.control import Failure, StopRequest, blame, in_task
-from actors.errors import NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread, described, place_of
+from actors.errors import NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread, described
 from actors.inbox import Inbox
+from actors.logs import ERROR, WARN
+from actors.places import awaited_in, place_of
+from actors.supervision.incarnation import GRACE
 from actors.supervision.reasons import Stop
 
 if TYPE_CHECKING:
@@ -71,13 +74,18 @@ class Ground:
         return self.identity.fqn
 
     @property
+    def thread(self) -> int:
+        """The thread of the node's event loop."""
+        return self.system.thread
+
+    @property
     def deadlines(self) -> Deadlines:
         return self.system.deadlines
 
     @property
     def log(self) -> NodeLog:
         if self._log is None:
-            self._log = self.system.node_log(self.fqn, self.incarnation)
+            self._log = self.system.node_log(self.fqn, self.incarnation, self)
         return self._log
 
     @property
@@ -86,11 +94,15 @@ class Ground:
             self._rng = self.system.random(f"{self.fqn}#{self.incarnation}")
         return self._rng
 
+    def now_ns(self) -> int:
+        """What the node's clock shows, nanoseconds."""
+        return self.clock.now_ns()
+
     def new_id(self) -> bytes:
         return self.system.new_id()
 
     def warn(self, event: str, **fields: object) -> None:
-        self.log.warning(event, **fields)
+        self.log.write(WARN, event, fields)
 
     # -- errors --------------------------------------------------------------------------------------------------------------
 
@@ -106,7 +118,9 @@ class Ground:
         if isinstance(error, (Stop, ProgramExit)):
             self.fail(error, handler, decided=True)
             return
-        self.log.error(event, handler=handler, error=described(error), at=place_of(error))
+        self.log.write(
+            ERROR, event, {"handler": handler, "error": described(error), "at": place_of(error)}, *self.system.new_error(error)
+        )  # fmt: skip
         self.system.answered(error)
         try:
             verdict = self.node.on_error(error, handler)
@@ -119,7 +133,8 @@ class Ground:
     def fail(self, error: BaseException, label: str, *, decided: bool = False) -> None:
         """Let `error` end this incarnation at its next turn, unless it is `decided` not yet and `on_error` says otherwise."""
         if self.ended:  # the next incarnation is not to blame
-            self.log.error("failed after the end of its node", handler=label, error=described(error))
+            fields = {"handler": label, "error": described(error), "at": place_of(error)}
+            self.log.write(ERROR, "failed after the end of its node", fields, *self.system.new_error(error))
         else:
             self.inbox.put_control(Failure(error, label, decided=decided))
 
@@ -196,19 +211,34 @@ class Ground:
                 await asyncio.wait([task])
 
     async def tasks_ended(self) -> None:
-        """Wait until what was canceled has ended; the supervisor's patience is the limit of it."""
+        """Wait until what was canceled has ended; the supervisor's patience is the limit of it. What does not end is named."""
+        patience: float | None = GRACE / 2
         while in_task() and self.tasks:
             try:
-                await asyncio.wait(list(self.tasks))
+                done, _ = await asyncio.wait(list(self.tasks), timeout=patience)
             except asyncio.CancelledError:
                 continue
+            if not done:
+                patience = None
+                refusing = [f"{task.get_name()} (waits at {awaited_in(task) or '?'})" for task in self.tasks]
+                self.log.error(
+                    "refuses to be canceled", tasks=", ".join(refusing),
+                    remedy="let CancelledError out of what it catches, or raise it again after the clean-up",
+                )  # fmt: skip
 
     # -- limits --------------------------------------------------------------------------------------------------------------
 
+    def check_thread(self) -> None:
+        """Refuse a foreign thread."""
+        if get_ident() != self.system.thread:
+            raise WrongThread(
+                f"{self.fqn} was used from a foreign thread: use node.threadsafe(function, *arguments), and for what is awaited "
+                "blocking.open_node(name, system=system)"
+            )
+
     def check_use(self) -> None:
         """Refuse a foreign thread, and what comes after the end of this incarnation."""
-        if get_ident() != self.system.thread:
-            raise WrongThread(f"{self.fqn} was used from a foreign thread: use node.threadsafe(function, *arguments)")
+        self.check_thread()
         if self.ended:
             raise self._over()
 

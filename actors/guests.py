@@ -6,7 +6,9 @@ import asyncio
 from itertools import count
 from typing import TYPE_CHECKING
 
-from actors.errors import NotRunning, described
+from actors.errors import DeclarationError, NotRunning, described
+from actors.logs import ERROR
+from actors.places import place_of
 from actors.shield import see_through
 from actors.supervision.entry import Entry
 from actors.supervision.incarnation import GRACE, Incarnation
@@ -61,6 +63,8 @@ class Guests:
         self.loop = system.loop
         self._system = system
         self._guests: dict[NodeLife, Guest] = {}
+        self._places: dict[tuple[str, ...], Guest] = {}
+        """The same by path; of two at one path, of which the first has ended and not left, the second."""
         self._serials = count(1)
 
     def __len__(self) -> int:
@@ -73,13 +77,18 @@ class Guests:
             raise NotRunning(f"{system!r} has been stopped ({system.stop_reason}): no node can join it any more")
         name = child.name if not child.namespace else f"{child.namespace.strip('/')}/{child.name}"
         path = ("guests", name)
+        if (other := self._places.get(path)) is not None and not other.run.over:
+            raise DeclarationError(
+                f"a node named {other.life.identity.fqn} is open already: give the second one another name= or namespace="
+            )
         try:
             life = system.life(child, path, 1)
         except Exception:
             system.close_if_empty()
             raise
         entry = Entry(child, 0)
-        self._guests[life] = guest = Guest(life, Incarnation(self, entry, ChildRef(path, 1, next(self._serials))))
+        guest = Guest(life, Incarnation(self, entry, ChildRef(path, 1, next(self._serials))))
+        self._guests[life] = self._places[path] = guest
         try:
             await asyncio.wait([guest.ready, guest.over], return_when=asyncio.FIRST_COMPLETED)
         except asyncio.CancelledError:
@@ -129,7 +138,8 @@ class Guests:
 
     def incarnation(self, path: tuple[str, ...]) -> Incarnation | None:
         """The node at this path as it is seen from here."""
-        return next((guest.run for guest in self._guests.values() if guest.run.ref.path == path), None)
+        guest = self._places.get(path)
+        return guest.run if guest is not None else None
 
     @property
     def tasks(self) -> list[asyncio.Task[None]]:
@@ -138,10 +148,12 @@ class Guests:
 
     def _forget(self, guest: Guest) -> None:
         del self._guests[guest.life]
-        self._system.gone(guest.life.identity.path, kept=False)
+        if self._places.get(guest.life.identity.path) is guest:
+            del self._places[guest.life.identity.path]
+            self._system.gone(guest.life.identity.path, kept=False)
 
     def _of(self, run: Incarnation) -> Guest:
-        return next(guest for guest in self._guests.values() if guest.run is run)
+        return self._places[run.ref.path]
 
     # -- what their incarnations ask and tell --------------------------------------------------------------------------------
 
@@ -166,7 +178,8 @@ class Guests:
         if isinstance(reason, Leaked):
             self._system.log.error("a node beside the tree refused to die and was abandoned", node_name=fqn)
         elif (error := guest.error) is not None and not isinstance(error, Stop):
-            self._system.log.error("a node beside the tree failed", node_name=fqn, error=described(error))
+            fields = {"node_name": fqn, "error": described(error), "at": place_of(error)}
+            self._system.log.write(ERROR, "a node beside the tree failed", fields, *self._system.new_error(error))
         if guest.leaving:
             self._forget(guest)
             self._system.guest_left()

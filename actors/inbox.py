@@ -13,16 +13,18 @@ from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.control import blame
-from actors.errors import is_library
 
 if TYPE_CHECKING:
     from actors.lifespan import Stamped
     from actors.load import Load, Meter
 
-__all__ = ["HOLDING_SECONDS", "Inbox", "Item", "awaited_in"]
+__all__ = ["HOLDING_SECONDS", "STEP_SECONDS", "Inbox", "Item"]
 
 HOLDING_SECONDS = 0.5
 """A plain handler that keeps the others waiting for longer than this is reported once (architecture section 5)."""
+
+STEP_SECONDS = 0.01
+"""An item that runs for at least so long without an await is made known: it may have delayed somebody's timer."""
 
 TURN = 256
 """After so many items without a pause the loop gets a turn, so that a flood in one node cannot starve the others."""
@@ -52,6 +54,7 @@ class Inbox:
         "meter",
         "on_error",
         "on_holding",
+        "on_step",
         "reported",
         "task",
         "waiter",
@@ -73,6 +76,8 @@ class Inbox:
         self.reported: set[str] | None = None
         self.on_holding: Callable[[Item, float], None] | None = None
         self.on_error: Callable[[Exception, str], object] | None = None
+        self.on_step: Callable[[Inbox, str, float], None] | None = None
+        """Hears of an item that has just run for so many seconds without an await; on the real clock only, where that takes time."""
 
     def put(self, item: Item) -> None:
         """Append an item. Never blocks, never runs it."""
@@ -144,17 +149,24 @@ class Inbox:
 
     async def _run_measured(self, item: Item) -> None:
         """Run one item as `serve` does, and look at the clock before and after."""
+        turned: list[None] | None = None
         begun = self.loop.time()
         try:
             pending = item.run()
             if pending is not None:
                 if self.items and self.watch is None:
                     self.wake()
+                if self.on_step is not None:
+                    turned = []
+                    self.loop.call_soon(turned.append, None)  # empty for as long as the loop has not turned
                 await pending
         except BaseException as error:
             self._failed(item, error)
         if not isinstance(item, _Mark):
-            self._meter().took(item.label, self.loop.time() - begun)
+            seconds = self.loop.time() - begun
+            self._meter().took(item.label, seconds)
+            if seconds >= STEP_SECONDS and not turned and self.on_step is not None:
+                self.on_step(self, item.label, seconds)
         self.handled += 1
 
     def leave(self) -> None:
@@ -174,7 +186,8 @@ class Inbox:
 
     def _observe(self) -> None:
         """Somebody waits: see in half a second whether still for the same item, and measure how long this one waits."""
-        self.watch = self.loop.call_later(HOLDING_SECONDS, self._look, self.handled)
+        due = self.loop.time() + HOLDING_SECONDS
+        self.watch = self.loop.call_at(due, self._look, self.handled, due)
         if self.items and self.mark is None:
             stamp: Callable[[], Stamped[Any]] | None = getattr(self.items[-1], "stamp", None)
             if stamp is not None:  # what this item stands for may be replaced while it waits
@@ -183,13 +196,13 @@ class Inbox:
             self.mark = mark = _Mark(self, self.loop.time())
             self.items.insert(len(self.items) - 1, mark)
 
-    def _look(self, handled: int) -> None:
-        """Half a second after somebody found the node busy: is it still busy with the same item?"""
+    def _look(self, handled: int, due: float) -> None:
+        """Half a second after somebody found the node busy: is it still busy with the same item? Not by its own fault if the loop was."""
         self.watch = None
         current = self.current
         if current is None:
             return
-        if self.handled == handled:
+        if self.handled == handled and self.loop.time() - due < STEP_SECONDS:
             self.report_holding(current, HOLDING_SECONDS)
         if self.items or self.control:
             self._observe()
@@ -255,23 +268,3 @@ class _Mark:
     def run(self) -> None:
         self.inbox.handled -= 1  # nobody's item
         self.inbox.waited(self)
-
-
-def awaited_in(task: asyncio.Task[Any]) -> str:
-    """Where a suspended task waits, as ``file:line in function``: the innermost await outside the libraries; empty when it is running."""
-    place = ""
-    waiting: Any = task.get_coro()
-    while waiting is not None:
-        frame = (
-            getattr(waiting, "cr_frame", None)
-            or getattr(waiting, "gi_frame", None)
-            or getattr(waiting, "ag_frame", None)
-        )
-        if frame is not None and not (place and is_library(frame.f_code.co_filename)):
-            place = f"{frame.f_code.co_filename}:{frame.f_lineno} in {frame.f_code.co_qualname}"
-        waiting = (
-            getattr(waiting, "cr_await", None)
-            or getattr(waiting, "gi_yieldfrom", None)
-            or getattr(waiting, "ag_await", None)
-        )
-    return place

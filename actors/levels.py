@@ -117,7 +117,7 @@ class _Identity(NamedTuple):
 
 
 class _CallSite:
-    """State of the filters of one place in the source."""
+    """State of the filters of one place in the source. A clock that has gone back does not keep a throttle closed."""
 
     __slots__ = ("identity", "last_ns", "logged", "skipped")
 
@@ -131,7 +131,7 @@ class _CallSite:
         """Filters run in the order throttle, skip_first, once; the first that objects ends it."""
         identity = self.identity
         if identity.throttle_ns:
-            if self.last_ns is not None and now_ns < self.last_ns + identity.throttle_ns:
+            if self.last_ns is not None and self.last_ns <= now_ns < self.last_ns + identity.throttle_ns:
                 return False
             self.last_ns = now_ns
         if identity.skip_first and not self.skipped:
@@ -144,7 +144,7 @@ class _CallSite:
 
 
 class CallSites:
-    """The filter state of all log calls of a process, one entry for each place in the source that uses an option."""
+    """The filter state of the log calls of one logger, one entry for each place in the source that uses an option."""
 
     __slots__ = ("_sites",)
 

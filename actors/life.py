@@ -10,6 +10,7 @@ from actors.actions import ActionServer
 from actors.control import StopServing, blame, stray_cancel
 from actors.core import Core
 from actors.errors import DeclarationError, ProgramExit
+from actors.members import check_assigned
 from actors.node import Node
 from actors.supervision.reasons import Failed, Killed, Skip, Stop, Stopped
 
@@ -127,18 +128,24 @@ class NodeLife:
             raise DeclarationError(
                 f"{self.identity.fqn}: its factory made {type(node).__name__} {node!r:.60}, which is not a Node"
             )
-        node._core = core = Core(self.system, node, type(node).blueprint, self.identity, self.mailbox)  # pyright: ignore[reportPrivateUsage]
+        check_assigned(node, vars(node))
+        node._core = core = self._make_core(node)  # pyright: ignore[reportPrivateUsage]
         return core
+
+    def _make_core(self, node: Node) -> Core:
+        return Core(self.system, node, type(node).blueprint, self.identity, self.mailbox)
 
     async def _start(self, core: Core) -> None:
         """The start phase. Calls out of it count as a handler's, so that a call to itself is refused and not waited for."""
         node = core.node
         core.inbox.task = asyncio.current_task()
+        self.system.starts.begin(core)
         open_endpoints(core)
         if self.mailbox.saved is not None:
             node.resume(self.mailbox.saved)
         self.phase = "on_start"
         await node.on_start()
+        check_assigned(node, vars(node))
         self.phase = "begin"
         await node._begin()  # pyright: ignore[reportPrivateUsage]
         if core.identity.overrides and type(node) is not Node:  # a script's node may declare its own at any time
@@ -182,7 +189,7 @@ class NodeLife:
                 ):  # the verdict will be that it was killed, and not why it ended at all
                     core.log.error("clean-up cut short", after=str(reason))
                 raise
-            core.log.error("clean-up failed", error=f"{type(error).__name__}: {error}", after=str(reason))
+            core.log.exception("clean-up failed", after=str(reason))
 
 
 def open_endpoints(core: Core) -> None:

@@ -13,12 +13,16 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 from collections.abc import Callable, Coroutine, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar, cast
 
 from actors.blueprint import Blueprint
-from actors.errors import ActionUnavailable, NotStarted, ServiceUnavailable
+from actors.deadlines import check_timeout
+from actors.errors import ActionUnavailable, DeclarationError, NotStarted, ServiceUnavailable
+from actors.habits import Habits
+from actors.places import claim
 from actors.qos import QoS, of
 
 if TYPE_CHECKING:
@@ -57,7 +61,7 @@ GOAL_TIMEOUT = 5.0
 ErrorVerdict = Literal["continue", "fail"] | None
 
 
-class Node:
+class Node(Habits):
     """One async actor: its handlers, ticks included, never overlap, so its attributes need no locks.
 
     Lifecycle: the supervisor makes the object, `on_start` runs (the node is ready when it returns), then messages, requests and ticks
@@ -75,7 +79,20 @@ class Node:
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
+        claim(cls.__module__)
         cls.blueprint = Blueprint(cls)
+
+    if not TYPE_CHECKING:  # type checkers know what a node has, and that it takes nothing
+
+        def __init__(self, *arguments, **keywords):
+            if (arguments or keywords) and not _takes_arguments(type(self)):
+                name = type(self).__name__
+                given = ", ".join([*map(repr, arguments), *(f"{key}={value!r}" for key, value in keywords.items())])
+                raise DeclarationError(
+                    f"{name}: a Node is made without arguments, not with ({given:.60}): its name belongs to its place, "
+                    f"Child({name}, name=...), and what its own __init__ takes comes by Child({name}, args=(...))"
+                )
+            super().__init__(*arguments, **keywords)
 
     def __repr__(self) -> str:
         core = self._core
@@ -172,6 +189,7 @@ class Node:
 
     @property
     def log(self) -> NodeLog:
+        """The node's log: ``self.log.info("docked", percent=80)``; every line has the node, the time and the incarnation."""
         return self.core.log
 
     # -- communication ------------------------------------------------------------------------------------------------------
@@ -210,6 +228,8 @@ class Node:
         from actors.contracts import Service
 
         core = self.core
+        if timeout is not None:
+            check_timeout(f"{self.fqn}.wait_for", timeout)
         end = None if timeout is None else core.system.loop.time() + timeout
         for contract in contracts:
             name = core.identity.service(contract.name)
@@ -230,17 +250,26 @@ class Node:
         The timeout is on the event loop's clock, as that of `call`.
         Entering raises `ActionUnavailable` when nobody has accepted by then, and `GoalRejected`.
         """
+        check_timeout(f"{self.fqn}.start({action!r})", timeout)
         return self.core.goal(action, goal, timeout)
 
     def on(
         self, topic: Topic[M], handler: Callable[[M], Coroutine[Any, Any, None] | None], *, qos: QoS | int | None = None
     ) -> None:
         """Let `handler` take the topic's messages from now on, as `Topic.on` does for a method."""
+        if not callable(handler):
+            raise DeclarationError(
+                f"{self.fqn}.on({topic!r}, {handler!r:.60}): the handler must be a function or a method"
+            )
         label = f"{self.fqn} {_name_of(handler)} on {topic.name}"
         self.core.feed(topic, topic.qos if qos is None else of(qos), handler, label)
 
     def serve(self, service: Service[Req, Resp], handler: Callable[[Req], Coroutine[Any, Any, Resp]]) -> None:
         """Let `handler` answer the service from now on, as `Service.serve` does for a method."""
+        if not _is_async(handler):
+            raise DeclarationError(
+                f"{self.fqn}.serve({service!r}, {_name_of(handler)}): the handler answers by `await`; make it `async def`"
+            )
         self.core.serve(service, handler, _name_of(handler))
 
     # -- work ---------------------------------------------------------------------------------------------------------------
@@ -275,7 +304,9 @@ class Node:
 
     def checkpoint(self, state: Any) -> None:
         """Keep `state`, a value that is not changed afterwards, for the next incarnation, also if this one crashes. See `resume`."""
-        self.core.mailbox.saved = state
+        core = self.core
+        core.check_thread()
+        core.mailbox.saved = state
 
     def stop(self, reason: str = "stopped itself") -> None:
         """Ask for this node's own orderly end. Its supervisor sees `Stopped(reason)`."""
@@ -289,7 +320,32 @@ class Node:
 
     def set_parameters(self, values: Mapping[str, Any]) -> SetResult:
         """Set parameters of this node, all or none of them."""
-        return self.core.parameters.set_values(values)
+        if not isinstance(cast("object", values), Mapping):
+            raise TypeError(
+                f"{self.fqn}: set_parameters takes names and values, {{'speed': 1.0}}, not {type(values).__name__} {values!r:.60}"
+            )
+        core = self.core
+        core.check_thread()
+        return core.parameters.set_values(values)
+
+
+def _is_async(handler: Any) -> bool:
+    """Whether calling `handler` gives a coroutine, as far as that can be seen: also a partial, an object, a wrapped or annotated function."""
+    while isinstance(handler, partial):
+        handler = cast("Any", handler).func
+    if not (inspect.isroutine(handler) or isinstance(handler, type)):
+        handler = getattr(handler, "__call__", None)  # noqa: B004  # an object that can be called
+    handler = inspect.unwrap(handler) if callable(handler) else None
+    if inspect.iscoroutinefunction(handler):
+        return True
+    returned = str(getattr(handler, "__annotations__", {}).get("return", ""))
+    return any(word in returned for word in ("Coroutine", "Awaitable"))
+
+
+def _takes_arguments(kind: type[Node]) -> bool:
+    """Whether a base that comes after `Node` has something to be made with."""
+    following = kind.__mro__[kind.__mro__.index(Node) + 1 : -1]
+    return any("__init__" in vars(base) for base in following)
 
 
 def _name_of(handler: object) -> str:

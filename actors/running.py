@@ -13,8 +13,9 @@ from actors.errors import NotRunning
 from actors.logs import INFO, LogSink, structlog_sink
 from actors.node import Node
 from actors.signals import listen
-from actors.supervisor import Child, Spec, Supervisor, temporary
+from actors.supervisor import Child, Spec, temporary
 from actors.system import System, system_here
+from actors.trees import Runnable, tree_of
 
 __all__ = ["Observer", "OpenNode", "Run", "execute", "open_node", "run"]
 
@@ -28,8 +29,8 @@ class Observer(Protocol):
 
 
 def run(
-    tree: Spec,
-    *,
+    tree: Runnable,
+    *more: Spec | type[Node],
     seed: int = 0,
     signals: bool = True,
     sinks: tuple[LogSink, ...] = (structlog_sink,),
@@ -38,13 +39,18 @@ def run(
 ) -> Run:
     """Run a tree in this event loop: ``async with run(tree) as system: await system.wait()``.
 
+    A node class, a `Child`, or several of them, are run under a plain supervisor: ``run(Talker)``, ``run(Talker, Child(Listener, name="ear"))``.
+    Anything else raises `DeclarationError`.
+
     Entering returns when every child is ready and raises `StartFailed` otherwise; leaving stops the tree, last child first. When the tree
     ends by itself meanwhile (its restarts are used up), `system.wait()` raises `SupervisorGaveUp`; a block that is doing something else is
-    canceled and the block as a whole raises it. SIGINT and SIGTERM (main thread, real clock, unless ``signals=False``) are one path: the
-    tree stops in order and `wait()` returns; a second one within 2 s kills it. `observers`, such as a `FlightRecorder`, are attached to
-    the system before its tree starts.
+    canceled and the block as a whole raises it. Canceling the block does not cut the stop short, however often that happens.
+
+    SIGINT and SIGTERM (main thread, real clock, unless ``signals=False``) are one path, for all systems of the loop: the tree stops in
+    order and `wait()` returns; a second one within 2 s kills it. `sys.exit()` in a node stops the tree, too, and leaving raises it.
+    `observers`, such as a `FlightRecorder`, are attached to the system before its tree starts.
     """
-    return Run(tree, seed=seed, signals=signals, sinks=sinks, level=level, observers=observers)
+    return Run(tree, *more, seed=seed, signals=signals, sinks=sinks, level=level, observers=observers)
 
 
 class Run:
@@ -52,15 +58,15 @@ class Run:
 
     def __init__(
         self,
-        tree: Spec,
-        *,
+        tree: Runnable,
+        *more: Spec | type[Node],
         seed: int,
         signals: bool,
         sinks: tuple[LogSink, ...],
         level: int,
         observers: tuple[Observer, ...],
     ) -> None:
-        self._tree = Supervisor("system", children=[tree]) if isinstance(tree, Child) else tree
+        self._tree = tree_of("run(...)", tree, *more)
         self._settings: dict[str, Any] = {"seed": seed, "sinks": sinks, "level": level}
         self._wants_signals = signals
         self._observers = observers
@@ -213,7 +219,9 @@ def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real"
         factory = VirtualLoop
     elif clock == "real":
         from actors.loops import new_event_loop
+        from actors.preload import preload
 
+        preload()
         factory = new_event_loop
     else:
         raise ValueError(f"clock={clock!r}: use 'real' or 'virtual'")

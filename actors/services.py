@@ -11,11 +11,13 @@ import math
 from asyncio import current_task
 from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine
+from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 import msgspec
 
 from actors.control import blame
+from actors.deadlines import FEW
 from actors.errors import (
     CallCycle,
     CallTimeout,
@@ -39,12 +41,29 @@ Req = TypeVar("Req", bound="Message")
 Resp = TypeVar("Resp", bound="Message")
 
 
+class Awaited(Protocol):
+    """What a handler waits for that holds its node's inbox: the answer to a call, or the word on a goal."""
+
+    @property
+    def server(self) -> Answering: ...
+
+    @property
+    def answered(self) -> bool: ...
+
+
+class Answering(Protocol):
+    """A server, of a service or an action."""
+
+    @property
+    def node(self) -> Caller: ...
+
+
 class Caller(Protocol):
     """What a call asks of the node that makes it, and of the node that serves it."""
 
     incarnation: int
     serving: bool
-    waits_for: Caller | None
+    waits_for: Awaited | None
 
     @property
     def fqn(self) -> str: ...
@@ -53,9 +72,14 @@ class Caller(Protocol):
     def inbox(self) -> Inbox: ...
 
     @property
+    def thread(self) -> int: ...
+
+    @property
     def deadlines(self) -> Deadlines: ...
 
     def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]: ...
+
+    def check_thread(self) -> None: ...
 
     def service_failed(self, service: str, error: Exception) -> None: ...
 
@@ -160,6 +184,10 @@ class Request(msgspec.Struct, eq=False):
     def label(self) -> str:
         return self.server.label
 
+    @property
+    def answered(self) -> bool:
+        return self.future.done()
+
     def fail(self, error: BaseException) -> None:
         """Let the caller have `error`, if it still waits."""
         if not self.future.done():
@@ -167,10 +195,17 @@ class Request(msgspec.Struct, eq=False):
 
     def late(self) -> CallTimeout:
         """What the caller gets that has waited long enough."""
+        from actors.cycles import cycle_of
+
         server = self.server
-        return CallTimeout(
-            f"{server.node.fqn} did not answer {server.entry.name} in time: give the call more time, or make it an action"
-        )
+        # Other calls matter only to one that is being answered; and thousands that are late together must not hold the loop.
+        begun = len(server.waiting) < FEW if server.waiting is not None else server.inbox.current is self
+        others = self.caller.deadlines.waiting() if begun else ()
+        cycle = cycle_of(self, (one for one in others if isinstance(one, Request)))
+        why = "give the call more time, or make it an action"
+        if cycle is not None:
+            why = f"{cycle}; declare one of the handlers concurrent=n, or do not call back into a caller"
+        return CallTimeout(f"{server.node.fqn} did not answer {server.entry.name} in time: {why}")
 
     async def run(self) -> None:
         """Run the handler and complete the caller's future; when the node itself is ended, that is left to `Server.fail_all`.
@@ -201,13 +236,17 @@ class Request(msgspec.Struct, eq=False):
 
 
 def refuse_cycle(node: Caller, other: Caller | None) -> None:
-    """Raise `CallCycle` if `node`, whose handler holds its inbox, is about to wait for `other`, which waits for `node`."""
+    """Raise `CallCycle` if `node`, whose handler holds its inbox, is about to wait for `other`, which waits for `node`.
+
+    Whose answer has come waits no more, also before its task has run again.
+    """
     chain: list[str] = [node.fqn]
     while other is not None:
         if other is node:
             raise CallCycle(tuple(chain))
         chain.append(other.fqn)
-        other = other.waits_for
+        awaited = other.waits_for
+        other = awaited.server.node if awaited is not None and not awaited.answered else None
 
 
 def refuse_other_type(name: str, server: Caller, served: type[Any], client: Caller, asked: type[Any]) -> None:
@@ -222,7 +261,7 @@ def refuse_other_type(name: str, server: Caller, served: type[Any], client: Call
 class Client(Generic[Req, Resp]):
     """One node's way to one service, made at its first call."""
 
-    __slots__ = ("deadlines", "entry", "inbox", "node", "request", "type")
+    __slots__ = ("deadlines", "entry", "inbox", "node", "request", "thread", "type")
 
     def __init__(self, node: Caller, entry: ServiceEntry, service: Service[Req, Resp]) -> None:
         self.node = node
@@ -231,6 +270,7 @@ class Client(Generic[Req, Resp]):
         self.entry = entry
         self.type = service.type
         self.request = service.request
+        self.thread = node.thread
 
     def __repr__(self) -> str:
         return f"<client of {self.entry.name} in {self.node.fqn}>"
@@ -241,6 +281,8 @@ class Client(Generic[Req, Resp]):
             raise WrongType(
                 f"{self.entry.name} takes {self.request.__name__}, not {type(message).__name__} {message!r:.60}"
             )
+        if get_ident() != self.thread:
+            self.node.check_thread()
         inbox, server = self.inbox, self.entry.server
         if server is None:
             started = inbox.loop.time()
@@ -259,7 +301,7 @@ class Client(Generic[Req, Resp]):
         server.submit(request)
         if not exclusive:
             return await future
-        node.waits_for = server.node
+        node.waits_for = request
         try:
             return await future
         finally:

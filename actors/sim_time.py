@@ -90,6 +90,20 @@ class SimClock(Clock):
             raise RuntimeError(f"nobody knows when {self!r} will show {now} s: await sleep_until() instead")
         return self._system.loop_time(now)
 
+    def call_at(self, instant: float, callback: Callable[[], object]) -> asyncio.TimerHandle | asyncio.Future[bool]:
+        if not self._ros.active:
+            return self._system.call_at(instant, callback)
+
+        def over(future: asyncio.Future[bool]) -> None:
+            self._sleepers.pop(future, None)
+            if not future.cancelled():
+                callback()
+
+        future: asyncio.Future[bool] = self._loop.create_future()
+        future.add_done_callback(over)
+        self._sleepers[future] = _nanoseconds(instant)
+        return future
+
     async def sleep(self, seconds: float) -> bool:
         if not self._ros.active or not math.isfinite(seconds):
             return await self._system.sleep(seconds)

@@ -1,33 +1,49 @@
-"""Who blocks the event loop: a thread that looks, because nothing in a loop that stands still can.
+"""Who blocks the event loop: the handler, how long, on which line, and which timer had to wait for it.
 
-A handler that computes, sleeps or reads without an `await` holds up every node of its process. Afterwards nobody in the loop can say
-which one it was, so a thread looks five times a second: if the loop does not turn for half a second while a task runs, it notes
-which node's handler that is and on which line. When the loop turns again, that is one warning in the log for each such handler.
+A handler that computes, sleeps or reads without an `await` holds up every node of its process. There are two ways to find it:
+
+- A thread looks five times a second: if the loop does not turn for half a second while a task runs, it notes which node's handler that is
+  and on which line. When the loop turns again, that is one warning in the log.
+- A shorter block is told when it has harmed somebody: a timer of any node that is late by a period or more says so. The one to blame ran
+  without an await for at least that period (and 10 ms): either its time has just been measured, which is done for the first items of every node
+  and for some of the others, or the thread has seen it. For five seconds after a delay that nobody accounts for, the thread looks closely.
+
+Each handler is told once. A handler that awaits blocks nobody, however long it takes. On the virtual clock handlers take no time.
 """
 
 from __future__ import annotations
 
 import asyncio
-import os
-import sys
-from collections.abc import Iterator
+import math
 from threading import Event, Thread
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from actors.errors import is_library
-from actors.inbox import HOLDING_SECONDS
+from actors.inbox import HOLDING_SECONDS, STEP_SECONDS
+from actors.places import line_of
 
 if TYPE_CHECKING:
-    from types import FrameType
-
+    from actors.inbox import Inbox
     from actors.system import NodeState, System
 
-__all__ = ["POLL_SECONDS", "StallWatch", "line_of"]
+__all__ = ["CLOSE_FOR", "CLOSE_POLL", "CLOSE_REST", "POLL_SECONDS", "StallWatch"]
 
 POLL_SECONDS = 0.2
+CLOSE_POLL = 0.005
+"""How often the thread looks when it looks closely, seconds: each look costs the loop a wake-up."""
+CLOSE_FOR, CLOSE_REST = 5.0, 25.0
+"""For how long it does so, and how long it does not afterwards."""
 
-STDLIB = os.path.dirname(os.__file__)
+
+class _Block(NamedTuple):
+    """A step of a task during which the loop did not turn; times on the monotonic clock."""
+
+    node: str
+    incarnation: int
+    handler: str
+    line: str
+    begun: float
+    ended: float
 
 
 class StallWatch:
@@ -42,9 +58,17 @@ class StallWatch:
         """What ran at the last look: a task, and the number of items its inbox had worked off."""
         self._since = 0.0
         """When that was first seen, seconds on the monotonic clock."""
+        self._close_until = self._rested = -math.inf
+        self._limit = HOLDING_SECONDS
+        """What blocks for so long is noted, when the thread looks closely."""
         self._reported: set[tuple[str, str]] = set()
-        self.caught: tuple[NodeState | None, str, str] | None = None
-        """Node, handler and line of what blocks the loop now."""
+        self._block: _Block | None = None
+        """The newest step that is known to have blocked the loop."""
+        self._harm: tuple[_Block, int, str] | None = None
+        """What is told when all that were delayed have said so: who blocked, and the worst of them: ticks lost, node."""
+        self._telling: asyncio.TimerHandle | None = None
+        self.caught: tuple[NodeState | None, str, str, float] | None = None
+        """Node, handler and line of what blocks the loop now, and when it was seen to, on the monotonic clock."""
         self._thread = Thread(target=self._run, name="robactor stall watch", daemon=True)
 
     def start(self) -> None:
@@ -55,9 +79,12 @@ class StallWatch:
         """Look no more."""
         self._end.set()
         self._thread.join()
+        self.tell_harm()
+
+    # -- in the thread ------------------------------------------------------------------------------------------------------
 
     def _run(self) -> None:
-        while not self._end.wait(POLL_SECONDS):
+        while not self._end.wait(CLOSE_POLL if monotonic() < self._close_until else POLL_SECONDS):
             self.look(monotonic())
 
     def look(self, now: float) -> None:
@@ -70,8 +97,8 @@ class StallWatch:
         if not self._asked or suspect != self._suspect:
             self._suspect, self._since = suspect, now
             self._ask()
-        elif now - self._since >= HOLDING_SECONDS:
-            self.caught = (state, _work_of(state, task), line_of(self._system.thread))
+        elif now - self._since >= (self._limit if now < self._close_until else HOLDING_SECONDS):
+            self.caught = (state, _work_of(state, task), line_of(self._system.thread), now)
 
     def _ask(self) -> None:
         if self._asked:
@@ -82,20 +109,62 @@ class StallWatch:
         except RuntimeError:  # the loop has been closed under a system that nobody stopped
             self._end.set()
 
+    # -- in the loop --------------------------------------------------------------------------------------------------------
+
     def turned(self) -> None:
-        """The loop's sign of life: if it was blocked meanwhile, tell by whom."""
+        """The loop's sign of life: if it was blocked meanwhile, note by whom; if for long, tell."""
         self._asked = False
         caught, self.caught = self.caught, None
         if caught is None:
             return
-        state, handler, line = caught
-        node = state.identity.fqn if state is not None else ""
-        if (node, handler) in self._reported:
+        state, handler, line, seen = caught
+        node, life = ("", 0) if state is None else (state.identity.fqn, state.incarnation)
+        self._block = block = _Block(node, life, handler, line, self._since, max(seen, monotonic()))
+        if block.ended - block.begun >= HOLDING_SECONDS:
+            self._tell(block, {})
+
+    def ran(self, inbox: Inbox, handler: str, seconds: float) -> None:
+        """An item of this inbox has just run for so long without an await."""
+        now = monotonic()
+        for state in self._system.nodes.values():
+            if state.mailbox.inbox is inbox:
+                self._block = _Block(state.identity.fqn, state.incarnation, handler, "", now - seconds, now)
+
+    def delayed(self, node: str, period: float, seconds: float, lost: int) -> None:
+        """A tick of this node is so many seconds late, which is a period or more and not its own fault, and so many were lost."""
+        now, block = monotonic(), self._block
+        if block is None or block.ended < now - seconds or block.ended - block.begun < max(period, STEP_SECONDS):
+            self._look_closely(now, period)
+        elif self._harm is None:
+            self._harm = (block, lost, node)
+            self._telling = self._system.loop.call_later(STEP_SECONDS, self.tell_harm)
+        elif lost > self._harm[1]:
+            self._harm = (block, lost, node)
+
+    def _look_closely(self, now: float, period: float) -> None:
+        if now >= self._rested:
+            self._close_until = now + CLOSE_FOR
+            self._rested = self._close_until + CLOSE_REST
+            self._limit = HOLDING_SECONDS
+        self._limit = min(self._limit, max(period, STEP_SECONDS))
+
+    def tell_harm(self) -> None:
+        """Say who was delayed by whom, if there is anything to say."""
+        if self._harm is None or self._telling is None:
             return
-        self._reported.add((node, handler))
-        log = self._system.log if state is None else self._system.node_log(node, state.incarnation)
+        block, lost, node = self._harm
+        self._telling.cancel()
+        self._harm = self._telling = None
+        self._tell(block, {"delayed": node, "ticks_lost": lost})
+
+    def _tell(self, block: _Block, harm: dict[str, Any]) -> None:
+        if (block.node, block.handler) in self._reported:
+            return
+        self._reported.add((block.node, block.handler))
+        log = self._system.node_log(block.node, block.incarnation) if block.node else self._system.log
+        fields: dict[str, Any] = {"at": block.line, **harm} if block.line else harm
         log.warning(
-            f"handler blocked the event loop for {monotonic() - self._since:.1f} s", handler=handler, at=line,
+            f"handler blocked the event loop for {block.ended - block.begun:.2f} s", handler=block.handler, **fields,
             remedy="await self.offload(function, ...) what computes or waits; await self.clock.sleep(s) instead of time.sleep(s)",
         )  # fmt: skip
 
@@ -108,26 +177,9 @@ class StallWatch:
         return None
 
 
-def line_of(thread: int) -> str:
-    """Where a thread is, as ``file:line in function``: the innermost line outside the libraries; empty if there is none."""
-    # the only way into the stack of another thread, and documented, its underscore notwithstanding
-    innermost = sys._current_frames().get(thread)  # pyright: ignore[reportPrivateUsage]
-    for frame in _outwards(innermost):
-        file = frame.f_code.co_filename
-        if not file.startswith((STDLIB, "<")) and not is_library(file):
-            return f"{file}:{frame.f_lineno} in {frame.f_code.co_qualname}"
-    return ""
-
-
 def _work_of(state: NodeState | None, task: asyncio.Task[Any]) -> str:
     """The handler that a node's task runs, or the task's name."""
     inbox = state.mailbox.inbox if state is not None else None
     if inbox is None or inbox.task is not task or inbox.current is None:
         return task.get_name()
     return inbox.current.label
-
-
-def _outwards(frame: FrameType | None) -> Iterator[FrameType]:
-    while frame is not None:
-        yield frame
-        frame = frame.f_back

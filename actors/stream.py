@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from threading import get_ident
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
 from actors.channel import Queue
-from actors.endpoint import EventStream
+from actors.deadlines import check_timeout
+from actors.endpoint import EventStream, close_forgotten
 from actors.errors import CallTimeout, NotStarted
 from actors.lifespan import Aged
 
@@ -52,8 +54,8 @@ class Subscription(Queue[M]):
     def close(self) -> None:
         if self.closed:
             return
-        super().close()
         self.closed = True
+        super().close()
         if self.on_close is not None:
             self.on_close(self)
         if self.waiter is not None and not self.waiter.done():
@@ -67,9 +69,11 @@ class Stream(Generic[M]):
     ``async with`` block, when nobody refers to the stream any more, and with its node; then iteration stops. At most one task may wait on it.
     """
 
-    __slots__ = ("_queue",)
+    __slots__ = ("_loop", "_queue", "_thread")
 
-    def __init__(self, queue: Subscription[M]) -> None:
+    def __init__(self, queue: Subscription[M], loop: asyncio.AbstractEventLoop | None = None) -> None:
+        self._loop = loop or asyncio.get_running_loop()
+        self._thread = get_ident()
         self._queue = queue
 
     def __repr__(self) -> str:
@@ -127,6 +131,8 @@ class Stream(Generic[M]):
 
     async def next(self, timeout: float | None = None) -> M:
         """The next message. Raises `CallTimeout` after `timeout` seconds without one, `NotStarted` once the stream has ended."""
+        if timeout is not None:
+            check_timeout(f"the stream of {self._queue.entry.name}", timeout)
         try:
             async with asyncio.timeout(timeout):
                 return await self.__anext__()
@@ -151,7 +157,7 @@ class Stream(Generic[M]):
     def __del__(self) -> None:
         queue = getattr(self, "_queue", None)
         if queue is not None and not queue.closed:
-            queue.close()
+            close_forgotten(self._loop, self._thread, queue.close)
 
     async def _arrival(self, queue: Subscription[M]) -> None:
         if queue.waiter is not None:

@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Self, TypeAlias, TypeVar, cast
 
 from actors.errors import DeclarationError
 from actors.supervision.checks import (
+    check_place,
     checked_choice,
     checked_flag,
     checked_mapping,
@@ -121,7 +122,9 @@ class Child(Declaration):
     `name` is its id among its siblings and its node name; default: the factory's `node_name`, or the class name in
     snake_case. `args` are positional arguments for the factory; `namespace`, `parameters` and `remap` are those of the
     node. `stop` is the clean-up time in seconds. `significant` makes its end count for its supervisor's
-    `auto_shutdown`. `process=True` runs it in a process of its own.
+    `auto_shutdown`. `process=True` asks for a process of its own. That needs a transport between processes, which does not
+    exist yet: a child that asks for it does not start (`StartFailed`), except in a simulated trial (`@scenario`, `explore`),
+    which runs it in the trial's own process.
     Raises `DeclarationError` naming the option that is wrong.
     """
 
@@ -185,6 +188,7 @@ class Child(Declaration):
             significant=checked_flag(where, "significant", significant),
             process=checked_flag(where, "process", process),
         )
+        check_place(where, self.name, namespace, self.remap)
 
     @property
     def kind(self) -> Kind:
@@ -373,6 +377,9 @@ def check_child(where: str, child: object, auto_shutdown: AutoShutdown) -> None:
 
 
 def _checked_children(where: str, children: Sequence[Spec], auto_shutdown: AutoShutdown) -> tuple[Spec, ...]:
+    if isinstance(children, (type, Declaration)):
+        one = f"Child({factory_name(children)})" if isinstance(children, type) else repr(children)
+        raise DeclarationError(f"{where}: children must be a list, write children=[{one}]")
     seen: dict[str, Spec] = {}
     for child in (given := checked_sequence(where, "children", children)):
         check_child(where, child, auto_shutdown)

@@ -21,23 +21,28 @@ from actors import derived
 from actors.clock import Clock
 from actors.core import Core
 from actors.deadlines import Deadlines
-from actors.errors import DeclarationError, NotRunning, NotStarted, ProgramExit, place_of
+from actors.errors import DeclarationError, NotRunning, NotStarted, ProgramExit, WrongThread
 from actors.graph import Graph
 from actors.guests import Guests
 from actors.identity import Identity
 from actors.life import NodeLife
-from actors.logs import ERROR, INFO, WARN, LogRecord, LogSink, NodeLog, structlog_sink
+from actors.logs import INFO, LogRecord, LogSink, NodeLog, structlog_sink
 from actors.mailbox import Mailbox
+from actors.places import place_of
+from actors.preload import preload
 from actors.shield import see_through
 from actors.stall import StallWatch
+from actors.start_watch import StartWatch
 from actors.supervision.errors import NotFound
 from actors.supervision.reasons import cause_of
 from actors.supervision.running import RunningSupervisor
+from actors.supervision.words import in_words
 from actors.ticker import Ticker
 
 if TYPE_CHECKING:
     from anyio import CapacityLimiter
 
+    from actors.levels import NanosecondClock
     from actors.load import Load
     from actors.parameters import ParameterChange
     from actors.snapshot import Snapshot
@@ -59,7 +64,9 @@ KEPT_RESTARTS = 100
 class NodeState:
     """What the system knows of one node over all its incarnations: for reports and tools."""
 
-    __slots__ = ("child", "core", "identity", "mailbox", "node_class", "path", "restart_count", "restarts", "state")
+    __slots__ = (
+        "child", "core", "ended_at", "identity", "mailbox", "node_class", "path", "restart_count", "restarts", "state"
+    )  # fmt: skip
 
     def __init__(self, identity: Identity, mailbox: Mailbox) -> None:
         self.child: Child | None = None
@@ -74,6 +81,8 @@ class NodeState:
         """(seconds on the system's clock, why) of the newest ends that a restart follows or followed, at most `KEPT_RESTARTS`."""
         self.restart_count = 0
         """How many there were in all."""
+        self.ended_at: float | None = None
+        """When its last life ended, seconds on the event loop's clock; None before."""
 
     @property
     def incarnation(self) -> int:
@@ -103,6 +112,7 @@ class System:
         self.graph = Graph(self.clock.now)
         self.ticker = Ticker(self.loop)
         self.deadlines = Deadlines(self.loop)
+        self.starts = StartWatch(self.loop, virtual=self.clock.virtual)
         self.rng = self.random("supervision")
         self.nodes: dict[tuple[str, ...], NodeState] = {}
         self.guests = Guests(self)
@@ -139,6 +149,9 @@ class System:
         self._from_threads: list[Callable[[], object]] = []
         self._threads_lock = Lock()
         self._threads: CapacityLimiter | None = None
+        self._log_levels: dict[str, int] = {}
+        self._errors: dict[tuple[type[BaseException], str], int] = {}
+        self._last_error: BaseException | None = None
         self.log = self.node_log("system", 1)
 
     def __repr__(self) -> str:
@@ -152,6 +165,7 @@ class System:
         if self not in here:
             here.append(self)
             if not self.clock.virtual:
+                preload(structlog=structlog_sink in self._sinks)
                 self.stalls = StallWatch(self)
                 self.stalls.start()
 
@@ -168,11 +182,14 @@ class System:
         life = self.supervisor.run(lambda: ready.set_result(None))
         self._host = self.loop.create_task(life, name=f"supervisor {tree.name}")
         self._host.add_done_callback(lambda host: self._next_end())
+        self.starts.hold()
         try:
             await asyncio.wait([ready, self._host], return_when=asyncio.FIRST_COMPLETED)
         except asyncio.CancelledError:
             await self.stop("the start was canceled")
             raise
+        finally:
+            self.starts.release()
         if not ready.done():
             await self.stop("the start failed")
             if not self._host.cancelled():
@@ -260,6 +277,10 @@ class System:
 
     async def join(self, child: Child) -> NodeLife:
         """Run one more node beside the tree, not supervised by it, and return when it is ready. Raises what its start raises."""
+        if asyncio.get_running_loop() is not self.loop:
+            raise WrongThread(
+                f"{self!r} runs in another event loop: use blocking.open_node(name, system=system) in this thread"
+            )
         return await self.guests.join(child)
 
     async def leave(self, life: NodeLife, reason: str = "left") -> None:
@@ -304,6 +325,7 @@ class System:
         for state in self.nodes.values():
             self._dismiss(state)
         self.deadlines.close()
+        self.starts.close()
         if self.stalls is not None:
             self.stalls.stop()
             self.stalls = None
@@ -325,6 +347,8 @@ class System:
             identity = self._identity(child, path)
             if state is None:
                 state = self.nodes[path] = NodeState(identity, Mailbox(self.loop))
+                if self.stalls is not None:
+                    state.mailbox.inbox.on_step = self.stalls.ran
             state.child, state.identity, state.state = child, identity, "starting"
         return NodeLife(self, child, state.identity, state.mailbox)
 
@@ -354,6 +378,7 @@ class System:
 
     def running_now(self, core: Core) -> None:
         """A node is ready."""
+        self.starts.end(core)
         if core.ended:  # it had been given up, and its place may have been taken
             return
         state = self.nodes[core.identity.path]
@@ -368,9 +393,11 @@ class System:
 
     def ended(self, core: Core) -> None:
         """An incarnation is over. The supervisor will say whether another one follows, unless everything ends."""
+        self.starts.end(core)
         state = self.nodes[core.identity.path]
         state.core = None
         state.state = "restarting"
+        state.ended_at = self.loop.time()
         if self.stop_reason is not None:
             self._dismiss(state)
 
@@ -414,24 +441,28 @@ class System:
         state = self.nodes.get(report.child.path)
         if report.context == "child_terminated" and state is not None:
             state.note_restart(self.clock.now(), str(report.reason))
-        level = {"progress": 10, "child_terminated": WARN, "shutdown": INFO}.get(report.context, ERROR)
-        if level >= self.level:
-            fields: dict[str, Any] = {
-                "child": "/".join(report.child.path),
-                "incarnation_ended": report.child.incarnation,
-            }
-            if report.reason is not None:
-                fields["reason"] = str(report.reason)
-            cause = cause_of(report.reason) if report.reason is not None else None
-            if cause is not None and (place := place_of(cause)):
+        level, event, fields = in_words(report, None if state is None else state.ended_at)
+        if level < self.level:
+            return
+        error, times = None, 1
+        cause = None if report.reason is None else cause_of(report.reason)
+        if cause is not None and report.context != "shutdown":  # the line before has told of that one
+            if place := place_of(cause):
                 fields["at"] = place
-            if report.note:
-                fields["note"] = report.note
-            self._write(
-                LogRecord(
-                    self.clock.now(), level, "/".join(report.supervisor), 1, report.context.replace("_", " "), fields
-                )
-            )
+            error, times = self.new_error(cause)
+        supervisor = "/".join(report.supervisor)
+        self._write(
+            LogRecord(self.clock.now(), level, supervisor, report.child.incarnation, event, fields, error, times)
+        )
+
+    def new_error(self, error: BaseException) -> tuple[BaseException | None, int]:
+        """The error for a log line, None if the line before told of it; and the how-manieth of its kind, type and place, it is."""
+        if error is self._last_error:
+            return None, 1
+        self._last_error = error
+        kind = (type(error), place_of(error))
+        self._errors[kind] = times = self._errors.get(kind, 0) + 1
+        return error, times
 
     def snapshot(self) -> Snapshot:
         """The graph at this instant, as a value: see `actors.snapshot`."""
@@ -441,8 +472,17 @@ class System:
 
     # -- what nodes ask -----------------------------------------------------------------------------------------------------
 
-    def node_log(self, node: str, incarnation: int) -> NodeLog:
-        return NodeLog(node, incarnation, self.clock, self._write, self.level)
+    def node_log(self, node: str, incarnation: int, throttle_clock: NanosecondClock | None = None) -> NodeLog:
+        """The log of one life of a node, with the level that was last set for it."""
+        return NodeLog(
+            node,
+            incarnation,
+            self.clock,
+            self._write,
+            self.level,
+            levels=self._log_levels,
+            throttle_clock=throttle_clock,
+        )
 
     def random(self, key: str) -> Random:
         """Random numbers for `key`: the same for the same seed, whatever else the run does."""
@@ -506,6 +546,7 @@ class System:
             except Exception as error:  # a pipe that broke, a disk that is full: no reason for a robot to fall over
                 message = f"the log sink {getattr(sink, '__qualname__', sink)} failed; the line is lost: {record!r}"
                 self.loop.call_exception_handler({"message": message, "exception": error})
+        record.let_go()
 
     def _identity(self, child: Child, path: tuple[str, ...]) -> Identity:
         remapping = None

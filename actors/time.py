@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import StrEnum
+from math import isfinite
 from typing import TYPE_CHECKING, Final, NoReturn, Protocol, cast, overload
 
 if TYPE_CHECKING:
@@ -50,7 +51,8 @@ class Duration:
     """A span of time in nanoseconds, may be negative. Immutable.
 
     ``Duration(seconds=0.5)``; a fraction of a nanosecond is cut off. ``OverflowError`` beyond int64. Durations add,
-    subtract, compare, and multiply with numbers; a comparison with anything else is a ``TypeError``, ``==`` is False.
+    subtract, compare, and multiply with numbers (with inf they become the longest span, which is ROS 2's "infinite",
+    with nan and -inf there is a ``ValueError``); a comparison with anything else is a ``TypeError``, ``==`` is False.
     """
 
     __slots__ = ("nanoseconds",)
@@ -94,6 +96,10 @@ class Duration:
     def __mul__(self, factor: float) -> Duration:
         if not isinstance(cast(object, factor), (int, float)):
             return NotImplemented
+        if not isfinite(factor):
+            if factor > 0:
+                return Duration(nanoseconds=_INT64_MAX)
+            raise ValueError(f"a duration cannot be multiplied with {factor}; only inf has a meaning: the longest span")
         return Duration(nanoseconds=self.nanoseconds * factor)
 
     __rmul__ = __mul__

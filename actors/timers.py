@@ -100,12 +100,14 @@ class Lateness:
 class TimerRecord:
     """What is known of one timer over all incarnations of its node."""
 
-    __slots__ = ("alive", "fired", "hz", "lateness", "latest", "missed", "since")
+    __slots__ = ("alive", "blocked", "fired", "hz", "lateness", "latest", "missed", "since")
 
     def __init__(self, hz: float) -> None:
         self.hz = hz
         self.fired = 0
         self.missed = 0
+        self.blocked = 0
+        """How many of the missed ticks a blocked event loop has cost."""
         self.lateness = Lateness()
         self.alive = 0.0
         self.since: float | None = None
@@ -128,8 +130,8 @@ class TimerItem:
     """One `@every` of one incarnation; as an inbox item it is its waiting tick."""
 
     __slots__ = (
-        "backlog", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "pending", "period", "record", "seen",
-        "takes_tick", "time",
+        "backlog", "before", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "on_late", "pending", "period",
+        "record", "seen", "takes_tick", "time",
     )  # fmt: skip
 
     def __init__(
@@ -155,7 +157,11 @@ class TimerItem:
         self.pending = False
         self.missed = 0
         """Ticks lost in this incarnation; the record counts those of all."""
+        self.on_late: Callable[[TimerItem, float, int], None] | None = None
+        """Hears that the event loop was late for a tick by a period or more: by how many seconds, and how many ticks that has cost."""
         self.seen = -1
+        self.before = 0
+        """Ticks delivered before the last change of the rate; `k` counts from there."""
         self.k = 0
         self.due = 0.0
 
@@ -182,10 +188,22 @@ class TimerItem:
         if self.backlog is not None:
             self.backlog = deque((k, now) for k, _ in self.backlog)
 
+    def retime(self, hz: float, ticker: TickSource) -> None:
+        """Tick at another rate: the next tick is due one new period from now. Ticks that wait stay, and all are counted on."""
+        assert self.handle is not None
+        done = self.handle.k
+        self.stop()
+        self.hz = self.record.hz = hz
+        self.period = 0.999 / hz
+        self.before += done
+        self.k -= done
+        if self.backlog is not None:
+            self.backlog = deque((k - done, due) for k, due in self.backlog)
+        self.begin(ticker)
+
     def on_tick(self, k: int, due: float) -> None:
         """The ticker's call: put this tick into the inbox, or, if the node or the loop is late, apply the late policy."""
-        if self.backlog is None and self.handle is not None and self.time() >= due + self.period:
-            self._lose(self.handle.skip_missed())  # the loop is late by periods: one tick now, then back onto the grid
+        blocked = self.handle is not None and self.time() >= due + self.period and self._catch_up_with(due)
         if not self.pending:
             self.pending = True
             self.k = k
@@ -197,11 +215,27 @@ class TimerItem:
             self.backlog.append((k, due))
         else:
             self._lose(1)
+            self.record.blocked += blocked
             if self.backlog is not None and self.handle is not None:  # the rest would be lost one by one
                 self._lose(self.handle.skip_missed())
         inbox = self.inbox
-        if inbox.current is not None and inbox.handled == self.seen:  # one and the same item for a whole period
+        if (
+            inbox.current is not None and inbox.handled == self.seen and not blocked
+        ):  # one and the same item for a whole period
             inbox.report_holding(inbox.current, 1.0 / self.hz)
+
+    def _catch_up_with(self, due: float) -> bool:
+        """Ticks are late by periods: one tick now, then back onto the grid, unless `late` says otherwise. Whether the event loop was blocked."""
+        lost = 0
+        if self.backlog is None and self.handle is not None:
+            lost = self.handle.skip_missed()
+            self._lose(lost)
+        if self.time is not self.loop_time:  # simulated time has made a step
+            return False
+        self.record.blocked += lost
+        if self.on_late is not None:
+            self.on_late(self, self.time() - due, lost)
+        return True
 
     def _lose(self, ticks: int) -> None:
         self.missed += ticks
@@ -217,14 +251,14 @@ class TimerItem:
         self.record.lateness.add(late)
         if self.missed and self.late == "fault":
             raise TickMissed(
-                f"{self.label}: {self.missed} more tick(s) were due before tick {k} had begun, {late * 1e3:.1f} ms late"
+                f"{self.label}: {self.missed} more tick(s) were due before tick {self.before + k} had begun, {late * 1e3:.1f} ms late"
             )
         if self.backlog:
             self.k, self.due = self.backlog.popleft()
             self.inbox.put(self)
         else:
             self.pending = False
-        return self.handler(Tick(k, due, late)) if self.takes_tick else self.handler()
+        return self.handler(Tick(self.before + k, due, late)) if self.takes_tick else self.handler()
 
 
 def _takes_argument(handler: Callable[..., Any]) -> bool:

@@ -1,0 +1,19 @@
+"""The quadruped. `Robot` is the whole of it in one line, for programs and tests; `python -m robot` runs it from a terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from robot.assembly import Robot
+
+__all__ = ["Robot"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load the robot when it is asked for: its parts need numpy, and `python -m robot --help` does not."""
+    if name == "Robot":
+        from robot.assembly import Robot
+
+        return Robot
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

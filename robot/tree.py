@@ -6,8 +6,8 @@ The first to start is the last to stop: the motors, which hold the safe stop.
     motors, proprioception, gait, battery, safety_monitor, robot_controller, lidar, map_server, localizer, frames, navigation,
     docking, [arm, object_confirmation, fetch,] robot_status, patrol, camera, detector, calibration
 
-Those in brackets only where the body has an arm. A node that fails more often than the intensity allows (3 restarts within 5 s) ends the
-whole tree: everything stops in reverse order, and the motors sit the robot down.
+Those in brackets only where the body has an arm; without a mission there is no patrol. A node that fails more often than the intensity
+allows (3 restarts within 5 s) ends the whole tree: everything stops in reverse order, and the motors sit the robot down.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def only(tree: Supervisor, names: Sequence[str]) -> Supervisor:
 def robot_tree(
     body: Body,
     pack: Pack,
-    waypoints: Sequence[tuple[str, Pose2]],
+    waypoints: Sequence[tuple[str, Pose2]] | None,
     *,
     laps: int = 0,
     motor_delay: float = 0.004,
@@ -73,9 +73,10 @@ def robot_tree(
     publish_clock: float | None = None,
     delivery: Delivery | None = None,
 ) -> Supervisor:
-    """The whole robot around `body`, walking `waypoints`. `overrides` come from parameter files and apply by full node name.
+    """The whole robot around `body`, walking `waypoints`; without any (`None`) it waits to be asked, and there is no node `patrol`.
 
-    With a `delivery` its mission is that errand instead of the patrol: a node `carrier` in place of `patrol`; the body must have an arm.
+    `overrides` come from parameter files and apply by full node name. With a `delivery` its mission is that errand instead of the patrol:
+    a node `carrier` in place of `patrol`; the body must have an arm. `robot.Robot` makes body, battery and tree in one line.
 
     With `publish_clock`, a rate in Hz, it has one node more, the first: a `ClockPublisher`, so that time runs for all who follow it.
     """
@@ -91,11 +92,14 @@ def robot_tree(
         from actors.clock_publisher import ClockPublisher
 
         clock = [Child(ClockPublisher, args=(publish_clock,))]
-    mission = Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters=parameters(Patrol, "patrol", laps=laps))
+    mission: list[Child] = []
     if delivery is not None:
         from robot.tasks.carrier import Carrier
 
-        mission = Child(Carrier, args=(delivery,), parameters=parameters(Carrier, "carrier"))
+        mission = [Child(Carrier, args=(delivery,), parameters=parameters(Carrier, "carrier"))]
+    elif waypoints is not None:
+        patrol = parameters(Patrol, "patrol", laps=laps)
+        mission = [Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters=patrol)]
     return Supervisor(
         "robot",
         strategy=rest_for_one,
@@ -124,7 +128,7 @@ def robot_tree(
             Child(Docking, args=(body.scene.dock, has_station(body.scene)), parameters=parameters(Docking, "docking")),
             *_handling(body, parameters),
             Child(RobotStatus, parameters=parameters(RobotStatus, "robot_status")),
-            mission,
+            *mission,
             # Last, as nothing has to be started anew for their sake.
             Child(Camera, args=(body,), parameters=parameters(Camera, "camera")),
             Child(Detector, parameters=parameters(Detector, "detector")),

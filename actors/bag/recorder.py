@@ -266,10 +266,17 @@ class FlightRecord:
         """Write an MCAP file and return its path; from any thread. `notes` become part of its metadata record `flight_record`.
 
         Log lines are on /rosout, events of supervisors on /supervisor_events. Times are those of publication; a latched message from before
-        the window keeps its own as `publish_time` and has the window's beginning as `log_time`. A message that cannot be encoded is left
-        out and counted in the metadata. Raises `OSError`.
+        the window keeps its own as `publish_time` and has the window's beginning as `log_time`. A file has no times before 1970: where the
+        clock showed such, all times are later by the nanoseconds that the metadata call `shifted_ns`. A message that cannot be encoded is
+        left out and counted in the metadata. Raises `OSError`.
         """
-        wall = self.system.clock.wall_ns_at
+        clock = self.system.clock
+        first = min((entry.at for entry in (*self.latched, *self.entries)), default=0.0)
+        shift = max(0, -clock.wall_ns_at(first))
+
+        def wall(at: float) -> int:
+            return clock.wall_ns_at(at) + shift
+
         begin = self.entries[0].at if self.entries else 0.0
         numbers: dict[Channel, int] = {}
         unencodable = 0
@@ -284,10 +291,10 @@ class FlightRecord:
                     unencodable += 1
                     continue
                 file.write(numbers[channel], data, received_ns=wall(max(entry.at, begin)), published_ns=wall(entry.at))
-            file.metadata("flight_record", self._facts(unencodable) | dict(notes or {}))
+            file.metadata("flight_record", self._facts(unencodable, shift) | dict(notes or {}))
         return file.path
 
-    def _facts(self, unencodable: int) -> dict[str, str]:
+    def _facts(self, unencodable: int, shift: int) -> dict[str, str]:
         return {
             "clock": "virtual" if self.system.clock.virtual else "real",
             "seed": str(self.system.seed),
@@ -296,6 +303,7 @@ class FlightRecord:
             "latched": str(len(self.latched)),
             "lost": str(self.lost),
             "unencodable": str(unencodable),
+            **({"shifted_ns": str(shift)} if shift else {}),
         }
 
 

@@ -28,14 +28,21 @@ CONTIGUOUS_WRITEABLE: Final = 0x401
 OCTETS: Final = frozenset({"byte", "char", "uint8"})
 
 
+LARGE: Final = 1 << 20
+"""From so many bytes on numpy copies faster into its own memory than into bytes."""
+
+
 def is_settled(value: Any, dtype: np.dtype[Any]) -> bool:
-    """Whether `value` can be kept as it is: flat, of this dtype, and nobody can write to its memory through it."""
+    """Whether `value` can be kept as it is: flat, of this dtype, and a view of memory that nobody can write to through it.
+
+    An array that owns its memory is not: whoever reads the message could make it writeable, or resize it.
+    """
     return (
         type(value) is ndarray
         and value.dtype is dtype
         and value.ndim == 1
         and value.flags.num & CONTIGUOUS_WRITEABLE == CONTIGUOUS
-        and (value.base is None or _cannot_change(value.base))
+        and (isinstance(base := value.base, bytes) or (base is not None and _cannot_change(base)))
     )
 
 
@@ -48,15 +55,26 @@ def _cannot_change(base: Any) -> bool:
 
 
 def frozen(values: NDArray[Any]) -> NDArray[Any]:
-    """`values` itself, made read-only. For arrays that nobody else holds."""
+    """A view of `values`, which nobody else holds, for a message: it refuses to be written to, made writeable or resized.
+
+    numpy has no way to refuse an assignment to `shape`, `dtype` or `strides`.
+    """
     values.setflags(write=False)
-    return values
+    return values.view()
+
+
+def _kept(value: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+    """A flat array of the right dtype as a message keeps it: the same memory if that is read-only, else a copy."""
+    if not value.flags.writeable and value.flags.contiguous and (value.base is None or _cannot_change(value.base)):
+        return value.view()
+    return np.frombuffer(value.tobytes(), dtype) if value.nbytes < LARGE else frozen(value.copy())
 
 
 def to_array(where: str, kind: FieldType, given: Any) -> NDArray[Any]:
-    """`given` as a read-only, one-dimensional array of the field's dtype, owned or backed by bytes.
+    """`given` as a read-only, one-dimensional array of the field's dtype: a view of memory that nobody can write to through it.
 
-    Accepts arrays (copied unless they and their base are read-only), bytes-like objects for octets, and any iterable of
+    Accepts arrays (copied unless they and their base are read-only; who makes its own array read-only promises that nobody writes to it
+    through a view made before), bytes-like objects for octets, and any iterable of
     numbers. Whole numbers widen to floats and floats round to float32; nothing is ever truncated or wrapped.
 
     Raises:
@@ -66,7 +84,7 @@ def to_array(where: str, kind: FieldType, given: Any) -> NDArray[Any]:
     dtype = DTYPES[kind.base]
     value: Any = given  # a name that type checkers do not narrow to half-known types
     if type(given) is ndarray and value.dtype is dtype and value.ndim == 1:  # by far the most frequent
-        result = value if is_settled(value, dtype) else frozen(value.copy())
+        result = value if is_settled(value, dtype) else _kept(value, dtype)
     elif isinstance(given, ndarray):
         result = _from_array(where, kind, value, dtype)
     elif isinstance(given, (bytes, bytearray, memoryview)) and kind.base in OCTETS:

@@ -1,9 +1,11 @@
 """Writes typed Python modules for a folder of definitions, so that editors and type checkers know the messages.
 
-    python -m actors.interfaces.generate DIR [--out OUT] [--check]
+    python -m actors.interfaces.generate FOLDER [--out OUT] [--home HOME] [--check]
 
-DIR holds `<package>/<msg|srv|action>/<Name>.<kind>`; OUT (by default the folder above DIR) receives `<package>/msg.py`
-and so on. The modules are for reading as much as for running. Nothing needs them: a type can be loaded from its file.
+FOLDER holds `<package>/<msg|srv|action>/<Name>.<kind>`; OUT (by default the folder above FOLDER) receives `<package>/msg.py`
+and so on. HOME is the Python package that OUT is, "" where OUT itself is on the module search path; by default it is what can be
+seen from where OUT lies (`home_of`). The modules are for reading as much as for running. Nothing needs them: a type can be loaded from
+its file.
 """
 
 from __future__ import annotations
@@ -11,256 +13,226 @@ from __future__ import annotations
 import argparse
 import keyword
 import os
-import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
+from actors.interfaces import registry
 from actors.interfaces.errors import BadDeclaration, InterfaceError
-from actors.interfaces.fields import INTEGER_RANGES, PRIMITIVES, STRINGS, FieldType
-from actors.interfaces.naming import KINDS, Kind
-from actors.interfaces.parse import PARTS, Definition, FieldDefinition, MessageDefinition, parse
+from actors.interfaces.module_text import Module
+from actors.interfaces.naming import KINDS, Kind, closest
+from actors.interfaces.parse import Definition, DefinitionError, parse
 
-BASES: dict[Kind, str] = {"srv": "ServiceType", "action": "ActionType"}
-LINE_LENGTH = 120
+LAYOUT = "<package>/<msg|srv|action>/<Name>.<msg|srv|action>"
+GENERATED = "Generated."
+"""How the first line of a package that was written here ends; a package of the user's own is left as it is."""
 
 
 def read_folder(path: Path) -> dict[tuple[str, Kind], list[Definition]]:
-    """The definitions of a folder by package and kind, each list sorted by name."""
+    """The definitions of a folder by package and kind, each list sorted by name.
+
+    Raises:
+        DefinitionError: a file cannot be read.
+    """
     found: dict[tuple[str, Kind], list[Definition]] = {}
     for kind in KINDS:
         for file in sorted(path.glob(f"*/{kind}/*.{kind}")):
             package = file.parts[-3]
-            definition = parse(file.read_text(encoding="utf-8-sig"), package, file.stem, kind, str(file))
-            found.setdefault((package, kind), []).append(definition)
+            try:
+                text = file.read_text(encoding="utf-8-sig")
+            except UnicodeDecodeError as error:
+                raise DefinitionError("invalid_value", f"this is no UTF-8 text: {error}", None, str(file)) from None
+            found.setdefault((package, kind), []).append(parse(text, package, file.stem, kind, str(file)))
     return found
 
 
-def generate(path: Path, home: str) -> dict[str, str]:
-    """The text of every module, by its path below the output folder. `home` is the Python package they will be in.
+def generate(path: Path, home: str, source: str = "share") -> dict[str, str]:
+    """The text of every module, by its path below the output folder.
+
+    `home` is the Python package they will be in ("": each ROS package is a package at the top), `source` how the folder is called in the
+    headers. A package that ships with `actors.interfaces` is left out: it is used from there.
 
     Raises:
-        DefinitionError: a file cannot be read.
-        BadDeclaration: a field has a name that Python cannot spell.
+        DefinitionError: a file cannot be read, or uses a type that is neither in the folder nor ships.
+        BadDeclaration: a field has a name that Python cannot spell, or types contain each other.
     """
+    ours = {key: value for key, value in read_folder(path).items() if not _ships(key[0], home)}
+    homes = {package: home for package, _ in ours}
+    names = {definition.name for definitions in ours.values() for definition in definitions}
+    for folder in registry.folders():
+        for package in os.listdir(folder.path) if folder.module is not None else ():
+            homes.setdefault(package, folder.module or "")
+    for (_, kind), definitions in ours.items():
+        for definition in definitions:
+            _check_types(definition, kind, names, path)
+    _check_packages(ours)
     modules: dict[str, str] = {}
-    ours = read_folder(path)
     for (package, kind), definitions in ours.items():
-        homes = {other: home for other, _ in ours}
-        modules[f"{package}/{kind}.py"] = Module(package, kind, definitions, homes).text()
+        modules[f"{package}/{kind}.py"] = Module(package, kind, definitions, homes, source).text()
         kinds = [k for k in KINDS if (package, k) in ours]
-        modules[f"{package}/__init__.py"] = f'"""ROS 2 package {package}: {", ".join(kinds)}. Generated."""\n'
+        modules[f"{package}/__init__.py"] = f'"""ROS 2 package {package}: {", ".join(kinds)}. {GENERATED}"""\n'
     return modules
 
 
-class Module:
-    """The text of one generated module."""
+def left_out(path: Path, home: str) -> list[str]:
+    """The packages of a folder that are not generated, because they ship with `actors.interfaces`."""
+    return sorted({package for package, _ in read_folder(path) if _ships(package, home)})
 
-    def __init__(self, package: str, kind: Kind, definitions: Sequence[Definition], homes: dict[str, str]) -> None:
-        self.package = package
-        self.kind: Kind = kind
-        self.definitions = definitions
-        self.homes = homes
-        self.imports: dict[str, dict[str, str]] = {}  # module -> ROS name -> local name
-        self.typing: set[str] = set()
-        self.aliases: set[str] = set()
-        self.exported = {part.name.rpartition("/")[2] for d in definitions for part in d.parts}
-        self.exported |= {d.name.rpartition("/")[2] for d in definitions}
-        self.taken = set(self.exported)
-        fields = {field.name for d in definitions for part in d.parts for field in part.fields}
-        # A field called `string` would hide the type of that name from the fields below it.
-        hidden = fields & {*PRIMITIVES, *(f"{name}_array" for name in PRIMITIVES), "default"}
-        self.prefix = "types." if hidden else ""
 
-    def text(self) -> str:
-        """The whole module."""
-        blocks: list[str] = []
-        for definition in self._in_order():
-            blocks += [self._message(part) for part in definition.parts]
-            if self.kind != "msg":
-                blocks.append(self._tie(definition))
-        names = sorted(self.exported, key=_natural)
-        exported = "__all__ = [\n" + "".join(f'    "{name}",\n' for name in names) + "]\n"
-        head = f'"""{self.package}/{self.kind}. Generated from its definitions in share; do not edit."""\n'
-        return "\n\n".join([f"{head}\n{self._import_lines()}\n{exported}", *blocks])
+def _ships(package: str, home: str) -> bool:
+    folders = [folder for folder in registry.folders() if folder.module is not None and folder.module != home]
+    return any(os.path.isdir(os.path.join(folder.path, package)) for folder in folders)
 
-    def _in_order(self) -> list[Definition]:
-        """A message after those it contains."""
-        by_name = {definition.name: definition for definition in self.definitions}
-        done: dict[str, Definition] = {}
 
-        def visit(definition: Definition) -> None:
-            if definition.name in done:
-                return
-            for part in definition.parts:
-                for field in part.fields:
-                    if field.type.base in by_name and field.type.base != definition.name:
-                        visit(by_name[field.type.base])
-            done[definition.name] = definition
-
-        for definition in self.definitions:
-            visit(definition)
-        return list(done.values())
-
-    def _message(self, part: MessageDefinition) -> str:
-        name = part.name.rpartition("/")[2]
-        lines = [f"class {name}(Message, frozen=True, kw_only=True):", f'    """{part.name}{_doc(part.comment)}"""', ""]
-        for constant in part.constants:
-            self.typing.add("ClassVar")
-            lines.append(
-                f"    {constant.name}: ClassVar[{self._alias(constant.type.base)}] = {_literal(constant.value)}"
-            )
-        if part.constants and part.fields:
-            lines.append("")
+def _used(definition: Definition) -> Iterator[tuple[str, int]]:
+    """The messages that a definition contains, by full name, and the line of each."""
+    for part in definition.parts:
         for field in part.fields:
-            lines += self._field(field)
-        if lines[-1] == "":
-            lines.pop()
-        return "\n".join(lines) + "\n"
+            if field.type.is_message:
+                yield field.type.base, field.line
 
-    def _field(self, field: FieldDefinition) -> list[str]:
-        if keyword.iskeyword(field.name):
-            raise BadDeclaration(
-                f"{self.package}: field {field.name!r} is a Python keyword, which a class body cannot spell; "
-                "load this package at run time instead (actors.interfaces.load_folder)"
+
+def _check_types(definition: Definition, kind: Kind, names: set[str], path: Path) -> None:
+    for used, line in _used(definition):
+        shipped = registry.find_definition(used)
+        if used not in names and (shipped is None or shipped[0].module is None):
+            known = [*names, *registry.known_names("msg")]
+            package, _, leaf = definition.name.split("/")
+            raise DefinitionError(
+                "invalid_type_name",
+                f"no message {used} is known: it is neither in {path} nor ships with actors.interfaces.{closest(used, known)}",
+                line,
+                str(path / package / kind / f"{leaf}.{kind}"),
             )
-        lines = [f"    {field.name}: {self._annotation(field.type)} = {self._default(field)}"]
-        remark = " ".join(field.comment) + (f" [{field.unit}]" if field.unit else "")
-        if remark.strip():
-            lines.append(f'    """{_quotable(remark.strip())}"""')
-        return lines
-
-    def _annotation(self, kind: FieldType) -> str:
-        marks: list[str] = []
-        if kind.string_bound:
-            marks.append(f"{self._alias('Chars')}({kind.string_bound})")
-        if kind.array in {"fixed", "bounded"}:
-            marks.append(f"{self._alias('Exactly' if kind.array == 'fixed' else 'AtMost')}({kind.size})")
-        if kind.is_message:
-            text = self._class(kind.base)
-            text = f"{self._alias('Many')}[{text}]" if kind.is_array else text
-        else:
-            text = self._alias(f"{kind.base}_array" if kind.is_array else kind.base)
-        if not marks:
-            return text
-        self.typing.add("Annotated")
-        return f"Annotated[{text}, {', '.join(marks)}]"
-
-    def _default(self, field: FieldDefinition) -> str:
-        if field.type.is_array or field.type.is_message:
-            return f"{self._alias('default')}({'' if field.default is None else _literal(list(field.default))})"
-        if field.default is not None:
-            return _literal(field.default)
-        base = field.type.base
-        return '""' if base in STRINGS else "False" if base == "bool" else "0" if base in INTEGER_RANGES else "0.0"
-
-    def _alias(self, name: str) -> str:
-        if name == "bool":
-            return name
-        self.aliases.add(name)
-        return f"{self.prefix}{name}"
-
-    def _class(self, ros_name: str) -> str:
-        package, kind, name = ros_name.split("/")
-        if (package, kind) == (self.package, self.kind):
-            return name
-        names = self.imports.setdefault(f"{self.homes.get(package, 'actors.interfaces')}.{package}.{kind}", {})
-        if name not in names:
-            local = name if name not in self.taken else "".join(word.capitalize() for word in package.split("_")) + name
-            self.taken.add(local)
-            names[name] = local
-        return names[name]
-
-    def _tie(self, definition: Definition) -> str:
-        name, base = definition.name.rpartition("/")[2], BASES[self.kind]
-        self.typing.add("TypeAlias")
-        parts = [suffix.removeprefix("_") for suffix in PARTS[self.kind]]
-        arguments = ", ".join(f"{name}_{part}" for part in parts)
-        head = f"class {name}({base}[{arguments}]):"
-        if len(head) > LINE_LENGTH:
-            head = f"class {name}(\n    {base}[{arguments}]\n):"
-        lines = [head, f'    """{definition.name}"""', ""]
-        return "\n".join(lines + [f"    {part}: TypeAlias = {name}_{part}" for part in parts]) + "\n"
-
-    def _import_lines(self) -> str:
-        bases = ["Message"] if self.kind == "msg" else [BASES[self.kind], "Message"]
-        blocks: dict[str, str] = {"actors.interfaces.message": _from_import("actors.interfaces.message", bases)}
-        for module, names in self.imports.items():
-            wanted = [name if name == local else f"{name} as {local}" for name, local in names.items()]
-            blocks[module] = _from_import(module, wanted)
-        if self.aliases and self.prefix:
-            blocks["actors.interfaces"] = "from actors.interfaces import types\n"
-        elif self.aliases:
-            blocks["actors.interfaces.types"] = _from_import("actors.interfaces.types", self.aliases)
-        typing = f"{_from_import('typing', self.typing)}\n" if self.typing else ""
-        return typing + "".join(blocks[module] for module in sorted(blocks))
 
 
-def _from_import(module: str, names: Iterable[str]) -> str:
-    ordered = sorted(names, key=_natural)
-    line = f"from {module} import {', '.join(ordered)}\n"
-    if len(line) <= LINE_LENGTH + 1:
-        return line
-    return f"from {module} import (\n" + "".join(f"    {name},\n" for name in ordered) + ")\n"
+def _check_packages(ours: dict[tuple[str, Kind], list[Definition]]) -> None:
+    """Two packages whose messages need each other would be modules that import each other."""
+    needs: dict[str, set[str]] = {}
+    for (package, kind), definitions in ours.items():
+        if kind == "msg":
+            used = {name.split("/")[0] for definition in definitions for name, _ in _used(definition)}
+            needs[package] = used - {package}
+    for package in needs:
+        reached: set[str] = set()
+        waiting = [package]
+        while waiting:
+            for other in needs.get(waiting.pop(), set()) - reached:
+                reached.add(other)
+                waiting.append(other)
+        if package in reached:
+            back = sorted(other for other in reached if package in needs.get(other, ()))
+            raise BadDeclaration(
+                f"the packages {package} and {back[0]} need each other's messages, which ROS 2 does not build and Python cannot import: "
+                "move what both need into a third package"
+            )
 
 
-def _natural(name: str) -> tuple[object, ...]:
-    """The order of import sorters: constants, classes, then the rest; uint8 before uint16."""
-    parts = re.split(r"(\d+)", name)
-    return (not name.isupper(), name[0].islower(), [(int(p), "") if p.isdigit() else (-1, p) for p in parts])
+def home_of(out: Path) -> str:
+    """The Python package that a folder is, as far as can be seen: its name among packages with an `__init__.py` that it lies in, or else
+    its place below the working folder; "" where it is the working folder itself, or lies elsewhere.
+    """
+    out = out.resolve()
+    inner = [] if (out / "__init__.py").is_file() else [out.name]
+    top = out if not inner else out.parent
+    names = list(inner)
+    while (top / "__init__.py").is_file():
+        names.insert(0, top.name)
+        top = top.parent
+    if names != inner and _is_dotted(names):
+        return ".".join(names)
+    below = Path(os.path.relpath(out)).parts
+    return ".".join(below) if _is_dotted(below) else ""
 
 
-def _doc(comment: Sequence[str]) -> str:
-    return "".join(["\n\n", *(f"    {_quotable(line)}".rstrip() + "\n" for line in comment), "    "]) if comment else ""
-
-
-def _quotable(text: str) -> str:
-    return text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"').rstrip('"')
-
-
-def _literal(value: Any) -> str:
-    if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):
-        return f'float("{value}")'
-    if isinstance(value, list):
-        return f"[{', '.join(_literal(item) for item in value)}]"  # pyright: ignore[reportUnknownVariableType]
-    if isinstance(value, str) and '"' not in value and "'" not in value:
-        return f'"{repr(value)[1:-1]}"'
-    return repr(value)
+def _is_dotted(names: Sequence[str]) -> bool:
+    return bool(names) and all(name.isidentifier() and not keyword.iskeyword(name) for name in names)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command. Exit code 1 if `--check` finds a module that is missing or old."""
+    """The command. Exit code 1 if `--check` finds a module that is missing or old, or a definition is wrong; 2 for wrong usage."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    folder: Path = options.folder
+    out: Path = options.out or folder.resolve().parent
+    home: str = home_of(out) if options.home is None else options.home
+    if (wrong := _wrong_usage(folder, out, home)) is not None:
+        parser.error(wrong)
+    try:
+        modules = generate(folder, home, Path(os.path.relpath(folder, out)).as_posix())
+        left = left_out(folder, home)
+    except InterfaceError as error:
+        parser.exit(1, f"{error}\n")
+    if left:
+        print(f"left out, because they ship with actors.interfaces and are used from there: {', '.join(left)}")
+    elif not modules:
+        parser.error(_nothing_in(folder))
+    stale = {name: text for name, text in modules.items() if not _same(out / name, text)}
+    if options.check:
+        again = f"python -m actors.interfaces.generate {folder}" + (f" --out {out}" if options.out else "")
+        for name in stale:
+            print(f"{out / name} is missing or old; run {again}")
+        return 1 if stale else 0
+    try:
+        _write(out, stale)
+    except OSError as error:
+        parser.exit(1, f"the modules cannot be written: {error}\n")
+    print(f"{len(modules)} modules, {len(stale)} written, in {out}")
+    for name in [name for name in modules if not name.endswith("__init__.py")][:1]:
+        module = name.removesuffix(".py").replace("/", ".")
+        path = f", with {out} on the module search path (PYTHONPATH={out})"
+        print(f"import them as {home}.{module}" if home else f"import them as {module}{path}")
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m actors.interfaces.generate", description="Write typed modules for a folder of definitions."
     )
-    parser.add_argument("folder", type=Path, help="folder of definitions, <package>/<msg|srv|action>/<Name>.<kind>")
+    parser.add_argument("folder", metavar="FOLDER", type=Path, help=f"folder of definitions, {LAYOUT}")
     parser.add_argument("--out", type=Path, help="where the modules go (default: the folder above)")
-    parser.add_argument("--home", help="Python package that OUT is (default: by its place below the working folder)")
+    parser.add_argument("--home", help='Python package that OUT is, "" for none (default: by where OUT lies)')
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 where a module is missing or old")
-    options = parser.parse_args(arguments)
-    out: Path = options.out or options.folder.resolve().parent
-    home = options.home or ".".join(Path(os.path.relpath(out)).parts)
-    try:
-        modules = generate(options.folder, home)
-    except InterfaceError as error:
-        parser.exit(1, f"{error}\n")
-    if not modules:
-        parser.error(f"no definition in {options.folder}; expected <package>/<msg|srv|action>/<Name>.<msg|srv|action>")
-    stale = [name for name, text in modules.items() if not _same(out / name, text)]
-    for name in stale:
-        if options.check:
-            print(f"{out / name} is missing or old; run python -m actors.interfaces.generate {options.folder}")
-        else:
-            (out / name).parent.mkdir(parents=True, exist_ok=True)
-            (out / name).write_text(modules[name], encoding="utf-8")
-    if not options.check:
-        print(f"{len(modules)} modules, {len(stale)} written, in {out}")
-    return 1 if options.check and stale else 0
+    return parser
+
+
+def _wrong_usage(folder: Path, out: Path, home: str) -> str | None:
+    """What is wrong with the arguments, in a line that says what to do; None if they can be tried."""
+    if not folder.exists():
+        known = [one.name for one in folder.parent.iterdir()] if folder.parent.is_dir() else []
+        return f"there is no folder {folder}.{closest(folder.name, known)}"
+    if not folder.is_dir():
+        return f"{folder} is a file: give the folder that holds {LAYOUT}"
+    if out.exists() and not out.is_dir():
+        return f"--out {out} is a file: give a folder"
+    if home and not _is_dotted(home.split(".")):
+        return f"--home {home!r} is not the name of a Python package, such as my_robot.interfaces"
+    return None
+
+
+def _nothing_in(folder: Path) -> str:
+    """Why nothing was found in a folder, as far as can be seen."""
+    found = [file for kind in KINDS for file in sorted(folder.glob(f"**/*.{kind}"))]
+    if any(file.parent.parent == folder for file in found if file.parent.name in KINDS):
+        return (
+            f"no definition in {folder}: it looks like one package; give the folder above it, {folder.resolve().parent}"
+        )
+    if found:
+        return f"no definition in {folder}; there is {found[0].relative_to(folder)}, expected {LAYOUT}"
+    return f"no definition in {folder}; expected {LAYOUT}"
 
 
 def _same(path: Path, text: str) -> bool:
-    return path.is_file() and path.read_text(encoding="utf-8") == text
+    if not path.is_file():
+        return False
+    there = path.read_text(encoding="utf-8")
+    return there == text or (path.name == "__init__.py" and bool(there.strip()) and GENERATED not in there)
+
+
+def _write(out: Path, modules: dict[str, str]) -> None:
+    for name, text in modules.items():
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        (out / name).write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

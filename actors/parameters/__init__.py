@@ -19,8 +19,12 @@ from actors.parameters.errors import (
     ParameterNotDeclared,
     ParameterUninitialized,
 )
+from actors.parameters.hooks import ParameterHook, on_set, post_set, pre_set
 from actors.parameters.store import ParameterStore
 from actors.parameters.values import Parameter, ParameterChange, ParameterNames, ParameterType, SetResult, Value
+
+SetParametersResult = SetResult
+"""The name of `SetResult` in ROS 2."""
 
 __all__ = [
     "NO_PARAMETERS",
@@ -38,6 +42,7 @@ __all__ = [
     "ParameterDeclaration",
     "ParameterDescriptor",
     "ParameterError",
+    "ParameterHook",
     "ParameterImmutable",
     "ParameterNames",
     "ParameterNotDeclared",
@@ -47,7 +52,11 @@ __all__ = [
     "ParameterUninitialized",
     "PostSetCallback",
     "PreSetCallback",
+    "SetParametersResult",
     "SetResult",
     "Value",
+    "on_set",
     "parameter",
+    "post_set",
+    "pre_set",
 ]

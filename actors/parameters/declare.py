@@ -7,16 +7,18 @@ Whatever is wrong with a declaration is raised where it is written, before any n
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final, Generic, Never, NoReturn, Self, TypeVar, cast, overload
 
 import msgspec
 
 from actors.errors import DeclarationError, NotStarted
 from actors.parameters.descriptor import FloatingPointRange, IntegerRange, ParameterDescriptor
+from actors.parameters.hooks import ParameterHook
 from actors.parameters.values import INT64_MAX, INT64_MIN, SEQUENCES, Parameter, ParameterType, Value, widened
 
 T_co = TypeVar("T_co", covariant=True)
+Node = TypeVar("Node")
 
 
 class ParameterDeclaration(Generic[T_co]):
@@ -68,6 +70,20 @@ class ParameterDeclaration(Generic[T_co]):
             f"{type(instance).__name__}.{self._attribute} is a parameter and cannot be assigned; "
             f"call self.set_parameter({self.name!r}, {value!r}), which checks the value and reports the change."
         )
+
+    def validate(self, function: Callable[[Node, T_co], str | None]) -> Callable[[Node, T_co], str | None]:
+        """Decorate the method that is asked about each new value before it is stored: None accepts it, a text is the reason why not.
+
+        It is a plain method without side effects, because another check may still refuse. It is asked about all that a set may bring,
+        also by other nodes' requests, and, before `on_start`, about the value that the node is started with. The default is not asked about.
+        """
+        ParameterHook("validate", self).attach(function)
+        return function
+
+    def changed(self, function: Callable[[Node, T_co], None]) -> Callable[[Node, T_co], None]:
+        """Decorate the method that is told the value after each set of it, also one to the value that it had: the place for side effects."""
+        ParameterHook("changed", self).attach(function)
+        return function
 
     def __repr__(self) -> str:
         return f"<parameter {self.name!r}: {self.default.type.name} = {self.default.value!r}>"

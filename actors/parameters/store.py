@@ -169,7 +169,7 @@ class ParameterStore(ParameterView):
             with self._callbacks_running():
                 wanted = chains.rewrite(wanted)
             if not wanted:
-                return SetResult(False, "the pre-set callbacks left no parameter to set.")
+                return SetResult(False, "parameter list cannot be empty: the pre-set callbacks left nothing to set.")
         self._require_declared(wanted)
         for parameter in wanted:
             objection = self._objection(parameter)
@@ -229,6 +229,18 @@ class ParameterStore(ParameterView):
     def add_post_set_callback(self, callback: PostSetCallback) -> CallbackHandle:
         """Tell `callback` of stored values, of sets and declarations. The one added last runs first."""
         return self._own_chains().add("post", callback)
+
+    def check_overrides(self) -> None:
+        """Ask the on-set callbacks about the values that override declared ones. Raises InvalidParameterValue if they refuse."""
+        given = [self._present(name) for name in self.overrides if name in self._descriptors]
+        if given and not (result := self._validated(given)).successful:
+            told = ", ".join(f"{one.name} = {one.value!r}" for one in given)
+            raise InvalidParameterValue(
+                f"node {self.node} cannot start with {told}: {result.reason}",
+                node=self.node,
+                names=[one.name for one in given],
+                reason=result.reason,
+            )
 
     # -- inside ------------------------------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard, get_args
 
 from actors.errors import DeclarationError
+from actors.names import normalize_namespace, validate_node_name
 
 
 def is_whole(value: object) -> bool:
@@ -47,6 +48,23 @@ def checked_name(where: str, name: object) -> str:
     if not isinstance(name, str) or not name or "/" in name:
         raise DeclarationError(f"{where}: name must be a text that is not empty and has no '/', not {name!r}")
     return name
+
+
+def check_place(where: str, name: str, namespace: object, remap: Mapping[str, str]) -> None:
+    """The ROS names of a node: its own, its namespace, and the names that it uses other ones for."""
+    try:
+        validate_node_name(name)
+        if namespace:
+            if not isinstance(namespace, str):
+                raise ValueError(f"namespace must be a text such as '/robot1', not {namespace!r}")
+            normalize_namespace(namespace)
+        if remap:
+            from actors.remap import Rule  # late: few trees remap
+
+            for old, new in remap.items():
+                Rule.parse(f"{old}:={new}")
+    except ValueError as problem:
+        raise DeclarationError(f"{where}: {problem}") from None
 
 
 def checked_choice(where: str, option: str, value: object, choices: object) -> None:

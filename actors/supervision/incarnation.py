@@ -65,6 +65,7 @@ class Incarnation:
         "imposed",
         "killed",
         "life",
+        "made",
         "over",
         "owner",
         "ready",
@@ -79,6 +80,8 @@ class Incarnation:
         self.entry = entry
         self.ref = ref
         self.life: Life | None = None
+        self.made = False
+        """Whether all know of this incarnation: with tasks that start eagerly it would run before that."""
         self.ready = False
         self.over = False
         self.declined = False
@@ -89,11 +92,14 @@ class Incarnation:
         self.watchers: dict[Callable[[Down], object], None] | None = None
         self.task: asyncio.Task[None] = owner.loop.create_task(self._live(), name=str(ref))
         self.task.add_done_callback(self._done)
+        self.made = True
 
     def __repr__(self) -> str:
         return f"<incarnation {self.ref}>"
 
     async def _live(self) -> None:
+        if not self.made:
+            await asyncio.sleep(0)
         self.life = life = self.owner.make_life(self)
         await life.run(self._started)
 

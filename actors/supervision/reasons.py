@@ -6,6 +6,8 @@ from typing import TypeAlias
 
 import msgspec
 
+from actors.errors import described
+
 __all__ = [
     "ExitReason",
     "Failed",
@@ -60,7 +62,7 @@ class Failed(msgspec.Struct, frozen=True):
     error: BaseException
 
     def __str__(self) -> str:
-        return f"it raised {type(self.error).__name__}: {self.error}"
+        return f"it raised {described(self.error)}"
 
 
 class Killed(msgspec.Struct, frozen=True):

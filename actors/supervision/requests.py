@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import count
 from typing import Concatenate, ParamSpec, TypeAlias, TypeVar
 
-from actors.errors import DeclarationError
+from actors.errors import DeclarationError, WrongThread
 from actors.supervision.core import Core
 from actors.supervision.entry import Entry
 from actors.supervision.errors import (
@@ -40,6 +40,10 @@ class Requests(Core):
         """Handle a request as an event, in its turn; the handler, or a later event, completes the future."""
         if self._phase not in ("starting", "running"):
             raise SupervisorDown(f"supervisor {self.name} is not running (it is {self._phase}); it can do nothing now")
+        if asyncio.get_running_loop() is not self.loop:
+            raise WrongThread(
+                f"supervisor {self.name} was asked from a foreign event loop: ask it by asyncio.run_coroutine_threadsafe(..., loop)"
+            )
         answer: asyncio.Future[T] = self.loop.create_future()
 
         def handle() -> None:

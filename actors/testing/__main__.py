@@ -5,20 +5,25 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from actors.testing.explore import main
-
 __all__ = ["run"]
+
+USAGE = "usage: python -m actors.testing explore MODULE:TREE [options]; -h after `explore` shows them"
 
 
 def run(argv: Sequence[str]) -> NoReturn:
     """The program."""
+    if argv[:1] in (["-h"], ["--help"]):
+        print(USAGE)
+        sys.exit(0)
     if argv[:1] != ["explore"]:
-        sys.exit("usage: python -m actors.testing explore MODULE:TREE [options]; -h after `explore` shows them")
+        sys.exit(USAGE)
+    from actors.testing.explore import main  # not before there is something to explore: it takes a while to import
+
     sys.exit(main(argv[1:]))
 
 
 if __name__ == "__main__":
-    if "PYTHONHASHSEED" not in os.environ and os.name == "posix":
+    if "PYTHONHASHSEED" not in os.environ and os.name == "posix" and sys.argv[1:2] == ["explore"]:
         # the order of a set of names is part of a run, and a replay is another process
         os.environ["PYTHONHASHSEED"] = "0"
         os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])

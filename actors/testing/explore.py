@@ -9,6 +9,7 @@ that nobody took notice of.
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import shlex
 import sys
@@ -16,20 +17,22 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
-from actors.errors import NotStarted
+from actors.errors import NotStarted, described
 from actors.testing.faults import KINDS
 from actors.testing.rig import Rig
 from actors.testing.simulation.invariants import PATIENCE
 from actors.testing.simulation.isolated import ENDLESS, Elsewhere, Isolated, in_a_copy
+from actors.testing.simulation.known import names_nothing, not_come
 from actors.testing.simulation.search import Finding, search
 from actors.testing.simulation.target import Maker, Unusable, find, grown
 from actors.testing.simulation.trial import Scenario, Trial
 
-__all__ = ["main"]
+__all__ = ["LIMIT", "body_of", "main"]
 
-OURS = str(Path(__file__).parents[1]) + os.sep
+SHOWN_LINES = 8
+"""So many of the newest log lines are shown with a failure; a replay shows more."""
 LIMIT = 300.0
 """Seconds beyond those of a trial that the start and the stop of a tree may take."""
 
@@ -44,7 +47,7 @@ def main(argv: Sequence[str]) -> int:
             _check_file(Path(options.flight_record))
     except (ValueError, OSError) as error:
         return _refused(error)
-    scenario = Scenario(_body(make, options.seconds), patience=options.patience, limit=options.seconds + LIMIT)
+    scenario = Scenario(body_of(make, options.seconds), patience=options.patience, limit=options.seconds + LIMIT)
     try:
         return _search(scenario, options) if replay is None else _again(scenario, replay)
     except KeyboardInterrupt:
@@ -52,7 +55,9 @@ def main(argv: Sequence[str]) -> int:
         return 130
 
 
-def _body(make: Maker, seconds: float) -> Callable[[Rig], Any]:
+def body_of(make: Maker, seconds: float) -> Callable[[Rig], Any]:
+    """What explore does with a tree: start it, and let so many seconds pass."""
+
     async def live(rig: Rig) -> None:
         await rig.start(*await grown(make))
         await rig.advance(seconds)
@@ -83,12 +88,13 @@ def _search(scenario: Scenario, options: argparse.Namespace) -> int:
         return _refused(finding.outcome.error)
     print(f"{options.tree}: {finding.describe()} ({took:.1f} s)")
     print(_explained(finding))
-    print(f"flight record: {_recorded(finding, scenario, options.flight_record)}")
+    print(_shortened(finding.outcome.timeline), end="")
     more = "" if options.patience == PATIENCE else f" --patience {options.patience:g}"
     what = (
         f"{shlex.quote(options.tree)} --seconds {options.seconds:g}{more} --replay {shlex.quote(str(finding.replay))}"
     )
     print(f"replay: python -m actors.testing explore {what}")
+    print(f"flight record: {_recorded(finding, scenario, options.flight_record)}")
     return 1
 
 
@@ -96,38 +102,62 @@ def _explained(finding: Finding) -> str:
     """What failed, where, and what had to go wrong for it: each in words."""
     (kind, place), text = finding.outcome.signature, str(finding.outcome.error)
     lines = text.splitlines() if kind in text else f"{kind}: {text}".splitlines()
-    if place and place not in text and not place.startswith(OURS):
+    if place and place not in text:
         lines.append(f"at {place}")
     return "\n".join(
         f"  {line}" for line in [*lines, *(f"with this fault: {fault.in_words()}" for fault in finding.replay.faults)]
     )
 
 
+def _shortened(timeline: str) -> str:
+    """The newest log lines, a line each, without their tracebacks; nothing if there are none."""
+    lines = [line for line in timeline.splitlines() if line.startswith("[")][-SHOWN_LINES:]
+    return "".join(f"  {line}\n" for line in [f"the last {len(lines)} log lines:", *lines]) if lines else ""
+
+
 def _recorded(finding: Finding, scenario: Scenario, file: str) -> str:
-    """Where the flight record is, or why there is none."""
+    """Where the flight record is, or why there is none: what was found is told whatever becomes of it."""
 
     def record(answer: Callable[[str], object]) -> None:
         try:
             answer(str(finding.record(scenario).dump(file)))
         except (NotStarted, OSError) as error:
             answer(f"none: {error}")
+        except Exception as error:
+            answer(f"none: it could not be written: {described(error)}")
 
     if finding.outcome.signature[0] in ENDLESS:
         return "none: it is written when a trial ends"
-    return in_a_copy(record, quiet=True)
+    try:
+        return in_a_copy(record, quiet=True)
+    except (EOFError, OSError) as error:
+        return f"none: {error}"
 
 
 def _again(scenario: Scenario, trial: Trial) -> int:
+    if (mistake := _mistake(scenario, trial)) is not None:
+        return _refused(mistake)
     outcome = Isolated(scenario, quiet=False).play(trial)
     error = outcome.error
-    if outcome.signature[0] == Unusable.__name__:
-        return _refused(error)
     if error is None:
-        print("this trial passes")
+        idle = [sentence for fault in trial.faults if (sentence := not_come(fault, outcome.profile))]
+        print("\n  ".join(["this trial passes", *idle]))
         return 0
     print(outcome.timeline)
     print(error.report if isinstance(error, Elsewhere) else "".join(traceback.format_exception(error)))
     return 1
+
+
+def _mistake(scenario: Scenario, trial: Trial) -> BaseException | None:
+    """Why a trial cannot be replayed: there is no tree, or a fault of it names nothing in the tree. Looked up in quiet runs."""
+    runs = [Isolated(scenario).play(Trial(0, shuffled=False))]
+    if runs[0].error is not None and runs[0].signature[0] == Unusable.__name__:
+        return runs[0].error
+    if names_nothing(trial.faults, [run.profile for run in runs]):
+        runs.append(Isolated(scenario).play(trial))
+    profiles = [run.profile for run in runs]
+    strange = names_nothing(trial.faults, profiles)
+    return Unusable(strange) if strange and all(run.signature[0] not in ENDLESS for run in runs) else None
 
 
 def _refused(why: BaseException | None) -> int:
@@ -143,17 +173,45 @@ def _kinds(text: str) -> list[str]:
     return names
 
 
+def _whole(least: int) -> Callable[[str], int]:
+    """Reads a whole number that is not less than `least`."""
+
+    def read(text: str) -> int:
+        if not text.isdecimal() or int(text) < least:
+            raise argparse.ArgumentTypeError(f"give a whole number, {least} or more, not {text!r}")
+        return int(text)
+
+    return read
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0.0 < seconds < math.inf:
+        raise argparse.ArgumentTypeError(f"give a number of seconds above 0, not {text!r}")
+    return seconds
+
+
+class _Parser(argparse.ArgumentParser):
+    """One that refuses in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"explore: {message}\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="python -m actors.testing explore",
         description="Run a tree on virtual time under many seeds: each another legal order of events and other faults.",
     )
     parser.add_argument(
         "tree", metavar="MODULE:TREE", help="a tree, a node class, or a function without arguments that makes a tree"
     )
-    parser.add_argument("--seeds", type=int, default=200, help="how many seeds to try (200)")
-    parser.add_argument("--first", type=int, default=0, help="the first seed (0)")
-    parser.add_argument("--seconds", type=float, default=30.0, help="simulated seconds of each trial (30)")
+    parser.add_argument("--seeds", type=_whole(1), default=200, help="how many seeds to try (200)")
+    parser.add_argument("--first", type=_whole(0), default=0, help="the first seed (0)")
+    parser.add_argument("--seconds", type=_seconds, default=30.0, help="simulated seconds of each trial (30)")
     parser.add_argument(
         "--faults",
         type=_kinds,
@@ -163,7 +221,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--patience",
-        type=float,
+        type=_seconds,
         default=PATIENCE,
         help=f"seconds after which a handler is taken to be stuck ({PATIENCE:g})",
     )

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, Final
 
-from actors.errors import place_of
+from actors.places import place_of
 from actors.supervision.errors import SupervisorGaveUp
 from actors.supervision.reasons import cause_of, is_abnormal
 

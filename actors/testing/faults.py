@@ -21,13 +21,15 @@ from actors.supervision.checks import default_name
 
 __all__ = [
     "ALL", "KINDS", "ClockJump", "Crash", "Delay", "Duplicate", "Fault", "Freeze", "Kind", "Lose", "NotANumber", "Possible", "Profile", "Reorder",
-    "SlowHandler", "SlowStart", "draw", "parse",
+    "SlowHandler", "SlowStart", "SlowStep", "draw", "parse",
 ]  # fmt: skip
 
 Kind: TypeAlias = Literal[
-    "lose", "delay", "duplicate", "swap", "freeze", "nan", "crash", "kill", "slow-start", "slow-handler", "clock-jump"
+    "lose", "delay", "duplicate", "swap", "freeze", "nan", "crash", "kill", "slow-start", "slow-handler", "slow-step", "clock-jump"
 ]  # fmt: skip
 CLOCK = "clock"
+SOON = 5.0
+"""Seconds within which crashes come that come soon after one another: the window of restarts of a supervisor that says nothing else."""
 _TEXT = re.compile(r"(?P<kind>[a-z-]+):(?P<target>[^#+]+)#(?P<nth>\d+)(?P<by>[+-]\d+(\.\d+)?(e-?\d+)?)?")
 
 
@@ -35,9 +37,11 @@ _TEXT = re.compile(r"(?P<kind>[a-z-]+):(?P<target>[^#+]+)#(?P<nth>\d+)(?P<by>[+-
 class Fault:
     """One thing that goes wrong. As text: ``KIND:TARGET#NTH+SECONDS``, such as ``delay:/scan>/planner#12+0.25``.
 
-    The target of a message fault is ``TOPIC>SUBSCRIBER``, and `nth` counts the messages on that way from 1. The target of other faults
-    is a node; `nth` counts its awaits (``crash``), handler runs (``slow-handler``) or lives (``slow-start``), or milliseconds since the
-    start (``kill``). ``clock-jump:clock`` sets the time of day `by` seconds forth or back, `nth` milliseconds after the start.
+    The target of a message fault is ``TOPIC>SUBSCRIBER``, and `nth` counts the messages on that way from 1. ``NODE>WORK`` is a handler,
+    the body of an action, or a task of a node; `nth` counts its steps, from one await to the next (``slow-step``, ``crash``). The target
+    of other faults is a node; `nth` counts its awaits (``crash``), handler runs (``slow-handler``) or lives (``slow-start``), or
+    milliseconds since the start (``kill``). ``clock-jump:clock`` sets the time of day `by` seconds forth or back, `nth` milliseconds after
+    the start.
     """
 
     kind: Kind
@@ -51,9 +55,10 @@ class Fault:
 
     def in_words(self) -> str:
         """What goes wrong, as a sentence."""
-        topic, _, node = self.target.partition(">")
+        first, _, second = self.target.partition(">")  # TOPIC>NODE, or NODE>WORK
         nth, by = self.nth, f"{self.by:g} s"
-        message = f"message {nth} of {topic} to {node}"
+        message = f"message {nth} of {first} to {second}"
+        death = f"at step {nth} of {second}" if second else f"at its await number {nth}"
         return {
             "lose": f"{message} is lost",
             "delay": f"{message} is {by} late",
@@ -61,10 +66,11 @@ class Fault:
             "swap": f"{message} arrives after the next one",
             "freeze": f"for {by} the message before {message} arrives again in the place of each",
             "nan": f"all numbers of {message} are NaN",
-            "crash": f"{self.target} dies at its await number {nth}",
+            "crash": f"{first} dies {death}",
             "kill": f"{self.target} dies {nth / 1000:g} s after the start",
             "slow-start": f"{self.target} takes {by} longer to start, in its life number {nth}",
             "slow-handler": f"the handler run number {nth} of {self.target} takes {by} longer",
+            "slow-step": f"step {nth} of {second} in {first} is {by} late",
             "clock-jump": f"the time of day jumps by {by}, {nth / 1000:g} s after the start",
         }[self.kind]
 
@@ -95,6 +101,8 @@ class Profile:
     """The links whose messages hold floating-point numbers."""
     awaits: dict[str, int] = field(default_factory=dict[str, int])
     """Node -> how often it resumed from an await while it ran; all nodes of the tree are here."""
+    steps: dict[str, int] = field(default_factory=dict[str, int])
+    """``NODE>WORK`` -> how many steps a handler, an action's body or a task has made while its node ran."""
     handled: dict[str, int] = field(default_factory=dict[str, int])
     """Node -> how many topic and timer handlers it has run; those that ran none are left out."""
     seconds: float = 0.0
@@ -186,7 +194,7 @@ class _OnNodes:
     node: type[Node] | str = "*"
     at_most: int = 1
 
-    def _picked(self, rng: Random, counts: dict[str, int]) -> list[str]:
+    def _picked(self, rng: Random, counts: Iterable[str]) -> list[str]:
         """The nodes that it hits, out of those that are meant."""
         name = self.node if isinstance(self.node, str) else default_name(self.node)
         nodes = [node for node in sorted(counts) if _is_meant(node, name)]
@@ -195,16 +203,48 @@ class _OnNodes:
 
 @dataclass(frozen=True, slots=True)
 class Crash(_OnNodes):
-    """A node dies: at one of its awaits, without time for a clean-up, or between two handlers (``kill``), as after an error."""
+    """A node dies: at one of its awaits or at a step of its work, without time for a clean-up, or between two handlers (``kill``), as
+    after an error.
+
+    When there are several, they often come soon after one another: within what supervisors take for one window of restarts.
+    """
 
     def draw(self, rng: Random, profile: Profile) -> list[Fault]:
-        return [self._death(rng, node, profile) for node in self._picked(rng, profile.awaits)]
+        nodes = self._picked(rng, profile.awaits)
+        end = int(profile.seconds * 1000)
+        if len(nodes) == 1 or rng.random() < 0.4:
+            return [self._death(rng, node, profile) for node in nodes]
+        at = rng.randint(0, end)
+        deaths: list[Fault] = []
+        for node in nodes:
+            deaths.append(Fault("kill", node, min(at, end)))
+            at += int(1000 * _seconds(rng, SOON))
+        return deaths
 
     def _death(self, rng: Random, node: str, profile: Profile) -> Fault:
-        awaits = profile.awaits[node]
-        if awaits and rng.random() < 0.5:
+        awaits, how = profile.awaits[node], rng.random()
+        works = _works_of(node, profile)
+        if works and how < 0.4:
+            work = rng.choice(works)
+            return Fault("crash", work, rng.randint(1, profile.steps[work]))
+        if awaits and how < 0.6:
             return Fault("crash", node, rng.randint(1, awaits))
         return Fault("kill", node, rng.randint(0, int(profile.seconds * 1000)))
+
+
+@dataclass(frozen=True, slots=True)
+class SlowStep(_OnNodes):
+    """A handler, the body of an action or a task of a node goes on up to `up_to` seconds late after one of its awaits."""
+
+    at_most: int = 2
+    up_to: float = 1.0
+
+    def draw(self, rng: Random, profile: Profile) -> list[Fault]:
+        faults: list[Fault] = []
+        for node in self._picked(rng, {work.partition(">")[0] for work in profile.steps}):
+            work = rng.choice(_works_of(node, profile))
+            faults.append(Fault("slow-step", work, rng.randint(1, profile.steps[work]), _seconds(rng, self.up_to)))
+        return faults
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,11 +296,12 @@ class ClockJump:
 KINDS: Final[Mapping[Kind, Possible]] = MappingProxyType(
     {
         "lose": Lose(), "delay": Delay(), "duplicate": Duplicate(), "swap": Reorder(), "freeze": Freeze(), "nan": NotANumber(),
-        "crash": Crash(), "slow-handler": SlowHandler(), "slow-start": SlowStart(), "clock-jump": ClockJump(),
+        "crash": Crash(at_most=2), "slow-handler": SlowHandler(), "slow-step": SlowStep(), "slow-start": SlowStart(),
+        "clock-jump": ClockJump(),
     }
 )  # fmt: skip
 ALL: Final[tuple[Possible, ...]] = tuple(KINDS.values())
-"""Every kind of fault, anywhere."""
+"""Every kind of fault, anywhere; of crashes, two at most."""
 
 
 def draw(possible: Iterable[Possible], seed: int, profile: Profile) -> tuple[Fault, ...]:
@@ -269,8 +310,12 @@ def draw(possible: Iterable[Possible], seed: int, profile: Profile) -> tuple[Fau
         return ()
     rng = Random(f"faults/{seed}")
     kinds = list(possible)
-    chosen = rng.sample(kinds, rng.randint(1, min(3, len(kinds)))) if kinds else []
+    chosen = rng.sample(kinds, rng.randint(1, min(5, len(kinds)))) if kinds else []
     return tuple(dict.fromkeys(fault for kind in chosen for fault in kind.draw(rng, profile)))
+
+
+def _works_of(node: str, profile: Profile) -> list[str]:
+    return [work for work in sorted(profile.steps) if work.startswith(f"{node}>")]
 
 
 def _is_meant(name: str, pattern: str) -> bool:
@@ -278,6 +323,6 @@ def _is_meant(name: str, pattern: str) -> bool:
 
 
 def _seconds(rng: Random, up_to: float) -> float:
-    """A duration that is short as often as long, in whole milliseconds, so that its text is exact."""
-    share: float = 10.0 ** rng.uniform(-2.0, 0.0)
+    """A duration, often a very short one, in whole milliseconds, so that its text is exact."""
+    share: float = 10.0 ** rng.uniform(-2.0, 0.0) if rng.random() < 0.5 else rng.random()
     return max(0.001, round(up_to * share, 3))

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from actors.errors import NotStarted
+from actors.errors import NotStarted, described
 
 if TYPE_CHECKING:
     import pytest
@@ -40,12 +40,15 @@ def flight_path(config: pytest.Config, temporary: pytest.TempPathFactory, test: 
 def save_flight(
     recorder: FlightRecorder, config: pytest.Config, temporary: pytest.TempPathFactory, test: str
 ) -> str | None:
-    """Write what a recorder holds; the path, or why there is none. None when nothing has been recorded."""
+    """Write what a recorder holds; the path, or why there is none. None when nothing has been recorded.
+
+    Never raises: a record that cannot be written must not hide why the test failed.
+    """
     try:
         record = recorder.freeze()
     except NotStarted:  # the test failed before it had a system
         return None
     try:
         return str(record.write(flight_path(config, temporary, test), notes={"test": test}))
-    except OSError as error:
-        return f"could not be written: {error}"
+    except Exception as error:
+        return f"could not be written: {described(error)}"

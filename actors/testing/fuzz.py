@@ -3,22 +3,17 @@
 # pyright: reportPrivateUsage=false
 from __future__ import annotations
 
-import asyncio
 import random
 from heapq import heappop, heappush
-from typing import Any
 
-from actors.testing.handles import owner
 from actors.testing.loop import Entry, VirtualLoop
+from actors.testing.orders import order_of
 
 __all__ = ["FuzzLoop"]
 
-HELD_BACK = 0.25
-"""How often all but one of the steps that are ready together wait, so that one task gets ahead of the others."""
-
 
 class FuzzLoop(VirtualLoop):
-    """`VirtualLoop` that shuffles, from `seed`, task steps that are ready together and deadlines of one instant, and lets steps wait.
+    """`VirtualLoop` that runs task steps that are ready together, and deadlines of one instant, in an order that `seed` chooses.
 
     asyncio promises no order for any of them: a task whose wake-up comes from a thread or a socket is late by as many
     turns. So a program that breaks under some seed has a race. Plain callbacks keep their order, because transports and
@@ -30,58 +25,35 @@ class FuzzLoop(VirtualLoop):
         super().__init__(start)
         self.seed = seed
         self._rng = random.Random(seed)
-        self._held: list[Any] = []  # steps that are ready and wait for the next iteration
+        self._order_of_steps = order_of(seed, self._rng)
+        self._share = 0
+        """So many steps are still to run until this counts as one turn of the loop: in plain order all of them run in one."""
 
     def __repr__(self) -> str:
         return f"{super().__repr__()[:-1]} seed={self.seed}>"
 
     @property
     def idle(self) -> bool:
-        return super().idle and not self._held
+        return super().idle and not self._order_of_steps.held
 
     def advance_to(self, when: float) -> bool:
-        return not self._held and super().advance_to(when)
+        return not self._order_of_steps.held and super().advance_to(when)
 
     def _run_once(self) -> None:
-        self._shuffle_steps()
-        try:
-            super()._run_once()
-        finally:
-            self._ready.extend(self._held)
-            self._held.clear()
+        steps = self._order_of_steps
+        steps.arrange(self._ready)
+        if held := steps.held:
+            self._share -= 1
+            if self._share > 0:
+                self._spins -= 1
+            else:
+                self._share = held
+        super()._run_once()
 
     def _jump(self) -> None:
         self._shuffle_ties()
         super()._jump()
-        self._shuffle_steps()
-
-    def _shuffle_steps(self) -> None:
-        """Permute the task steps; sometimes only the first one runs now. None gets ahead of a plain callback that was ready before it: a
-        transport is closed, or a future's other callbacks have run, when the task that waited for it goes on."""
-        ready = self._ready
-        steps = [handle for handle in ready if _is_step(handle)]
-        if len(steps) < 2:
-            return
-        rng = self._rng
-        queue: list[Any] = []
-        waiting: list[Any] = []
-        for handle in ready:
-            if _is_step(handle):
-                waiting.append(handle)
-                continue
-            if waiting and rng.random() < 0.5:
-                rng.shuffle(waiting)
-                queue += waiting
-                waiting.clear()
-            queue.append(handle)
-        rng.shuffle(waiting)
-        queue += waiting
-        if rng.random() < HELD_BACK:
-            _, *self._held = (handle for handle in queue if _is_step(handle))
-            held = set(map(id, self._held))
-            queue = [handle for handle in queue if id(handle) not in held]
-        ready.clear()
-        ready.extend(queue)
+        self._order_of_steps.arrange(self._ready)
 
     def _shuffle_ties(self) -> None:
         """Permute the deadlines of the next instant among their places in the order of scheduling."""
@@ -95,7 +67,3 @@ class FuzzLoop(VirtualLoop):
         self._rng.shuffle(ties)
         for order, (instant, _, when, item) in zip(orders, ties, strict=True):
             heappush(timers, (instant, order, when, item))
-
-
-def _is_step(handle: asyncio.Handle) -> bool:
-    return isinstance(owner(handle), asyncio.Task)

@@ -156,6 +156,11 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         """Whether nothing more can run at this instant."""
         return not self._ready
 
+    @property
+    def stands_still(self) -> bool:
+        """Whether virtual time waits for a thread or a process."""
+        return bool(self._outside.names())
+
     def sleep_until(self, when: float) -> Future[None]:
         """A future that is done at the virtual time `when`: awaiting it costs half of what `asyncio.sleep` does."""
         if self._closed:

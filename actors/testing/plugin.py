@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import inspect
+import warnings
 from collections.abc import AsyncIterator, Callable, Generator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +29,11 @@ else:
 LoopFactories = Mapping[str, Callable[[], asyncio.AbstractEventLoop]]
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
+    # pytest-asyncio asks everybody to set this option; the tests of robots are the same with either value. pytest drops this filter
+    # when all plugins are configured.
+    warnings.filterwarnings("ignore", 'The configuration option "asyncio_default_fixture_loop_scope" is unset')
     config.addinivalue_line("markers", "virtual: run this test on the virtual clock of actors.testing")
 
 
@@ -48,7 +53,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.hookimpl(tryfirst=True)
 def pytest_pycollect_makeitem(collector: pytest.Collector, name: str, obj: object) -> None:
     """A coroutine test that uses `rig`, or is marked `virtual`, is an asyncio test, also in pytest-asyncio's strict mode."""
-    if not inspect.iscoroutinefunction(obj):
+    if not callable(obj) or not inspect.iscoroutinefunction(obj):  # 3.12 takes the module `inspect` itself for one
         return
     marks = getattr(obj, "pytestmark", ())
     if "rig" in inspect.signature(obj).parameters or any(mark.name == "virtual" for mark in marks):
@@ -95,6 +100,8 @@ def pytest_runtest_makereport(
         from actors.testing.flights import save_flight
 
         report.sections.append(("rig", rig.timeline()))
+        if report.when == "call" and (findings := rig.findings()):
+            report.sections.append(("check_tree", "\n".join(map(str, findings))))
         recorder, temporary = item.stash[_FLIGHT]
         if (flight := save_flight(recorder, item.config, temporary, item.nodeid)) is not None:
             report.sections.append(("flight record", flight))

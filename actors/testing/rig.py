@@ -20,7 +20,7 @@ import asyncio
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast, overload
 
 from actors.channel import Queue
 from actors.control import Failure
@@ -28,12 +28,14 @@ from actors.errors import NotStarted
 from actors.logs import LogRecord
 from actors.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.qos import of
-from actors.supervisor import Child, Spec, Supervisor
+from actors.supervisor import Child
 from actors.system import NodeState, System
 from actors.testing.failures import ExpectedFailure, FailureWatch, UnexpectedFailure
 from actors.testing.loop import VirtualLoop
+from actors.trees import tree_of
 
 if TYPE_CHECKING:
+    from actors.checker import Finding
     from actors.contracts import Action, Service, Topic
     from actors.goal_client import Goal
     from actors.interfaces.message import Message
@@ -41,6 +43,8 @@ if TYPE_CHECKING:
     from actors.qos import QoS
     from actors.running import Observer
     from actors.supervision.report import Report
+    from actors.supervisor import Spec
+    from actors.trees import Runnable
 
 __all__ = ["ExpectedFailure", "Leak", "Probe", "Rig", "UnexpectedFailure"]
 
@@ -91,8 +95,15 @@ class Probe(Queue[M], Generic[M]):
 
     @property
     def last(self) -> M | None:
-        """The newest message, or None."""
+        """The newest message, or None: to be compared, as in ``probe.last == Twist()``."""
         return self.messages[-1] if self.messages else None
+
+    @property
+    def newest(self) -> M:
+        """The newest message, to look into: ``probe.newest.linear.x``. Raises `AssertionError` when nothing has come."""
+        if not self.messages:
+            raise AssertionError(f"nothing has come on {self.entry.name} since the probe was made")
+        return self.messages[-1]
 
     def clear(self) -> None:
         """Forget what was seen."""
@@ -125,13 +136,14 @@ class Rig:
         self._observers: list[Observer] = []
         self._system: System | None = None
         self._me: NodeLife | None = None
+        self._tree: Spec | None = None
         self._tasks_before = asyncio.all_tasks()
         self._threads_before = set(threading.enumerate())
 
     # -- the system ---------------------------------------------------------------------------------------------------------
 
-    async def start(self, tree: Spec | type[Node], *more: Spec | type[Node], seed: int = 0) -> System:
-        """Start a tree, or a few nodes under a plain supervisor, and return when all of it is ready."""
+    async def start(self, tree: Runnable, *more: Spec | type[Node], seed: int = 0) -> System:
+        """Start a tree, or a few nodes under a plain supervisor, and return when all of it is ready. Takes what `actors.run` takes."""
         if self._system is not None:
             raise RuntimeError("this rig runs a system already: one rig, one system")
         if asyncio.get_running_loop() is not self.loop:
@@ -139,17 +151,25 @@ class Rig:
                 "this test runs in another event loop than its rig: give the test the loop scope of the fixture, "
                 '@pytest.mark.asyncio(loop_scope="function")'
             )
-        if more or isinstance(tree, (type, Child)):
-            children = [Child(spec) if isinstance(spec, type) else spec for spec in (tree, *more)]
-            tree = Supervisor("system", children=children)
+        whole = tree_of("rig.start(...)", tree, *more)
         system = self._make_system(seed=seed, sinks=(self.logs.append,), level=10)
         self._watch.begin(system)
         while self._observers:  # each observes one system: the first, also when it does not come to start
             self._observers.pop(0).attach(system)
-        await system.start(tree)
+        self._tree = whole
+        await system.start(whole)
         self._system = system
         self._me = await system.join(Child(Node, name="rig"))
         return system
+
+    def findings(self) -> tuple[Finding, ...]:
+        """What `check_tree` says of how the nodes of this test are connected; what the test itself publishes counts, too."""
+        if self._tree is None or self._system is None:
+            return ()
+        from actors.checker import check_tree
+
+        published = [entry.name for entry in self._system.graph.topics.values() if entry.opened is not None]
+        return check_tree(self._tree, external=published, each_node=False)
 
     def observe(self, observer: O) -> O:
         """Attach a `FlightRecorder`, a `Trace` or the like: before the tree starts if it has not started yet, else now."""
@@ -196,6 +216,10 @@ class Rig:
             if left:
                 raise Leak(sentence)
         self._watch.demand()
+
+    def _forgive_threads(self) -> None:
+        """Threads that run now are none that the system has left over: whoever would have ended them was not allowed to."""
+        self._threads_before |= set(threading.enumerate())
 
     # -- time ---------------------------------------------------------------------------------------------------------------
 
@@ -274,12 +298,16 @@ class Rig:
         known = ", ".join(sorted(_introduced(state) for state in states if state.path != _ME))
         raise LookupError(f"no node in this system is {asked}; there are: {known or 'none'}")
 
-    def node(self, node: type[N]) -> N:
-        """The living object of this class."""
-        core = self.state(node).core
-        if core is None or not isinstance(core.node, node):
-            raise NotStarted(f"{node.__name__} is not running now")
-        return core.node
+    @overload
+    def node(self, node: type[N]) -> N: ...
+    @overload
+    def node(self, node: str) -> Node: ...
+    def node(self, node: type[Node] | str) -> Node:
+        """The living object of this class, or of the node of this name or full name."""
+        state = self.state(node)
+        if state.core is None:
+            raise NotStarted(f"{node if isinstance(node, str) else node.__name__} is not running now")
+        return state.core.node
 
     def incarnation(self, node: type[Node] | str) -> int:
         """The number of the node's present or last life."""
@@ -318,7 +346,7 @@ class Rig:
         """The newest log lines, among them the supervisors' reports, in order."""
         seed = self._system.seed if self._system is not None else 0
         time = f"{self.now:.6f}" if self._system is not None else "-"
-        lines = [repr(record) for record in list(self.logs)[-last:]]
+        lines = [str(record) for record in list(self.logs)[-last:]]
         return "\n".join([f"rig: seed={seed} t={time} s; the last {len(lines)} log lines:", *lines])
 
     def _left_over(self, system: System) -> list[str]:

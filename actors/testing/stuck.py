@@ -13,9 +13,10 @@ from typing import Any
 
 import anyio
 
+from actors.places import owner_of
 from actors.testing.handles import owner
 
-__all__ = ["DEADLOCK", "LIVELOCK", "NO_INPUT", "STALLED", "parked", "parked_frames", "report", "seconds"]
+__all__ = ["DEADLOCK", "LIVELOCK", "NO_INPUT", "STALLED", "chain_of", "parked", "parked_frames", "report", "seconds"]
 
 _LIBRARIES = tuple(os.path.join(os.path.abspath(path), "") for path in (*asyncio.__path__, *anyio.__path__))
 _ATTRIBUTES: dict[type, tuple[str, str]] = {
@@ -70,8 +71,12 @@ def parked_frames(task: asyncio.Task[Any]) -> list[FrameType]:
 
 def parked(task: asyncio.Task[Any]) -> list[tuple[object, FrameType]]:
     """The same, each frame with the coroutine or generator that it belongs to."""
+    return chain_of(task.get_coro())
+
+
+def chain_of(awaited: Any) -> list[tuple[object, FrameType]]:
+    """The same of a suspended coroutine or generator."""
     chain: list[tuple[object, FrameType]] = []
-    awaited: Any = task.get_coro()
     while awaited is not None:
         if type(awaited) not in _ATTRIBUTES:
             awaited = _wrapped(awaited)
@@ -104,7 +109,9 @@ def _describe(task: asyncio.Task[Any], since: float | None, runs: bool) -> str:
     else:
         head = f"{name} waits since {seconds(since)} for {_awaited(task, frames)}"
     own = [frame for frame in frames if not frame.f_code.co_filename.startswith(_LIBRARIES)]
-    return f"{head}\n      at {_place(own[-1])}" if own else head
+    if not own:
+        return head
+    return f"{head}\n      at {_place(min(reversed(own), key=lambda frame: owner_of(frame.f_code.co_filename)))}"
 
 
 def _awaited(task: asyncio.Task[Any], frames: list[FrameType]) -> str:

@@ -243,8 +243,7 @@ async def _carry(seed: int, backend: Backend) -> Errand:
     body: Body = (
         PhysicsBody(scene, seed=seed, arm=True) if backend == "physics" else KinematicBody(scene, seed=seed, arm=True)
     )
-    whole = robot_tree(body, Pack(90.0), [("unused", Pose2(0.0, 0.0))])
-    tree = whole.replace(children=[child for child in whole.children if child.name != "patrol"])
+    tree = robot_tree(body, Pack(90.0), None)
     on_table = Point(x=place[0], y=place[1], z=OTHER_TABLE.height)
     target = PoseStamped(pose=Pose(position=on_table))
     goal = FetchAndCarry.Goal(object_name="cup", target_pose=pose_stamped(Pose2(2.05, 1.0), Time()), place_pose=target)

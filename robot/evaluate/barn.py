@@ -17,14 +17,14 @@ from typing import Any
 
 from robot.evaluate.barn_run import Backend, Ended, Outcome, run
 from robot.evaluate.barn_worlds import BarnWorld, find_worlds
-from robot.evaluate.ladder import Metric, machine
-from robot.run.options import Parser
+from robot.evaluate.levels import Metric, machine
+from robot.run.options import Parser, parse_seed
 from robot.world.physics import BackendMissing
 
 __all__ = ["evaluate", "main", "show"]
 
 _BOUNDS = {"kinematic": (0.25, 0.48, 0.495), "physics": (0.15, 0.32, 0.45)}
-"""Of the score: first version, good, beats the anchors."""
+"""Of the score: acceptable, good, excellent."""
 _ENDS: tuple[Ended, ...] = ("success", "collision", "fall", "time-out", "gave up")
 
 
@@ -49,7 +49,7 @@ def evaluate(worlds: Sequence[BarnWorld], backend: Backend, seeds: Sequence[int]
         "success": ends["success"] / len(outcomes),
         "mean_seconds": statistics.fmean(walked) if walked else None,
         "score": points,
-        "ladder": _BOUNDS[backend],
+        "bounds": _BOUNDS[backend],
         "level": Metric("score", "", _BOUNDS[backend], lambda _: points, larger_is_better=True).level(points),
         "outcomes": [asdict(outcome) for outcome in outcomes],
     }
@@ -60,7 +60,7 @@ def show(result: dict[str, Any]) -> str:
     here, ends = result["machine"], result["ends"]
     lines = [f"{'world':>7}{'seed':>6}  {'ended':<11}{'seconds':>8}{'score':>8}"]
     lines += [_line(Outcome(**row)) for row in result["outcomes"]]
-    least, good, best = result["ladder"]
+    least, good, best = result["bounds"]
     seconds = "" if result["mean_seconds"] is None else f", {result['mean_seconds']:.1f} s a success"
     return "\n".join(
         [
@@ -71,8 +71,8 @@ def show(result: dict[str, Any]) -> str:
             f"Python {here['python']}, MuJoCo {here['mujoco']}",
             f"{result['runs']} runs: {ends['success']} successes ({100 * result['success']:.1f} %), {ends['collision']} collisions, "
             f"{ends['fall']} falls, {ends['time-out']} time-outs, {ends['gave up']} given up{seconds}",
-            f"score {result['score']:.4f} of 0.5 (first version {least}, good {good}, beats the anchors {best}): "
-            f"{result['level'] or 'below first version'}",
+            f"score {result['score']:.4f} of 0.5 (acceptable {least}, good {good}, excellent {best}): "
+            f"{result['level'] or 'below acceptable'}",
         ]
     )
 
@@ -83,13 +83,13 @@ def _line(outcome: Outcome) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the worlds of a folder; 0 if the score reaches the first version, 1 if not, 3 without the physics back end. Raises `UsageError`."""
+    """Run the worlds of a folder; 0 if the score is at least acceptable, 1 if not, 3 without the physics back end. Raises `UsageError`."""
     parser = Parser(prog="python -m robot evaluate barn", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("folder", type=Path, help="folder with BARN worlds as JSON files, or one such file")
     parser.add_argument(
         "--backend", choices=("physics", "kinematic"), default="physics", help="the body (default: physics)"
     )
-    parser.add_argument("--seeds", type=int, nargs="+", default=[1], help="each world once for every seed")
+    parser.add_argument("--seeds", type=parse_seed, nargs="+", default=[1], help="each world once for every seed")
     parser.add_argument("--worlds", type=int, nargs="+", metavar="N", help="only the worlds with these indices")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     asked = parser.parse_args(argv)

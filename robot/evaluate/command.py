@@ -41,4 +41,7 @@ def main(argv: Sequence[str]) -> int:
     except UsageError as error:
         print(f"robot evaluate {name}: {error}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print(f"\nrobot evaluate {name}: interrupted", file=sys.stderr)
+        return 130
     return code

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 
-from robot.evaluate.ladder import Metric, conclude, measure, parser
+from robot.evaluate.levels import Metric, conclude, measure, parser
 from robot.evaluate.rates_run import STREAMS, TIMERS, Punctuality, Run, run_loop, run_robot
 from robot.run.options import UsageError, seconds
 from robot.world.physics import BackendMissing
@@ -54,7 +54,7 @@ def metrics(backend: str, duration: float) -> tuple[Metric, ...]:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Command line; 0 if every metric reaches the first version, 1 if one does not, 3 without the physics back end. Raises `UsageError`."""
+    """Command line; 0 if every metric is at least acceptable, 1 if one is not, 3 without the physics back end. Raises `UsageError`."""
     line = parser("rates", (__doc__ or "").split("\n")[0], seeds=(1,))
     line.add_argument(
         "--duration", type=seconds, default=10.0, metavar="S", help="seconds that are measured (default 10)"

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 from robot.picture.options import Options, UsageError, parse
 
 if TYPE_CHECKING:
+    from robot import Robot
     from robot.picture.png import Image
     from robot.picture.recording import Recording
-    from robot.world.body import Body
+    from robot.world.scene import Scene
 
 __all__ = ["main"]
 
@@ -37,18 +38,18 @@ def _make(options: Options) -> int:
         from robot.picture.mujoco_view import check
 
         check()
-    body = _body(options)
+    robot = _robot(options)
     from actors import StartFailed, SupervisorGaveUp
     from robot.picture.png import encode
     from robot.picture.record import record
 
     try:
-        recording = record(body, seed=options.seed, at=options.at)
+        recording = record(robot, seed=options.seed, at=_at(options, robot.scene))
     except (SupervisorGaveUp, StartFailed) as error:
         print(f"robot picture: {error}", file=sys.stderr)
         return 3
     finally:
-        body.close()
+        robot.body.close()
     began = time.monotonic()
     data = encode(_draw(options, recording))
     try:
@@ -65,21 +66,26 @@ def _make(options: Options) -> int:
     return 0
 
 
-def _body(options: Options) -> Body:
+def _at(options: Options, scene: Scene) -> float:
+    """Things stand where the robot begins; the sights of a patrol come later."""
+    if options.at is not None:
+        return options.at
+    return 5.0 if scene.things else 24.0
+
+
+def _robot(options: Options) -> Robot:
+    from robot import Robot
+    from robot.run.mission import get_mission
+    from robot.world.physics import BackendMissing
     from robot.world.worlds import UnknownWorld, get_world
 
     try:
         scene = get_world(options.world)
     except UnknownWorld as error:
         raise UsageError(f"--world {options.world}: {error.args[0]}") from None
-    if options.backend == "kinematic":
-        from robot.world.kinematic import KinematicBody
-
-        return KinematicBody(scene, seed=options.seed)
-    from robot.world.physics import BackendMissing, PhysicsBody
-
+    mission = get_mission(options.goal, options.fetch, scene)
     try:
-        return PhysicsBody(scene, seed=options.seed)
+        return Robot(scene, body=options.backend, mission=mission, seed=options.seed, arm=options.arm)
     except BackendMissing as error:
         raise UsageError(str(error)) from None
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
 
+from robot.arm.kinematics import FORE, MOUNT, TOOL, UPPER
 from robot.gait.figures import ABDUCTION, CALF, FOOT_RADIUS, HIPS, SIDES, THIGH
 from robot.gait.kinematics import leg_forward
 from robot.picture import palette
@@ -14,7 +16,7 @@ from robot.picture.recording import rotation
 from robot.picture.solids import Solid, ball, box, capsule, stick
 from robot.world.body import Truth, Vector
 
-__all__ = ["Leg", "legs", "robot_solids"]
+__all__ = ["Leg", "arm_joints", "legs", "robot_solids"]
 
 TRUNK = (0.84, 0.22, 0.18)
 """As in physics: full length, width, height, m."""
@@ -42,13 +44,46 @@ def legs(joints: Vector) -> list[Leg]:
     return found
 
 
-def robot_solids(truth: Truth) -> list[Solid]:
-    """The robot in the world."""
+def robot_solids(truth: Truth, arm: Sequence[float] | None = None) -> list[Solid]:
+    """The robot in the world; with `arm`, the angles (rad) of its four joints, it carries one."""
     axes = rotation(truth.quaternion)
     solids = _trunk(truth.position, axes)
     for leg, side in zip(legs(truth.joints), SIDES, strict=True):
         solids += _leg(Leg(*(truth.position + axes @ joint for joint in leg)), axes[:, 1] * side)
-    return solids
+    return solids if arm is None else solids + _arm(truth.position, axes, arm)
+
+
+def arm_joints(angles: Sequence[float]) -> list[Vector]:
+    """Shoulder, elbow, wrist and the tool's tip in the body frame, m."""
+    turn, *pitches = angles
+    places, pitch = [np.array(MOUNT)], 0.0
+    for length, bend in zip((UPPER, FORE, TOOL), pitches, strict=True):
+        pitch += bend
+        along = np.array((cos(pitch) * cos(turn), cos(pitch) * sin(turn), -sin(pitch)))
+        places.append(places[-1] + length * along)
+    return places
+
+
+def _arm(origin: Vector, axes: Vector, angles: Sequence[float]) -> list[Solid]:
+    shoulder, elbow, wrist, tip = (origin + axes @ place for place in arm_joints(angles))
+    turn = angles[0]
+    side = axes @ np.array((-sin(turn), cos(turn), 0.0))
+    jaw = (tip - wrist) / TOOL
+    palm = wrist + 0.55 * (tip - wrist)
+    fingers = [
+        capsule(palm + offset * side, palm + offset * side + 0.09 * jaw, 0.011, palette.DARK, gloss=0.4)
+        for offset in (-0.035, 0.035)
+    ]
+    return [
+        stick(shoulder - 0.1 * axes[:, 2], shoulder, 0.055, palette.GRAPHITE, rounding=0.01, gloss=0.3),
+        stick(shoulder - 0.05 * side, shoulder + 0.05 * side, 0.05, palette.DARK, rounding=0.012, gloss=0.4),
+        capsule(shoulder, elbow, 0.036, palette.ROBOT, gloss=0.5),
+        stick(elbow - 0.045 * side, elbow + 0.045 * side, 0.042, palette.DARK, rounding=0.012, gloss=0.4),
+        capsule(elbow, wrist, 0.031, palette.ROBOT, gloss=0.5),
+        capsule(wrist, palm, 0.034, palette.GRAPHITE, gloss=0.3),
+        stick(palm - 0.045 * side, palm + 0.045 * side, 0.018, palette.GRAPHITE, rounding=0.006, gloss=0.3),
+        *fingers,
+    ]
 
 
 def _trunk(origin: Vector, axes: Vector) -> list[Solid]:

@@ -50,7 +50,7 @@ def check() -> None:
 def draw_with_mujoco(recording: Recording, width: int, height: int) -> Image:
     """The instant of the recording, with the planned path and the trail on the floor. Call `check` first."""
     mujoco: Any = importlib.import_module("mujoco")
-    camera = viewpoint(recording.scene, recording.pose, width, height)
+    camera = viewpoint(recording.scene, recording.pose, width, height, recording.things)
     model = _dressed(mujoco, recording, camera)
     data = mujoco.MjData(model)
     data.qpos[:] = np.concatenate((recording.truth.position, recording.truth.quaternion, recording.truth.joints))

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Literal
 
-from robot.run.options import Parser, UsageError
+from robot.run.options import Fetch, Goal, Parser, UsageError, parse_fetch, parse_goal, parse_seed
+from robot.world.worlds import WORLDS
 
 __all__ = ["Options", "UsageError", "parse"]
 
@@ -27,11 +28,15 @@ class Options:
     file: str
     world: str
     seed: int
-    at: float
+    at: float | None
+    """When, s; `None`: when this world has something to show."""
     size: tuple[int, int]
     view: Literal["robot", "map", "plots"]
     backend: Literal["physics", "kinematic"]
     renderer: Literal["builtin", "mujoco"]
+    arm: bool
+    goal: Goal | None
+    fetch: Fetch | None
 
 
 def parse(argv: Sequence[str]) -> Options:
@@ -39,6 +44,8 @@ def parse(argv: Sequence[str]) -> Options:
     given = _parser().parse_args(argv)
     if given.renderer == "mujoco" and given.view != "robot":
         raise UsageError(f"--renderer mujoco draws the robot, not --view {given.view}: leave one of the two out")
+    if given.renderer == "mujoco" and (given.arm or given.fetch):
+        raise UsageError("--renderer mujoco draws no arm: leave it out, or --arm and --fetch")
     return Options(
         file=_writable(given.file),
         world=given.world,
@@ -48,26 +55,35 @@ def parse(argv: Sequence[str]) -> Options:
         view=given.view,
         backend=given.backend,
         renderer=given.renderer,
+        arm=given.arm,
+        goal=parse_goal(given.goal),
+        fetch=parse_fetch(given.fetch, given.goal),
     )
 
 
 def _parser() -> Parser:
     parser = Parser(
         prog="python -m robot picture",
-        description="Run the whole robot on its patrol, catch it in mid-stride and draw it to a PNG file; same seed, same picture.",
+        description="Run the whole robot, catch it in mid-stride and draw it to a PNG file; same seed, same picture.",
     )
     add: Any = parser.add_argument
     add("file", nargs="?", default="robot.png", metavar="FILE", help="the PNG file to write (default robot.png)")
-    add(
-        "--world", default="warehouse", metavar="NAME", help="warehouse, empty, corridor or pillars (default warehouse)"
-    )
-    add("--seed", type=int, default=0, metavar="N", help="of all noise and randomness (default 0)")
+    add("--world", default=WORLDS[0], metavar="NAME", help=f"{', '.join(WORLDS)} (default {WORLDS[0]})")
+    add("--seed", type=parse_seed, default=0, metavar="N", help="of all noise and randomness (default 0)")
     add(
         "--at",
         type=float,
-        default=24.0,
         metavar="SECONDS",
-        help="when: it is caught at the next mid-stride, within half a second (default 24)",
+        help="when: it is caught at the next mid-stride, within half a second (default 24; 5 in a world with things, beside them)",
+    )
+    add("--arm", action="store_true", help="carry an arm")
+    add("--goal", type=float, nargs="+", metavar="X", help="X Y [THETA]: walk there instead of the patrol (m, m, rad)")
+    add(
+        "--fetch",
+        nargs="+",
+        metavar="NAME",
+        help="NAME [X Y [Z]]: fetch that thing instead of the patrol, and carry it to X Y Z (m), such as "
+        "--world kitchen --fetch cup --at 14",
     )
     add("--size", default="1200x675", metavar="WxH", help="width and height in pixels (default 1200x675)")
     add(
@@ -91,8 +107,8 @@ def _parser() -> Parser:
     return parser
 
 
-def _at(seconds: float) -> float:
-    if not (isfinite(seconds) and 0.0 <= seconds <= LONGEST):
+def _at(seconds: float | None) -> float | None:
+    if seconds is not None and not (isfinite(seconds) and 0.0 <= seconds <= LONGEST):
         raise UsageError(f"--at {seconds:g}: give 0 to {LONGEST:g} seconds")
     return seconds
 

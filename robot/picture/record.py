@@ -14,13 +14,12 @@ from actors import Child, Node, every, execute, run
 from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.nav_msgs.msg import OccupancyGrid, Path
 from actors.interfaces.sensor_msgs.msg import LaserScan
-from robot.battery.model import Pack
+from robot import Robot
 from robot.contracts import CMD_VEL, MAP, PATH, SCAN
 from robot.gait.figures import FOOT_RADIUS
 from robot.gait.kinematics import feet
 from robot.navigation.grid import Grid
 from robot.picture.recording import Recording, rotation
-from robot.tree import robot_tree
 from robot.world.body import Body, Truth, Vector
 from robot.world.dock import heading
 
@@ -34,18 +33,18 @@ GROUNDED = FOOT_RADIUS + 0.004
 RAISED = FOOT_RADIUS + 0.02
 
 
-def record(body: Body, *, seed: int, at: float) -> Recording:
-    """Run the robot around `body` on its patrol and catch it within the half second after `at` (s), when its raised feet are highest.
+def record(robot: Robot, *, seed: int, at: float) -> Recording:
+    """Run the robot on its mission and catch it within the half second after `at` (s), when its raised feet are highest.
 
     Raises `StartFailed` or `SupervisorGaveUp` when the robot cannot be run.
     """
-    return execute(lambda: _watch(body, seed, at), clock="virtual")
+    return execute(lambda: _watch(robot, seed, at), clock="virtual")
 
 
-async def _watch(body: Body, seed: int, at: float) -> Recording:
-    patrol = [(f"patrol_{number}", pose) for number, pose in enumerate(body.scene.patrol, start=1)]
+async def _watch(robot: Robot, seed: int, at: float) -> Recording:
+    body = robot.body
     recording = Recording(body.scene, body.backend, body.truth(), Grid.from_scene(body.scene))
-    async with run(robot_tree(body, Pack(90.0), patrol), seed=seed, sinks=()) as system:
+    async with run(robot.tree, seed=seed, sinks=()) as system:
         await system.join(Child(Watcher, args=(body, recording, at)))
         ended = asyncio.ensure_future(system.wait())
         try:
@@ -125,6 +124,8 @@ class Watcher(Node):
             self._lift, recording = lift, self._recording
             recording.truth, recording.time = truth, now
             recording.path, recording.returns = self._path, self._returns
+            recording.things, arm = self._body.things(), self._body.arm
+            recording.arm = None if arm is None else tuple(arm.state().position.tolist())
 
 
 def _cut(recording: Recording) -> None:

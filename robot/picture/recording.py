@@ -9,7 +9,7 @@ import numpy as np
 from robot.navigation.grid import Grid
 from robot.world.body import Truth, Vector
 from robot.world.dock import heading
-from robot.world.scene import Pose2, Scene
+from robot.world.scene import Pose2, Scene, Thing
 
 __all__ = ["Recording", "rotation"]
 
@@ -40,6 +40,11 @@ class Recording:
     """The newest /plan, frame `map`; empty without one."""
     returns: tuple[tuple[float, float], ...] = ()
     """Ends of the beams of the newest scan that met something, as seen from the true pose at that time."""
+
+    things: tuple[Thing, ...] = ()
+    """The scene's things, where they are at the instant of the picture."""
+    arm: tuple[float, ...] | None = None
+    """The angles of the arm's joints, rad; `None` without an arm."""
 
     @property
     def pose(self) -> Pose2:

@@ -7,7 +7,7 @@ from robot.picture.floor import floor_layers
 from robot.picture.png import Image
 from robot.picture.recording import Recording
 from robot.picture.render import Stage, render
-from robot.picture.stage import stage_solids
+from robot.picture.stage import stage_solids, thing_solids
 from robot.picture.viewpoint import viewpoint
 
 __all__ = ["draw_robot"]
@@ -15,6 +15,8 @@ __all__ = ["draw_robot"]
 
 def draw_robot(recording: Recording, width: int, height: int) -> Image:
     """The instant of the recording, with the planned path and the trail on the floor."""
-    solids = [*robot_solids(recording.truth), *stage_solids(recording.scene)]
-    camera = viewpoint(recording.scene, recording.pose, width, height)
+    solids = [
+        *robot_solids(recording.truth, recording.arm), *stage_solids(recording.scene), *thing_solids(recording.things),
+    ]  # fmt: skip
+    camera = viewpoint(recording.scene, recording.pose, width, height, recording.things)
     return render(Stage(solids, floor_layers(recording)), camera)

@@ -1,8 +1,8 @@
-"""The warehouse as solids. What is drawn stays inside the obstacle it stands for, so nothing looks free that is not."""
+"""The world as solids. What is drawn stays inside the obstacle it stands for, so nothing looks free that is not."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from math import cos, sin
 
 import numpy as np
@@ -10,9 +10,9 @@ import numpy as np
 from robot.picture import palette
 from robot.picture.solids import Solid, box, stick
 from robot.world.body import Vector
-from robot.world.scene import Box, Cylinder, Obstacle, Scene
+from robot.world.scene import Box, Cylinder, Obstacle, Scene, Thing
 
-__all__ = ["stage_solids"]
+__all__ = ["stage_solids", "thing_solids"]
 
 POST = 0.05
 At = Callable[[float, float, float], Vector]
@@ -21,10 +21,12 @@ LEVELS = (0.10, 0.66, 1.22)
 """Heights of a rack's boards, m."""
 BEAM = 0.08
 DADO = 0.7
+CABINET = 0.6
+"""Boxes up to this height are furniture where there are things to stand on them, m."""
 
 
 def stage_solids(scene: Scene) -> list[Solid]:
-    """Every obstacle of the scene, dressed as what it looks like: wall, rack, crate or pillar."""
+    """Every obstacle of the scene, dressed as what it looks like: wall, rack, crate, pillar, or cabinet for what things stand on."""
     solids: list[Solid] = []
     for index, obstacle in enumerate(scene.obstacles):
         solids += _dressed(obstacle, scene, np.random.default_rng(index))
@@ -35,6 +37,8 @@ def _dressed(obstacle: Obstacle, scene: Scene, rng: np.random.Generator) -> list
     if isinstance(obstacle, Cylinder):
         return _pillar(obstacle)
     axes = _axes(obstacle.yaw)
+    if any(_carries(obstacle, thing) for thing in scene.things) or (obstacle.height <= CABINET and scene.things):
+        return _cabinet(obstacle, axes)
     if obstacle.width <= 0.8 <= obstacle.length and obstacle.height > LEVELS[-1] + 0.3 and _inside(obstacle, scene):
         return _rack(obstacle, axes, rng)
     if obstacle.height <= 1.2 and max(obstacle.length, obstacle.width) <= 1.5:
@@ -90,6 +94,48 @@ def _crate(crate: Box, axes: Vector) -> list[Solid]:
     for offset in (-0.5, 0.0, 0.5):
         foot = base + axes[:, 1] * offset * (crate.width - 0.1) + up * 0.06
         solids.append(box(foot, axes, (crate.length, 0.1, 0.12), palette.BOARD, rounding=0.005))
+    return solids
+
+
+def _carries(box: Box, thing: Thing) -> bool:
+    """Whether a thing stands on a box when the world begins."""
+    near = max(abs(thing.shape.x - box.x) / box.length, abs(thing.shape.y - box.y) / box.width) <= 0.5
+    return near and abs(thing.z - box.height) < 0.01
+
+
+def _cabinet(cabinet: Box, axes: Vector) -> list[Solid]:
+    """White sides on a plinth, below a wooden top."""
+    base, up = np.array((cabinet.x, cabinet.y, 0.0)), np.array((0.0, 0.0, 1.0))
+    length, width, top = cabinet.length, cabinet.width, 0.03
+    middle = (length - 0.03, width - 0.03, cabinet.height - top - 0.04)
+    plinth = (length - 0.06, width - 0.06, 0.04)
+    return [
+        box(base + up * 0.02, axes, plinth, palette.GRAPHITE),
+        box(base + up * (0.04 + middle[2] / 2.0), axes, middle, palette.WHITE, rounding=0.004, gloss=0.2),
+        box(
+            base + up * (cabinet.height - top / 2.0),
+            axes,
+            (length, width, top),
+            palette.BOARD,
+            rounding=0.006,
+            gloss=0.3,
+        ),
+    ]
+
+
+def thing_solids(things: Iterable[Thing]) -> list[Solid]:
+    """The small things, in their own colours, where they are."""
+    solids: list[Solid] = []
+    for thing in things:
+        shape, colour = thing.shape, palette.linear("".join(f"{channel:02x}" for channel in thing.color))
+        foot = np.array((shape.x, shape.y, thing.z))
+        if isinstance(shape, Cylinder):
+            top = foot + np.array((0.0, 0.0, shape.height))
+            solids.append(stick(foot, top, shape.radius, colour, rounding=0.004, gloss=0.4))
+        else:
+            middle = foot + np.array((0.0, 0.0, shape.height / 2.0))
+            size = (shape.length, shape.width, shape.height)
+            solids.append(box(middle, _axes(shape.yaw), size, colour, rounding=0.004, gloss=0.4))
     return solids
 
 

@@ -15,17 +15,20 @@ if TYPE_CHECKING:
     from actors import Supervisor
     from actors.params_file import ParameterOverrides
     from actors.system import System
+    from robot import Robot
     from robot.run.flight import Flight
     from robot.run.judge import Score
-    from robot.tasks.carrier import Delivery
     from robot.world.body import Body
-    from robot.world.scene import Scene
 
 __all__ = ["main"]
 
 
 def main(argv: Sequence[str]) -> int:
-    """0: ended as asked; 2: cannot be run as asked; 3: a supervisor gave up; 130 and 143: SIGINT and SIGTERM."""
+    """The exit code.
+
+    0: ended as asked. 1: what `--goal` or `--fetch` asked for was not done when the run ended. 2: cannot be run as asked.
+    3: a supervisor gave up. 130 and 143: SIGINT and SIGTERM.
+    """
     # One thread for BLAS: 12 x 12 matrices gain nothing from more, and the last bits of a sum would depend on their number.
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
@@ -41,11 +44,9 @@ class Session:
 
     def __init__(self, options: Options) -> None:
         self.options = options
-        self.scene = self._scene()
-        self.waypoints, self.laps = self._waypoints()
-        self.delivery = self._delivery()
         self.overrides = self._overrides()
-        self.body: Body = self._body()
+        self.robot = self._robot()
+        self.body: Body = self.robot.body
 
     def run(self) -> int:
         from actors import StartFailed, SupervisorGaveUp, execute
@@ -62,46 +63,24 @@ class Session:
 
     # -- what can be wrong with it, found before anything runs --------------------------------------------------------------
 
-    def _scene(self) -> Scene:
+    def _robot(self) -> Robot:
+        from robot import Robot
+        from robot.run.mission import get_mission
+        from robot.world.physics import BackendMissing
         from robot.world.worlds import UnknownWorld, get_world
 
+        options = self.options
         try:
-            return get_world(self.options.world)
+            scene = get_world(options.world)
         except UnknownWorld as error:
-            raise UsageError(f"--world {self.options.world}: {error.args[0]}") from None
-
-    def _waypoints(self) -> tuple[list[tuple[str, Any]], int]:
-        goal = self.options.goal
-        if goal is None:
-            return [(f"patrol_{number}", pose) for number, pose in enumerate(self.scene.patrol, start=1)], 0
-        from robot.navigation.errors import NavigationError
-        from robot.navigation.grid import Grid
-        from robot.navigation.navigator import Navigator
-        from robot.world.scene import Pose2
-
-        pose, (x0, y0, x1, y1) = Pose2(*goal), self.scene.bounds
-        if not (x0 <= pose.x <= x1 and y0 <= pose.y <= y1):
-            raise UsageError(
-                f"--goal {goal[0]:g} {goal[1]:g}: that is outside of the world {self.scene.name!r}, "
-                f"where x is {x0:g} to {x1:g} m and y is {y0:g} to {y1:g} m"
-            )
+            raise UsageError(f"--world {options.world}: {error.args[0]}") from None
         try:
-            Navigator(Grid.from_scene(self.scene)).set_goal(pose, start=self.scene.start)
-        except NavigationError as error:
-            raise UsageError(f"--goal {goal[0]:g} {goal[1]:g}: {error}") from None
-        return [("goal", pose)], 1
-
-    def _delivery(self) -> Delivery | None:
-        asked = self.options.fetch
-        if asked is None:
-            return None
-        from robot.tasks.carrier import Delivery
-
-        found = next((thing for thing in self.scene.things if thing.name == asked.name), None)
-        if found is None:
-            known = ", ".join(thing.name for thing in self.scene.things) or "nothing"
-            raise UsageError(f"--fetch {asked.name}: the world {self.scene.name!r} has no such thing; there is {known}")
-        return Delivery(asked.name, (found.shape.x, found.shape.y, found.z), asked.to)
+            return Robot(
+                scene, body=options.backend, mission=get_mission(options.goal, options.fetch, scene), seed=options.seed, battery=options.battery,
+                arm=options.arm, motor_delay=options.motor_delay, overrides=self.overrides, publish_clock=options.publish_clock,
+            )  # fmt: skip
+        except BackendMissing as error:
+            raise UsageError(str(error)) from None
 
     def _overrides(self) -> ParameterOverrides | None:
         path = self.options.params
@@ -114,44 +93,25 @@ class Session:
         except InvalidParams as error:
             raise UsageError(f"--params: {error}") from None
 
-    def _body(self) -> Body:
-        options = self.options
-        if options.backend == "kinematic":
-            from robot.world.kinematic import KinematicBody
-
-            return KinematicBody(self.scene, seed=options.seed, arm=options.arm)
-        from robot.world.physics import BackendMissing, PhysicsBody
-
-        try:
-            return PhysicsBody(self.scene, seed=options.seed, delay=options.motor_delay, arm=options.arm)
-        except BackendMissing as error:
-            raise UsageError(str(error)) from None
-
     # -- the run ------------------------------------------------------------------------------------------------------------
 
     async def _main(self) -> int:
         from actors import Child, run
         from actors.levels import Level
         from actors.logs import console_sink, json_sink
-        from robot.battery.model import Pack
         from robot.run.flight import Flight
         from robot.run.judge import Judge, Score
+        from robot.run.mission import failure
         from robot.run.report import last_sample, make_report
-        from robot.run.status import Status, StatusLine
-        from robot.tree import robot_tree
+        from robot.run.status import Status, StatusLine, final_parts
 
         options, began = self.options, time.monotonic()
         line, score = StatusLine(), Score()
         flight = Flight(options, score)
         sink = json_sink() if options.log_format == "json" else console_sink()
         line.live = line.live and options.log_format == "console"
-        tree = robot_tree(
-            self.body, Pack(options.battery), self.waypoints,
-            laps=self.laps, motor_delay=options.motor_delay, overrides=self.overrides, publish_clock=options.publish_clock,
-            delivery=self.delivery,
-        )  # fmt: skip
-        check_parameters(tree, self.overrides)
-        tree = self._chosen(tree)
+        check_parameters(self.robot.tree, self.overrides)
+        tree = self._chosen(self.robot.tree)
         check_crashes(tree, options.crashes)
         report: dict[str, Any] = {}
         context = run(
@@ -167,11 +127,17 @@ class Session:
                 finally:
                     report = make_report(system, self.body, score, self._header())
         finally:
-            line.end()
+            line.end(final_parts(self.body.truth(), score, report.get("simulated_seconds", 0.0)))
             report |= flight.conclude(quiet=options.log_format == "json")
             report |= {"last": last_sample(self.body), "wall_seconds": round(time.monotonic() - began, 3)}
+            failed = failure(options, score, self.body)
+            report["failure"] = failed
             self._conclude(score, report)
-        return system.exit_code
+            failed = self._write(report) or failed
+        if failed is None or system.exit_code != 0:
+            return system.exit_code
+        print(f"robot run: {failed}", file=sys.stderr)
+        return 1
 
     def _chosen(self, tree: Supervisor) -> Supervisor:
         """The tree, or what `--only` leaves of it."""
@@ -229,17 +195,17 @@ class Session:
                     system.log.warning("crash not made: the run had ended", asked=f"{crash.node}@{crash.at:g}")
 
     def _announce(self, system: System) -> None:
-        warning = {"note": "the kinematic body has no physics: it cannot fall, and nothing here counts as walking"}
+        more: dict[str, Any] = {"only": ", ".join(self.options.only)} if self.options.only else {}
+        if self.body.backend == "kinematic":
+            more["note"] = "the kinematic body has no physics: it cannot fall, and nothing here counts as walking"
         system.log.info(
-            "robot running", world=self.scene.name, backend=self.body.backend, clock=self.options.clock, seed=self.options.seed,
-            **({"only": ", ".join(self.options.only)} if self.options.only else {}),
-            **(warning if self.body.backend == "kinematic" else {}),
+            "robot running", world=self.robot.scene.name, backend=self.body.backend, clock=self.options.clock, seed=self.options.seed, **more
         )  # fmt: skip
 
     def _header(self) -> dict[str, Any]:
         options = self.options
         return {
-            "backend": self.body.backend, "world": self.scene.name, "clock": options.clock, "seed": options.seed,
+            "backend": self.body.backend, "world": self.robot.scene.name, "clock": options.clock, "seed": options.seed,
             "motor_delay": options.motor_delay, "battery_percent": options.battery, "only": list(options.only),
             "arm": options.arm,
         }  # fmt: skip
@@ -252,10 +218,18 @@ class Session:
                 f"{reached} goals reached, {score.falls} falls, {len(score.contacts)} contacts",
                 file=sys.stderr,
             )
-        if self.options.report is not None:
+
+    def _write(self, report: dict[str, Any]) -> str | None:
+        """Write the report, if one is wanted; returns what went wrong."""
+        if self.options.report is None:
+            return None
+        try:
             with open(self.options.report, "w", encoding="utf-8") as file:
                 json.dump(report, file, indent=1, sort_keys=True)
                 file.write("\n")
+        except OSError as error:
+            return f"--report {self.options.report}: not written: {error.strerror}"
+        return None
 
 
 def check_parameters(tree: Supervisor, overrides: ParameterOverrides | None) -> None:
@@ -288,10 +262,13 @@ def check_parameters(tree: Supervisor, overrides: ParameterOverrides | None) -> 
 
 def check_crashes(tree: Supervisor, crashes: Sequence[Crash]) -> None:
     """Refuse to crash what is not there. Raises `UsageError`."""
-    names = [child.name for child in tree.children]
+    from robot.tree import UnknownNode, only
+
     for crash in crashes:
-        if crash.node.lstrip("/") not in names:
-            raise UsageError(f"--crash {crash.node}@{crash.at:g}: there is no such node; there are: {', '.join(names)}")
+        try:
+            only(tree, [crash.node])
+        except UnknownNode as error:
+            raise UsageError(f"--crash {crash.node}@{crash.at:g}: {error}") from None
 
 
 def _crash(system: System, name: str) -> None:

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import isfinite, radians
+from difflib import get_close_matches
+from math import isfinite, nan, radians
 from typing import Any, Literal, NoReturn
 
-__all__ = ["VIRTUAL_DURATION", "Crash", "Options", "Parser", "UsageError", "parse"]
+from robot.world.worlds import WORLDS
 
+__all__ = [
+    "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Options", "Parser", "UsageError", "parse", "parse_fetch", "parse_goal",
+    "parse_seed", "seconds", "within",
+]  # fmt: skip
+
+Goal = tuple[float, float, float]
+"""x and y in metres, the heading in rad."""
+
+LEVELS = ("debug", "info", "warn", "error", "fatal")
+"""What may be said for `--log-level`."""
 VIRTUAL_DURATION = 120.0
 """A run on the virtual clock needs an end; this is its default, seconds."""
 
@@ -20,9 +31,15 @@ class UsageError(Exception):
 
 
 class Parser(argparse.ArgumentParser):
-    """argparse, but a mistake is one `UsageError` that says where the help is, instead of a page."""
+    """argparse, but a mistake is one `UsageError` that says where the help is, instead of a page; a misspelt option is told the closest one."""
 
     def error(self, message: str) -> NoReturn:
+        if message.startswith("unrecognized arguments: "):
+            known = [option for action in self._actions for option in action.option_strings]
+            close = [
+                near for word in message.split()[2:] for near in get_close_matches(word.partition("=")[0], known, n=1)
+            ]
+            message += f"; did you mean {close[0]}?" if close else ""
         raise UsageError(f"{message} (see {self.prog} --help)")
 
 
@@ -53,7 +70,7 @@ class Options:
     world: str
     backend: Literal["physics", "kinematic"]
     seed: int
-    goal: tuple[float, float, float] | None
+    goal: Goal | None
     params: str | None
     log_format: Literal["console", "json"]
     log_level: str
@@ -86,18 +103,18 @@ def parse(argv: Sequence[str]) -> Options:
         world=given.world,
         backend=given.backend,
         seed=given.seed,
-        goal=_goal(given.goal),
+        goal=parse_goal(given.goal),
         params=given.params,
         log_format=given.log_format,
         log_level=given.log_level,
         report=_writable("--report", given.report),
         motor_delay=_within("--motor-delay", given.motor_delay, 0.0, 20.0, "milliseconds") / 1e3,
-        flight_record=_writable("--flight-record", given.flight_record),
+        flight_record=_regular("--flight-record", _writable("--flight-record", given.flight_record)),
         trace=given.trace,
         publish_clock=given.publish_clock,
         only=_names(given.only),
         arm=given.arm or given.fetch is not None,
-        fetch=_fetch(given.fetch, given.goal),
+        fetch=parse_fetch(given.fetch, given.goal),
     )
 
 
@@ -127,16 +144,14 @@ def _parser() -> argparse.ArgumentParser:
         default="real",
         help="real time, or as fast as the machine can (default real)",
     )
-    add(
-        "--world", default="warehouse", metavar="NAME", help="warehouse, empty, corridor or pillars (default warehouse)"
-    )
+    add("--world", default=WORLDS[0], metavar="NAME", help=f"{', '.join(WORLDS)} (default {WORLDS[0]})")
     add(
         "--backend",
         choices=("physics", "kinematic"),
         default="physics",
         help="MuJoCo, or numpy only, which cannot fall",
     )
-    add("--seed", type=int, default=0, metavar="N", help="of all noise and randomness (default 0)")
+    add("--seed", type=parse_seed, default=0, metavar="N", help="of all noise and randomness (default 0)")
     add(
         "--goal",
         type=float,
@@ -162,7 +177,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     add("--params", metavar="FILE", help="a ROS 2 parameter file (YAML)")
     add("--log-format", choices=("console", "json"), default="console")
-    add("--log-level", choices=("debug", "info", "warn", "error", "fatal"), default="info")
+    add("--log-level", type=str.lower, choices=LEVELS, default="info")
     add("--report", metavar="FILE", help="write a report of the run as JSON")
     add(
         "--flight-record",
@@ -191,6 +206,32 @@ def _parser() -> argparse.ArgumentParser:
         help="delay of the motor drives in milliseconds, 0 to 20 (default 4)",
     )
     return parser
+
+
+def parse_seed(text: str) -> int:
+    """A seed of random numbers, for argparse: a whole number that is not negative."""
+    try:
+        value = int(text)
+    except ValueError:
+        value = -1
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"{text} is no seed: give a whole number of at least 0")
+    return value
+
+
+def within(low: float, high: float, unit: str) -> Callable[[str], float]:
+    """A number within bounds, for argparse."""
+
+    def parse(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = nan
+        if not low <= value <= high:  # also true for NaN
+            raise argparse.ArgumentTypeError(f"{text}: give {low:g} to {high:g} {unit}")
+        return value
+
+    return parse
 
 
 def seconds(text: str) -> float:
@@ -224,13 +265,14 @@ def _crash(text: str, duration: float | None) -> Crash:
 
 
 def _names(words: Sequence[str] | None) -> tuple[str, ...]:
-    names = tuple(name for word in words or () for name in word.split(",") if name)
+    names = tuple(dict.fromkeys(name for word in words or () for name in word.split(",") if name))
     if words is not None and not names:
         raise UsageError("--only: name at least one node, such as --only gait")
     return names
 
 
-def _goal(values: Sequence[float] | None) -> tuple[float, float, float] | None:
+def parse_goal(values: Sequence[float] | None) -> Goal | None:
+    """What `--goal` says: x and y in metres, the heading in rad (0 unless given). Raises `UsageError`."""
     if values is None:
         return None
     if len(values) not in (2, 3):
@@ -244,7 +286,8 @@ def _goal(values: Sequence[float] | None) -> tuple[float, float, float] | None:
     return x, y, theta
 
 
-def _fetch(values: Sequence[str] | None, goal: object) -> Fetch | None:
+def parse_fetch(values: Sequence[str] | None, goal: object) -> Fetch | None:
+    """What `--fetch` says; `goal` is what `--goal` says, as there can be only one of them. Raises `UsageError`."""
     if values is None:
         return None
     if goal is not None:
@@ -262,12 +305,23 @@ def _fetch(values: Sequence[str] | None, goal: object) -> Fetch | None:
 
 
 def _writable(option: str, path: str | None) -> str | None:
-    if path is not None:
-        folder = os.path.dirname(os.path.abspath(path))
-        if not os.path.isdir(folder) or os.path.isdir(path):
-            raise UsageError(
-                f"{option} {path}: there is no folder {folder} to write it in"
-                if not os.path.isdir(folder)
-                else f"{option} {path}: that is a folder"
-            )
+    """The path, if a file can be written there as far as can be seen without writing one. Raises `UsageError`."""
+    if path is None:
+        return None
+    folder = os.path.dirname(os.path.abspath(path))
+    if not path:
+        raise UsageError(f"{option}: name a file")
+    if not os.path.isdir(folder):
+        raise UsageError(f"{option} {path}: there is no folder {folder} to write it in")
+    if os.path.isdir(path):
+        raise UsageError(f"{option} {path}: that is a folder")
+    if not os.access(path if os.path.exists(path) else folder, os.W_OK):
+        raise UsageError(f"{option} {path}: no permission to write it")
+    return path
+
+
+def _regular(option: str, path: str | None) -> str | None:
+    """Refuse devices and pipes: the file is written beside its place and then put there, which would take the device away."""
+    if path is not None and os.path.exists(path) and not os.path.isfile(path):
+        raise UsageError(f"{option} {path}: that is no regular file")
     return path

@@ -4,39 +4,64 @@ from __future__ import annotations
 
 import shutil
 import sys
+from collections.abc import Sequence
 from math import degrees
-from typing import IO
+from typing import IO, NamedTuple
+
+import numpy as np
 
 from actors import Node, background, every
 from actors.interfaces.geometry_msgs.msg import PoseStamped
+from actors.interfaces.nav_msgs.msg import Path as PathMessage
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.logs import LogRecord, LogSink
-from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, POSE
+from actors.supervision.reasons import ExitReason
+from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, PATH, POSE
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus
 from robot.navigation.geometry import from_pose
+from robot.navigation.path import Path
+from robot.run.judge import Score
+from robot.world.body import Truth
+from robot.world.dock import heading
 from robot.world.scene import Pose2
 
-__all__ = ["Status", "StatusLine"]
+__all__ = ["Part", "Status", "StatusLine", "final_parts"]
 
 LINES_EVERY = 5.0
 """Seconds between the status lines of a log."""
 STATUS = "robot"
 """The event of such a line."""
+SEPARATOR = " | "
+CLEAR = "\r\x1b[2K\x1b[J"
+"""To the start of the line; erase it, and what is below: a terminal that became narrower has broken the line into several."""
+SITTING = 0.25
+"""A body that is lower than this over the floor sits, m."""
+
+
+class Part(NamedTuple):
+    """A part of the status line. Where there is no room for all, those of the lowest `rank` are left out."""
+
+    rank: int
+    text: str
 
 
 class StatusLine:
-    """The last line of a terminal, kept below the log lines that scroll by. Does nothing where there is no terminal."""
+    """The last line of a terminal, kept below the log lines that scroll by. Does nothing where there is no terminal.
+
+    The cursor waits at the start of the line. When the terminal becomes narrower and breaks the line, the cursor stays before all of it,
+    and the next renewal erases the whole.
+    """
 
     def __init__(self, stream: IO[str] | None = None) -> None:
         self._stream = stream or sys.stderr
         self.live = self._stream.isatty()
-        self._text = ""
+        self._parts: tuple[Part, ...] = ()
 
-    def show(self, text: str) -> None:
-        """Renew the line."""
-        self._text = text
+    def show(self, parts: Sequence[Part]) -> None:
+        """Renew the line, with as many of the parts as there is room for."""
+        self._parts = tuple(parts)
         width = shutil.get_terminal_size().columns - 1  # a line that wraps could not be renewed
-        self._stream.write(f"\r\x1b[2K{text[:width]}")
+        self._stream.write(f"{CLEAR}{fitting(self._parts, width)}\r")
         self._stream.flush()
 
     def above(self, sink: LogSink) -> LogSink:
@@ -45,20 +70,52 @@ class StatusLine:
         def write(record: LogRecord) -> None:
             if self.live and record.event == STATUS:
                 return
-            if self._text:
-                self._stream.write("\r\x1b[2K")
+            if self._parts:
+                self._stream.write(CLEAR)
             sink(record)
-            if self._text:
-                self.show(self._text)
+            if self._parts:
+                self.show(self._parts)
 
         return write
 
-    def end(self) -> None:
-        """Leave the line standing and go on below it."""
-        if self._text:
-            self._text = ""
+    def clear(self) -> None:
+        """Take the line away."""
+        if self._parts:
+            self._parts = ()
+            self._stream.write(CLEAR)
+            self._stream.flush()
+
+    def end(self, parts: Sequence[Part] = ()) -> None:
+        """Leave the line standing, with these parts if there are any, and go on below it."""
+        if self._parts:
+            self.show(parts or self._parts)
+            self._parts = ()
             self._stream.write("\n")
             self._stream.flush()
+
+
+def fitting(parts: Sequence[Part], width: int) -> str:
+    """The parts in their order, without those of the lowest rank that do not fit into `width` columns."""
+    chosen = list(parts)
+    while True:
+        text = SEPARATOR.join(part.text for part in chosen)
+        if len(text) <= width or len(chosen) <= 1:
+            return text[:width]
+        chosen.remove(min(chosen, key=lambda part: part.rank))
+
+
+def final_parts(truth: Truth, score: Score, seconds: float) -> list[Part]:
+    """The last status line of a run: what has become of the robot, as the judge sees it."""
+    x, y, z = (float(value) for value in truth.position)
+    posture = "has fallen" if truth.fallen else "sits" if z < SITTING else "stands"
+    parts = [
+        Part(9, f"{seconds:7.1f} s"),
+        Part(8, f"the robot {posture}"),
+        Part(5, _place(Pose2(x, y, heading(truth)))),
+    ]
+    if score.charge is not None:
+        parts.append(Part(6, f"battery {100 * score.charge:.1f} %" + (", charging" if score.charging else "")))
+    return parts
 
 
 class Status(Node):
@@ -69,12 +126,22 @@ class Status(Node):
         self._backend = backend
         self._pose: Pose2 | None = None
         self._battery: BatteryState | None = None
+        self._path: Path | None = None
         self._mode = "-"
-        self._driver = ""
+        self._driver = self._standing = ""
+
+    async def on_stop(self, reason: ExitReason) -> None:
+        if self._line.live:
+            self._line.show([Part(9, f"{self.clock.now():7.1f} s"), Part(8, "stopping")])
 
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:
         self._pose = from_pose(message.pose)
+
+    @PATH.on()
+    def path(self, message: PathMessage) -> None:
+        points = [(pose.pose.position.x, pose.pose.position.y) for pose in message.poses]
+        self._path = Path(np.array(points)) if points else None
 
     @BATTERY_STATE.on()
     def battery(self, message: BatteryState) -> None:
@@ -86,12 +153,12 @@ class Status(Node):
 
     @DRIVE_STATUS.on()
     def drive(self, message: DriveStatus) -> None:
-        self._driver = f"{message.source} drives" if message.source else message.reason
+        self._driver, self._standing = message.source, message.reason
 
     @every(hz=2)
     def renew(self) -> None:
         if self._line.live:
-            self._line.show(self._text())
+            self._line.show(self._parts())
 
     @background
     async def log_lines(self) -> None:
@@ -104,16 +171,24 @@ class Status(Node):
                     battery=f"{100 * battery.percentage:.1f} %", volts=round(battery.voltage, 2), backend=self._backend,
                 )  # fmt: skip
 
-    def _text(self) -> str:
-        parts = [f"{self.clock.now():7.1f} s", f"{self._backend} body"]
+    def _parts(self) -> list[Part]:
+        parts = [Part(9, f"{self.clock.now():7.1f} s")]
+        if self._driver == "autonomy" and self._path is not None and self._pose is not None:
+            (x, y), (along, off) = self._path.points[-1].tolist(), self._path.project(self._pose.x, self._pose.y)
+            parts.append(Part(8, f"{self._path.length - along + off:.1f} m to ({x:.2f}, {y:.2f})"))
+        elif self._driver or self._standing:
+            parts.append(Part(3, f"{self._driver} drives" if self._driver else self._standing))
         if self._pose is not None:
-            parts.append(f"x {self._pose.x:6.2f}  y {self._pose.y:6.2f}  heading {degrees(self._pose.yaw):4.0f} deg")
-        parts.append(f"gait {self._mode}")
-        if self._driver:
-            parts.append(self._driver)
+            parts.append(Part(5, _place(self._pose)))
+        parts.append(Part(6, f"gait {self._mode}"))
         if self._battery is not None:
-            charging = (
-                ", charging" if self._battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING else ""
-            )
-            parts.append(f"battery {100 * self._battery.percentage:.1f} % {self._battery.voltage:.2f} V{charging}")
-        return "  |  ".join(parts)
+            charging = self._battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
+            charge = f"battery {100 * self._battery.percentage:.1f} %"
+            parts.append(Part(6, f"{charge}, charging" if charging else charge))
+            parts.append(Part(2, f"{self._battery.voltage:.2f} V"))
+        parts += [Part(1, f"{self._backend} body"), Part(7, "Ctrl-C stops")]
+        return parts
+
+
+def _place(pose: Pose2) -> str:
+    return f"x {pose.x:5.2f} y {pose.y:5.2f} heading {degrees(pose.yaw):4.0f} deg"

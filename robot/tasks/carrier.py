@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from actors import ActorError, GoalFailed, GoalRejected, Node, background, publishes
 from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
@@ -54,7 +55,8 @@ class Carrier(Node):
         except ActorError as error:
             outcome, reason = "aborted", f"{type(error).__name__}: {error}"
         taken = self.clock.now() - begun
-        self.log.info("errand over", outcome=outcome, seconds=round(taken, 1), **({"why": reason} if reason else {}))
+        why: dict[str, Any] = {"why": reason} if reason else {}
+        self.log.info("errand over", outcome=outcome, seconds=round(taken, 1), **why)
         await self._report(outcome, reason, taken)
         await self.call(SIT, Trigger.Request())
         self.finished = True

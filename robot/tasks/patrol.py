@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Sequence
 from math import hypot, isfinite
+from typing import Any
 
 from actors import ActorError, GoalAborted, GoalCanceled, GoalRejected, Node, background, parameter, publishes
 from actors.interfaces.geometry_msgs.msg import PoseStamped
@@ -12,6 +13,7 @@ from actors.interfaces.std_srvs.srv import Trigger
 from robot.contracts import (
     BATTERY_STATE,
     DOCK,
+    GAIT_STATUS,
     GOAL_REPORT,
     NAVIGATE_TO_GOAL,
     POSE,
@@ -23,7 +25,7 @@ from robot.contracts import (
 )
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.robactor_msgs.action import Dock
-from robot.interfaces.robactor_msgs.msg import GoalReport, SafetyState
+from robot.interfaces.robactor_msgs.msg import GaitStatus, GoalReport, SafetyState
 from robot.navigation.geometry import from_pose, pose_stamped
 from robot.navigation.grid import Grid
 from robot.navigation.path import line_cells
@@ -56,6 +58,7 @@ class Patrol(Node):
         self._stopped = ""
         self._tired = False
         """The last goal was not for the charge there is."""
+        self._rising = False
         self.finished = False
 
     def resume(self, state: int) -> None:
@@ -70,6 +73,13 @@ class Patrol(Node):
     @SAFETY_STATE.on()
     def safety(self, message: SafetyState) -> None:
         self._stopped = "; ".join(message.reasons) if message.stopped else ""
+
+    @GAIT_STATUS.on()
+    def gait(self, message: GaitStatus) -> None:
+        """Say that the robot stands when it does: the answer to the request comes two seconds before."""
+        if self._rising and message.mode in ("stand", "walk"):
+            self._rising = False
+            self.log.info("Robot is now standing")
 
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:
@@ -115,7 +125,8 @@ class Patrol(Node):
         while True:
             reply = await self.call(STAND, Trigger.Request())
             if reply.success:
-                self.log.info(reply.message)
+                self.log.info("standing up")
+                self._rising = True
                 return
             self.log.warning("cannot stand up", why=reply.message)
             await self.clock.sleep(5.0)
@@ -148,7 +159,8 @@ class Patrol(Node):
         self._tired = reason.startswith("battery")
         taken = self.clock.now() - begun
         say = self.log.warning if again else self.log.info
-        say("goal ended", goal=name, outcome=outcome, seconds=round(taken, 1), **({"why": reason} if reason else {}))
+        why: dict[str, Any] = {"why": reason} if reason else {}
+        say("goal ended", goal=name, outcome=outcome, seconds=round(taken, 1), **why)
         self.reports(
             GoalReport(
                 stamp=self.clock.stamp(), name=name, x=goal.x, y=goal.y, theta=goal.yaw,

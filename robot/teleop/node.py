@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -17,7 +16,6 @@ from robot.teleop.arbiter import STILL, Source, Velocity, VelocityArbiter, Veloc
 from robot.teleop.voice import interpret
 
 if TYPE_CHECKING:
-    from actors.parameters import Parameter
     from actors.supervision.reasons import ExitReason
 
 __all__ = ["TUTORIAL_LIMITS", "RobotController"]
@@ -62,6 +60,7 @@ class RobotController(Node):
 
     def __init__(self) -> None:
         self._kept: bool | None = None
+        self._starting = True
 
     def resume(self, state: bool) -> None:
         self._kept = state
@@ -78,7 +77,7 @@ class RobotController(Node):
         self._safety_stamp = 0
         if self.safety_timeout > 0.0:
             self._arbiter.stop(SILENT)
-        self.core.parameters.add_post_set_callback(self._parameters_set)
+        self._starting = False
         self._show()
 
     async def on_stop(self, reason: ExitReason) -> None:
@@ -140,11 +139,12 @@ class RobotController(Node):
         text = "Robot enabled successfully" if request.data else "Robot disabled, stopping motors"
         return SetBool.Response(success=True, message=text)
 
-    def _parameters_set(self, parameters: Sequence[Parameter]) -> None:
-        if not any(one.name == "enabled" for one in parameters):
+    @enabled.changed
+    def _switched(self, enabled: bool) -> None:
+        if self._starting:  # what the last life left, taken over without a word
             return
-        self.checkpoint(self.enabled)
-        if self.enabled:
+        self.checkpoint(enabled)
+        if enabled:
             self._arbiter.enable()
             self.log.info("\N{LARGE GREEN CIRCLE} Robot ENABLED")
             self._show()

@@ -85,6 +85,9 @@ class Detector(Node):
 
     detections = publishes(DETECTIONS)
 
+    async def on_start(self) -> None:
+        self.log.info("Detector initialized")
+
     @IMAGE.on()
     def look(self, image: Image) -> None:
         if image.encoding != "rgb8":
@@ -104,6 +107,9 @@ class Controller(Node):
     """Turns towards what is detected: takes /detections, publishes /cmd_vel."""
 
     cmd = publishes(CMD_VEL)
+
+    async def on_start(self) -> None:
+        self.log.info("Controller initialized")
 
     @DETECTIONS.on()
     def turn(self, detection: Detection) -> None:

@@ -16,6 +16,9 @@ CALCULATE_DISTANCE = Service(CalculateDistance, "calculate_distance")
 class DistanceService(Node):
     """Measures between two points: serves calculate_distance. What has no finite distance is answered with success False."""
 
+    async def on_start(self) -> None:
+        self.log.info("Distance Service ready")
+
     @CALCULATE_DISTANCE.serve()
     async def calculate(self, request: CalculateDistance_Request) -> CalculateDistance_Response:
         x1, y1, x2, y2 = request.x1, request.y1, request.x2, request.y2

@@ -11,7 +11,7 @@ from typing import cast
 
 from actors import Node, Supervisor, Topic, every, parameter, publishes
 from actors.interfaces.std_msgs.msg import Float64
-from actors.parameters import Parameter, SetResult
+from actors.parameters import Parameter, SetResult, on_set
 from robot.tutorials.program import main, system
 
 __all__ = ["MOTOR_VELOCITY", "MotorController", "tree"]
@@ -50,27 +50,24 @@ class MotorController(Node):
     pid_gains = parameter([1.0, 0.1, 0.01], description="Proportional, integral, derivative.")
 
     async def on_start(self) -> None:
-        if wrong := why_not(self.max_velocity, self.pid_gains):
-            raise ValueError("; ".join(wrong))
-        self.core.parameters.add_on_set_callback(self.check)
-        self.core.parameters.add_post_set_callback(self.changed)
         self.log.info(f"Max velocity: {self.max_velocity}")
         self.log.info(f"PID gains: {list(self.pid_gains)}")
         self._measured = self._integral = self._error = 0.0
 
+    @on_set
     def check(self, values: Sequence[Parameter]) -> SetResult:
-        """Asked before anything is stored; without side effects, because another check may still refuse."""
+        """Asked before anything is stored, also about what it is started with; no side effects, as another check may still refuse."""
         wanted = {one.name: one.value for one in values}
         wrong = why_not(wanted.get("max_velocity"), wanted.get("pid_gains"))
         return SetResult(not wrong, "; ".join(wrong))
 
-    def changed(self, values: Sequence[Parameter]) -> None:
-        """Told after everything is stored."""
-        for one in values:
-            if one.name == "max_velocity":
-                self.log.info(f"Max velocity changed to: {one.value}")
-            elif one.name == "pid_gains":
-                self.log.info(f"PID gains changed to: {list(self.pid_gains)}")
+    @max_velocity.changed
+    def velocity_changed(self, value: float) -> None:
+        self.log.info(f"Max velocity changed to: {value}")
+
+    @pid_gains.changed
+    def gains_changed(self, value: tuple[float, ...]) -> None:
+        self.log.info(f"PID gains changed to: {list(value)}")
 
     @every(hz=RATE)
     def control(self) -> None:

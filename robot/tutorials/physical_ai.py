@@ -36,8 +36,12 @@ class PhysicalAi(Node):
     node_name = "physical_ai_node"
     status = publishes(ROBOT_STATUS)
 
+    async def on_start(self) -> None:
+        self.log.info("Physical AI Node initialized")
+
     @SENSOR_INPUT.on()
     def process(self, message: Float32) -> None:
+        self.log.info(f"Received sensor data: {message.data}")
         self.status(String(data=f"Processed: {message.data}"))
 
     @every(period=0.5)

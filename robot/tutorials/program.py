@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
 import asyncio
+import os
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 from actors import (
     Action,
@@ -26,6 +28,7 @@ from actors.levels import Level
 from actors.logs import LogRecord, console_sink
 from actors.supervision.reasons import ExitReason, Stopped
 from actors.supervisor import Spec, all_significant, never
+from robot.run.options import LEVELS, Parser, UsageError, seconds
 
 __all__ = ["Errand", "ErrandFailed", "main", "system", "was_interrupted"]
 
@@ -89,30 +92,49 @@ def _child(node: Spec | type[Node]) -> Spec:
     return Child(node, restart=transient, significant=True) if issubclass(node, Errand) else Child(node)
 
 
-def main(tree: Callable[[], Supervisor], argv: Sequence[str] | None = None) -> None:
+def main(tree: Callable[[], Supervisor], argv: Sequence[str] | None = None, *, name: str | None = None) -> NoReturn:
     """Run a tutorial until its errands are over, or until Ctrl-C, and exit.
 
     The exit code is 0, also after Ctrl-C, because that is how these programs are meant to end; 1 when an errand failed, 2 for options
-    that are not understood, 3 when a node did not start or a
-    supervisor gave up.
+    that are not understood, 3 when a node did not start or a supervisor gave up. `name` is how the program calls itself.
     """
-    import argparse
-
-    parser = argparse.ArgumentParser(description=tree.__doc__, epilog="Ctrl-C ends it.")
-    parser.add_argument("--clock", choices=("real", "virtual"), default="real", help="virtual: waiting takes no time")
-    parser.add_argument("--duration", type=float, metavar="SECONDS", help="end after so many seconds")
-    parser.add_argument(
-        "--log-level", type=Level.parse, default=Level.INFO, metavar="LEVEL", help="debug, info, warn or error"
-    )
-    options = parser.parse_args(argv)
-    if options.clock == "virtual" and options.duration is None and tree().auto_shutdown == never:
-        parser.error("--clock virtual needs a --duration here: this tutorial has no end of its own")
+    name = name or _own_name()
     try:
-        code = execute(lambda: _live(tree(), options.duration, options.log_level), clock=options.clock)
+        options = _options(tree, argv, name)
+    except UsageError as error:
+        print(f"{name.removeprefix('python -m ')}: {error}", file=sys.stderr)
+        sys.exit(2)
+    try:
+        level = Level.parse(options.log_level)
+        code = execute(lambda: _live(tree(), options.duration, level), clock=options.clock)
     except (StartFailed, SupervisorGaveUp) as error:
         print(error, file=sys.stderr)
         code = 3
     sys.exit(code)
+
+
+def _own_name() -> str:
+    """As it was started: ``python -m robot.tutorials.ring`` or ``ring.py``."""
+    module = getattr(sys.modules["__main__"], "__spec__", None)
+    return f"python -m {module.name}" if module is not None else os.path.basename(sys.argv[0])
+
+
+def _options(tree: Callable[[], Supervisor], argv: Sequence[str] | None, name: str) -> argparse.Namespace:
+    parser = Parser(prog=name, description=tree.__doc__, epilog="Ctrl-C ends it.")
+    parser.add_argument("--clock", choices=("real", "virtual"), default="real", help="virtual: waiting takes no time")
+    parser.add_argument("--duration", type=seconds, metavar="SECONDS", help="end after so many seconds")
+    parser.add_argument(
+        "--log-level",
+        type=str.lower,
+        choices=LEVELS,
+        default="info",
+        metavar="LEVEL",
+        help=f"{', '.join(LEVELS)} (default info)",
+    )
+    options = parser.parse_args(argv)
+    if options.clock == "virtual" and options.duration is None and tree().auto_shutdown == never:
+        parser.error("--clock virtual needs a --duration here: this tutorial has no end of its own")
+    return options
 
 
 async def _live(tree: Supervisor, duration: float | None, level: int) -> int:

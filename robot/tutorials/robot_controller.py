@@ -8,10 +8,19 @@ The joystick goes before the voice, a word for stopping before any other, and a 
 from __future__ import annotations
 
 from actors import Child, Supervisor
-from robot.teleop.node import TUTORIAL_LIMITS, RobotController
+from robot.teleop import node
+from robot.teleop.node import TUTORIAL_LIMITS
 from robot.tutorials.program import main, system
 
-__all__ = ["tree"]
+__all__ = ["RobotController", "tree"]
+
+
+class RobotController(node.RobotController):
+    """The robot's own controller, which says that it is there."""
+
+    async def on_start(self) -> None:
+        await super().on_start()
+        self.log.info("Robot Controller initialized")
 
 
 def tree() -> Supervisor:

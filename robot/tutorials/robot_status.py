@@ -22,12 +22,15 @@ class RobotStatusService(Node):
     position = parameter([1.5, 2.0, 0.0], unit="m")
     walking = parameter(False)
 
+    async def on_start(self) -> None:
+        self.log.info("Robot Status Service ready")
+
     @GET_STATUS.serve()
     async def status(self, request: Trigger_Request) -> Trigger_Response:
         x, y, z = self.position
         lines = (
             "Robot Status:",
-            f"- Battery: {self.battery}%",
+            f"- Battery: {self.battery:.1f}%",
             f"- Position: x={x}, y={y}, z={z}",
             f"- Walking: {self.walking}",
         )

@@ -48,6 +48,7 @@ class SensorFusion(Node):
 
     async def on_start(self) -> None:
         self.seen = Counter[str]()
+        self.log.info("Sensor Fusion initialized")
 
     @FUSED.on()
     def fuse(self, image: Image) -> None:

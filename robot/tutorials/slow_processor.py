@@ -51,6 +51,7 @@ class FastSensor(Node):
 
     async def on_start(self) -> None:
         self.count = 0
+        self.log.info(f"Sensor started @ {RATE:g} Hz")
 
     @every(hz=RATE)
     def publish(self) -> None:

@@ -99,6 +99,7 @@ class SpotController(Node):
         self._tilt = (0.0, 0.0)
         self._blind = False
         self._steps = 0
+        self.log.info("Spot Controller initialized")
 
     @every(hz=RATE)
     def control(self) -> None:
@@ -143,10 +144,12 @@ class SpotController(Node):
 
     @STAND.serve()
     async def stand(self, request: Trigger_Request) -> Trigger_Response:
+        self.log.info("🟢 Standing up")
         return self._change("stand", "Robot is now standing")
 
     @SIT.serve()
     async def sit(self, request: Trigger_Request) -> Trigger_Response:
+        self.log.info("🔵 Sitting down")
         return self._change("sit", "Robot is now sitting")
 
     @WALK.serve()

@@ -44,6 +44,7 @@ class SafetyMonitor(Node):
 
     async def on_start(self) -> None:
         self.seen = 0
+        self.log.info("Safety Monitor initialized")
 
     @CMD_VEL.on()
     def watch(self, message: Twist) -> None:

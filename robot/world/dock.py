@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from math import atan2, cos, hypot, sin
+from typing import TYPE_CHECKING
 
-from robot.world.body import Body, Truth
 from robot.world.scene import Box, Pose2, Scene
+
+if TYPE_CHECKING:  # the worlds are named by `--help`, which is not to wait for numpy
+    from robot.world.body import Body, Truth
 
 __all__ = ["FACE_AHEAD", "FACE_WIDTH", "charger_connected", "has_station", "heading", "station"]
 

@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import TextIO
 
 from tests.conformance.checks.common import Case, Skip
+from tests.conformance.decisions import DECISIONS
 
 CHECKS = "tests.conformance.checks"
 
@@ -34,8 +35,13 @@ class Outcome:
         return f"{self.name:<28}{counts} {len(self.edges):5} edge cases not met"
 
 
+OURS = "_ours"
+"""Vectors of our own stand beside those of ROS 2 and end so: `action_status_ours.json`. The same check runs both."""
+
+
 def find_check(name: str) -> ModuleType | None:
     """The check module for the vector file with this stem, or None. Errors inside the module are not hidden."""
+    name = name.removesuffix(OURS)
     module = f"{CHECKS}.{name}"
     if not name.isidentifier() or importlib.util.find_spec(module) is None:
         return None
@@ -85,7 +91,8 @@ def run_folder(folder: Path, out: TextIO = sys.stdout) -> int:
         print(outcome, file=out)
         for title, items in (("FAILED", outcome.failures), ("edge", outcome.edges), ("skipped", outcome.skipped)):
             for case, reason in items:
-                print(f"    {title} {case}: {reason}", file=out)
+                decided = f"; decided: {DECISIONS[case]}" if case in DECISIONS else ""
+                print(f"    {title} {case}: {reason}{decided}", file=out)
     failed = sum(len(outcome.failures) for outcome in outcomes)
     passed = sum(outcome.passed for outcome in outcomes)
     edges = sum(len(outcome.edges) for outcome in outcomes)

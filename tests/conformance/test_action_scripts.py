@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests.conformance.checks.action_status import check
-from tests.conformance.checks.common import Skip
+from tests.conformance.checks.common import Skip, Unsupported
 
 ACCEPT = {"op": "goal_request", "goal": "g1", "goal_callback": "accept"}
 RESULT = {"op": "get_result", "goal": "g1"}
@@ -23,6 +23,8 @@ def case(steps: list[dict[str, Any]], expect: dict[str, Any], **given: Any) -> d
 def succeeded(**execute: Any) -> dict[str, Any]:
     return {"execute": {"set_state": "succeed", **execute}}
 
+
+WAITING: dict[str, Any] = {"execute": {"wait_for_cancel": True, "set_state": "canceled"}}
 
 RIGHT = {
     "abort": case(
@@ -145,9 +147,25 @@ def test_what_cannot_be_expressed_says_why() -> None:
     )
     with pytest.raises(Skip, match="cannot succeed any more once its cancel has been accepted"):
         check(late_success)
-    with pytest.raises(Skip, match="rclpy refuses by default"):
-        check(case([ACCEPT, {**CANCEL, "cancel_callback": "default"}], {"goals_canceling": []}))
-    with pytest.raises(Skip, match="'destroy'"):
-        check(case([{"op": "destroy"}], {}))
-    with pytest.raises(Skip, match="'unheard_of'"):
-        check(case([ACCEPT], {"unheard_of": 1}))
+    unrefused = case([ACCEPT, {**CANCEL, "cancel_callback": "default"}], {"goals_canceling": []}, **WAITING)
+    with pytest.raises(Skip, match="rclpy refuses"):
+        check(unrefused)
+
+
+@pytest.mark.parametrize(
+    ("vector", "what"),
+    [
+        (case([{"op": "destroy"}], {}), "step 'destroy'"),
+        (case([{**ACCEPT, "priority": 1}], {}), "field 'priority' of the step 'goal_request'"),
+        (case([{**ACCEPT, "goal_callback": "perhaps"}], {}), "goal callback 'perhaps'"),
+        (case([{**ACCEPT, "execute": {"pause": 1}}], {}), "field of execute 'pause'"),
+        (case([ACCEPT], {}, execute={"set_state": "explode"}), "state to set 'explode'"),
+        (case([ACCEPT], {}, threads=2), "field of input 'threads'"),
+        (case([ACCEPT], {}, handle_accepted="perhaps"), "handle_accepted 'perhaps'"),
+        (case([ACCEPT], {"unheard_of": 1}), "expectation 'unheard_of'"),
+        (case([{**ACCEPT, "expect": {"unheard_of": 1}}], {}), "expectation 'unheard_of'"),
+    ],
+)
+def test_what_is_not_known_is_a_failure_with_its_name(vector: dict[str, Any], what: str) -> None:
+    with pytest.raises(Unsupported, match=f"unsupported {what}"):
+        check(vector)

@@ -29,9 +29,8 @@ def upon(point: Point) -> PoseStamped:
 
 
 def fetching_tree(body: Body) -> Supervisor:
-    """The robot's own tree without its patrol: nobody else asks it to walk."""
-    tree = robot_tree(body, Pack(90.0), [("unused", Pose2(0.0, 0.0))])
-    return tree.replace(children=[child for child in tree.children if child.name != "patrol"])
+    """The robot's own tree without a mission: nobody else asks it to walk."""
+    return robot_tree(body, Pack(90.0), None)
 
 
 async def awake(rig: Rig, body: Body) -> Body:

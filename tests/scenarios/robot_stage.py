@@ -1,4 +1,4 @@
-"""The whole robot on the kinematic body, for scenarios that need all of it."""
+"""The robot as scenarios want it: the whole of it on the kinematic body, and places in front of it."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ from math import cos, sin
 from typing import TYPE_CHECKING
 
 from actors.interfaces.geometry_msgs.msg import PoseStamped
-from robot.battery.model import Pack
+from robot import Robot
 from robot.navigation.geometry import pose_stamped
-from robot.tree import robot_tree
-from robot.world.kinematic import KinematicBody
 from robot.world.scene import Pose2
 from robot.world.worlds import get_world
 
@@ -21,8 +19,12 @@ __all__ = ["ahead", "robot", "whole", "without"]
 
 def robot(world: str = "empty", *, percent: float = 90.0, seed: int = 1) -> Supervisor:
     """Without a mission: it lies where the world has it begin, and waits to be asked."""
-    scene = get_world(world)
-    return without(robot_tree(KinematicBody(scene, seed=seed), Pack(percent), []), "patrol")
+    return Robot(world, body="kinematic", battery=percent, seed=seed).tree
+
+
+def whole() -> Supervisor:
+    """With its mission, and with an arm: every node that the robot can have."""
+    return Robot(body="kinematic", mission="patrol", seed=1, arm=True).tree
 
 
 def without(tree: Supervisor, *names: str) -> Supervisor:
@@ -36,9 +38,3 @@ def ahead(world: str, metres: float) -> PoseStamped:
     start = get_world(world).start
     there = Pose2(start.x + metres * cos(start.yaw), start.y + metres * sin(start.yaw), start.yaw)
     return pose_stamped(there, PoseStamped().header.stamp)
-
-
-def whole() -> Supervisor:
-    """With its mission, and with an arm: every node that the robot can have."""
-    scene = get_world("empty")
-    return robot_tree(KinematicBody(scene, seed=1, arm=True), Pack(90.0), [("there", scene.start)])

@@ -513,6 +513,7 @@ async def test_A_66_a_cancel_after_the_last_word_comes_too_late(rig: Rig) -> Non
     assert rig.now == 1.0
 
 
+@pytest.mark.task_order("an eager goal begins in the moment of its acceptance")
 async def test_a_goal_canceled_in_the_very_moment_of_its_acceptance_is_canceled_and_blocks_nobody(rig: Rig) -> None:
     await rig.start(Counter)
     goal = await rig.start_goal(COUNT, order(1))
@@ -612,6 +613,7 @@ async def test_a_client_that_goes_while_its_goal_is_considered_preempts_nobody(r
     assert await first == result(1, 2, 3, 4, 5)
 
 
+@pytest.mark.task_order("the client counts the steps to the acceptance")
 async def test_a_client_that_is_canceled_in_the_moment_of_acceptance_cancels_its_goal(rig: Rig) -> None:
     await rig.start(Counter)
     starting = asyncio.create_task(rig.start_goal(COUNT, order(5)))
@@ -624,6 +626,7 @@ async def test_a_client_that_is_canceled_in_the_moment_of_acceptance_cancels_its
     assert run.outcome.status is GoalStatus.CANCELED
 
 
+@pytest.mark.task_order("the client counts the steps to the rejection")
 async def test_a_client_that_is_canceled_in_the_moment_of_rejection_just_ends(rig: Rig) -> None:
     await rig.start(Counter)
     await rig.start_goal(COUNT, order(5))

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Coroutine
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import pytest
 
@@ -17,7 +21,9 @@ from actors import (
     Child,
     Done,
     GoalAborted,
+    GoalCanceled,
     GoalRejected,
+    GoalStatus,
     Intensity,
     Node,
     NotRunning,
@@ -109,7 +115,7 @@ def test_S04_a_script_calls_publishes_listens_and_runs_a_goal_and_leaves_nothing
 
     with blocking.open_node("script", tree=desk()) as node:
         assert node.call(ADD, two(2, 3)).sum == 5
-        node.listen(LATCHED)
+        node.subscribe(LATCHED)
         for value in (1, 2, 3):
             node.publish(NUMBERS, number(value))
         assert [node.next(LATCHED, timeout=30.0).data for _ in range(3)] == [10, 20, 30]
@@ -159,7 +165,7 @@ async def test_S04_inside_an_event_loop_it_is_refused_with_advice_to_await(rig: 
     for use, advice in (
         (lambda: node.call(ADD, two(1, 1)), r"await node\.call"),
         (lambda: node.publish(WORDS, word("x")), r"node\.publisher"),
-        (lambda: node.listen(WORDS), r"node\.subscribe"),
+        (lambda: node.subscribe(WORDS), r"node\.subscribe"),
         (lambda: node.next(WORDS), r"await node\.subscribe"),
         (lambda: node.run_goal(COUNT, order(1)), r"async with node\.start"),
         (lambda: node.run(lambda inner: inner.wait_for(ADD)), "await instead, with the coroutine"),
@@ -280,7 +286,7 @@ def test_the_end_of_the_tree_ends_what_waits_and_is_raised_at_the_end_of_the_blo
 
     def script() -> None:
         with blocking.open_node("script", tree=tree) as node:
-            node.listen(WORDS)
+            node.subscribe(WORDS)
             node.publish(NUMBERS, number(1))
             for use in (
                 lambda: node.next(WORDS),
@@ -375,3 +381,177 @@ def test_the_end_of_the_other_thread_s_event_loop_ends_what_waits() -> None:
 
     asyncio.run(main()).join()
     assert len(said) == 1
+
+
+# -- the same names as on a node -----------------------------------------------------------------------------------------------------
+
+
+def test_F21_what_is_called_as_on_a_node_means_the_same() -> None:
+    class Tuned(Node):
+        """Its parameters are those of every node."""
+
+    with blocking.open_node("script", namespace="/lab", tree=[Tuned, Desk], parameters={}) as node:
+        assert (node.name, node.namespace, node.fqn) == ("script", "/lab", "/lab/script")
+        node.wait_for(Service(AddTwoInts, "/add"), timeout=30.0)
+        with pytest.raises(ServiceUnavailable):
+            node.wait_for(Service(AddTwoInts, "/nobody"), timeout=1e-6)
+        assert node.set_parameter("use_sim_time", False).successful
+        refusal = node.set_parameters({"start_type_description_service": False})
+        assert not refusal.successful and "read-only" in refusal.reason
+        node.log.info("still here")
+        assert node.run(read_last_line) == "still here"
+
+
+async def read_last_line(node: Node) -> str:
+    return node.core.system.records[-1].event
+
+
+def test_F21_a_subscription_is_a_stream_to_iterate_to_ask_and_to_close() -> None:
+    with blocking.open_node("script", tree=Desk) as node:
+        stream = node.subscribe(LATCHED)
+        assert stream.latest is None
+        for value in (1, 2, 3):
+            node.publish(NUMBERS, number(value))
+        assert stream.next(timeout=30.0) == number(10)
+        assert [message.data for _, message in zip(range(2), stream, strict=False)] == [20, 30]
+        assert stream.latest == number(30)
+        with pytest.raises(CallTimeout):
+            stream.next(timeout=1e-6)
+        stream.close()
+        assert list(stream) == []
+        with pytest.raises(NotStarted):
+            stream.next()
+        assert repr(stream).startswith("<blocking <stream of /latched [Int32]: closed")
+        newest_only = node.subscribe(LATCHED, qos=qos.LATCHED)
+        assert newest_only.next(timeout=30.0) == number(30)
+
+
+def test_F21_a_goal_is_entered_iterated_and_asked_for_its_result() -> None:
+    with blocking.open_node("script", tree=Desk) as node:
+        goal = node.start(COUNT, order(3))
+        assert goal.status is GoalStatus.UNKNOWN
+        assert repr(goal) == "<blocking <goal not sent for /count: UNKNOWN>>"
+        with goal:
+            assert [feedback.sequence.tolist() for feedback in goal] == [[0], [1], [2]]
+            assert goal.result() == result(0, 1, 2)
+            assert repr(goal).endswith("for /count: SUCCEEDED>>")
+            assert goal.cancel() is False
+        with node.start(COUNT, order(100)) as hanging:
+            assert next(hanging).sequence.tolist() == [0]
+            assert hanging.cancel("enough") is True
+            with pytest.raises(GoalCanceled, match="enough"):
+                hanging.result()
+        with pytest.raises(KeyError, match="script"), node.start(COUNT, order(100)) as left:
+            raise KeyError("script")
+        assert left.status is GoalStatus.CANCELED
+        with pytest.raises(GoalRejected, match="cannot count backwards"), node.start(COUNT, order(-1)):
+            raise AssertionError("it has been accepted")
+
+
+def test_F21_a_goal_that_outlives_its_node_says_so_unless_the_block_has_said_more() -> None:
+    with blocking.open_node("script", tree=Desk) as node:
+        goal = node.start(COUNT, order(100))
+        goal.__enter__()
+        failing = node.start(COUNT, order(100))
+        failing.__enter__()
+    with pytest.raises(NotStarted, match="its block has been left"):
+        goal.__exit__(None, None, None)
+    failing.__exit__(KeyError, KeyError("script"), None)
+
+
+# -- the end of the program ----------------------------------------------------------------------------------------------------------
+
+PROGRAM = """
+import os, signal, threading, time
+from actors import Node, Topic, blocking
+from actors.interfaces.std_msgs.msg import Int32
+
+class Motor(Node):
+    async def on_stop(self, reason):
+        print("motor stopped", flush=True)
+
+"""
+HAND = "node = blocking.open_node('script', tree=Motor, sinks=()).__enter__()\n"
+BLOCK = "with blocking.open_node('script', tree=Motor, sinks=()) as node:\n    "
+KILL = "os.kill(os.getpid(), signal.SIGTERM)"
+
+
+@pytest.mark.parametrize(
+    ("lines", "code"),
+    [
+        (HAND + "print('the last line', flush=True)", 0),
+        (HAND + "raise SystemExit(5)", 5),
+        (HAND + "1 / 0", 1),
+        (HAND + "another = blocking.open_node('another', sinks=()).__enter__()", 0),
+        (HAND + f"{KILL}\ntime.sleep(60)", 143),
+        (BLOCK + f"threading.Timer(0.1, lambda: {KILL}).start(); node.next(Topic(Int32, 'nothing'))", 143),
+        (BLOCK + "os.kill(os.getpid(), signal.SIGINT); time.sleep(60)", 130),
+        ("signal.signal(signal.SIGTERM, lambda *_: print('mine', flush=True))\n" + BLOCK + KILL, 0),
+    ],
+    ids=["last line", "exit", "exception", "two", "sigterm", "sigterm in a call", "ctrl-c", "a handler of its own"],
+)
+def test_D27_a_program_that_ends_stops_its_nodes_in_order(lines: str, code: int) -> None:
+    done = subprocess.run([sys.executable, "-c", PROGRAM + lines], capture_output=True, text=True, timeout=60)
+    assert done.stdout.count("motor stopped") == 1, done.stderr
+    assert (done.returncode if done.returncode >= 0 else 128 - done.returncode) == code
+    assert ("mine" in done.stdout) is ("mine" in lines)
+
+
+def test_D27_afterwards_sigterm_and_the_end_of_the_program_are_what_they_were() -> None:
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    with blocking.open_node("one"):
+        taken = signal.getsignal(signal.SIGTERM)
+        assert taken != signal.SIG_DFL
+        with blocking.open_node("two"):
+            assert signal.getsignal(signal.SIGTERM) is taken
+        assert signal.getsignal(signal.SIGTERM) is taken
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+def test_D27_a_handler_that_was_set_inside_the_block_stays() -> None:
+    def mine(*_: object) -> None:
+        raise AssertionError
+
+    try:
+        with blocking.open_node("one"):
+            signal.signal(signal.SIGTERM, mine)
+        assert signal.getsignal(signal.SIGTERM) is mine
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+async def test_D27_in_another_thread_signals_are_left_alone() -> None:
+    def script() -> object:
+        with blocking.open_node("one"):
+            return signal.getsignal(signal.SIGTERM)
+
+    assert await asyncio.to_thread(script) == signal.SIG_DFL
+
+
+def test_D27_sigterm_unwinds_the_block_and_its_nodes_end_before_it() -> None:
+    with pytest.raises(SystemExit) as ended, blocking.open_node("one", tree=Desk) as node:
+        signal.raise_signal(signal.SIGTERM)
+    assert ended.value.code == 143
+    with pytest.raises(NotStarted, match="its block has been left"):
+        node.call(ADD, two(1, 1))
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+def test_D27_sigterm_while_the_tree_starts_ends_it_when_it_has_started() -> None:
+    class Slow(Node):
+        """Is interrupted while it starts."""
+
+        stopped: ClassVar[list[str]] = []
+
+        async def on_start(self) -> None:
+            os.kill(os.getpid(), signal.SIGTERM)
+            await self.clock.sleep(0.05)
+
+        async def on_stop(self, reason: object) -> None:
+            self.stopped.append(str(reason))
+
+    before = set(threading.enumerate())
+    with pytest.raises(SystemExit), blocking.open_node("one", tree=Slow):
+        raise AssertionError("the block was entered")
+    assert Slow.stopped == ["it stopped: the block was left"]
+    assert set(threading.enumerate()) == before

@@ -157,7 +157,11 @@ async def test_E_05_many_nodes_share_one_loop(rig: Rig) -> None:
 
 async def test_E_09_a_node_has_nothing_to_spin(rig: Rig) -> None:
     await rig.start(Exclusive)
-    assert not [name for name in dir(Node) if "spin" in name]
+    node = rig.node(Exclusive)
+    assert not [name for name in dir(node) if "spin" in name]
+    assert not hasattr(node, "spin_once") and not hasattr(Node, "spin_once")
+    with pytest.raises(AttributeError, match="nothing is spun: handlers run by themselves; await what you wait for"):
+        node.spin_once()  # type: ignore[attr-defined]
 
 
 async def test_a_flood_in_one_node_does_not_starve_the_others(rig: Rig) -> None:
@@ -644,6 +648,7 @@ class Orderly(Node):
 ORDER_OF_END = ["1.1 goal ended", "1.1 handler ended", "1.2 task newer ended", "1.3 task older ended"]
 
 
+@pytest.mark.task_order("what on_stop publishes is taken at once by the node's own eager handler")
 async def test_an_orderly_stop_ends_goals_then_tasks_newest_first_then_on_stop_which_may_still_publish(
     rig: Rig,
 ) -> None:
@@ -657,6 +662,7 @@ async def test_an_orderly_stop_ends_goals_then_tasks_newest_first_then_on_stop_w
     assert probe.last == number(99)
 
 
+@pytest.mark.task_order("what on_stop publishes is taken at once by the node's own eager handler")
 async def test_a_failure_cleans_up_in_the_same_order(rig: Rig) -> None:
     await rig.start(Child(Orderly, restart=temporary))
     await rig.start_goal(COUNT, order(1))
@@ -689,7 +695,9 @@ async def test_an_on_stop_that_fails_hides_nothing_and_skips_nothing(rig: Rig) -
     rig.crash(Clumsy, OSError("first"))
     await rig.settled()
     (line,) = events(rig.logs, "clean-up failed")
+    assert line.fields.pop("at").startswith(f"{__file__}:")
     assert line.fields == {"error": "LookupError: lost the key", "after": "it raised OSError: first"}
+    assert line.traceback.endswith("LookupError: lost the key")
     assert rig.state(Clumsy).restarts[0][1] == "it raised OSError: first"
     await supervisor_of(rig).terminate_child("clumsy")
     (report,) = [report for report in rig.reports if report.context == "shutdown_error"]

@@ -145,7 +145,7 @@ async def test_a_second_one_of_a_name_is_refused_and_the_name_is_free_after_the_
 
 
 async def test_a_name_that_is_none_fails_and_leaves_nothing() -> None:
-    with pytest.raises(ValueError, match="9lives"):
+    with pytest.raises(DeclarationError, match="9lives"):
         async with opened("9lives"):
             raise AssertionError("the block must not be entered")
     assert system_here() is None
@@ -167,7 +167,9 @@ async def test_a_handler_that_fails_ends_the_node_its_streams_and_at_the_latest_
     assert rest == [1]
     await asyncio.sleep(0)
     (record,) = [record for record in ear.records if record.event == "a node beside the tree failed"]
+    assert str(record.fields.pop("at")).startswith(f"{__file__}:")
     assert record.fields == {"node_name": "/listener", "error": "ValueError: cannot digest this"}
+    assert 'raise ValueError("cannot digest this")\nValueError: cannot digest this' in record.traceback
     assert system_here() is None
 
 
@@ -307,3 +309,30 @@ async def test_D2_a_stop_that_is_canceled_ends_every_node_in_order_and_leaves_no
     assert system.nodes == {}
     assert system_here() is None
     assert asyncio.all_tasks() == {asyncio.current_task()}
+
+
+async def test_a_second_node_of_one_name_is_refused_and_the_first_goes_on() -> None:
+    async with open_node("twin", sinks=()) as first:
+        with pytest.raises(
+            DeclarationError,
+            match="a node named /twin is open already: give the second one another name= or namespace=",
+        ):
+            async with open_node("twin"):
+                pass
+        assert not first.core.ended
+        async with open_node("twin", namespace="/other") as second:
+            assert second.fqn == "/other/twin"
+    async with open_node("twin", sinks=()) as again:
+        assert again.fqn == "/twin"
+
+
+async def test_the_name_of_a_node_that_has_ended_by_itself_is_free_before_its_block_is_left() -> None:
+    async with open_node("host", sinks=()):
+        first = open_node("brief", sinks=())
+        (await first.__aenter__()).stop("enough")
+        await asyncio.sleep(0.1)
+        async with open_node("brief", sinks=()) as second:
+            with pytest.raises(Stop):
+                await first.__aexit__(None, None, None)
+            assert not second.core.ended
+            assert [state.identity.fqn for state in second.core.system.nodes.values()] == ["/host", "/brief"]

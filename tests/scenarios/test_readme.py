@@ -99,3 +99,23 @@ def test_the_robots_commands_work_as_pasted_after_the_first_command(tmp_path: Pa
     done = run("sh", "-c", f"{activate}\npython -m robot run --help\ncommand -v python", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-1] == str(Path(sys.prefix) / "bin" / "python")
+
+
+@pytest.mark.parametrize("document", ["README.md", "docs/coming-from-ros2.md"])
+def test_what_it_does_not_do_yet_is_said_before_anything_is_shown(document: str) -> None:
+    text = (ROOT / document).read_text(encoding="utf-8")
+    before, _, after = text.partition("**What it does not do yet.**")
+    box = " ".join(after.partition("\n\n")[0].replace("\n> ", " ").split())
+    assert "```" not in before and "| ROS 2" not in before
+    for limit in (
+        "lives in one process",
+        "ROS 2 nodes do not hear it",
+        "no `ros2`-like command line",
+        "no launch files",
+        "web page",
+    ):
+        assert limit in box.replace("there are no", "no"), limit
+
+
+def test_both_commands_say_what_they_do_while_they_install() -> None:
+    assert "pip install -q" not in README

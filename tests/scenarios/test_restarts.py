@@ -265,7 +265,9 @@ async def test_intensity_ends_the_tree_when_restarts_come_too_often_and_wait_say
     with pytest.raises(SupervisorGaveUp):
         await rig.system.wait()
     assert len(events(rig.logs, "child terminated")) == 3
-    assert [record.level for record in events(rig.logs, "shutdown")] == [20]
+    assert [(record.level, record.event) for record in events(rig.logs, "gives up")] == [
+        (40, "system gives up: restart intensity reached")
+    ]
 
 
 async def test_a_caller_hears_at_each_stage_what_became_of_its_server(rig: Rig) -> None:

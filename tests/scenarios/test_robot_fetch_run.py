@@ -16,7 +16,9 @@ from tests.scenarios.test_robot_run import KINEMATIC, robot, run
 
 def test_a_run_for_something_out_of_sight_ends_with_the_reason_and_has_not_moved(tmp_path: Path) -> None:
     done, report = run(tmp_path, *KINEMATIC, "--world", "kitchen", "--fetch", "box", "--duration", "60")
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == "robot run: --fetch box: not done: aborted: confirm: box is not in sight"
+    assert report["failure"] == "--fetch box: not done: aborted: confirm: box is not in sight"
     (errand,) = report["goals"]
     assert (errand["name"], errand["outcome"], errand["reason"]) == (
         "fetch box",
@@ -54,8 +56,23 @@ def test_a_robot_with_an_arm_may_patrol_as_ever(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        (("--fetch", "cup"), "the world 'warehouse' has no such thing; there is nothing"),
+        (("--fetch", "cup"), "the world 'warehouse' has no cup; the world 'kitchen' has one: add --world kitchen"),
+        (("--fetch", "mug"), "the world 'warehouse' has no such thing; there is nothing"),
+        (
+            ("--world", "kitchen", "--fetch", "cup", "100", "100"),
+            "--fetch cup 100 100 0: that is outside of the world 'kitchen', where x is -3 to 7 m and y is -4 to 4 m",
+        ),
+        (
+            ("--world", "kitchen", "--fetch", "cup", "1.9", "-1"),
+            "something 0.4 m high stands there; give Z of at least 0.4 m",
+        ),
+        (("--world", "kitchen", "--fetch", "cup", "4", "0", "-1"), "that is below the floor; give Z of at least 0 m"),
+        (
+            ("--world", "kitchen", "--fetch", "cup", "1.9", "-1", "3"),
+            "there is no place to stand from which the arm reaches that",
+        ),
         (("--world", "kitchen", "--fetch", "mug"), "has no such thing; there is cup, box"),
+        (("--world", "kitchen", "--fetch", "Cup"), "has no such thing; did you mean cup?"),
         (("--world", "kitchen", "--fetch", "cup", "1"), "--fetch takes NAME, NAME X Y or NAME X Y Z, not 1 numbers"),
         (("--world", "kitchen", "--fetch", "cup", "here", "there"), "X, Y and Z are numbers"),
         (("--world", "kitchen", "--fetch", "cup", "nan", "0"), "must be finite"),

@@ -99,8 +99,30 @@ def test_one_goal_is_walked_to_and_ends_the_run(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     (goal,) = report["goals"]
     assert (goal["name"], goal["outcome"]) == ("goal", "succeeded")
+    assert report["failure"] is None
     assert report["simulated_seconds"] < 40.0
     assert report["last"]["body_height"] < 0.22
+
+
+@pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="there is no device that is always full")
+def test_a_report_that_cannot_be_written_is_one_line_and_exit_code_1() -> None:
+    done = robot("run", *KINEMATIC, "--duration", "0.5", "--report", "/dev/full")
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert done.stderr.splitlines()[-1] == "robot run: --report /dev/full: not written: No space left on device"
+
+
+def test_a_goal_that_is_not_reached_by_the_end_of_the_duration_is_exit_code_1_and_one_line(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *KINEMATIC, "--goal", "8.8", "6", "--duration", "5")
+    assert done.returncode == 1
+    failure = "--goal 8.8 6: not reached: the robot was 9.2 m away from it when the run ended"
+    assert done.stderr.splitlines()[-1] == f"robot run: {failure}"
+    assert report["failure"] == failure
+
+
+def test_the_help_names_every_world() -> None:
+    done = robot("run", "--help")
+    assert "warehouse, empty, corridor, pillars, kitchen (default warehouse)" in " ".join(done.stdout.split())
 
 
 def test_the_run_publishes_its_time_for_those_who_follow_it(tmp_path: Path) -> None:
@@ -193,6 +215,14 @@ def test_the_motors_sit_the_robot_down_when_the_gait_is_gone(tmp_path: Path) -> 
         (("--only", ","), "name at least one node"),
         (("--backend", "kinematic", "--goal", "1", "0", "--only", "gait"), "it is the patrol who walks there"),
         (("--backend", "kinematic", "--only", "arm"), "those of the arm come with --arm"),
+        (("--seed", "-1"), "argument --seed: -1 is no seed: give a whole number of at least 0"),
+        (("--seed", "1.5"), "1.5 is no seed"),
+        (("--report", ""), "--report: name a file"),
+        (("--report", "/"), "that is a folder"),
+        (("--flight-record", "/dev/null"), "--flight-record /dev/null: that is no regular file"),
+        (("--backend", "kinematic", "--crash", "navigaton@1"), "no node 'navigaton'; did you mean navigation"),
+        (("--durtion", "3"), "unrecognized arguments: --durtion 3; did you mean --duration?"),
+        (("--log-level", "verbose"), "invalid choice: 'verbose'"),
     ],
 )
 def test_a_mistake_is_one_clear_line_and_exit_code_2(words: tuple[str, ...], hint: str) -> None:
@@ -253,6 +283,15 @@ def test_a_parameter_file_that_is_no_yaml_names_file_and_line(text: str, place: 
             "robot evaluate maps: the following arguments are required: folder (see python -m robot evaluate maps",
         ),
         (("maps", "no/folder"), "robot evaluate maps: there is no no/folder"),
+        (
+            ("walk", "--seeds", "-1"),
+            "argument --seeds: -1 is no seed: give a whole number of at least 0",
+        ),
+        (("walk", "--delay", "-5"), "argument --delay: -5: give 0 to 20 milliseconds"),
+        (("walk", "--delay", "nan"), "argument --delay: nan: give 0 to 20 milliseconds"),
+        (("walk", "--minutes", "0"), "argument --minutes: 0: give 0.1 to 600 minutes"),
+        (("odometry", "--distance", "-1"), "argument --distance: -1: give 1 to 10000 metres"),
+        (("odometry", "--seconds", "0"), "argument --seconds: 0: give 1 to 3600 seconds"),
         (("walks",), "did you mean walk?"),
     ],
 )

@@ -23,9 +23,11 @@ from actors import (
     StartFailed,
     Stop,
     Supervisor,
+    Topic,
     WrongType,
     every,
     one_for_all,
+    publishes,
     temporary,
     transient,
 )
@@ -623,6 +625,37 @@ async def test_who_has_its_answer_waits_for_nobody_and_may_be_called_by_who_gave
         await rig.settled()
     sums = [rig.state(peer.name).core.node.sums for peer in peers]  # type: ignore[union-attr]
     assert sums == [[1, 1], [0]]
+
+
+async def test_who_has_its_answer_waits_for_nobody_also_before_its_task_has_run_again(rig: Rig) -> None:
+    begin = Topic(Int32, "begin")
+    sums: list[int] = []
+
+    class Front(Node):
+        @RING[0].serve()
+        async def answer(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+            return total(10)
+
+        @begin.on()
+        async def ask(self, message: Int32) -> None:
+            sums.append((await self.call(RING[1], two(0, 0))).sum)
+
+    class Back(Node):
+        numbers = publishes(NUMBERS)
+
+        @RING[1].serve()
+        async def answer(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+            self.numbers(number(1))  # its own handler has its turn next, in the same step
+            return total(20)
+
+        @NUMBERS.on()
+        async def ask_back(self, message: Int32) -> None:
+            sums.append((await self.call(RING[0], two(0, 0))).sum)
+
+    await rig.start(Front, Back)
+    rig.publish(begin, number(0))
+    await rig.settled()
+    assert sums == [20, 10]
 
 
 async def test_a_call_back_into_a_caller_whose_service_is_concurrent_is_no_cycle(rig: Rig) -> None:

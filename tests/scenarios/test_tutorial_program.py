@@ -18,6 +18,7 @@ from actors.testing import Rig, scenario
 from actors.testing.faults import ClockJump, Crash, Delay, SlowStart
 from robot import tutorials
 from robot.tutorials import humanoid_lab
+from robot.tutorials.__main__ import main as list_or_run
 from robot.tutorials.battery_service import BatteryClient, BatteryServer
 from robot.tutorials.calibration import CalibrationClient, CalibrationService
 from robot.tutorials.move_to_position import MoveClient, MoveServer
@@ -26,7 +27,7 @@ from tests.scenarios.tutorial_kit import alone, said
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "tutorials.md").read_text(encoding="utf-8")
-HELPERS = {"program", "strides"}
+HELPERS = {"__main__", "program", "strides"}
 MODULES = sorted({module.name for module in pkgutil.iter_modules(tutorials.__path__)} - HELPERS)
 
 
@@ -47,6 +48,7 @@ def test_C_34_every_tutorial_runs_as_a_program_and_ends_well(name: str, capsys: 
     assert run_program(tree_of(name), "--clock", "virtual", "--duration", "5") == 0
     printed = capsys.readouterr()
     assert "error" not in printed.out
+    assert "[info" in printed.out  # whoever starts a program hears at least that it is ready
     assert printed.err == ""
 
 
@@ -69,7 +71,7 @@ def test_E_06_ctrl_c_ends_a_program_quietly(number: signal.Signals) -> None:
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
     )  # fmt: skip
     assert process.stdout is not None
-    assert "sensor_input" in process.stdout.readline()  # it runs: the clash of types has been reported
+    assert any("sensor_input" in line for line in process.stdout)  # it runs: the clash of types has been reported
     process.send_signal(number)
     out, err = process.communicate(timeout=60)
     assert (process.returncode, err) == (0, "")
@@ -109,6 +111,64 @@ def test_what_is_not_understood_is_exit_code_2(capsys: pytest.CaptureFixture[str
     assert "needs a --duration" in capsys.readouterr().err
     assert run_program(broken, "--log-level", "loud") == 2
     capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (("talker_listner",), "robot.tutorials: there is no tutorial 'talker_listner'; did you mean talker_listener?"),
+        (("xyzzy",), "robot.tutorials: there is no tutorial 'xyzzy'; python -m robot.tutorials lists all of them"),
+        (("program",), "robot.tutorials: there is no tutorial 'program'; python -m robot.tutorials lists all of them"),
+        (("ring", "--duration", "-1"), "argument --duration: -1 is not a positive number of seconds"),
+        (("ring", "--duration", "nan"), "argument --duration: nan is not a positive number of seconds"),
+        (("ring", "--log-level", "verbose"), "argument --log-level: invalid choice: 'verbose'"),
+        (("ring", "--durtion", "3"), "unrecognized arguments: --durtion 3; did you mean --duration?"),
+    ],
+)
+def test_a_mistake_is_one_line_and_exit_code_2(words: tuple[str, ...], complaint: str) -> None:
+    command = [sys.executable, "-m", "robot.tutorials", *words]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (2, "")
+    (line,) = done.stderr.splitlines()
+    assert complaint in line
+
+
+def test_a_tutorial_called_as_a_module_calls_itself_so() -> None:
+    command = [sys.executable, "-m", "robot.tutorials.ring", "--duration", "0"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert done.stderr == (
+        "robot.tutorials.ring: argument --duration: 0 is not a positive number of seconds "
+        "(see python -m robot.tutorials.ring --help)\n"
+    )
+
+
+def test_the_list_of_tutorials_has_each_with_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert list_or_run([]) == 0
+    rows = [line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines()[2:]]
+    assert [row[0] for row in rows] == MODULES
+    assert ["talker_listener", "A talker and a listener: every robot's first topic."] in rows
+    assert all(len(row) == 2 for row in rows)
+
+
+def test_levels_are_taken_in_any_case(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_program(humanoid_lab.tree, "--clock", "virtual", "--duration", "1", "--log-level", "DEBUG") == 0
+    assert "Received sensor data" in capsys.readouterr().out
+
+
+def test_a_tutorial_is_run_by_its_name(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        list_or_run(["talker_listener", "--clock", "virtual", "--duration", "1.5"])
+    assert ended.value.code == 0
+    assert "Received: Hello World 0" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("document", ["README.md", "CHANGELOG.md", "docs/tutorials.md"])
+def test_X_22_documents_count_the_tutorials_of_the_folder(document: str) -> None:
+    counts = re.findall(
+        r"(\d+) (?:small )?systems of(?: the)? ROS 2 tutorials", (ROOT / document).read_text(encoding="utf-8")
+    )
+    assert counts == [str(len(MODULES))]
 
 
 def test_O_02_debug_lines_are_shown_when_they_are_asked_for(capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,6 +14,7 @@ from actors.testing import Rig
 from robot.contracts import CMD_VEL, ENABLE, JOY_CMD, VOICE
 from robot.tutorials import robot_status, velocity_trio
 from robot.tutorials.robot_controller import tree
+from robot.tutorials.robot_status import RobotStatusService
 from robot.tutorials.velocity_trio import Autonomy, SafetyMonitor, Teleop
 from tests.scenarios.tutorial_kit import said, warnings
 
@@ -140,6 +141,18 @@ async def test_N_46_S_32_a_request_without_fields_is_answered_in_four_lines(rig:
         "- Position: x=1.5, y=2.0, z=0.0",
         "- Walking: False",
     ]
+    assert said(rig, "robot_status_service") == ["Robot Status Service ready"]
+
+
+async def test_N_46_the_battery_is_told_with_one_decimal(rig: Rig) -> None:
+    await rig.start(Child(RobotStatusService, parameters={"battery": 83.4567}))
+    reply = await rig.call(robot_status.GET_STATUS, Trigger.Request())
+    assert reply.message.splitlines()[1] == "- Battery: 83.5%"
+
+
+async def test_N_47_the_controller_says_that_it_is_there(rig: Rig) -> None:
+    await rig.start(tree())
+    assert said(rig, ME) == ["Robot Controller initialized"]
 
 
 # -- three on one topic -----------------------------------------------------------------------------------------------------

@@ -230,7 +230,7 @@ async def test_S_30_N_34_distances_are_measured_and_told(rig: Rig) -> None:
     assert (answer.distance, answer.success) == (5.0, True)
     assert answer.message == "Distance calculated successfully: 5.00"
     assert (await measure(rig, 1.0, 1.0, 1.0, 1.0)).distance == 0.0
-    assert said(rig, "distance_service")[0] == "Distance between (0.0, 0.0) and (3.0, 4.0)"
+    assert said(rig, "distance_service")[:2] == ["Distance Service ready", "Distance between (0.0, 0.0) and (3.0, 4.0)"]
 
 
 @pytest.mark.parametrize("corners", [(nan, 0.0, 0.0, 0.0), (0.0, inf, 0.0, 0.0), (-1.7e308, 0.0, 1.7e308, 0.0)])

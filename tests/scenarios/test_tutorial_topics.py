@@ -48,6 +48,7 @@ async def test_N_06_numbers_are_processed_and_the_heart_beats(rig: Rig) -> None:
     await rig.advance(10.0)
     texts = [message.data for message in status]
     assert texts[0] == "Processed: 3.5"
+    assert "Received sensor data: 3.5" in said(rig, "physical_ai_node")
     assert texts[1:] == [f"Heartbeat: {tick / 2:.1f}" for tick in range(1, 21)]  # O-06, V-70: seconds, as a number
 
 
@@ -58,7 +59,11 @@ async def test_N_06_commands_are_answered(rig: Rig) -> None:
         (True, "Robot activated"),
         (True, "Robot deactivated"),
     ]
-    assert said(rig, "physical_ai_node") == ["Activation command received", "Deactivation command received"]
+    assert said(rig, "physical_ai_node") == [
+        "Physical AI Node initialized",
+        "Activation command received",
+        "Deactivation command received",
+    ]
 
 
 async def test_N_06_E_06_ctrl_c_is_said_and_ends_it(rig: Rig) -> None:
@@ -66,7 +71,7 @@ async def test_N_06_E_06_ctrl_c_is_said_and_ends_it(rig: Rig) -> None:
     system.interrupt(signal.SIGINT)
     await rig.quiet()
     assert not system.running
-    assert said(rig, "physical_ai_node") == ["Interrupted, shutting down"]
+    assert said(rig, "physical_ai_node") == ["Physical AI Node initialized", "Interrupted, shutting down"]
 
 
 async def test_N_07_V_21_T_16_the_twin_runs_beside_it_and_the_clash_of_types_is_reported(rig: Rig) -> None:

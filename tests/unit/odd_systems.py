@@ -19,6 +19,7 @@ from actors import (
     Service,
     Stop,
     Supervisor,
+    Topic,
     background,
     every,
     publishes,
@@ -32,6 +33,7 @@ from tests.unit.planted import TICKS, Source
 
 DEPOSIT = Service(AddTwoInts, "deposit")
 FIRST, SECOND = Service(Trigger, "first"), Service(Trigger, "second")
+LATE = Topic(Int32, "late")
 SHARED = {"written": 0, "wanted": 0}
 NOTHING = 5
 
@@ -71,6 +73,46 @@ def cannot_be_made() -> Supervisor:
 
 class Holder:
     tree = Supervisor("held", children=[Child(Source)])
+
+
+def crowd() -> Supervisor:
+    return Supervisor(
+        "crowd", children=[Child(Source, name=f"source_{k}", remap={"ticks": f"t{k}"}) for k in range(15)]
+    )
+
+
+class Rarely(Node):
+    """Hears only of a second life."""
+
+    @LATE.on()
+    def hear(self, message: Int32) -> None:
+        self.heard = message.data
+
+
+class Revenant(Source):
+    late = publishes(LATE)
+
+    async def on_start(self) -> None:
+        await super().on_start()
+        if self._core is not None and self._core.incarnation > 1:
+            self.late(Int32(data=1))
+
+
+def comes_late() -> Supervisor:
+    return Supervisor("late", children=[Child(Rarely), Child(Revenant, name="source")])
+
+
+class Odometer(Node):
+    """Measures durations with the time of day."""
+
+    async def on_start(self) -> None:
+        self.before = self.clock.wall()
+
+    @every(hz=10)
+    def tick(self) -> None:
+        passed = self.clock.wall() - self.before
+        assert passed >= 0.0, f"{passed:.3f} s have passed since the last tick"
+        self.before = self.clock.wall()
 
 
 # -- what never starts, never ends, or ends too much --------------------------------------------------------------------------
@@ -199,6 +241,21 @@ class Threads(Node):
 
     async def on_stop(self, reason: object) -> None:
         self.over.set()
+
+
+class ForgetsAThread(Node):
+    """Tells its thread to end only after it should have."""
+
+    async def on_start(self) -> None:
+        self.over = threading.Event()
+        threading.Thread(target=self.over.wait).start()
+
+    async def on_stop(self, reason: object) -> None:
+        threading.Timer(1.5, self.over.set).start()
+
+
+def forgets_a_thread() -> Supervisor:
+    return Supervisor("forgets", children=[Child(ForgetsAThread)])
 
 
 # -- more bugs ----------------------------------------------------------------------------------------------------------------

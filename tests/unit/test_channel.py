@@ -371,3 +371,94 @@ async def test_types_of_another_ros_name_are_kept_apart() -> None:
     entry.add_subscription(again)
     assert len(ME.warnings) == told  # once for each pair of nodes; the counts go on
     assert (out.status.incompatible_type, again.status.incompatible_type) == (2, 1)
+
+
+def counting(entry: TopicEntry) -> list[Queue[Any]]:
+    """Every question of the topic's publishers for the way into a subscription, from now on."""
+    asked: list[Queue[Any]] = []
+    entrance = entry.graph.entrance
+
+    def enter(queue: Queue[Any]) -> Any:
+        asked.append(queue)
+        return entrance(queue)
+
+    entry.graph.entrance = enter
+    return asked
+
+
+async def test_D14_subscriptions_that_come_and_go_cost_nothing_until_somebody_publishes() -> None:
+    entry = topic()
+    out = publisher(entry)
+    asked = counting(entry)
+    queues = [subscription(entry) for _ in range(100)]
+    assert asked == []
+    out(number(1))
+    out(number(2))
+    assert asked == queues
+    for queue in queues[10:]:
+        queue.close()
+    assert len(asked) == 100
+    out(number(3))
+    out(number(4))
+    assert asked[100:] == queues[:10]
+    assert [values(queue.messages) for queue in queues[8:12]] == [[1, 2, 3, 4], [1, 2, 3, 4], [1, 2], [1, 2]]
+
+
+async def test_D14_who_comes_or_goes_during_a_publish_does_so_for_the_next_one() -> None:
+    entry = topic()
+    out = publisher(entry)
+    story: list[tuple[str, int]] = []
+    later: list[Queue[Int32]] = []
+
+    class Noting(Queue[Int32]):
+        def __init__(self, name: str) -> None:
+            super().__init__(ME, entry, Int32, qos.DEFAULT)
+            self.name = name
+            entry.add_subscription(self)
+
+        def deliver(self, message: Int32) -> None:
+            story.append((self.name, message.data))
+            if self.name == "first" and message.data == 1:
+                second.close()
+                later.append(Noting("third"))
+
+    first, second = Noting("first"), Noting("second")
+    assert out.peers == (first, second)
+    out(number(1))
+    assert out.peers == (first, later[0])
+    assert out.subscription_count == 2
+    out(number(2))
+    assert story == [("first", 1), ("second", 1), ("first", 2), ("third", 2)]
+
+
+async def test_D14_a_tap_takes_what_a_changing_audience_takes() -> None:
+    entry = topic()
+    out = publisher(entry)
+    heard: list[Int32] = []
+    out.tapped(heard.append)
+    queue = subscription(entry)
+    out(number(1))
+    queue.close()
+    out(number(2))
+    assert (values(heard), values(queue.messages), out.peers) == ([1, 2], [1], ())
+    out.close()
+    assert (out.peers, out.targets, entry.publishers) == ((), (), [])
+
+
+async def test_D23_a_subscription_that_is_collected_while_a_publisher_comes_is_not_joined() -> None:
+    entry = topic()
+    left: list[Queue[Int32]] = []
+
+    class Closing(Subscription[Int32]):
+        def join(self, publisher: Publisher[Any]) -> None:
+            super().join(publisher)
+            for queue in left:  # as the garbage collector may do at any moment
+                queue.close()
+
+    first = Closing(ME, entry, Int32, qos.DEFAULT)
+    entry.add_subscription(first)
+    left.append(subscription(entry))
+    last = subscription(entry)
+    out = publisher(entry)
+    assert out.peers == (first, last)
+    assert entry.subscriptions == [first, last]

@@ -81,3 +81,27 @@ def test_the_names_of_streams_and_actions_are_looked_at_too() -> None:
             yield Done(Fibonacci.Result())
 
     assert [finding.where for finding in check_node(Shouting)] == ["Shouting.loud", "Shouting.shout"]
+
+
+class Dreamer(Node):
+    """Takes scna, which is a slip of the pen."""
+
+    scans = subscribes(Topic(String, "scna", qos.SENSOR_DATA))
+
+
+class Unsaid(Node):
+    out = publishes(SCAN)
+
+
+def test_the_topic_that_was_meant_is_named() -> None:
+    (finding,) = check_tree(tree(Child(Dreamer), Child(Lidar)))
+    assert str(finding) == (
+        "warning: robot/dreamer: it takes /scna, which nobody publishes; publish it, remap it, or name it as external; "
+        "did you mean '/scan'?"
+    )
+
+
+def test_what_concerns_one_class_by_itself_can_be_left_out() -> None:
+    (finding,) = check_tree(tree(Child(Unsaid)))
+    assert finding.what == "it has no docstring"
+    assert check_tree(tree(Child(Unsaid)), each_node=False) == ()

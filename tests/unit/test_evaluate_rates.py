@@ -61,10 +61,10 @@ def test_every_row_of_the_rates_is_measured() -> None:
     assert len(set(names)) == len(names)
 
 
-def test_the_ladder_counts_only_walks_of_a_hundred_metres() -> None:
+def test_the_levels_count_only_walks_of_a_hundred_metres() -> None:
     short, long = (odometry.metrics(0.004, distance, 60.0)[0] for distance in (20.0, 100.0))
-    assert short.level(0.1) == "not in the ladder"
-    assert long.level(0.1) == "beats the anchors"
+    assert short.level(0.1) == "no bounds"
+    assert long.level(0.1) == "excellent"
 
 
 def test_rates_has_nothing_quicker_than_a_short_duration() -> None:

@@ -9,7 +9,8 @@ from typing import Any
 import anyio
 import pytest
 
-from actors.inbox import HOLDING_SECONDS, TURN, Inbox, awaited_in
+from actors.inbox import HOLDING_SECONDS, TURN, Inbox
+from actors.places import awaited_in
 
 pytestmark = pytest.mark.virtual
 

@@ -6,13 +6,25 @@ import array
 import copy
 import math
 import pickle
+import struct
+import warnings
 from enum import IntEnum, StrEnum
 from typing import Any
 
 import numpy as np
 import pytest
 
-from actors.interfaces import Message, MessageTypeError, MessageValueError, decode, encode, flaws, from_plain, to_plain
+from actors.interfaces import (
+    Message,
+    MessageTypeError,
+    MessageValueError,
+    decode,
+    encode,
+    flaws,
+    from_plain,
+    load,
+    to_plain,
+)
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import (
     Point,
@@ -247,6 +259,65 @@ def test_a_view_is_copied_unless_nobody_can_write_through_it() -> None:
     borrowed.setflags(write=False)
     assert not np.shares_memory(JointState(position=borrowed).position, borrowed)
     assert JointState(position=np.arange(6.0)[::2]).position.flags.c_contiguous
+
+
+READ_ONLY_OWNER = np.arange(6.0)
+READ_ONLY_OWNER.setflags(write=False)
+SOURCES: dict[str, Any] = {
+    "a list": [0.0, 1.0],
+    "nothing": [],
+    "a writeable array": np.arange(6.0),
+    "a part of one": np.arange(6.0)[::2],
+    "another dtype": np.arange(6, dtype=np.int16),
+    "the other byte order": np.arange(6.0).astype(">f8"),
+    "a large array": np.zeros(200_000),
+    "a read-only array": READ_ONLY_OWNER,
+    "a read-only array's view": READ_ONLY_OWNER[2:],
+    "a read-only array's every other": READ_ONLY_OWNER[::2],
+    "a part of a view of bytes": np.frombuffer(bytes(48))[2:],
+    "another message": JointState(position=[1.0, 2.0]).position,
+}
+
+
+@pytest.mark.parametrize("source", SOURCES)
+def test_D16_an_array_of_a_message_cannot_be_resized_or_made_writeable(source: str) -> None:
+    given = SOURCES[source]
+    state = JointState(position=given)
+    assert np.array_equal(state.position, np.asarray(given, np.float64))
+    assert state.position.flags.c_contiguous and state.position.flags.aligned
+    with pytest.raises(ValueError, match="WRITEABLE"):
+        state.position.flags.writeable = True
+    with pytest.raises(ValueError, match="WRITEABLE"):
+        state.position.setflags(write=True)
+    with pytest.raises(ValueError, match="cannot resize this array"):
+        state.position.resize(10, refcheck=False)
+    assert JointState(position=state.position).position is state.position
+
+
+def test_D16_arrays_from_the_wire_and_defaults_are_kept_the_same_way() -> None:
+    kind = load("float64[] v\nbool[] b\n", "odd_msgs/msg/Odd")
+    swapped = decode(kind, bytes(4) + struct.pack(">I4x2dI2?", 2, 1.0, 2.0, 2, True, False))
+    assert (swapped.v.tolist(), swapped.b.tolist()) == ([1.0, 2.0], [True, False])
+    empty = decode(kind, encode(kind()))
+    covariances = [imu.orientation_covariance for imu in (Imu(), decode(Imu, encode(Imu())))]
+    for kept in (*covariances, swapped.v, swapped.b, empty.v):
+        with pytest.raises(ValueError, match="WRITEABLE"):
+            kept.flags.writeable = True
+        with pytest.raises(ValueError, match="cannot resize this array"):
+            kept.resize(10, refcheck=False)
+
+
+def test_D16_the_owner_of_a_read_only_array_keeps_its_own_shape() -> None:
+    owned = np.arange(6, dtype=np.uint8)
+    owned.setflags(write=False)
+    image = Image(height=2, width=3, step=3, data=owned)
+    assert np.shares_memory(image.data, owned)
+    with warnings.catch_warnings():  # newer versions of numpy warn
+        warnings.simplefilter("ignore", DeprecationWarning)
+        image.data.shape = (2, 3)  # what nobody should do, and numpy cannot refuse
+    assert owned.shape == (6,)
+    rows = Image(height=2, width=3, step=3, data=owned).data.reshape(2, 3)
+    assert rows[1].tolist() == [3, 4, 5]
 
 
 def test_numeric_arrays_take_what_fits_without_loss() -> None:

@@ -52,12 +52,12 @@ def test_a_nodes_log_has_five_levels_and_writes_from_its_own_upwards() -> None:
 
 def test_lines_of_json_are_objects_with_everything() -> None:
     out = io.StringIO()
-    write = json_sink(out)
+    write = json_sink(out, level=INFO)
     write(record(WARN, 3, leg=3, raw=b"x"))
     write(record(DEBUG))
     assert [json.loads(line) for line in out.getvalue().splitlines()] == [
         {
-            "time": 12.345679, "level": "warning", "node": "/base/gait", "incarnation": 3, "event": "step taken", "leg": 3, "raw": "b'x'",
+            "time": 12.345679, "level": "warning", "node": "/base/gait", "life": 3, "event": "step taken", "leg": 3, "raw": "b'x'",
         }
     ]  # fmt: skip
 
@@ -76,7 +76,7 @@ def test_lines_for_people_have_time_level_node_event_and_fields() -> None:
     first, second = out.getvalue().splitlines()
     assert first.startswith("   12.346 [info     ] step taken")
     assert first.endswith("[/base/gait] leg=3")
-    assert "incarnation=2" in second
+    assert "life=2" in second
 
 
 def test_a_character_that_the_terminal_lacks_never_fails() -> None:
@@ -87,7 +87,7 @@ def test_a_character_that_the_terminal_lacks_never_fails() -> None:
     assert b"M?ller" in raw.getvalue()
 
 
-@pytest.mark.parametrize("name", ["time", "level", "node", "incarnation", "event", "logger"])
+@pytest.mark.parametrize("name", ["time", "level", "node", "life", "event", "logger"])
 def test_a_field_named_like_the_lines_own_steps_aside(name: str) -> None:
     line = LogRecord(12.3456789, INFO, "/base/gait", 1, "step taken", {name: "mine"})
     with structlog.testing.capture_logs() as captured:
@@ -107,7 +107,7 @@ def test_structlog_gets_the_line_as_the_program_configured_it(level: int, word: 
     with structlog.testing.capture_logs() as captured:
         structlog_sink(record(level, leg=3))
     assert captured == [
-        {"event": "step taken", "log_level": word, "node": "/base/gait", "time": 12.345679, "incarnation": 1, "leg": 3}
+        {"event": "step taken", "log_level": word, "node": "/base/gait", "time": 12.345679, "life": 1, "leg": 3}
     ]
 
 

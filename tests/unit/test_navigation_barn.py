@@ -119,7 +119,7 @@ def test_the_command_prints_every_run_and_the_summary(tmp_path: Path, capsys: py
     assert "back end kinematic; pose: legs and IMU alone; map: LiDAR alone" in said.out
     assert "seeds 1, 2; " in said.out
     assert "2 runs: 2 successes (100.0 %), 0 collisions, 0 falls, 0 time-outs, 0 given up" in said.out
-    assert "score 0.5000 of 0.5 (first version 0.25, good 0.48, beats the anchors 0.495): beats the anchors" in said.out
+    assert "score 0.5000 of 0.5 (acceptable 0.25, good 0.48, excellent 0.495): excellent" in said.out
     assert said.err.count("success") == 2
 
 

@@ -124,7 +124,7 @@ def test_pre_set_callbacks_rewrite_the_list_and_their_answers_are_joined(store: 
 def test_a_list_emptied_by_pre_set_callbacks_is_a_failure(store: ParameterStore) -> None:
     handle = store.add_pre_set_callback(lambda parameters: ())
     assert store.set_values({"max_velocity": 3.0}) == SetResult(
-        False, "the pre-set callbacks left no parameter to set."
+        False, "parameter list cannot be empty: the pre-set callbacks left nothing to set."
     )
     handle.remove()
     assert store.set_values({"max_velocity": 3.0}).successful

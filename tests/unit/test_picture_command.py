@@ -21,7 +21,12 @@ from tests.unit.picture_kit import decoded
         (["--view", "map", "--size", "100x100"], "give 480x320"),
         (["--at", "-1"], "--at -1"),
         (["--at", "nan"], "--at nan"),
+        (["--seed", "-1"], "-1 is no seed: give a whole number of at least 0"),
         (["--view", "plots", "--renderer", "mujoco"], "leave one of the two out"),
+        (["--renderer", "mujoco", "--arm"], "draws no arm"),
+        (["--fetch", "cup"], "the world 'kitchen' has one: add --world kitchen"),
+        (["--goal", "100", "0"], "outside of the world 'warehouse'"),
+        (["--goal", "1", "0", "--fetch", "cup"], "one errand at a time"),
     ],
 )
 def test_what_cannot_be_drawn_is_one_line_and_code_2(
@@ -98,15 +103,10 @@ def test_the_same_seed_draws_the_same_bytes(view: str, size: str, tmp_path: Path
 
 
 def test_the_robot_is_caught_in_mid_stride_with_its_plan_and_its_trail() -> None:
+    from robot import Robot
     from robot.picture.record import record
-    from robot.world.kinematic import KinematicBody
-    from robot.world.worlds import get_world
 
-    body = KinematicBody(get_world("warehouse"), seed=1)
-    try:
-        seen = record(body, seed=1, at=4.0)
-    finally:
-        body.close()
+    seen = record(Robot("warehouse", body="kinematic", mission="patrol", seed=1), seed=1, at=4.0)
     assert 4.0 <= seen.time <= 4.5
     assert seen.times[-1] == pytest.approx(seen.time)
     assert seen.trail[-1] == pytest.approx((seen.pose.x, seen.pose.y))
@@ -114,3 +114,37 @@ def test_the_robot_is_caught_in_mid_stride_with_its_plan_and_its_trail() -> None
     assert len(seen.path) >= 2
     assert len(seen.footprints) > 4
     assert len(seen.returns) > 100
+
+
+def test_an_errand_is_pictured_with_the_arm_and_the_things_where_they_are() -> None:
+    from robot import Robot
+    from robot.picture.record import record
+    from robot.tasks.carrier import Delivery
+
+    robot = Robot("kitchen", body="kinematic", mission=Delivery("cup", (2.0, 1.0, 0.45)), seed=1)
+    seen = record(robot, seed=1, at=2.0)
+    assert seen.arm is not None
+    assert len(seen.arm) == 4
+    assert [thing.name for thing in seen.things] == ["cup", "box"]
+    assert record(Robot("kitchen", body="kinematic", seed=1), seed=1, at=0.1).arm is None
+
+
+def test_without_a_time_a_world_with_things_is_caught_beside_them(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for world, second in (("kitchen", "5."), ("empty", "24.")):
+        words = ["--world", world, "--backend", "kinematic", "--view", "plots", "--size", "480x320"]
+        assert main([str(tmp_path / "x.png"), *words]) == 0
+        assert f"in {world} at {second}" in capsys.readouterr().err
+
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.mark.parametrize("name", ["walking.png", "fetching.png", "map.png", "plots.png"])
+def test_the_pictures_of_the_documents_are_ours_and_small(name: str) -> None:
+    data = (DOCS / name).read_bytes()
+    assert len(data) < 400_000
+    assert decoded(data).shape == (675, 1200, 3)
+    pages = [page.read_text(encoding="utf-8") for page in (*DOCS.glob("*.md"), DOCS.parent / "README.md")]
+    assert any(f"python -m robot picture docs/{name}" in page for page in pages)

@@ -5,17 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from robot.arm.kinematics import MOUNT, STOWED, TOOL, forward
 from robot.gait.figures import CALF, FOOT_RADIUS, THIGH
 from robot.gait.kinematics import feet
 from robot.picture.camera import Camera
-from robot.picture.figure import legs, robot_solids
+from robot.picture.figure import arm_joints, legs, robot_solids
 from robot.picture.floor import Layer, floor_layers, paint
 from robot.picture.palette import BLACK, CONCRETE, PATH, WHITE
 from robot.picture.png import encode
 from robot.picture.render import Stage, render
 from robot.picture.robot_view import draw_robot
 from robot.picture.solids import Solid, ball
-from robot.picture.stage import stage_solids
+from robot.picture.stage import stage_solids, thing_solids
 from robot.picture.tracer import nearest
 from robot.picture.viewpoint import viewpoint
 from robot.world.scene import Box, Obstacle, Pose2
@@ -80,6 +81,35 @@ def test_the_eye_sees_the_robot_wherever_the_patrol_takes_it(world: str) -> None
         x, y, _ = camera.project(body)
         assert 0.25 * 1200 < x < 0.75 * 1200
         assert 0.2 * 675 < y < 0.8 * 675
+
+
+def test_the_arm_is_drawn_where_its_kinematics_puts_it() -> None:
+    for angles in (STOWED, (0.4, -1.0, 1.2, 0.3), (-1.0, -2.0, 0.5, -0.4)):
+        *_, wrist, tip = arm_joints(angles)
+        x, y, z, _ = forward(angles)
+        assert np.allclose(tip - MOUNT, (x, y, z), atol=1e-12)
+        assert np.linalg.norm(tip - wrist) == pytest.approx(TOOL)
+    bare, armed = robot_solids(standing(Pose2(0.0, 0.0))), robot_solids(standing(Pose2(0.0, 0.0)), STOWED)
+    assert len(armed) > len(bare)
+
+
+def test_things_are_drawn_in_their_own_colours_where_they_are() -> None:
+    cup, crate = thing_solids(get_world("kitchen").things)
+    assert cup.cylinder
+    assert cup.colour[0] > 5.0 * max(cup.colour[1:])
+    assert cup.centre == pytest.approx((2.0, 1.0, 0.5))
+    assert not crate.cylinder
+    assert crate.colour[2] > 5.0 * max(crate.colour[:2])
+
+
+@pytest.mark.parametrize("pose", [Pose2(0.9, 0.0, 0.0), Pose2(1.2, 0.9, 0.2), Pose2(2.5, -0.3, -0.8)])
+def test_beside_a_table_the_eye_sees_the_robot_and_the_cup(pose: Pose2) -> None:
+    scene = get_world("kitchen")
+    camera = viewpoint(scene, pose, 1200, 675, scene.things)
+    robot, cup = camera.project(np.array((pose.x, pose.y, 0.5))), camera.project(np.array((2.0, 1.0, 0.5)))
+    for x, y, depth in (robot, cup):
+        assert 30 < x < 1170 and 30 < y < 645 and depth > 0.5
+    assert abs(robot[0] - cup[0]) > 100
 
 
 def test_the_same_recording_gives_the_same_bytes_and_shows_a_yellow_robot() -> None:

@@ -95,6 +95,11 @@ def test_the_names_of_tests_stay_what_they_are(pytester: pytest.Pytester) -> Non
     assert [line.partition("::")[2] for line in outcome.outlines[:2]] == ["test_plain", "test_rig"]
 
 
+def test_a_test_file_may_import_inspect(pytester: pytest.Pytester) -> None:
+    """Python 3.12 takes the module `inspect` for a coroutine function."""
+    suite(pytester, "import inspect\nasync def test_it(rig): pass").assert_outcomes(passed=1)
+
+
 def test_a_suite_keeps_the_loops_that_its_own_hook_gives_it(pytester: pytest.Pytester) -> None:
     conftest = """
         import asyncio
@@ -191,10 +196,11 @@ def test_a_failing_test_shows_what_happened_in_its_system(pytester: pytest.Pytes
             "*UnexpectedFailure: system/brittle (incarnation 1) failed at t=1.000 s: OSError: snapped (at *in Brittle.tick)",
             "*- rig -*",
             "rig: seed=7 t=1.000000 s; the last 4 log lines:",
-            "*0.000] debug system: progress child='system/brittle' incarnation_ended=1",
+            "*0.000] debug system: started brittle child='system/brittle'",
             "*1.000] warning /brittle: creaking force=7",
-            "*1.000] warning system: child terminated child='system/brittle' * reason='it raised OSError: snapped'*",
-            "*1.000] debug system: progress child='system/brittle' incarnation_ended=2",
+            "*1.000] warning system: child terminated child='system/brittle' reason='it raised OSError: snapped'*",
+            '* raise OSError("snapped")',
+            "*1.000] info system: restarted brittle (life 2) at once child='system/brittle'",
         ]
     )
     assert outcome.stdout.str().count("- rig -") == 1
@@ -270,3 +276,13 @@ def test_without_pytest_asyncio_the_fixture_is_pytest_s_own(monkeypatch: pytest.
     monkeypatch.setitem(sys.modules, "pytest_asyncio", None)
     module = runpy.run_path(str(ROOT / "actors" / "testing" / "plugin.py"))
     assert module["fixture"] is pytest.fixture
+
+
+def test_F21_there_is_nothing_to_configure_and_nothing_is_warned_of(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("async def test_rig(rig): assert rig.loop.time() == 0.0")
+    result = pytester.runpytest_subprocess(
+        "-p", "actors.testing.plugin", "-p", "no:cacheprovider", "-p", "no:looptime_plugin", "-W", "error"
+    )
+    result.assert_outcomes(passed=1)
+    assert "asyncio_default_fixture_loop_scope is unset" not in result.stdout.str() + result.stderr.str()
+    assert "PytestDeprecationWarning" not in result.stdout.str() + result.stderr.str()

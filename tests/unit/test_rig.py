@@ -145,7 +145,7 @@ async def test_until_waits_for_a_condition_and_fails_with_the_timeline(rig: Rig)
     await rig.until(lambda: True, within=0.0)
     with pytest.raises(AssertionError, match=r"not true within 2 s \(now t=2\.300 s\)\nrig: seed=0 t=2\.3") as caught:
         await rig.until(lambda: False, within=2.0)
-    assert "progress child='system/counter'" in str(caught.value)
+    assert "debug system: started counter child='system/counter'" in str(caught.value)
 
 
 async def test_settled_waits_until_every_node_runs_or_has_ended_and_nothing_waits(rig: Rig) -> None:
@@ -563,3 +563,44 @@ async def test_a_goal_and_a_node_that_refuse_to_end_are_leaks() -> None:
 @pytest.mark.virtual
 async def test_closing_a_rig_that_never_started_is_fine() -> None:
     await Rig().close()
+
+
+async def test_F19_a_node_is_found_by_class_name_or_full_name(rig: Rig) -> None:
+    await rig.start(Child(Node, name="left", namespace="/r1"), Child(Node, name="right", namespace="/r2"))
+    right = rig.node("/r2/right")
+    assert right.fqn == "/r2/right"
+    assert rig.node("right") is right
+    assert rig.state("right").core is right.core
+    assert rig.incarnation("/r2/right") == 1
+    with pytest.raises(LookupError, match="no node in this system is called 'middle'"):
+        rig.node("middle")
+    rig.crash("right")
+    await rig.settled()
+    assert rig.incarnation("right") == 2
+    assert rig.node("right") is not right
+    rig.node("left").stop()
+    await rig.settled()
+
+
+async def test_F19_a_goal_that_the_rig_has_sent_may_be_entered(rig: Rig) -> None:
+    await rig.start(Counter)
+    goal = await rig.start_goal(COUNT, order(50))
+    sent = goal.goal_id
+    async with goal as entered:
+        assert entered is goal and goal.goal_id == sent
+        async for _ in goal:
+            break
+    assert goal.status is GoalStatus.CANCELED
+    with pytest.raises(RuntimeError, match="has been sent already"):
+        await goal.send()
+
+
+async def test_the_newest_of_a_probe_is_a_message_or_a_clear_failure(rig: Rig) -> None:
+    await rig.start(Node)
+    probe = rig.probe(NUMBERS)
+    with pytest.raises(AssertionError, match="nothing has come on /numbers since the probe was made"):
+        probe.newest  # noqa: B018
+    rig.publish(NUMBERS, Int32(data=1))
+    rig.publish(NUMBERS, Int32(data=2))
+    await rig.advance(0.0)
+    assert probe.newest.data == 2 and probe.last == Int32(data=2)

@@ -313,3 +313,160 @@ def test_an_error_of_a_copy_keeps_its_text_and_its_traceback() -> None:
     assert str(outcome.error) == "not here"
     assert "in body" in outcome.error.report
     assert outcome.signature[0] == "LookupError"
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "said"),
+    [
+        ("--seeds", "0", "argument --seeds: give a whole number, 1 or more, not '0'"),
+        ("--seeds", "-5", "argument --seeds: give a whole number, 1 or more, not '-5'"),
+        ("--seeds", "many", "argument --seeds: give a whole number, 1 or more, not 'many'"),
+        ("--first", "-1", "argument --first: give a whole number, 0 or more, not '-1'"),
+        ("--seconds", "-1", "argument --seconds: give a number of seconds above 0, not '-1'"),
+        ("--seconds", "nan", "argument --seconds: give a number of seconds above 0, not 'nan'"),
+        ("--seconds", "long", "argument --seconds: give a number of seconds above 0, not 'long'"),
+        ("--patience", "0", "argument --patience: give a number of seconds above 0, not '0'"),
+        ("--faults", "steal", "argument --faults: there is no fault 'steal'; there are: "),
+        ("--sedes", "5", "unrecognized arguments: --sedes 5"),
+    ],
+)
+def test_a_number_that_makes_no_sense_is_refused_in_one_line(
+    option: str, value: str, said: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main([f"{ODD}:Blind", option, value])
+    out, errors = capfd.readouterr()
+    (line,) = errors.splitlines()
+    assert out == ""
+    assert line.startswith(f"explore: {said}")
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        (
+            "lose:/nosuch>/valve#5",
+            "lose:/nosuch>/valve#5 names nothing in this system. There is: /ticks>/listener",
+        ),
+        (
+            "delay:/tick>/listener#5+1",
+            "delay:/tick>/listener#5+1 names nothing in this system. Did you mean /ticks>/listener? There is: /ticks>/listener",
+        ),
+        ("kill:/listenr#5", "names nothing in this system. Did you mean /listener? There is: /listener, /source"),
+        ("crash:/pump#5", "names nothing in this system. There is: /listener, /source"),
+        ("slow-start:/pump#1+1", "There is: /listener, /source"),
+        ("slow-handler:/pump#1+1", "There is: /listener, /source"),
+        ("slow-step:/listener>take#1+1", "There is: nothing for a fault of this kind"),
+        ("crash:/listener>take#1", "There is: nothing for a fault of this kind"),
+        ("clock-jump:clocks#1+1", "Did you mean clock? There is: clock"),
+    ],
+)
+def test_a_replay_whose_fault_names_nothing_is_refused(
+    fault: str, said: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["tests.unit.planted:sound", "--seconds", "2", "--replay", f"4 {fault}"]) == 2
+    out, errors = capfd.readouterr()
+    (line,) = errors.splitlines()
+    assert out == ""
+    assert said in line
+
+
+def test_of_many_names_some_are_said(capfd: pytest.CaptureFixture[str]) -> None:
+    assert explored(capfd, "crowd", "--seconds", "1", "--replay", "4 kill:/pump#5")[0] == 2
+    assert explored(capfd, "crowd", "--seconds", "1", "--replay", "4 kill:/pump#5")[2].count("/source_") == 12
+
+
+def test_a_replay_says_which_faults_have_not_come_to_pass(capfd: pytest.CaptureFixture[str]) -> None:
+    replay = "4 fifo lose:/ticks>/listener#3 lose:/ticks>/listener#500 kill:/listener#9000"
+    assert main(["tests.unit.planted:sound", "--seconds", "2", "--replay", replay]) == 0
+    assert capfd.readouterr().out.splitlines() == [
+        "this trial passes",
+        "  lose:/ticks>/listener#500 has not come to pass: the count ended at 20",
+        "  kill:/listener#9000 has not come to pass: the count ended at 2000",
+    ]
+
+
+def test_what_a_replay_names_may_be_there_in_that_trial_only(capfd: pytest.CaptureFixture[str]) -> None:
+    """The way to a node's second life, say."""
+    code, out, errors = explored(
+        capfd, "comes_late", "--seconds", "5", "--replay", "4 kill:/source#100 lose:/late>/rarely#1"
+    )
+    assert (code, errors) == (0, "")
+    assert out.startswith("this trial passes")
+
+
+def test_a_replay_of_what_ends_its_process_is_not_refused(capfd: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = explored(capfd, "Exits", "--replay", "0 fifo kill:/pump#5")
+    assert code == 1
+    assert "with exit code 3" in out
+
+
+def test_D22_a_failure_is_shown_with_the_newest_log_lines(capfd: pytest.CaptureFixture[str]) -> None:
+    _, found, _ = explored(capfd, "port", "--seeds", "200")
+    lines = found.splitlines()
+    at = next(number for number, line in enumerate(lines) if line.startswith("  the last "))
+    assert lines[at].endswith(" log lines:")
+    assert any("port" in line and "child terminated" in line for line in lines[at + 1 : at + 9])
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (OSError("no space left"), "none: no space left"),
+        (ValueError("argument out of range"), "none: it could not be written: ValueError: argument out of range"),
+        (SystemExit(7), "none: the system ended its own process, with exit code 7"),
+    ],
+)
+def test_D05_a_record_that_cannot_be_written_does_not_hide_what_was_found(
+    error: BaseException, said: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(self: object, path: object, **more: object) -> None:
+        raise error
+
+    monkeypatch.setattr("actors.bag.recorder.FlightRecorder.dump", fail)
+    code, found, _ = explored(capfd, "Blind", "--seeds", "1")
+    assert code == 1
+    assert "no camera" in found
+    assert "replay: python -m actors.testing explore " in found
+    assert found.splitlines()[-1] == f"flight record: {said}"
+
+
+def test_D05_nor_does_it_where_processes_cannot_be_copied(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(self: object, path: object) -> None:
+        raise ValueError("argument out of range")
+
+    monkeypatch.setattr(multiprocessing, "get_all_start_methods", lambda: ["spawn"])
+    monkeypatch.setattr("actors.bag.recorder.FlightRecorder.dump", fail)
+    code, found, _ = explored(capfd, "Blind", "--seeds", "1")
+    assert code == 1
+    assert found.splitlines()[-1] == "flight record: none: it could not be written: ValueError: argument out of range"
+
+
+def test_D05_a_clock_that_is_set_to_before_1970_is_found_and_recorded(capfd: pytest.CaptureFixture[str]) -> None:
+    code, found, errors = explored(capfd, "Odometer", "--faults", "clock-jump")
+    assert (code, errors) == (1, "")
+    assert "s have passed since the last tick" in found
+    assert "with this fault: the time of day jumps by -" in found
+    assert found.splitlines()[-1] == "flight record: explore.mcap"
+    assert Path("explore.mcap").stat().st_size > 500
+
+
+def test_help_is_quick_and_no_failure() -> None:
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", "-m", "actors.testing", "--help"],
+        capture_output=True, text=True, timeout=60, env=os.environ | {"PYTHONPATH": ROOT},
+    )  # fmt: skip
+    assert done.returncode == 0
+    assert done.stdout.startswith("usage: python -m actors.testing explore MODULE:TREE [options]")
+    assert "numpy" not in done.stderr
+    assert "actors.testing.explore" not in done.stderr
+
+
+def test_a_thread_that_a_node_leaves_which_may_not_clean_up_is_no_failure(capfd: pytest.CaptureFixture[str]) -> None:
+    assert explored(capfd, "Threads", "--seconds", "5", "--replay", "1 fifo crash:/threads#8")[0] == 0
+    assert explored(capfd, "Threads", "--seconds", "5", "--replay", "1 fifo kill:/threads#3000")[0] == 0
+    code, found, _ = explored(capfd, "forgets_a_thread", "--seconds", "5", "--seeds", "1")
+    assert code == 1
+    assert "left over after the system's end: thread " in found

@@ -32,6 +32,7 @@ from actors.testing.faults import (
     Profile,
     SlowHandler,
     SlowStart,
+    SlowStep,
     draw,
     parse,
 )
@@ -52,6 +53,7 @@ PROFILE = Profile(
     numeric={"/scan>/planner"},
     awaits={"/planner": 40, "/arm/listener": 7, "/idle": 0},
     handled={"/planner": 30},
+    steps={"/planner>Planner.scan": 30, "/arm/listener>Listener.take": 5, "/arm/listener>work": 9},
     seconds=10.0,
 )
 
@@ -72,6 +74,8 @@ def test_faults_are_written_down_and_read_back(written: list[Fault]) -> None:
         ),
         ("kill:/planner#2500", "/planner dies 2.5 s after the start"),
         ("crash:/planner#7", "/planner dies at its await number 7"),
+        ("crash:/planner>Planner.scan#7", "/planner dies at step 7 of Planner.scan"),
+        ("slow-step:/planner>Planner.scan#7+0.25", "step 7 of Planner.scan in /planner is 0.25 s late"),
         ("clock-jump:clock#1000-60", "the time of day jumps by -60 s, 1 s after the start"),
     ],
 )
@@ -99,6 +103,8 @@ def test_a_seed_draws_the_same_faults_every_time_and_only_what_there_is(seed: in
     for fault in drawn:
         if fault.kind in ("lose", "delay", "duplicate", "swap", "freeze", "nan"):
             assert 1 <= fault.nth <= PROFILE.links[fault.target]
+        elif fault.kind == "slow-step" or ">" in fault.target:
+            assert 1 <= fault.nth <= PROFILE.steps[fault.target]
         elif fault.kind == "crash":
             assert 1 <= fault.nth <= PROFILE.awaits[fault.target]
         elif fault.kind == "slow-handler":
@@ -115,6 +121,18 @@ def test_every_kind_is_drawn_by_some_seed() -> None:
     assert set(KINDS) == set(get_args(Kind)) - {"kill"}
 
 
+def test_of_two_crashes_many_come_within_one_window_of_restarts() -> None:
+    pairs = [drawn for seed in range(300) if len(drawn := draw([Crash(at_most=2)], seed, PROFILE)) == 2]
+    assert len(pairs) > 60
+    kills = [pair for pair in pairs if all(fault.kind == "kill" for fault in pair)]
+    soon = [pair for pair in kills if pair[1].nth - pair[0].nth in range(1, 5001)]
+    assert len(soon) > len(pairs) // 3
+    assert all(0 <= fault.nth <= 10_000 for pair in kills for fault in pair)
+    assert len({pair[0].target for pair in kills} | {pair[1].target for pair in kills}) == 3
+    assert max(len(draw([KINDS["crash"]], seed, PROFILE)) for seed in range(300)) == 2, "so many explore draws"
+    assert max(len(draw([Crash()], seed, PROFILE)) for seed in range(300)) == 1
+
+
 def test_nothing_is_drawn_where_nothing_can_go_wrong() -> None:
     assert all(draw(ALL, seed, Profile()) == () for seed in range(100))
     assert draw([], 1, PROFILE) == ()
@@ -128,13 +146,17 @@ def test_a_fault_is_confined_to_what_it_names() -> None:
         Crash(Listener),
         SlowHandler("planner"),
         SlowStart("/arm/*"),
+        SlowStep("/planner"),
     ]
     drawn = [fault for seed in range(200) for fault in draw(planned, seed, PROFILE)]
     assert {(fault.kind, fault.target) for fault in drawn} == {
         ("lose", "/scan>/planner"),
         ("delay", "/ticks>/listener"),
         ("crash", "/arm/listener"),
+        ("crash", "/arm/listener>Listener.take"),
+        ("crash", "/arm/listener>work"),
         ("kill", "/arm/listener"),
+        ("slow-step", "/planner>Planner.scan"),
         ("slow-handler", "/planner"),
         ("slow-start", "/arm/listener"),
     }

@@ -99,6 +99,10 @@ def test_an_unknown_fault_is_refused(capsys: pytest.CaptureFixture[str]) -> None
 def test_the_command_says_what_it_knows(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match=r"usage: python -m actors\.testing explore"):
         run([])
+    for option in ("-h", "--help"):
+        with pytest.raises(SystemExit, match="0"):
+            run([option])
+        assert capsys.readouterr().out.startswith("usage: python -m actors.testing explore MODULE:TREE")
     with pytest.raises(SystemExit, match="0"):
         run(["explore", f"{HERE}:sound", "--seeds", "1", "--seconds", "1"])
 
@@ -476,15 +480,17 @@ def test_an_answer_that_is_an_error_of_another_kind_is_the_callers_business() ->
 
 
 @pytest.mark.parametrize(
-    ("allowed", "faults", "fails"),
+    ("allowed", "faults", "kind"),
     [
-        (0, "kill:/source#500", False),
-        (1, "kill:/source#500 kill:/source#600", False),
-        (0, "slow-start:/source#1+1", True),
+        (0, "kill:/source#500", ""),
+        (1, "kill:/source#500 kill:/source#600", "SupervisorGaveUp"),
+        (2, "kill:/source#500 kill:/source#600", ""),
+        (3, "kill:/source#500 kill:/source#1000 kill:/source#1500 kill:/source#2000", "SupervisorGaveUp"),
+        (0, "slow-start:/source#1+1", "ServiceUnavailable"),
     ],
 )
-def test_that_the_whole_tree_gives_up_is_a_failure_unless_a_fault_is_what_it_gave_up_about(
-    allowed: int, faults: str, fails: bool
+def test_D12_that_the_whole_tree_gives_up_is_a_failure_unless_it_allows_no_restart_and_a_fault_ended_it(
+    allowed: int, faults: str, kind: str
 ) -> None:
     class Calls(Node):
         @every(hz=1)
@@ -492,13 +498,13 @@ def test_that_the_whole_tree_gives_up_is_a_failure_unless_a_fault_is_what_it_gav
             await self.call(odd_systems.FIRST, Trigger.Request(), timeout=0.1)
 
     async def body(rig: Rig) -> None:
-        children = [Child(Source), *([Child(Calls)] if fails else [])]
+        children = [Child(Source), *([Child(Calls)] if kind == "ServiceUnavailable" else [])]
         await rig.start(Supervisor("top", intensity=Intensity(allowed, within=5.0), children=children))
         await rig.advance(5.0)
 
     outcome = Scenario(body).run(0, faults=parse(faults))
-    assert ("supervisor top gave up" in str(outcome.error)) is fails
-    assert outcome.signature[0] == ("ServiceUnavailable" if fails else "")
+    assert ("supervisor top gave up" in str(outcome.error)) is bool(kind)
+    assert outcome.signature[0] == kind
 
 
 def test_a_fault_that_comes_while_a_tree_ends_by_itself_is_no_failure() -> None:
@@ -529,8 +535,9 @@ def test_a_child_of_another_process_runs_in_this_one() -> None:
 
 def test_a_system_without_a_tree_has_nothing_to_count() -> None:
     async def body(rig: Rig) -> None:
-        with pytest.raises(AttributeError):
-            await rig.start(cast("Supervisor", "no tree"))
+        system = rig._make_system(seed=0, sinks=())
+        life = await system.join(Child(Node))
+        await system.leave(life)
 
     assert Scenario(body).run(0).error is None
 
@@ -686,6 +693,45 @@ def test_the_number_of_seeds_can_be_set_from_the_command_line(pytester: pytest.P
     result = run_pytest(pytester, "-s", "--scenario-seeds", "1")
     result.assert_outcomes(passed=3)
     result.stdout.fnmatch_lines(["*runs: 2*"])  # the plain run and one seed
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--scenario-seeds", "0"], "--scenario-seeds 0: at least one"),
+        (["--scenario-seeds", "-5"], "--scenario-seeds -5: at least one"),
+        (["--scenario-replay", "x"], "--scenario-replay: 'x' is no trial"),
+        (
+            ["--scenario-replay", "3 kill:/sorce#5"],
+            "--scenario-replay: kill:/sorce#5 names nothing in this system. Did you mean /source?",
+        ),
+    ],
+)
+def test_what_makes_no_sense_to_a_scenario_is_refused_without_a_traceback(
+    options: list[str], said: str, pytester: pytest.Pytester
+) -> None:
+    pytester.makepyfile(test_it=TESTS)
+    result = run_pytest(pytester, "-k", "passes", *options)
+    result.assert_outcomes(failed=1)
+    text = result.stdout.str()
+    assert said in text
+    assert "Traceback" not in text
+    assert "decorator.py" not in text
+
+
+def test_D05_a_record_that_cannot_be_written_does_not_hide_why_a_scenario_failed(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(self: object, path: object, **more: object) -> None:
+        raise ValueError("argument out of range")
+
+    monkeypatch.setattr("actors.bag.recorder.FlightRecord.write", fail)
+    pytester.makepyfile(test_it=TESTS)
+    result = run_pytest(pytester, "-k", "hears")
+    result.assert_outcomes(failed=1)
+    text = result.stdout.str()
+    assert "replay:   python -m pytest 'test_it.py::test_hears_everything' --scenario-replay '" in text
+    assert "flight record: could not be written: ValueError: argument out of range" in text
 
 
 def test_delays_alone_do_not_hurt_who_only_listens() -> None:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Callable
 from typing import Any
 
 import anyio.to_thread
+import pytest
 
-from actors import Node, Supervisor, Topic, background, run
+from actors import Node, Supervisor, Topic, background, every, run
+from actors.inbox import Inbox
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
-from actors.stall import StallWatch, line_of
+from actors.places import line_of
+from actors.stall import StallWatch
 from actors.supervisor import Child
 from actors.system import System
 from tests.stage import NUMBERS, events, number
@@ -141,6 +145,201 @@ async def test_a_loop_that_works_much_but_turns_blames_nobody() -> None:
         assert blocked(records) == []
 
 
+# -- blocks of less than half a second: told when a timer had to wait ------------------------------------------------------------
+
+
+class Fast(Node):
+    """Has a timer that others delay."""
+
+    @every(hz=50)
+    def tick(self) -> None: ...
+
+
+class Sleepy(Node):
+    """Awaits for longer than a period of the others, and blocks nobody."""
+
+    @every(hz=50, late="catch_up")
+    async def rest(self) -> None:
+        await asyncio.sleep(0.03)
+
+
+async def until(condition: Callable[[], object]) -> None:
+    async with asyncio.timeout(30.0):
+        while not condition():
+            await asyncio.sleep(0.001)
+
+
+async def test_row_7_a_handler_of_less_than_half_a_second_is_named_with_its_time_and_whom_it_delayed() -> None:
+    """On the real clock. Its first items are measured, so the very first block is told; of those that it delayed, the one that lost most."""
+    records: list[LogRecord] = []
+    tree = Supervisor(
+        "s", children=[Child(Sleepy), Child(Fast), Child(Careless)]
+    )  # Sleepy's ticks wait, and are not lost
+    async with run(tree, sinks=(records.append,)) as system:
+        Careless.blocks = staticmethod(lambda: time.sleep(0.15))
+        state = next(state for state in system.nodes.values() if state.path[-1] == "careless")
+        assert state.core is not None
+        out = state.core.node.publisher(NUMBERS)
+        ticks = system.nodes[("s", "fast")].mailbox.timers["tick"]
+        for _ in range(2):
+            await until(lambda: ticks.fired > 1)
+            out(number(1))
+            before = ticks.missed
+            await until(lambda before=before: ticks.missed > before)  # type: ignore[misc]
+        await until(lambda: blocked(records))
+        (line,) = blocked(records)
+        assert (line.node, line.level, line.fields["handler"]) == ("/careless", 30, "Careless.compute")
+        seconds = float(line.event.removeprefix("handler blocked the event loop for ").removesuffix(" s"))
+        assert 0.15 <= seconds < 0.5
+        assert line.fields["delayed"] == "/fast"
+        assert line.fields["ticks_lost"] >= 6
+        assert "self.offload" in line.fields["remedy"]
+
+
+async def test_row_7_what_blocks_after_an_await_or_in_a_task_is_caught_by_the_close_look() -> None:
+    """On the real clock and with the real thread, which looks closely once a delay has no explanation."""
+    records: list[LogRecord] = []
+    Restless.blocks = staticmethod(lambda: time.sleep(0.1))
+    tree = Supervisor("s", children=[Child(Fast), Child(Restless, restart="permanent")])
+    async with run(tree, sinks=(records.append,)) as system:
+        core = system.nodes[("s", "restless")].core
+        assert core is not None
+
+        def pause() -> None:
+            time.sleep(0.1)
+
+        async def dig() -> None:
+            while True:
+                await asyncio.sleep(0.05)
+                pause()
+
+        core.spawn(dig(), name="dig")
+        await until(lambda: blocked(records))
+        (line,) = blocked(records)
+        assert (line.node, line.fields["handler"], line.fields["delayed"]) == ("/restless", "/restless dig", "/fast")
+        assert line.fields["at"].startswith(__file__) and line.fields["at"].endswith("<locals>.pause")
+
+
+class Judge:
+    """A watch without a thread, at whose door the test knocks; time is what the test says."""
+
+    def __init__(self, system: System, monkeypatch: pytest.MonkeyPatch) -> None:
+        assert system.stalls is not None
+        system.stalls.stop()
+        self.watch = system.stalls
+        self.now = 1000.0
+        monkeypatch.setattr("actors.stall.monotonic", lambda: self.now)
+
+    def ran(self, system: System, node: str, seconds: float) -> None:
+        self.now += seconds
+        self.watch.ran(system.nodes[("s", node)].mailbox.inbox, f"{node}.work", seconds)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "period", "late", "told"),
+    [
+        (0.05, 0.02, 0.045, True),
+        (0.05, 0.06, 0.065, False),  # it ran for less than a period
+        (0.008, 0.001, 0.007, False),  # nor is anything told below 10 ms
+        (0.02, 0.001, 0.015, True),
+        (0.05, 0.02, 0.0, False),  # it had ended before the tick was due
+    ],
+)
+async def test_row_7_only_a_step_of_a_whole_period_that_the_tick_waited_for_is_to_blame(
+    monkeypatch: pytest.MonkeyPatch, seconds: float, period: float, late: float, told: bool
+) -> None:
+    records: list[LogRecord] = []
+    async with run(Supervisor("s", children=[Child(Careless, name="a")]), sinks=(records.append,)) as system:
+        judge = Judge(system, monkeypatch)
+        judge.ran(system, "a", seconds)
+        judge.now += 0.001
+        judge.watch.delayed("/fast", period, late, 1)
+        judge.watch.tell_harm()
+        assert len(blocked(records)) == told
+
+
+async def test_row_7_the_one_that_lost_most_is_told_and_each_handler_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    records: list[LogRecord] = []
+    async with run(Supervisor("s", children=[Child(Careless, name="a")]), sinks=(records.append,)) as system:
+        judge = Judge(system, monkeypatch)
+        for _ in range(2):
+            judge.ran(system, "a", 0.3)
+            for node, lost in (("/one", 1), ("/three", 3), ("/two", 2)):
+                judge.watch.delayed(node, 0.1, 0.3, lost)
+            judge.watch.tell_harm()
+        (line,) = blocked(records)
+        assert line.event == "handler blocked the event loop for 0.30 s"
+        assert {key: line.fields[key] for key in ("handler", "delayed", "ticks_lost")} == {
+            "handler": "a.work", "delayed": "/three", "ticks_lost": 3,
+        }  # fmt: skip
+        assert "at" not in line.fields
+
+
+async def test_row_7_the_thread_looks_closely_for_five_seconds_of_thirty(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with run(Supervisor("s", children=[Child(Careless, name="a")]), sinks=()) as system:
+        judge = Judge(system, monkeypatch)
+        caught: list[bool] = []
+
+        def look_twice() -> None:
+            for later in (0.0, 0.06):
+                judge.watch.look(judge.now + later)
+            caught.append(judge.watch.caught is not None)
+
+        Careless.blocks = staticmethod(look_twice)
+        core = system.nodes[("s", "a")].core
+        assert core is not None
+        out = core.node.publisher(NUMBERS)
+
+        async def block() -> None:
+            out(number(1))
+            done = len(caught)
+            await until(lambda: len(caught) > done)
+            await asyncio.sleep(0)
+
+        await block()  # nobody was late
+        judge.watch.delayed("/fast", 0.05, 0.06, 1)
+        await block()
+        judge.now += 4.9
+        await block()
+        judge.now += 0.1
+        judge.watch.delayed("/fast", 0.05, 0.06, 1)
+        await block()  # five seconds are over, and the rest has not ended
+        judge.now += 25.0
+        judge.watch.delayed("/fast", 0.05, 0.06, 1)
+        await block()
+        assert caught == [False, True, True, False, True]
+
+
+async def test_row_7_a_handler_that_awaits_is_not_blamed_for_the_time_in_which_another_blocked() -> None:
+    """On the real clock: it holds its inbox for 30 ms, which is less than the period of its own timer."""
+    records: list[LogRecord] = []
+
+    class Innocent(Node):
+        ticks = 0
+
+        @OTHERS.on()
+        async def other(self, message: Int32) -> None:
+            await asyncio.sleep(0.03)
+
+        @every(hz=10)
+        def tick(self) -> None:
+            self.ticks += 1
+
+    tree = Supervisor("s", children=[Child(Innocent), Child(Careless)])
+    async with run(tree, sinks=(records.append,)) as system:
+        Careless.blocks = staticmethod(lambda: time.sleep(0.35))
+        node = next(state for state in system.nodes.values() if state.path[-1] == "innocent").core.node  # type: ignore[union-attr]
+        begun = node.ticks
+        await until(lambda: node.ticks > begun)
+        await asyncio.sleep(0.08)
+        node.publisher(OTHERS)(number(1))
+        await asyncio.sleep(0.021)  # its next tick waits in its inbox
+        node.publisher(NUMBERS)(number(1))
+        begun = node.ticks
+        await until(lambda: node.ticks > begun + 1)
+    assert [record.fields["handler"] for record in records if "holds the inbox" in record.event] == []
+
+
 def test_a_watch_ends_with_a_loop_that_was_closed_under_it() -> None:
     loop = asyncio.new_event_loop()
 
@@ -153,3 +352,31 @@ def test_a_watch_ends_with_a_loop_that_was_closed_under_it() -> None:
     watch._run()  # returns at once
     assert line_of(watch._system.thread).startswith(__file__)
     assert line_of(0) == "", "a thread that has ended"
+
+
+async def test_row_7_a_step_is_made_known_only_if_the_loop_did_not_turn_meanwhile() -> None:
+    """On the real clock: the first items of an inbox are all measured."""
+    heard: list[str] = []
+    done = asyncio.Event()
+
+    class Job:
+        def __init__(self, label: str, act: Callable[[], Any]) -> None:
+            self.label, self.run = label, act
+
+    async def blocks() -> None:
+        time.sleep(0.02)  # noqa: ASYNC251
+
+    async def awaits() -> None:
+        await asyncio.sleep(0.02)
+
+    inbox = Inbox(asyncio.get_running_loop())
+    inbox.on_step = lambda inbox, label, seconds: heard.append(f"{label} {seconds >= 0.02}")
+    jobs: dict[str, Callable[[], Any]] = {"plain": lambda: time.sleep(0.02), "blocks": blocks, "awaits": awaits}
+    for label, act in jobs.items():
+        inbox.put(Job(label, act))
+    inbox.put(Job("last", done.set))
+    serving = asyncio.create_task(inbox.serve())
+    await done.wait()
+    serving.cancel()
+    await asyncio.wait([serving])
+    assert [line for line in heard if not line.startswith("last")] == ["plain True", "blocks True"]

@@ -40,10 +40,15 @@ def test_durations_calculate() -> None:
     assert (half.seconds, half.nanoseconds) == (0.5, SECOND // 2)
 
 
-@pytest.mark.parametrize("factor", [math.nan, math.inf])
-def test_a_duration_is_never_infinite(factor: float) -> None:
-    with pytest.raises((ValueError, OverflowError)):
+@pytest.mark.parametrize("factor", [math.nan, -math.inf])
+def test_a_duration_times_no_number_is_refused(factor: float) -> None:
+    with pytest.raises(ValueError, match="only inf has a meaning"):
         Duration(seconds=1) * factor
+
+
+@pytest.mark.parametrize("nanoseconds", [0, 1, -5])
+def test_a_duration_times_infinity_is_the_longest_as_in_rclpy(nanoseconds: int) -> None:
+    assert (Duration(nanoseconds=nanoseconds) * math.inf).nanoseconds == 9223372036854775807
 
 
 def test_a_time_before_the_epoch_or_beyond_64_bits_is_refused() -> None:

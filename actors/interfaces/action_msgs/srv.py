@@ -2,9 +2,10 @@
 
 from typing import ClassVar, TypeAlias
 
-from actors.interfaces.action_msgs.msg import GoalInfo
 from actors.interfaces.message import Message, ServiceType
 from actors.interfaces.types import Many, default, int8
+
+from .msg import GoalInfo
 
 __all__ = [
     "CancelGoal",

@@ -2,9 +2,10 @@
 
 from typing import TypeAlias
 
-from actors.interfaces.diagnostic_msgs.msg import DiagnosticStatus
 from actors.interfaces.message import Message, ServiceType
 from actors.interfaces.types import Many, byte, default, string
+
+from .msg import DiagnosticStatus
 
 __all__ = [
     "AddDiagnostics",

@@ -2,9 +2,10 @@
 
 from typing import TypeAlias
 
-from actors.interfaces.lifecycle_msgs.msg import State, Transition, TransitionDescription
 from actors.interfaces.message import Message, ServiceType
 from actors.interfaces.types import Many, default
+
+from .msg import State, Transition, TransitionDescription
 
 __all__ = [
     "ChangeState",

@@ -4,8 +4,9 @@ from typing import ClassVar, TypeAlias
 
 from actors.interfaces.geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from actors.interfaces.message import Message, ServiceType
-from actors.interfaces.nav_msgs.msg import OccupancyGrid, Path
 from actors.interfaces.types import default, float32, string, uint8
+
+from .msg import OccupancyGrid, Path
 
 __all__ = [
     "GetMap",

@@ -3,7 +3,9 @@
 from typing import ClassVar, TypeAlias
 
 from actors.interfaces.message import Message, ServiceType
-from actors.interfaces.rcl_interfaces.msg import (
+from actors.interfaces.types import Many, default, string_array, uint8_array, uint64
+
+from .msg import (
     ListParametersResult,
     LoggerLevel,
     Parameter,
@@ -12,7 +14,6 @@ from actors.interfaces.rcl_interfaces.msg import (
     SetLoggerLevelsResult,
     SetParametersResult,
 )
-from actors.interfaces.types import Many, default, string_array, uint8_array, uint64
 
 __all__ = [
     "DescribeParameters",

@@ -3,8 +3,9 @@
 from typing import TypeAlias
 
 from actors.interfaces.message import Message, ServiceType
-from actors.interfaces.sensor_msgs.msg import CameraInfo
 from actors.interfaces.types import default, string
+
+from .msg import CameraInfo
 
 __all__ = [
     "SetCameraInfo",

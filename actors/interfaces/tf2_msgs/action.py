@@ -5,8 +5,9 @@ from typing import TypeAlias
 from actors.interfaces.builtin_interfaces.msg import Duration, Time
 from actors.interfaces.geometry_msgs.msg import TransformStamped
 from actors.interfaces.message import ActionType, Message
-from actors.interfaces.tf2_msgs.msg import TF2Error
 from actors.interfaces.types import default, string
+
+from .msg import TF2Error
 
 __all__ = [
     "LookupTransform",

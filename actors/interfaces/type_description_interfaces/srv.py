@@ -3,8 +3,9 @@
 from typing import TypeAlias
 
 from actors.interfaces.message import Message, ServiceType
-from actors.interfaces.type_description_interfaces.msg import KeyValue, TypeDescription, TypeSource
 from actors.interfaces.types import Many, default, string
+
+from .msg import KeyValue, TypeDescription, TypeSource
 
 __all__ = [
     "GetTypeDescription",

@@ -4,7 +4,8 @@ from typing import TypeAlias
 
 from actors.interfaces.message import Message, ServiceType
 from actors.interfaces.types import Many, default, uint64
-from actors.interfaces.visualization_msgs.msg import InteractiveMarker
+
+from .msg import InteractiveMarker
 
 __all__ = [
     "GetInteractiveMarkers",

@@ -23,6 +23,7 @@ import pytest
 from actors.testing.faults import Possible
 from actors.testing.flights import save_flight
 from actors.testing.simulation.invariants import PATIENCE, Invariant
+from actors.testing.simulation.known import names_nothing
 from actors.testing.simulation.search import Finding, search
 from actors.testing.simulation.trial import Scenario, Trial
 
@@ -61,11 +62,13 @@ def scenario(
                 fixtures["request"] = request
             body = functools.partial(_with_rig, test, fixtures)
             played = Scenario(body, tuple(invariants), patience)
-            replay = request.config.getoption("--scenario-replay")
+            replay, number = (request.config.getoption(name) for name in ("--scenario-replay", "--scenario-seeds"))
+            if number is not None and number < 1:
+                pytest.fail(f"--scenario-seeds {number}: at least one", pytrace=False)
             if replay is not None:
-                _again(played, Trial.parse(replay))
+                _again(played, _read(replay))
             else:
-                finding = search(played, range(request.config.getoption("--scenario-seeds") or seeds), faults)
+                finding = search(played, range(number or seeds), faults)
                 if finding is not None:
                     raise _explained(finding, played, request)
 
@@ -84,8 +87,18 @@ async def _with_rig(test: Callable[..., Awaitable[None]], fixtures: dict[str, An
     await test(rig=rig, **fixtures)
 
 
+def _read(replay: str) -> Trial:
+    try:
+        return Trial.parse(replay)
+    except ValueError as error:
+        pytest.fail(f"--scenario-replay: {error}", pytrace=False)
+
+
 def _again(played: Scenario, trial: Trial) -> None:
     outcome = played.play(trial)
+    strange = names_nothing(trial.faults, [outcome.profile])
+    if strange and (strange := names_nothing(trial.faults, [played.run(0, shuffled=False).profile, outcome.profile])):
+        pytest.fail(f"--scenario-replay: {strange}", pytrace=False)
     if outcome.error is not None:
         outcome.error.add_note(outcome.timeline)
         raise outcome.error
@@ -96,9 +109,9 @@ def _explained(finding: Finding, played: Scenario, request: pytest.FixtureReques
     error = finding.outcome.error
     assert error is not None
     test = request.node.nodeid
-    flight = save_flight(finding.record(played), request.config, request.getfixturevalue("tmp_path_factory"), test)
     error.add_note(f"scenario: {finding.describe()}")
     error.add_note(f"replay:   python -m pytest '{test}' --scenario-replay '{finding.replay}'")
+    flight = save_flight(finding.record(played), request.config, request.getfixturevalue("tmp_path_factory"), test)
     error.add_note(f"flight record: {flight}")
     error.add_note(finding.outcome.timeline)
     return error

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
-from actors.inbox import awaited_in
+from actors.places import awaited_in
 from actors.testing.simulation.counts import miscounts
 from actors.testing.simulation.locks import circle_of_locks
 

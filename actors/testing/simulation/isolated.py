@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from actors.stall import line_of
+from actors.places import line_of
 from actors.testing.faults import Profile
 from actors.testing.simulation.trial import Outcome, Scenario, Trial
 

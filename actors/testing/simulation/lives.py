@@ -1,35 +1,48 @@
-"""A system in which nodes die at an await, start late and handle slowly, as the faults of a simulated run say."""
+"""A system in which nodes die or are late at any step, start late and handle slowly, as the faults of a simulated run say."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine, Generator, Sequence
-from typing import TYPE_CHECKING, Any, cast
+import contextlib
+import math
+from collections.abc import Awaitable, Callable, Coroutine, Generator, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from actors.control import Failure, Unwinding
+from actors.control import Failure
+from actors.core import Core
 from actors.errors import CallCycle
+from actors.goal_client import Goal
+from actors.interfaces.message import Message
 from actors.life import NodeLife
+from actors.places import USER, owner_of
+from actors.services import Client
 from actors.system import System
 from actors.testing.faults import CLOCK, Fault, Profile
 from actors.testing.simulation.links import Link, entrance
+from actors.testing.simulation.steps import Death, Steps, Watched
+from actors.testing.stuck import chain_of
 
 if TYPE_CHECKING:
     from actors.channel import Queue
-    from actors.core import Core
+    from actors.contracts import Action, Service
     from actors.feeds import Feed
+    from actors.node import Node
     from actors.supervision.report import Report
     from actors.supervisor import Child
+    from actors.testing.loop import VirtualLoop
     from actors.timers import TimerItem
 
 __all__ = ["InjectedCrash", "SimulatedSystem"]
 
+G = TypeVar("G", bound=Message)
+R = TypeVar("R", bound=Message)
+F = TypeVar("F", bound=Message)
+Req = TypeVar("Req", bound=Message)
+Resp = TypeVar("Resp", bound=Message)
+
 
 class InjectedCrash(Exception):
     """The simulation ended a node here."""
-
-
-class _Death(Unwinding):
-    """Thrown into a node that dies: nothing that catches errors may catch it."""
 
 
 class SimulatedSystem(System):
@@ -46,6 +59,10 @@ class SimulatedSystem(System):
         """How many reports of supervisors there were."""
         self.disgraces: list[Exception] = []
         """Errors that are nobody's answer, though callers were answered with them: a failed assertion, a deadlock that was refused."""
+        self.deaths = 0
+        """How many nodes have died without a clean-up."""
+        self.interrupted: dict[tuple[str, ...], str] = {}
+        """Path of a node that was to end and was canceled -> where it waited then."""
         self.graph.entrance = entrance(self.links, faults, profile)
         for fault in faults:
             if fault.kind == "clock-jump" and fault.target == CLOCK:
@@ -64,7 +81,7 @@ class SimulatedSystem(System):
 
     def answered(self, error: Exception) -> None:
         super().answered(error)
-        if isinstance(error, (AssertionError, CallCycle)):
+        if isinstance(error, (AssertionError, CallCycle)) and error not in self.disgraces:
             self.disgraces.append(error)
 
     def faults_of(self, kind: str, node: str) -> dict[int, Fault]:
@@ -90,54 +107,131 @@ class SimulatedSystem(System):
 
 
 class _SimulatedLife(NodeLife):
-    """One incarnation that may start late and die at an await."""
+    """One incarnation that may start late, be late at a step of its work, and die there."""
 
-    __slots__ = ()
+    __slots__ = ("_body", "_doomed", "_steps", "_task")
     system: SimulatedSystem
 
     async def run(self, started: Callable[[], None]) -> None:
-        node = self.identity.fqn
-        self.system.profile.awaits.setdefault(node, 0)
-        late = self.system.faults_of("slow-start", node).get(self.mailbox.incarnation + 1)
+        system, node = self.system, self.identity.fqn
+        system.profile.awaits.setdefault(node, 0)
+        late = system.faults_of("slow-start", node).get(self.mailbox.incarnation + 1)
         if late is not None:
             await asyncio.sleep(late.by)
-        deaths = self.system.faults_of("crash", node)
+        deaths = system.faults_of("crash", node)
+        self._steps = Steps(node, system.faults, system.profile.steps)
+        self._task = cast("asyncio.Task[Any]", asyncio.current_task())
+        self._doomed = False
+        self._body = super().run(started)
         try:
-            await _Mortal(
-                super().run(started),
-                lambda: self.phase == "running" and self.system.stop_reason is None and self._resumed(node, deaths),
-            )
-        except _Death:
+            await Watched(self._body, lambda: self._own_step(deaths), self._interrupted)
+        except Death:
+            system.deaths += 1
             raise InjectedCrash(f"{node} was ended here by the simulation") from None
 
-    def _resumed(self, node: str, deaths: dict[int, Fault]) -> bool:
-        """Count one more await of the node; whether it is to die there."""
-        awaits = self.system.profile.awaits
+    def _make_core(self, node: Node) -> Core:
+        return _SimulatedCore(self, node)
+
+    @property
+    def _mortal(self) -> bool:
+        return self.phase == "running" and self.system.stop_reason is None
+
+    def _own_step(self, deaths: dict[int, Fault]) -> float:
+        """Count one more await of the node's own task. By how much its step is late."""
+        if not self._mortal:
+            return 0.0
+        awaits, node = self.system.profile.awaits, self.identity.fqn
         count = awaits[node] = awaits.get(node, 0) + 1
-        return count in deaths
+        item = self.mailbox.inbox.current
+        fault = self._steps.count(item.label) if item is not None else None
+        if count in deaths or (fault is not None and fault.kind == "crash"):
+            raise Death
+        return self._late(fault)
+
+    def task_step(self, work: str) -> float:
+        """Count one more step of a task of this node. By how much it is late: for ever, if the node dies there."""
+        fault = self._steps.count(work) if self._mortal else None
+        if fault is not None and fault.kind == "crash":
+            self._doomed = True
+            self._task.cancel()
+            return math.inf
+        return self._late(fault)
+
+    def _late(self, fault: Fault | None) -> float:
+        """Nothing is late while time stands still: it may stand still for what this very step has to end."""
+        return fault.by if fault is not None and not cast("VirtualLoop", self.system.loop).stands_still else 0.0
+
+    def _interrupted(self, error: object) -> None:
+        """Something is thrown into the node's own task."""
+        if self._doomed:
+            raise Death
+        if self.asked is not None and isinstance(error, asyncio.CancelledError):
+            self.system.interrupted[self.identity.path] = "; ".join(self._waits())
+
+    def _waits(self) -> Iterator[str]:
+        """Where the node's own task waits, and each of its others."""
+        if place := _place(self._body):
+            yield f"it waited at {place}"
+        for task in self.core.tasks if self.core is not None else ():
+            yield f"its task {task.get_name()} waited at {_place(task.get_coro()) or 'its beginning'}"
 
 
-class _Mortal:
-    """A coroutine that dies at the await at which `dies` says so: the awaited expression raises."""
+def _place(suspended: object) -> str:
+    """The innermost line of the user at which a coroutine waits, as ``file:line in function``."""
+    frames = [frame for _, frame in chain_of(suspended) if owner_of(frame.f_code.co_filename) == USER]
+    return f"{frames[-1].f_code.co_filename}:{frames[-1].f_lineno} in {frames[-1].f_code.co_qualname}" if frames else ""
 
-    def __init__(self, inner: Coroutine[Any, Any, None], dies: Callable[[], bool]) -> None:
-        self.cr_await = inner  # the name by which debuggers and our own reports follow a suspended coroutine
-        self.cr_frame = None
-        self._dies = dies
 
-    def __await__(self) -> Generator[Any, Any, None]:
-        return cast("Generator[Any, Any, None]", self)
+class _SimulatedCore(Core):
+    """A core whose tasks are watched step by step, and whose refused calls are told, also when the caller is content with the error."""
 
-    def __next__(self) -> Any:
-        return self.send(None)
+    __slots__ = ("_life",)
+    system: SimulatedSystem
 
-    def send(self, value: Any) -> Any:
-        if self._dies():
-            return self.cr_await.throw(_Death())
-        return self.cr_await.send(value)
+    def __init__(self, life: _SimulatedLife, node: Node) -> None:
+        super().__init__(life.system, node, type(node).blueprint, life.identity, life.mailbox)
+        self._life = life
 
-    def throw(self, *error: Any) -> Any:
-        return self.cr_await.throw(*error)
+    def spawn(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
+        name = name or str(getattr(work, "__qualname__", work))
+        return super().spawn(Watched(work, lambda: self._life.task_step(name)), name=name)
+
+    def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]:
+        plain = super().client(service)
+        client = self.clients[service] = _ToldClient(self, plain.entry, service)
+        return client
+
+    def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]:
+        super().goal(action, message, timeout)
+        return _ToldGoal(self, self.system.graph.action(self.identity.service(action.name)), action, message, timeout)
+
+
+class _ToldClient(Client[Req, Resp]):
+    __slots__ = ()
+    node: _SimulatedCore
+
+    async def call(self, message: Req, timeout: float) -> Resp:
+        with _told(self.node.system):
+            return await super().call(message, timeout)
+
+
+class _ToldGoal(Goal[R, F]):
+    __slots__ = ()
+    _node: _SimulatedCore
+
+    async def send(self) -> None:
+        with _told(self._node.system):
+            await super().send()
+
+
+@contextlib.contextmanager
+def _told(system: SimulatedSystem) -> Generator[None]:
+    """Let the system know of a call that would have waited for itself, whatever becomes of the error."""
+    try:
+        yield
+    except CallCycle as cycle:
+        system.answered(cycle)
+        raise
 
 
 def _slow_down(core: Core, profile: Profile, slow: dict[int, Fault]) -> None:

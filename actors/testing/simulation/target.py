@@ -11,8 +11,9 @@ from collections.abc import Awaitable, Callable
 from types import ModuleType
 from typing import TypeAlias, cast
 
-from actors.errors import described, place_of
+from actors.errors import described
 from actors.node import Node
+from actors.places import origin_of, place_of
 from actors.supervisor import Child, DynamicSupervisor, Supervisor
 
 __all__ = ["Maker", "Tree", "Unusable", "find", "grown"]
@@ -92,16 +93,11 @@ def _imported(name: str) -> ModuleType:
 
 
 def _line_in_user(error: BaseException) -> str:
-    """The innermost line of an import that is a file's, and not the import system's own."""
+    """The line of the module, or of one that it imports, at which the import failed."""
     if isinstance(error, SyntaxError) and error.filename is not None:
         return f"{error.filename}:{error.lineno}"
-    place, trace = "", error.__traceback__
-    while trace is not None:
-        file = trace.tb_frame.f_code.co_filename
-        if not file.startswith("<") and file not in (__file__, importlib.__file__):
-            place = f"{file}:{trace.tb_lineno}"
-        trace = trace.tb_next
-    return place or "its import"
+    place = origin_of(error)
+    return f"{place.file}:{place.line}" if place is not None else "its import"
 
 
 def _side_by_side(made: object) -> list[object]:

@@ -1,5 +1,7 @@
 """One run of a scenario: with a seed, in some order of events, with some faults, watched all the time."""
 
+# pyright: reportPrivateUsage=false
+# That a thread may be left is said to a rig by a trial alone.
 from __future__ import annotations
 
 import asyncio
@@ -9,7 +11,8 @@ from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from actors.errors import ActorError, CallCycle, WrongThread, WrongType, place_of
+from actors.errors import ActorError, CallCycle, WrongThread, WrongType
+from actors.places import place_of
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.reasons import cause_of
 from actors.testing.failures import UnexpectedFailure
@@ -123,18 +126,26 @@ class Scenario:
             profile.seconds = loop.time()
             for watch in watches:
                 watch.look(loop.time())
+            if any(system.deaths for system in systems):
+                rig._forgive_threads()
         except BaseException as error:
             await _close_after(rig, error)
             raise
         await rig.close()
-        for report in (report for system in systems for report in system.reports):
-            injected = report.reason is not None and isinstance(cause_of(report.reason), InjectedCrash)
-            if (
-                report.context == "shutdown_error" and not injected
-            ):  # a tree may end by itself, and a fault come just then
-                raise InvariantBroken(f"{'/'.join(report.child.path)} did not end as it was asked to: {report.reason}")
+        for system in systems:
+            _demand_orderly_ends(system)
         if problems:
             raise problems[0]
+
+
+def _demand_orderly_ends(system: SimulatedSystem) -> None:
+    """Nodes end when they are asked to. A tree may end by itself, and a fault come just then."""
+    for report in system.reports:
+        injected = report.reason is not None and isinstance(cause_of(report.reason), InjectedCrash)
+        if report.context == "shutdown_error" and not injected:
+            path = report.child.path
+            where = "; ".join(filter(None, [str(report.reason), system.interrupted.get(path, "")]))
+            raise InvariantBroken(f"{'/'.join(path)} did not end as it was asked to: {where}")
 
 
 def _demand_end(loop: VirtualLoop, end: float) -> None:
@@ -153,11 +164,13 @@ async def _close_after(rig: Rig, error: BaseException) -> None:
 
 
 def _is_excused(error: BaseException, faults: Sequence[Fault]) -> bool:
-    """Whether an error may come of faults alone: supervisors are there for that. A mistake in the program does not, nor does the end
-    of the whole tree, unless a fault itself is what it gave up about: then it tolerates no failure at all, and says so.
+    """Whether an error may come of faults alone: supervisors are there for that. A mistake in the program does not.
+
+    Nor does the end of the whole tree: a tree that allows restarts says with it that it stands failures, and has not stood these. Only one
+    that allows none may give up about a fault: that is what it says.
     """
     if isinstance(error, SupervisorGaveUp) and len(error.path) == 1:
-        return isinstance(_origin(error), InjectedCrash)
+        return error.restarts == 0 and isinstance(_origin(error), InjectedCrash)
     mistake = isinstance(error, (CallCycle, WrongThread, WrongType))
     return isinstance(error, InjectedCrash) or (bool(faults) and isinstance(error, ActorError) and not mistake)
 
@@ -169,11 +182,19 @@ def _origin(error: BaseException) -> BaseException:
     return error
 
 
+def _fault_of(error: BaseException) -> BaseException:
+    """What is to be mended: the error of a node; where that is an injected one, that its supervisor gave up about it."""
+    origin = _origin(error)
+    while isinstance(origin, InjectedCrash) and not isinstance(error, SupervisorGaveUp) and error.__cause__ is not None:
+        error = error.__cause__
+    return error if isinstance(origin, InjectedCrash) else origin
+
+
 def _signature(error: BaseException | None) -> tuple[str, str]:
     if error is None:
         return "", ""
-    origin = _origin(error)
-    return type(origin).__name__, place_of(origin)
+    fault = _fault_of(error)
+    return type(fault).__name__, place_of(fault)
 
 
 def _problem(context: dict[str, Any]) -> BaseException:

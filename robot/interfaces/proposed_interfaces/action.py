@@ -17,7 +17,7 @@ __all__ = [
 class NavigateAndGrab_Goal(Message, frozen=True, kw_only=True):
     """proposed_interfaces/action/NavigateAndGrab_Goal
 
-    [OUR RULE] The tutorials name this action but do not define it; the definition is a proposal of this project.
+    The tutorials name this action but do not define it; the definition is a proposal of this project.
     Goal
     """
 

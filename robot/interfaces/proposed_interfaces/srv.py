@@ -19,7 +19,7 @@ __all__ = [
 class GetAverageTemperature_Request(Message, frozen=True, kw_only=True):
     """proposed_interfaces/srv/GetAverageTemperature_Request
 
-    [OUR RULE] The tutorials name this service but do not define it; the definition is a proposal of this project.
+    The tutorials name this service but do not define it; the definition is a proposal of this project.
     """
 
     count: int32 = 0
@@ -44,7 +44,7 @@ class GetAverageTemperature(ServiceType[GetAverageTemperature_Request, GetAverag
 class GetRobotPose_Request(Message, frozen=True, kw_only=True):
     """proposed_interfaces/srv/GetRobotPose_Request
 
-    [OUR RULE] The tutorials name this service but do not define it; the definition is a proposal of this project.
+    The tutorials name this service but do not define it; the definition is a proposal of this project.
     """
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,25 +14,138 @@ Case = tuple[str, str, Callable[[], None]]
 
 
 class Skip(Exception):
-    """Raised by a case that cannot be run; its text is the reason."""
+    """Raised by a case that cannot be run by design; its text is the reason."""
 
 
-def each(path: Path, check: Callable[[Vector], None]) -> Iterator[Case]:
+class Unsupported(AssertionError):
+    """A case holds a kind, step or field that its check knows nothing about: a failure, never a pass in silence."""
+
+
+_DESCRIPTIVE = frozenset({"id", "source", "tier", "note"})
+"""The fields of a case, or of a part of it, that describe it and ask for nothing."""
+
+
+class Watched(dict[str, Any]):
+    """An object of a vector file that notes which of its fields have been read, those of the objects in it as well."""
+
+    def __init__(self, given: dict[str, Any]) -> None:
+        super().__init__({key: watched(value) for key, value in given.items()})
+        self.read: set[str] = set()
+
+    def __getitem__(self, key: str) -> Any:
+        self.read.add(key)
+        return super().__getitem__(key)
+
+    def get(self, key: str, default: Any = None) -> Any:
+        self.read.add(key)
+        return super().get(key, default)
+
+    def __iter__(self) -> Iterator[str]:
+        self.read.update(super().keys())
+        return super().__iter__()
+
+    def keys(self) -> Any:
+        self.read.update(super().keys())
+        return super().keys()
+
+    def values(self) -> Any:
+        self.read.update(super().keys())
+        return super().values()
+
+    def items(self) -> Any:
+        self.read.update(super().keys())
+        return super().items()
+
+    def __eq__(self, other: object) -> bool:
+        self.read_all()
+        return super().__eq__(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def read_all(self) -> None:
+        """Count this object and those in it as read: it is compared as a whole."""
+        self.read.update(super().keys())
+        for item in super().values():
+            _read_all(item)
+
+    def unread(self, path: str = "") -> Iterator[str]:
+        """Where the fields are that nobody has read; of one that has not been read, not what is in it."""
+        for key, value in super().items():
+            if key not in self.read:
+                yield f"{path}{key}"
+            else:
+                yield from _unread(value, f"{path}{key}")
+
+
+def _unread(value: Any, path: str) -> Iterator[str]:
+    if isinstance(value, Watched):
+        yield from value.unread(f"{path}.")
+    elif isinstance(value, list):
+        for index, item in enumerate(value):
+            yield from _unread(item, f"{path}[{index}]")
+
+
+def _read_all(value: Any) -> None:
+    if isinstance(value, Watched):
+        value.read_all()
+    elif isinstance(value, list):
+        for item in value:
+            _read_all(item)
+
+
+def watched(value: Any) -> Any:
+    """Plain data, its objects turned into `Watched` ones."""
+    if isinstance(value, dict):
+        return Watched(value)
+    return [watched(item) for item in value] if isinstance(value, list) else value
+
+
+def meet(check: Callable[[Vector], None], vector: Vector, optional: Collection[str] = ()) -> None:
+    """Run one case, and fail if it asks for something that its check has not even looked at.
+
+    `optional` names the fields that the check knows and has no need of in every case.
+    """
+    given = Watched(vector)
+    check(given)
+    missed = [field for field in given.unread() if field.rpartition(".")[2] not in {*_DESCRIPTIVE, *optional}]
+    if missed:
+        raise Unsupported(f"unsupported field {', '.join(missed)}: its check does not look at it")
+
+
+def each(path: Path, check: Callable[[Vector], None], optional: Collection[str] = ()) -> Iterator[Case]:
     """The cases of a vector file, all checked by one function that is given the whole case."""
     for vector in json.loads(path.read_text(encoding="utf-8"))["cases"]:
-        yield vector["id"], vector.get("tier", "core"), partial(check, vector)
+        yield vector["id"], vector.get("tier", "core"), partial(meet, check, vector, optional)
 
 
-def by_kind(path: Path, checks: dict[str, Callable[[Vector], None]]) -> Iterator[Case]:
-    """The cases of a vector file, each checked by the function for its `input.kind`."""
+def by_kind(
+    path: Path, checks: Mapping[Any, Callable[[Vector], None]], optional: Collection[str] = ()
+) -> Iterator[Case]:
+    """The cases of a vector file, each checked by the function for its `input.kind`; None is the variant without a kind."""
 
     def check(vector: Vector) -> None:
-        kind = vector["input"]["kind"]
+        kind = vector["input"].get("kind")
         if kind not in checks:
-            raise Skip(f"there is no check for cases of kind {kind!r}")
+            raise Unsupported(f"unsupported kind {kind!r}: known are {', '.join(map(str, checks))}")
         checks[kind](vector)
 
-    return each(path, check)
+    return each(path, check, optional)
+
+
+def steps_of(vector: Vector) -> list[Any]:
+    """The steps of a scripted case, wherever it holds them."""
+    if "steps" in vector:
+        return list(vector["steps"])
+    return list(vector["input"].get("steps", ()))
+
+
+def refused(error: str, kinds: dict[str, type[Exception]]) -> type[Exception]:
+    """The class that answers to a code of the vectors; `any` is any error."""
+    if error == "any":
+        return Exception
+    if error not in kinds:
+        raise Unsupported(f"unsupported error code {error!r}: known are {', '.join(sorted(kinds))}")
+    return kinds[error]
 
 
 def same(what: str, got: object, wanted: object) -> None:
@@ -59,9 +172,11 @@ def raises(kind: type[BaseException] | tuple[type[BaseException], ...], call: Ca
     raise AssertionError(f"expected an error, got {answer!r}")
 
 
-def number(value: object) -> object:
-    """A float that JSON could not hold, as a float again."""
-    return float(value) if value in ("nan", "inf", "-inf") else value  # type: ignore[arg-type]
+def number(value: Any) -> Any:
+    """Floats that JSON could not hold, as floats again, in lists as well."""
+    if isinstance(value, list):
+        return [number(item) for item in value]
+    return float(value) if isinstance(value, str) and value in ("nan", "inf", "-inf") else value
 
 
 def typed(value: object) -> Vector:

@@ -2,34 +2,29 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from actors.goals import GoalEvent, GoalStatus, next_status
+from tests.conformance.checks.common import Case, Vector, by_kind, expected
 
 
-def cases(path: Path) -> Iterator[tuple[str, str, Callable[[], None]]]:
-    """The cases of the vector file `path`: id, tier, and a callable that raises AssertionError."""
-    for case in json.loads(path.read_text(encoding="utf-8"))["cases"]:
-        check = _CHECKS[case["input"]["kind"]]
-        yield case["id"], case["tier"], lambda check=check, case=case: check(case["input"], case["expect"])
+def cases(path: Path) -> Iterator[Case]:
+    return by_kind(path, {"transition": _transition, "status_value": _status_value, "flags": _flags})
 
 
-def _transition(given: dict[str, Any], expect: dict[str, Any]) -> None:
+def _transition(vector: Vector) -> None:
+    given = vector["input"]
     following = next_status(GoalStatus[given["state"].upper()], GoalEvent[given["event"].upper()])
-    assert (following is not None) == expect["valid"]
-    assert (None if following is None else following.name.lower()) == expect["next_state"]
+    next_state = None if following is None else following.name.lower()
+    expected(vector["expect"], valid=following is not None, next_state=next_state)
 
 
-def _status_value(given: dict[str, Any], expect: dict[str, Any]) -> None:
-    assert GoalStatus[given["status"].upper()].value == expect["value"]
+def _status_value(vector: Vector) -> None:
+    expected(vector["expect"], value=GoalStatus[vector["input"]["status"].upper()].value)
 
 
-def _flags(given: dict[str, Any], expect: dict[str, Any]) -> None:
-    status = GoalStatus[given["state"].upper()]
-    assert {flag: getattr(status, flag) for flag in expect} == expect
-
-
-_CHECKS = {"transition": _transition, "status_value": _status_value, "flags": _flags}
+def _flags(vector: Vector) -> None:
+    status = GoalStatus[vector["input"]["state"].upper()]
+    flags = ("is_active", "is_cancelable", "is_terminal")
+    expected(vector["expect"], **{flag: getattr(status, flag) for flag in flags})

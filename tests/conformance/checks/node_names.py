@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from actors import names
-from tests.conformance.checks.common import Case, Vector, by_kind, expected, raises, same
+from tests.conformance.checks.common import Case, Vector, by_kind, expected, raises, refused, same
 from tests.conformance.checks.topic_names import judge
 
 
@@ -23,14 +24,23 @@ def fully_qualified(vector: Vector) -> None:
 
 def child_logger(vector: Vector) -> None:
     given, expect = vector["input"], vector["expect"]
-    parent = given.get("logger", given.get("parent"))
+    parent = _first(given, "logger", "parent", "parent_name", "logger_name")
     if parent is None:
         parent = names.logger_name(names.fully_qualified(given.get("namespace", "/"), given["name"]))
-    if expect.get("ok") is False:
-        raises(ValueError, lambda: names.child_logger_name(parent, given["child"]))
+    child = _first(given, "child", "child_name", "suffix")
+    if expect.get("ok") is False or expect.get("error") is not None:
+        code = expect.get("error", "any")
+        raises(refused(code, {"value_error": ValueError}), lambda: names.child_logger_name(parent, child))
         return
-    got = names.child_logger_name(parent, given["child"])
-    same("name", got, next(value for key, value in expect.items() if key != "ok"))
+    got = names.child_logger_name(parent, child)
+    for key, wanted in expect.items():
+        if key not in ("ok", "error"):
+            same(key, got, wanted)
+
+
+def _first(given: Vector, *keys: str) -> Any:
+    """What is given under one of these names."""
+    return next((given[key] for key in keys if key in given), None)
 
 
 def cases(path: Path) -> Iterable[Case]:

@@ -10,8 +10,10 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from actors.params_file import InvalidParams, ParameterOverrides, parse_value
-from tests.conformance.checks.common import Case, Vector, by_kind, raises, same, same_typed
+from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, raises, refused, same, same_typed
 from tests.conformance.checks.ros_args import same_entries
+
+ERRORS: dict[str, type[Exception]] = {"invalid_value": InvalidParams, "invalid_params_file": InvalidParams}
 
 
 def value(vector: Vector) -> None:
@@ -19,24 +21,25 @@ def value(vector: Vector) -> None:
     if expect["ok"]:
         same_typed(repr(text), parse_value(text), expect)
     else:
-        raises(InvalidParams, lambda: parse_value(text))
+        raises(refused(expect["error"], ERRORS), lambda: parse_value(text))
 
 
 def read(sources: list[Vector]) -> ParameterOverrides:
     overrides = ParameterOverrides()
     for index, source in enumerate(sources):
-        overrides = (
-            overrides.with_text(source["file"], source=f"file {index}")
-            if "file" in source
-            else overrides.with_rule(source["param"])
-        )
+        if "file" in source:
+            overrides = overrides.with_text(source["file"], source=f"file {index}")
+        elif "param" in source:
+            overrides = overrides.with_rule(source["param"])
+        else:
+            raise Unsupported(f"unsupported source {source!r}")
     return overrides
 
 
 def file(vector: Vector) -> None:
     given, expect = vector["input"], vector["expect"]
     if not expect["ok"]:
-        raises(InvalidParams, lambda: read(given["sources"]))
+        raises(refused(expect["error"], ERRORS), lambda: read(given["sources"]))
         return
     overrides = read(given["sources"])
     if "nodes" in expect:
@@ -49,4 +52,4 @@ def file(vector: Vector) -> None:
 
 
 def cases(path: Path) -> Iterable[Case]:
-    return by_kind(path, {"value": value, "file": file})
+    return by_kind(path, {"value": value, "file": file}, optional={"node_fqn"})

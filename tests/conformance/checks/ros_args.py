@@ -8,7 +8,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from actors.arguments import InvalidRosArguments, RosArguments, UnknownRosArguments, parse
-from tests.conformance.checks.common import Case, Vector, each, expected, raises, same, same_typed
+from tests.conformance.checks.common import Case, Vector, each, expected, raises, refused, same, same_typed
+
+ERRORS: dict[str, type[Exception]] = {"unknown_ros_args": UnknownRosArguments, "invalid_ros_args": InvalidRosArguments}
 
 
 def parse_with_files(given: Vector) -> RosArguments:
@@ -27,8 +29,7 @@ def parse_with_files(given: Vector) -> RosArguments:
 def check(vector: Vector) -> None:
     given, expect = vector["input"], vector["expect"]
     if not expect["ok"]:
-        kind = UnknownRosArguments if expect["error"] == "unknown_ros_args" else InvalidRosArguments
-        raises(kind, lambda: parse_with_files(given))
+        raises(refused(expect["error"], ERRORS), lambda: parse_with_files(given))
         return
     got = parse_with_files(given)
     level = got.default_log_level
@@ -61,4 +62,4 @@ def same_entries(got: Iterable[tuple[str, dict[str, object]]], wanted: list[Vect
 
 
 def cases(path: Path) -> Iterable[Case]:
-    return each(path, check)
+    return each(path, check, optional={"context", "files"})

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from actors.ros_clock import JumpThreshold, RosClock, TimeJump
 from actors.time import Duration
-from tests.conformance.checks.common import Case, Vector, by_kind, expected, raises, same
+from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, expected, raises, refused, steps_of
 
 _CHANGES = {
     "ROS_TIME_NO_CHANGE": "no_change",
@@ -17,11 +17,11 @@ _CHANGES = {
 
 
 def threshold_of(given: Vector) -> JumpThreshold:
-    forward, backward = given["min_forward_ns"], given["min_backward_ns"]
+    forward, backward = given.get("min_forward_ns"), given.get("min_backward_ns")
     return JumpThreshold(
         min_forward=None if forward is None else Duration(nanoseconds=forward),
         min_backward=None if backward is None else Duration(nanoseconds=backward),
-        on_clock_change=given["on_clock_change"],
+        on_clock_change=given.get("on_clock_change", False),
     )
 
 
@@ -29,7 +29,7 @@ def threshold(vector: Vector) -> None:
     if vector["expect"]["ok"]:
         threshold_of(vector["input"])
     else:
-        raises(ValueError, lambda: threshold_of(vector["input"]))
+        raises(refused(vector["expect"]["error"], {"value_error": ValueError}), lambda: threshold_of(vector["input"]))
 
 
 def jump(vector: Vector) -> None:
@@ -46,7 +46,7 @@ def jump(vector: Vector) -> None:
         jumps.append(seen)
 
     clock.on_jump(threshold_of(given), pre=lambda: heard.append("pre"), post=post)
-    for step in vector["steps"]:
+    for step in steps_of(vector):
         heard.clear()
         jumps.clear()
         match step["op"]:
@@ -57,11 +57,14 @@ def jump(vector: Vector) -> None:
             case "disable":
                 clock.deactivate()
             case other:
-                raise AssertionError(f"unknown step {other!r}")
-        same(f"callbacks of {step}", heard, step["expect"]["callbacks"])
+                raise Unsupported(f"unsupported step {other!r}")
+        expect = step.get("expect", {})
+        expected(expect, callbacks=heard)
+        if not jumps:
+            expected(expect, delta_ns=None, clock_change=None)
         for seen in jumps:
             change = _CHANGES.get(seen.clock_change, seen.clock_change)
-            expected(step["expect"], delta_ns=seen.delta.nanoseconds, clock_change=change)
+            expected(expect, delta_ns=seen.delta.nanoseconds, clock_change=change)
 
 
 def cases(path: Path) -> Iterable[Case]:

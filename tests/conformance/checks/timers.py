@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from actors.ros_clock import RosClock, TimerCanceled, TimerGrid
-from tests.conformance.checks.common import Case, Vector, by_kind, expected, raises
+from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, expected, raises, refused, steps_of
 
 
 def sim_timer(vector: Vector) -> None:
@@ -15,7 +15,7 @@ def sim_timer(vector: Vector) -> None:
     clock.set(vector["input"]["start_time_ns"])
     timer = TimerGrid(vector["input"]["period_ns"], clock.now_ns())
     timer.attach(clock)
-    for step in vector["steps"]:
+    for step in steps_of(vector):
         expect = step.get("expect", {})
         match step["op"]:
             case "set":
@@ -31,7 +31,7 @@ def sim_timer(vector: Vector) -> None:
             case "disable":
                 clock.deactivate()
             case "call" if "error" in expect:
-                raises(TimerCanceled, lambda: timer.call(clock.now_ns()))
+                raises(refused(expect["error"], {"timer_canceled": TimerCanceled}), lambda: timer.call(clock.now_ns()))
             case "call":
                 call = timer.call(clock.now_ns())
                 expected(
@@ -41,7 +41,7 @@ def sim_timer(vector: Vector) -> None:
                     time_since_last_call=call.since_last,
                 )
             case other:
-                raise AssertionError(f"unknown step {other!r}")
+                raise Unsupported(f"unsupported step {other!r}")
         now = clock.now_ns()
         expected(
             expect,

@@ -39,8 +39,13 @@ def full_of(given: Vector) -> str:
 
 def action_names(vector: Vector) -> None:
     derived = names.action_names(full_of(vector["input"]))
-    same("topics", {derived.status, derived.feedback}, set(vector["expect"]["topics"]))
-    same("services", {derived.send_goal, derived.cancel_goal, derived.get_result}, set(vector["expect"]["services"]))
+    topics = {"status": derived.status, "feedback": derived.feedback}
+    services = {"send_goal": derived.send_goal, "cancel_goal": derived.cancel_goal, "get_result": derived.get_result}
+    expect = vector["expect"]
+    for kind, named in (("topics", topics), ("services", services)):
+        if kind in expect:
+            same(kind, set(named.values()), set(expect[kind]))
+    expected(expect, **topics, **services)
 
 
 def service_event_topic(vector: Vector) -> None:

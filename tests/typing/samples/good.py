@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import assert_type
 
 import numpy as np
@@ -37,7 +38,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Fee
 from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Request, AddTwoInts_Response
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.parameter_server import set_global
-from actors.parameters import ParameterDeclaration, SetResult
+from actors.parameters import Parameter, ParameterDeclaration, SetResult, on_set, post_set, pre_set
 from actors.retry import retry
 
 WORDS = Topic(String, "words")
@@ -60,6 +61,25 @@ class Server(Node):
     gait = parameter("trot", choices=("trot", "walk"))
     armed = parameter(False)
     gains = parameter([1.0, 2.0])
+
+    @speed.validate
+    def sane(self, value: float) -> str | None:
+        return "too fast" if value > 1.5 else None
+
+    @gains.changed
+    def tuned(self, value: tuple[float, ...]) -> None:
+        assert_type(self.gains, tuple[float, ...])
+
+    @pre_set
+    def rewrite(self, parameters: Sequence[Parameter]) -> Iterable[Parameter]:
+        return [one for one in parameters if one.name != "gait"]
+
+    @on_set
+    def together(self, parameters: Sequence[Parameter]) -> SetResult:
+        return SetResult(len(parameters) < 9, "too many")
+
+    @post_set
+    def told(self, parameters: Sequence[Parameter]) -> None: ...
 
     @every(hz=10)
     async def tick(self) -> None:
@@ -161,6 +181,14 @@ def script() -> None:
         node.publish(NUMBERS, Int32(data=1))
         result = node.run_goal(COUNT, Fibonacci.Goal(order=1), on_feedback=lambda feedback: print(feedback.sequence))
         assert_type(result, Fibonacci_Result)
+        assert_type(node.subscribe(WORDS).next(timeout=1.0), String)
+        for message in node.subscribe(WORDS):
+            assert_type(message, String)
+        with node.start(COUNT, Fibonacci.Goal(order=1)) as goal:
+            for feedback in goal:
+                assert_type(feedback, Fibonacci_Feedback)
+            assert_type(goal.result(), Fibonacci_Result)
+        assert_type(node.set_parameter("speed", 1.0), SetResult)
         assert_type(node.run(lambda inner: set_global(inner, "speed", 1.0)), SetResult)
 
 

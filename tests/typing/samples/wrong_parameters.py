@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from actors import Child, Node, Supervisor, parameter
+from collections.abc import Sequence
+
+from actors import Child, Node, Parameter, Supervisor, parameter
+from actors.parameters import on_set
 
 
 class Wrong(Node):
@@ -11,6 +14,19 @@ class Wrong(Node):
     gait = parameter("trot")
     gains = parameter([1.0, 2.0])
     armed = parameter(False)
+
+    @speed.validate  # E
+    def takes_another_type(self, value: str) -> str | None: ...
+
+    @speed.validate  # E
+    def answers_with_a_flag(self, value: float) -> bool:
+        return value > 1.0
+
+    @legs.changed  # E
+    async def waits(self, value: int) -> None: ...
+
+    @on_set  # E
+    def answers_nothing(self, parameters: Sequence[Parameter]) -> None: ...
 
     def use(self) -> str:
         fast: int = self.speed  # E

@@ -1,4 +1,6 @@
-"""The ladder of acceptance metrics: lines that are measured for several seeds, held against three bounds, and printed as a table or JSON.
+"""Metrics with levels: lines that are measured for several seeds, held against three bounds, and printed as a table or JSON.
+
+Acceptable is what a first version must reach, excellent is better than what is published of robots of this kind.
 
 Every figure is the median over the seeds, with the least and the largest, and is shown with its back end, seeds, machine and date.
 """
@@ -18,12 +20,13 @@ from pathlib import Path
 from statistics import median
 from typing import Any, TypeAlias
 
-from robot.run.options import Parser, UsageError
+from robot.run.options import Parser, UsageError, parse_seed
+from robot.run.status import Part, StatusLine
 
 __all__ = ["Bounds", "Metric", "conclude", "machine", "measure", "parser", "table"]
 
-LEVELS = ("first version", "good", "beats the anchors")
-NO_LEVEL = "not in the ladder"
+LEVELS = ("acceptable", "good", "excellent")
+NO_LEVEL = "no bounds"
 Bounds: TypeAlias = tuple[float | None, float | None, float | None]
 
 
@@ -34,23 +37,24 @@ class Metric:
     name: str
     unit: str
     bounds: Bounds
-    """Those of the three columns; None where a column has none, or asks for more than is measured here."""
+    """Of the three levels; None where a level has none, or asks for more than is measured here."""
     take: Callable[[int], float]
     """The value for one seed."""
     larger_is_better: bool = False
     quick: bool = False
 
     def level(self, value: float) -> str:
-        """The highest column of the ladder that `value` reaches; empty if it reaches none of those that have a bound."""
+        """The highest level that `value` reaches; empty if it reaches none of those that have a bound."""
         bounds = [(name, bound) for name, bound in zip(LEVELS, self.bounds, strict=True) if bound is not None]
         reached = [name for name, bound in bounds if (value >= bound if self.larger_is_better else value <= bound)]
         return reached[-1] if reached else "" if bounds else NO_LEVEL
 
 
-def parser(name: str, description: str, *, seeds: Sequence[int] = (1, 2, 3, 4, 5)) -> Parser:
+def parser(name: str, description: str, *, seeds: Sequence[int] = (1, 2, 3, 4, 5), takes: str = "") -> Parser:
     """A command line for `python -m robot evaluate NAME` with what all of them take: --seeds, --only, --quick, --json."""
-    made = Parser(prog=f"python -m robot evaluate {name}", description=description)
-    made.add_argument("--seeds", type=int, nargs="+", default=list(seeds), help="one run of everything per seed")
+    about = f"All of it takes {takes}." if takes else None
+    made = Parser(prog=f"python -m robot evaluate {name}", description=description, epilog=about)
+    made.add_argument("--seeds", type=parse_seed, nargs="+", default=list(seeds), help="one run of everything per seed")
     made.add_argument("--quick", action="store_true", help="the short measurements only")
     made.add_argument("--only", default="", help="only metrics whose name contains this")
     made.add_argument("--json", action="store_true", help="print JSON instead of a table")
@@ -64,9 +68,10 @@ def measure(
     backend: str,
     quick: bool = False,
     only: str = "",
+    takes: str = "",
     **settings: Any,
 ) -> dict[str, Any]:
-    """Measure each line for each seed, saying on stderr how far it is.
+    """Measure each line for each seed, saying on stderr how far it is. `takes` is how long all of it takes, in words.
 
     Returns a dict that JSON can hold: back end, machine, date, `settings`, and one entry per metric with its value per seed, median,
     least, largest, bounds and the level that its median reaches. Raises `UsageError` when no metric is called like `only`.
@@ -75,13 +80,30 @@ def measure(
     if not chosen:
         known = ", ".join(repr(metric.name) for metric in metrics if metric.quick or not quick)
         raise UsageError(f"--only {only}: no metric's name contains that; there are: {known}")
+    about = f"; all of it takes {takes}" if takes and len(chosen) == len(metrics) else ""
+    print(f"metrics to measure: {len(chosen)}, each with {len(seeds)} seeds{about}", file=sys.stderr, flush=True)
     rows: list[dict[str, Any]] = []
-    for metric in chosen:
-        began = time.perf_counter()
-        values = [metric.take(seed) for seed in seeds]
+    line = StatusLine()
+    for number, metric in enumerate(chosen, start=1):
+        began, values = time.perf_counter(), list[float]()
+        for seed in seeds:
+            if line.live:
+                line.show(
+                    [
+                        Part(
+                            1,
+                            f"[{number}/{len(chosen)}] {metric.name}: seed {seed}, {len(values)} of {len(seeds)} done",
+                        )
+                    ]
+                )
+            values.append(metric.take(seed))
         rows.append(_row(metric, values))
         seconds = time.perf_counter() - began
-        print(f"{metric.name}: {median(values):.4g} {metric.unit} ({seconds:.0f} s)", file=sys.stderr, flush=True)
+        line.clear()
+        print(
+            f"[{number}/{len(chosen)}] {metric.name}: {median(values):.4g} {metric.unit} ({seconds:.0f} s)",
+            file=sys.stderr, flush=True,
+        )  # fmt: skip
     return {
         "backend": backend, "seeds": list(seeds), **settings,
         "date": date.today().isoformat(), "machine": machine(), "metrics": rows,
@@ -96,17 +118,17 @@ def table(title: str, result: dict[str, Any]) -> str:
         f"seeds {', '.join(map(str, result['seeds']))}; {result['date']}; {here['processor']}, {here['cores']} cores, "
         f"Python {here['python']}, MuJoCo {here['mujoco']}",
         "",
-        f"{'metric':<42}{'median':>10}{'min':>10}{'max':>10} {'unit':<6}{'first':>8}{'good':>8}{'beats':>8}  level",
+        f"{'metric':<42}{'median':>10}{'min':>10}{'max':>10} {'unit':<6}{'accept.':>8}{'good':>8}{'excell.':>8}  level",
     ]
     for row in result["metrics"]:
-        bounds = "".join(f"{'-' if bound is None else format(bound, '.4g'):>8}" for bound in row["ladder"].values())
+        bounds = "".join(f"{'-' if bound is None else format(bound, '.4g'):>8}" for bound in row["bounds"].values())
         values = "".join(f"{row[key]:>10.4g}" for key in ("median", "min", "max"))
-        lines.append(f"{row['name']:<42}{values} {row['unit']:<6}{bounds}  {row['level'] or 'below first version'}")
+        lines.append(f"{row['name']:<42}{values} {row['unit']:<6}{bounds}  {row['level'] or 'below acceptable'}")
     return "\n".join(lines)
 
 
 def conclude(title: str, result: dict[str, Any], *, as_json: bool) -> int:
-    """Print what `measure` gave; the exit code: 0 if every metric reaches the first version, 1 if one does not."""
+    """Print what `measure` gave; the exit code: 0 if every metric is at least acceptable, 1 if one does not."""
     print(json.dumps(result, indent=2) if as_json else table(title, result))
     return 0 if all(row["level"] for row in result["metrics"]) else 1
 
@@ -136,7 +158,7 @@ def _row(metric: Metric, values: Sequence[float]) -> dict[str, Any]:
         "min": min(values),
         "max": max(values),
         "values": list(values),
-        "ladder": dict(zip(LEVELS, metric.bounds, strict=True)),
+        "bounds": dict(zip(LEVELS, metric.bounds, strict=True)),
         "better": "larger" if metric.larger_is_better else "smaller",
         "level": metric.level(middle),
     }

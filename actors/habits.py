@@ -1,0 +1,147 @@
+"""What people write who come from rclpy, and what to write here instead."""
+
+from __future__ import annotations
+
+from typing import Final, NoReturn
+
+__all__ = ["Habits", "NotHere"]
+
+_TIMER: Final = "write @every(hz=10) above the method; a wait is `await self.clock.sleep(0.1)`"
+_PARAMETER: Final = "write `speed = parameter(0.5)` in the class body and read it as self.speed"
+_READ: Final = "read the parameter as an attribute, self.speed"
+_SET: Final = "call self.set_parameter('speed', 1.0), or self.set_parameters({...}) for several, all or none"
+_CALLBACK: Final = (
+    "write @speed.validate or @speed.changed above a method; for whole sets there are pre_set, on_set and post_set"
+)
+_SPIN: Final = "nothing is spun: handlers run by themselves; await what you wait for, `await system.wait()` for the end"
+_DESTROY: Final = "what a node has ends with it; self.stop() ends the node itself"
+_GRAPH: Final = "system.snapshot() lists nodes, topics, services and actions"
+_COUNT: Final = "self.publisher(TOPIC).subscription_count and self.subscription(TOPIC).publisher_count tell"
+_CALL: Final = "no client is made: `answer = await self.call(SERVICE, request)`"
+_GOAL: Final = "no client is made: `async with self.start(ACTION, goal) as goal`"
+_GROUPS: Final = "a node's handlers run one after another; write concurrent=n on those that wait"
+_SERVE: Final = "write @SERVICE.serve() above an async method, or call self.serve(SERVICE, handler)"
+
+_REMEDIES: Final[dict[str, str]] = {
+    "create_publisher": "write `cmd = publishes(TOPIC)` in the class body, or call self.publisher(TOPIC)",
+    "create_subscription": "write @TOPIC.on() above the method, or call self.on(TOPIC, handler)",
+    "create_service": _SERVE,
+    "create_action_server": "write @ACTION.serve() above an async generator",
+    "create_guard_condition": "call the method; from another thread, self.threadsafe(function)",
+    "get_logger": "log by self.log, as in self.log.info('ready', speed=0.5)",
+    "logger": "log by self.log, as in self.log.info('ready', speed=0.5)",
+    "get_clock": "the clock is self.clock: .now(), .stamp() for headers, `await self.clock.sleep(1.0)`",
+    "get_name": "it is self.name",
+    "get_namespace": "it is self.namespace",
+    "get_fully_qualified_name": "it is self.fqn",
+    "set_parameters_atomically": _SET,
+    "has_parameter": _PARAMETER,
+    "undeclare_parameter": _PARAMETER,
+    "set_descriptor": "give ge=, le=, step=, choices=, description= and read_only= to parameter(...)",
+    "resolve_topic_name": "self.publisher(TOPIC) and self.subscription(TOPIC) show the full name",
+    "default_callback_group": _GROUPS,
+    "executor": _SPIN,
+    "context": "run(tree) makes the system and ends it; there is nothing to initialize",
+    "wait_for_service": "call `await self.wait_for(SERVICE, timeout=5.0)`; a call waits for its server, too",
+    "wait_for_server": "call `await self.wait_for(ACTION, timeout=5.0)`; a goal waits for its server, too",
+    "call_async": "call `await self.call(SERVICE, request)`",
+    "send_goal": _GOAL,
+    "send_goal_async": _GOAL,
+    "publish": "publish by the attribute of `cmd = publishes(TOPIC)`: self.cmd(message)",
+    "destroy_node": _DESTROY,
+    "trigger_configure": "call `await self.change_state('configure')`, or bring_up(system) for all",
+    "trigger_activate": "call `await self.change_state('activate')`, or bring_up(system) for all",
+    "create_lifecycle_publisher": "write `cmd = publishes(TOPIC)` in the class body: it delivers while the node is active",
+    **dict.fromkeys(("create_timer", "create_wall_timer", "create_rate"), _TIMER),
+    **dict.fromkeys(("create_client",), _CALL),
+    **dict.fromkeys(("create_action_client",), _GOAL),
+    **dict.fromkeys(("declare_parameter", "declare_parameters"), _PARAMETER),
+    **dict.fromkeys(
+        (
+            "get_parameter",
+            "get_parameters",
+            "get_parameter_or",
+            "get_parameters_by_prefix",
+            "get_parameter_type",
+            "get_parameter_types",
+            "describe_parameter",
+            "describe_parameters",
+            "list_parameters",
+        ),
+        _READ,
+    ),
+    **dict.fromkeys(
+        (
+            "add_on_set_parameters_callback",
+            "add_pre_set_parameters_callback",
+            "add_post_set_parameters_callback",
+            "remove_on_set_parameters_callback",
+            "remove_pre_set_parameters_callback",
+            "remove_post_set_parameters_callback",
+        ),
+        _CALLBACK,
+    ),
+    **dict.fromkeys(("spin", "spin_once", "spin_until_future_complete", "init", "shutdown", "ok"), _SPIN),
+    **dict.fromkeys(
+        (
+            "destroy_timer",
+            "destroy_publisher",
+            "destroy_subscription",
+            "destroy_service",
+            "destroy_client",
+            "destroy_rate",
+            "destroy_guard_condition",
+        ),
+        _DESTROY,
+    ),
+    **dict.fromkeys(("count_publishers", "count_subscribers"), _COUNT),
+    **dict.fromkeys(
+        (
+            "count_clients",
+            "count_services",
+            "get_topic_names_and_types",
+            "get_service_names_and_types",
+            "get_node_names",
+            "get_node_names_and_namespaces",
+            "get_publishers_info_by_topic",
+            "get_subscriptions_info_by_topic",
+            "get_publisher_names_and_types_by_node",
+            "get_subscriber_names_and_types_by_node",
+            "get_service_names_and_types_by_node",
+            "get_client_names_and_types_by_node",
+            "wait_for_node",
+        ),
+        _GRAPH,
+    ),
+}
+"""rclpy's name -> what to write here."""
+
+
+class NotHere(AttributeError):
+    """A name of rclpy that a node does not have; the message says what to write instead."""
+
+
+class _Missing:
+    """A name that is not there: ``hasattr`` says False, reading it says what to write, and a class may use it for itself."""
+
+    __slots__ = ("name",)
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, instance: object, owner: type) -> NoReturn:
+        raise NotHere(
+            f"{owner.__name__} has no {self.name!r}, which is rclpy's: {_REMEDIES[self.name]}; see docs/coming-from-ros2.md",
+            name=self.name,
+        )
+
+
+class Habits:
+    """The base of `Node` that knows rclpy's names. A `__getattr__` instead would make every attribute of every node slower."""
+
+    def __dir__(self) -> list[str]:
+        return [name for name in super().__dir__() if not isinstance(vars(Habits).get(name), _Missing)]
+
+
+for _name in _REMEDIES:
+    setattr(Habits, _name, _Missing(_name))

@@ -1,0 +1,132 @@
+"""Methods of a node class that are asked before parameters are set, or told afterwards.
+
+::
+
+    class Driver(Node):
+        speed = parameter(0.5, unit="m/s")
+
+        @speed.validate
+        def sane(self, value: float) -> str | None:
+            return "1.3 m/s makes it sway" if value == 1.3 else None
+
+        @speed.changed
+        def told(self, value: float) -> None:
+            self.log.info("new speed", speed=value)
+
+        @on_set
+        def together(self, wanted: Sequence[Parameter]) -> SetResult: ...
+
+They are plain methods, not coroutines: a set is done, or refused, when it returns. They run in ROS 2's order (pre-set, on-set, store, event,
+post-set), within a chain in the order in which the class declares them, those added at run time first.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
+
+from actors.contracts import Declaration
+from actors.errors import DeclarationError, described
+from actors.members import positional
+from actors.parameters.values import Parameter, ParameterType, SetResult
+
+if TYPE_CHECKING:
+    from actors.parameters.declare import ParameterDeclaration
+    from actors.parameters.store import ParameterStore
+
+__all__ = ["ParameterHook", "attach_hooks", "on_set", "post_set", "pre_set"]
+
+Node = TypeVar("Node")
+Kind = Literal["validate", "changed", "pre_set", "on_set", "post_set"]
+
+
+class ParameterHook(Declaration):
+    """``@speed.validate``, ``@speed.changed``, ``@pre_set``, ``@on_set`` or ``@post_set``."""
+
+    __slots__ = ("kind", "parameter")
+
+    def __init__(self, kind: Kind, parameter: ParameterDeclaration[Any] | None = None) -> None:
+        super().__init__()
+        self.kind: Final = kind
+        self.parameter: Final = parameter
+        """The one that it is about; None for all."""
+
+    def __repr__(self) -> str:
+        return f"@{self.kind}" if self.parameter is None else f"@{self.parameter.name or 'parameter'}.{self.kind}"
+
+    def check(self, where: str) -> None:
+        """Refuse a method that cannot be called as it will be."""
+        argument = "parameters" if self.parameter is None else "value"
+        if inspect.iscoroutinefunction(self.function) or positional(self.function) != 2:
+            raise DeclarationError(
+                f"{where} is {self!r}: make it a plain `def {self.attribute}(self, {argument})`, which must not wait; "
+                "self.spawn(...) runs what has to"
+            )
+
+
+def pre_set(
+    function: Callable[[Node, Sequence[Parameter]], Iterable[Parameter]],
+) -> Callable[[Node, Sequence[Parameter]], Iterable[Parameter]]:
+    """Decorate the method that rewrites the parameters of every set: it gets them, and gives those to set instead.
+
+    ROS 2's pre-set callback. With nothing left the set is refused.
+    """
+    ParameterHook("pre_set").attach(function)
+    return function
+
+
+def on_set(
+    function: Callable[[Node, Sequence[Parameter]], SetResult],
+) -> Callable[[Node, Sequence[Parameter]], SetResult]:
+    """Decorate the method that accepts or refuses every set as a whole: ``SetResult()`` or ``SetResult(False, reason)``.
+
+    ROS 2's on-set callback: the values are not stored yet, and another check may still refuse, so it must have no side effects. It is
+    also asked, before `on_start`, about the values that the node is started with.
+    """
+    ParameterHook("on_set").attach(function)
+    return function
+
+
+def post_set(function: Callable[[Node, Sequence[Parameter]], None]) -> Callable[[Node, Sequence[Parameter]], None]:
+    """Decorate the method that is told of every set after it is stored and reported: the place for side effects.
+
+    ROS 2's post-set callback.
+    """
+    ParameterHook("post_set").attach(function)
+    return function
+
+
+def attach_hooks(store: ParameterStore, node: object, hooks: Sequence[ParameterHook]) -> None:
+    """Put what a class declares into the chains of its node's store."""
+    add: dict[Kind, Callable[[Any], object]] = {
+        "validate": store.add_on_set_callback,
+        "changed": store.add_post_set_callback,
+        "pre_set": store.add_pre_set_callback,
+        "on_set": store.add_on_set_callback,
+        "post_set": store.add_post_set_callback,
+    }
+    for hook in reversed(hooks):  # of a chain the one added last runs first
+        method = getattr(node, hook.attribute)
+        if hook.parameter is not None:
+            method = partial(_asked if hook.kind == "validate" else _told, method, hook.parameter.name)
+        add[hook.kind](method)
+
+
+def _asked(method: Callable[[Any], object], name: str, parameters: Sequence[Parameter]) -> SetResult:
+    for one in parameters:
+        if one.name == name and one.type is not ParameterType.NOT_SET and (reason := method(one.value)) is not None:
+            if not isinstance(reason, str) or not reason:
+                raise TypeError(
+                    f"@{name}.validate {method.__qualname__} answered {described(reason)}; return None to accept the value, "
+                    "or the reason why not"
+                )
+            return SetResult(False, reason)
+    return SetResult()
+
+
+def _told(method: Callable[[Any], None], name: str, parameters: Sequence[Parameter]) -> None:
+    values = [one.value for one in parameters if one.name == name and one.type is not ParameterType.NOT_SET]
+    if values:  # of a name given twice the last value counts
+        method(values[-1])

@@ -1,0 +1,49 @@
+"""A supervisor's event as a line of the log: how serious it is, in which words, with which fields."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from actors.levels import Level
+from actors.supervision.reasons import Returned, Stopped
+from actors.supervision.report import Report
+
+__all__ = ["in_words"]
+
+
+def in_words(report: Report, ended_at: float | None) -> tuple[int, str, dict[str, Any]]:
+    """Level, event and fields of a report. `ended_at`: when the child's life before ended, loop time, as far as that is known.
+
+    The number of the child's life is the line's own: `life`.
+    """
+    child, supervisor = report.child.id, report.supervisor[-1]
+    fields: dict[str, Any] = {"child": "/".join(report.child.path)}
+    if report.context == "progress":
+        if report.child.incarnation == 1:
+            return Level.DEBUG, f"started {child}", fields
+        return Level.INFO, f"restarted {child} (life {report.child.incarnation}){_after(report, ended_at)}", fields
+    if report.context == "shutdown" and report.note.startswith("auto_shutdown="):
+        return Level.INFO, f"{supervisor} stops, because {child} has ended: {_end(report)}", fields
+    if report.reason is not None:
+        fields["reason"] = str(report.reason)
+    if report.context == "shutdown":
+        return Level.ERROR, f"{supervisor} gives up: {report.note}", fields
+    if report.note:
+        fields["note"] = report.note
+    level = Level.WARN if report.context == "child_terminated" else Level.ERROR
+    return level, report.context.replace("_", " "), fields
+
+
+def _after(report: Report, ended_at: float | None) -> str:
+    if ended_at is None:
+        return ""
+    seconds = report.at - ended_at
+    return f" after {seconds:.3g} s" if seconds >= 0.0005 else " at once"
+
+
+def _end(report: Report) -> str:
+    """How a significant child ended, in words that need no subject."""
+    reason = report.reason
+    if isinstance(reason, Stopped):
+        return reason.why
+    return "its work is done" if isinstance(reason, Returned) else str(reason)

@@ -1,0 +1,110 @@
+"""The steps of a node's work, one by one: each is counted, and at each a fault may strike."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import Callable, Coroutine, Generator, Sequence
+from typing import Any, cast
+
+from actors.control import Unwinding
+from actors.testing.faults import Fault
+
+__all__ = ["Death", "Steps", "Watched", "target_of"]
+
+_AWKWARD = re.compile(r"[^\w./:-]+")
+
+
+class Death(Unwinding):
+    """Thrown into a node that dies: nothing that catches errors may catch it."""
+
+
+class Watched(Coroutine[Any, Any, Any]):
+    """A coroutine that runs as it would, but for what is done at its steps: between one await and the next.
+
+    `step` is called before each of them and says by how many seconds it is late. `interrupted` is called with every error that is thrown
+    into it. What they raise as `Death` ends the coroutine where it waits.
+    """
+
+    __slots__ = ("_interrupted", "_kept", "_step", "_work")
+
+    def __init__(
+        self,
+        work: Coroutine[Any, Any, Any],
+        step: Callable[[], float],
+        interrupted: Callable[[object], object] = lambda error: None,
+    ) -> None:
+        self._work = work
+        self._step = step
+        self._interrupted = interrupted
+        self._kept: tuple[Any] | None = None  # what a step that is late gets when it comes
+
+    def __getattr__(self, name: str) -> Any:
+        """Debuggers, and our own reports, see the coroutine that this stands for."""
+        return getattr(self._work, name)
+
+    def __await__(self) -> Generator[Any, Any, Any]:
+        return cast("Generator[Any, Any, Any]", self)
+
+    def __next__(self) -> Any:
+        return self.send(None)
+
+    def send(self, value: Any) -> Any:
+        if self._kept is not None:
+            (value,), self._kept = self._kept, None
+            return self._work.send(value)
+        try:
+            late = self._step()
+        except Death as death:
+            return self._work.throw(death)
+        if not late:
+            return self._work.send(value)
+        self._kept = (value,)
+        return next(_sleep(late))
+
+    def throw(self, *error: Any) -> Any:
+        self._kept = None
+        try:
+            self._interrupted(error[0])
+        except Death as death:
+            return self._work.throw(death)
+        return self._work.throw(*error)
+
+    def close(self) -> None:
+        self._work.close()
+
+
+def _sleep(seconds: float) -> Generator[Any, None, None]:
+    """What a coroutine yields to be resumed after so many seconds."""
+    loop = asyncio.get_running_loop()
+    future: asyncio.Future[None] = loop.create_future()
+    loop.call_later(seconds, _wake, future)
+    return future.__await__()
+
+
+def _wake(future: asyncio.Future[None]) -> None:
+    if not future.done():
+        future.set_result(None)
+
+
+def target_of(node: str, work: str) -> str:
+    """How a fault names a handler, a goal's body or a task of a node: ``NODE>WORK``, in one word."""
+    return f"{node}>{_AWKWARD.sub('-', work).strip('-')}"
+
+
+class Steps:
+    """Counts the steps of each piece of a node's work, and knows at which of them a fault strikes."""
+
+    def __init__(self, node: str, faults: Sequence[Fault], counts: dict[str, int]) -> None:
+        self._node = node
+        self._counts = counts
+        self._targets: dict[str, str] = {}
+        self._faults = {(fault.target, fault.nth): fault for fault in faults if fault.kind in ("slow-step", "crash")}
+
+    def count(self, work: str) -> Fault | None:
+        """One more step of this work; what strikes there."""
+        target = self._targets.get(work)
+        if target is None:
+            target = self._targets[work] = target_of(self._node, work)
+        nth = self._counts[target] = self._counts.get(target, 0) + 1
+        return self._faults.get((target, nth))

@@ -1,0 +1,98 @@
+"""The whole robot in one line: a world, a body in it, a battery, a mission, and the supervisor tree that drives them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from robot.battery.model import Pack
+from robot.tasks.carrier import Delivery
+from robot.tree import robot_tree
+from robot.world.body import Body
+from robot.world.scene import Pose2, Scene
+from robot.world.worlds import get_world
+
+if TYPE_CHECKING:
+    from actors import Supervisor
+    from actors.params_file import ParameterOverrides
+
+__all__ = ["BodyKind", "Mission", "Robot", "make_body"]
+
+BodyKind: TypeAlias = Literal["physics", "kinematic"]
+Mission: TypeAlias = Literal["patrol"] | Sequence[Pose2] | Delivery | None
+
+
+class Robot:
+    """The whole robot, ready to be started: ``await rig.start(robot.tree)``, or ``async with run(robot.tree)``.
+
+    `world` is a name that `get_world` knows, or a scene of your own. `body` is ``physics`` (MuJoCo) or ``kinematic`` (numpy only, exact,
+    several times faster, cannot fall). `mission` says what the robot does by itself:
+
+    * ``None``: nothing. It lies at the world's start and waits for goals and commands.
+    * ``"patrol"``: it walks the world's patrol until it is stopped.
+    * a sequence of `Pose2`: it walks to each of them once, in this order, and sits down.
+    * a `Delivery`: it fetches a thing and sits down; the robot then has an arm.
+
+    `seed` seeds the noise of the body's sensors, `battery` is the charge at the start in per cent, `arm` adds the arm, `motor_delay` is how
+    late the drives act, in seconds. `overrides` come from parameter files. With `publish_clock`, a rate in Hz, a first node publishes /clock.
+
+    A robot holds one body, which grows older as it runs: make a new `Robot` for each test and each trial.
+
+    Raises `UnknownWorld`, and `BackendMissing` when MuJoCo is not installed.
+    """
+
+    def __init__(
+        self,
+        world: str | Scene = "empty",
+        *,
+        body: BodyKind = "physics",
+        mission: Mission = None,
+        seed: int = 0,
+        battery: float = 90.0,
+        arm: bool = False,
+        motor_delay: float = 0.004,
+        overrides: ParameterOverrides | None = None,
+        publish_clock: float | None = None,
+    ) -> None:
+        self.scene: Scene = get_world(world) if isinstance(world, str) else world
+        """Where it is: obstacles, places, things."""
+        self.body: Body = make_body(
+            self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm or isinstance(mission, Delivery)
+        )
+        """The simulated body. `body.truth()` is where it really is, which no controller knows."""
+        self.tree: Supervisor = robot_tree(
+            self.body,
+            Pack(battery),
+            _waypoints(mission, self.scene),
+            laps=0 if mission == "patrol" else 1,
+            motor_delay=motor_delay,
+            overrides=overrides,
+            publish_clock=publish_clock,
+            delivery=mission if isinstance(mission, Delivery) else None,
+        )
+        """The supervisor with all of its nodes. A tree like any other: `replace` its children, or take some by `robot.tree.only`."""
+
+    def __repr__(self) -> str:
+        return f"Robot(world={self.scene.name!r}, body={self.body.backend!r})"
+
+
+def make_body(scene: Scene, kind: BodyKind, *, seed: int = 0, motor_delay: float = 0.004, arm: bool = False) -> Body:
+    """A body in a scene. Raises `BackendMissing` when MuJoCo is asked for and not installed."""
+    if kind == "kinematic":
+        from robot.world.kinematic import KinematicBody
+
+        return KinematicBody(scene, seed=seed, arm=arm)
+    from robot.world.physics import PhysicsBody
+
+    return PhysicsBody(scene, seed=seed, delay=motor_delay, arm=arm)
+
+
+def _waypoints(mission: Mission, scene: Scene) -> list[tuple[str, Pose2]] | None:
+    """The names are those of the reports on /mission/goals."""
+    if mission is None or isinstance(mission, Delivery):
+        return None
+    if mission == "patrol":
+        return [(f"patrol_{number}", pose) for number, pose in enumerate(scene.patrol, start=1)]
+    if len(mission) == 1:
+        return [("goal", mission[0])]
+    return [(f"goal_{number}", pose) for number, pose in enumerate(mission, start=1)]

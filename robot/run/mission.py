@@ -1,0 +1,122 @@
+"""The mission of a run: made of the options and checked before anything starts, and judged when all is over."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from difflib import get_close_matches
+from math import cos, hypot, inf, pi, sin
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robot.navigation.errors import NavigationError
+from robot.navigation.grid import Grid, signed_distance
+from robot.navigation.navigator import Navigator
+from robot.run.options import Fetch, Goal, Options, UsageError
+from robot.tasks.carrier import Delivery
+from robot.tasks.grasp import Spot, stands
+from robot.world.scene import Pose2, Scene, Thing
+from robot.world.worlds import WORLDS, get_world
+
+if TYPE_CHECKING:
+    from robot.assembly import Mission
+    from robot.run.judge import Score
+    from robot.world.body import Body
+
+__all__ = ["failure", "get_mission"]
+
+ON_TOP = 0.02
+"""A thing may be set down this much lower than the top of what it is to stand on, m."""
+
+SIDES = 8
+"""From how many sides it is tried whether there is a place to stand before the thing's new place."""
+
+
+def get_mission(goal: Goal | None, fetch: Fetch | None, scene: Scene) -> Mission:
+    """The patrol, or what `--goal` or `--fetch` ask for. Raises `UsageError` for what cannot be done in this world."""
+    if goal is not None:
+        return [_goal(goal, scene)]
+    if fetch is not None:
+        return _delivery(fetch, scene)
+    return "patrol"
+
+
+def failure(options: Options, score: Score, body: Body) -> str | None:
+    """What was asked for and had not come about when the run ended, in one line; `None` if there is nothing of the kind."""
+    if any(goal.outcome == "succeeded" for goal in score.goals):
+        return None
+    if options.goal is not None:
+        x, y, _ = options.goal
+        position = body.truth().position
+        left = hypot(float(position[0]) - x, float(position[1]) - y)
+        asked, how_far = f"--goal {x:g} {y:g}: not reached", f"{left:.1f} m away from it"
+    elif options.fetch is not None:
+        asked, how_far = f"--fetch {options.fetch.name}: not done", "under way"
+    else:
+        return None  # a patrol has no end that it could miss
+    if not score.goals:
+        return f"{asked}: the robot was {how_far} when the run ended"
+    last = score.goals[-1]
+    return f"{asked}: {last.outcome}" + (f": {last.reason}" if last.reason else "")
+
+
+def _goal(goal: Goal, scene: Scene) -> Pose2:
+    pose, asked = Pose2(*goal), f"--goal {goal[0]:g} {goal[1]:g}"
+    _check_inside(asked, pose.x, pose.y, scene)
+    try:
+        Navigator(Grid.from_scene(scene)).set_goal(pose, start=scene.start)
+    except NavigationError as error:
+        raise UsageError(f"{asked}: {error}") from None
+    return pose
+
+
+def _delivery(asked: Fetch, scene: Scene) -> Delivery:
+    found = next((thing for thing in scene.things if thing.name == asked.name), None)
+    if found is None:
+        raise UsageError(f"--fetch {asked.name}: {_where_else(asked.name, scene)}")
+    if asked.to is not None:
+        _check_place(found, asked.to, scene)
+    return Delivery(asked.name, (found.shape.x, found.shape.y, found.z), asked.to)
+
+
+def _where_else(name: str, scene: Scene) -> str:
+    """Which worlds have such a thing, and what this one has instead."""
+    others = [world for world in WORLDS if any(thing.name == name for thing in get_world(world).things)]
+    if not others:
+        names = [thing.name for thing in scene.things]
+        close = get_close_matches(name.lower(), names, n=1)
+        hint = f"did you mean {close[0]}?" if close else f"there is {', '.join(names) or 'nothing'}"
+        return f"the world {scene.name!r} has no such thing; {hint}"
+    return f"the world {scene.name!r} has no {name}; the world {others[0]!r} has one: add --world {others[0]}"
+
+
+def _check_place(thing: Thing, to: tuple[float, float, float], scene: Scene) -> None:
+    """Refuse what no arm could reach from anywhere, or what is inside of something."""
+    x, y, z = to
+    asked = f"--fetch {thing.name} {x:g} {y:g} {z:g}"
+    _check_inside(asked, x, y, scene)
+    if z < 0.0:
+        raise UsageError(f"{asked}: that is below the floor; give Z of at least 0 m")
+    at = np.array([x]), np.array([y])
+    top = max((o.height for o in scene.obstacles if signed_distance(o, *at)[0] < 0.0), default=-inf)
+    if z < top - ON_TOP:
+        raise UsageError(
+            f"{asked}: something {top:g} m high stands there; give Z of at least {top:g} m to put it on top"
+        )
+    navigator, spot = Navigator(Grid.from_scene(scene)), Spot(x, y, z + thing.shape.height / 2)
+    for turn in range(SIDES):  # on the way the robot looks at the place from one side; which one is not known yet
+        aside = Pose2(x + cos(2 * pi * turn / SIDES), y + sin(2 * pi * turn / SIDES))
+        for place in stands(spot, aside):
+            with suppress(NavigationError):
+                navigator.set_goal(place, start=scene.start)
+                return
+    raise UsageError(f"{asked}: there is no place to stand from which the arm reaches that")
+
+
+def _check_inside(asked: str, x: float, y: float, scene: Scene) -> None:
+    x0, y0, x1, y1 = scene.bounds
+    if not (x0 <= x <= x1 and y0 <= y <= y1):
+        raise UsageError(
+            f"{asked}: that is outside of the world {scene.name!r}, "
+            f"where x is {x0:g} to {x1:g} m and y is {y0:g} to {y1:g} m"
+        )

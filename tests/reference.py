@@ -1,0 +1,349 @@
+"""`python -m tests.reference`: write docs/reference.md, every public name with its signature and its docstring.
+
+A test compares the page with what this would write, so run it after a change of a docstring or a signature.
+"""
+
+from __future__ import annotations
+
+import ast
+import enum
+import importlib
+import inspect
+import re
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import actors
+from actors import ActorError
+
+__all__ = ["PAGE", "entries", "main", "page"]
+
+PAGE = Path(__file__).parents[1] / "docs" / "reference.md"
+
+GROUPS: Mapping[str, Sequence[str]] = {
+    "Running": ("run", "execute", "open_node", "System", "Clock"),
+    "Contracts": ("Topic", "Service", "Action"),
+    "Nodes": (
+        "Node", "publishes", "subscribes", "parameter", "every", "Tick", "background", "LifecycleNode", "LifecycleState", "HookResult",
+        "bring_up", "bring_down", "ErrorVerdict",
+    ),
+    "Parameters": ("Parameter", "SetResult"),
+    "Topics": ("Publisher", "Stream", "QoS", "qos"),
+    "Actions": ("Steps", "Done", "Aborted", "Goal", "Outcome", "GoalStatus", "parallel", "queue"),
+    "Supervision": (
+        "Supervisor", "DynamicSupervisor", "Child", "actors.supervision.running:RunningSupervisor", "Intensity", "Backoff",
+        "one_for_one", "one_for_all", "rest_for_one", "permanent",
+        "transient", "temporary", "Stop", "Skip", "Failed", "Stopped", "Returned", "Killed", "Leaked", "ExitReason",
+    ),
+    "Instants and durations": ("actors.time:Time", "actors.time:Duration", "actors.time:ClockType"),
+    "Testing": (
+        "actors.testing:Rig", "actors.testing:Probe", "actors.testing:scenario", "check_tree", "check_node", "actors.checker:Finding",
+    ),
+    "Snapshots and logs": ("actors.snapshot:Snapshot", "actors.logs:console_sink", "actors.logs:json_sink", "actors.retry:retry"),
+    "Errors": (
+        "ActorError", "DeclarationError", "NotStarted", "WrongType", "WrongThread", "ServiceUnavailable", "CallTimeout", "NotRunning",
+        "NodeRestarting", "CallCycle", "ServiceFailed", "ActionUnavailable", "Reject", "GoalRejected", "GoalFailed", "GoalCanceled",
+        "GoalAborted", "TransitionRefused", "TickMissed", "StartFailed", "SupervisorGaveUp", "ProgramExit",
+    ),
+}  # fmt: skip
+"""What belongs together. A name is one of `actors.__all__`, or ``module:name``; what is in no group comes last."""
+
+INTERNAL: Mapping[str, Sequence[str]] = {
+    "System": (
+        "answered", "check_place", "close_if_empty", "ended", "failed_beside", "gone", "interrupt", "join", "leave", "life", "lost", "new_id",
+        "node_log", "offload", "open", "random", "report", "running_now", "start", "stopping", "waiting",
+    ),
+    "Clock": ("loop_time", "call_at"),
+    "Node": ("core", "managed"),
+    "Publisher": (
+        "alive", "due", "due_alive", "end_events", "gated", "happening", "history", "join", "latched", "leave", "matched", "part", "peers",
+        "replay", "resume", "suspend", "tapped", "taps", "targets", "tell",
+    ),
+    "Probe": (
+        "aging", "deliver", "due", "end_events", "full", "happening", "inlet", "join", "made_room", "publishers", "room", "taken", "tell",
+    ),
+    "RunningSupervisor": (
+        "abandoned", "ended", "grace_of", "is_supervisor", "life", "make_life", "name", "post", "ready", "run", "stop",
+    ),
+    "Supervisor": ("check_child",),
+    "DynamicSupervisor": ("instance",),
+}  # fmt: skip
+"""What is public for other modules of the framework only."""
+
+MADE_ELSEWHERE = (
+    "System", "Clock", "Publisher", "Stream", "Goal", "Outcome", "Probe", "Tick", "Snapshot", "Finding", "RunningSupervisor",
+)  # fmt: skip
+"""Classes that nobody but the framework instantiates: their constructors are not shown."""
+
+HEAD = """# Reference
+
+Every public name with its signature and its docstring, written by `python -m tests.reference`; do not edit it by hand. The names without a
+module are those of `actors`. What they are good for is in [concepts.md](concepts.md) and [how-do-i.md](how-do-i.md).
+"""
+
+
+def page() -> str:
+    """The text of the page."""
+    found = list(entries())
+    body: list[str] = []
+    subject = ""
+    for one, name, value in found:
+        if one != subject:
+            subject = one
+            body.append(f"\n## {subject}")
+        body += described(name, value)
+    text = "\n".join(body).rstrip() + "\n"
+    anchors = {headline: anchor for level, headline, anchor in headlines(text) if level <= 3}
+    contents: list[str] = []
+    for subject in dict.fromkeys(subject for subject, _, _ in found):
+        names = [f"[{name}](#{anchors[heading(name, value)]})" for one, name, value in found if one == subject]
+        contents.append(f"- [{subject}](#{anchors[subject]}): " + ", ".join(names))
+    return "\n".join([HEAD, *contents, text])
+
+
+def headlines(text: str) -> Iterator[tuple[int, str, str]]:
+    """Level, words and anchor of each headline, as GitHub makes them: the second of one anchor gets a number."""
+    seen: dict[str, int] = {}
+    for marks, words in re.findall(r"^(#{2,4}) (.+)$", text, re.MULTILINE):
+        slug = re.sub(r"[^\w\- ]", "", words.lower()).replace(" ", "-")
+        count = seen[slug] = seen.get(slug, -1) + 1
+        yield len(marks), words, f"{slug}-{count}" if count else slug
+
+
+def entries() -> Iterator[tuple[str, str, Any]]:
+    """Subject, name and value of every entry, in the order of the page."""
+    grouped = {name for names in GROUPS.values() for name in names}
+    rest = tuple(name for name in actors.__all__ if name not in grouped)
+    for subject, names in {**GROUPS, "More": rest}.items():
+        for full in names:
+            module, _, name = full.rpartition(":")
+            yield subject, name, getattr(importlib.import_module(module or "actors"), name)
+
+
+def heading(name: str, value: Any) -> str:
+    """The headline of an entry: its name; a module is called one, since an anchor knows no capitals."""
+    return f"{name} (module)" if isinstance(value, ModuleType) else name
+
+
+def described(name: str, value: Any) -> list[str]:
+    """One entry: heading, signature, text, and the members of a class or module."""
+    lines = [f"\n### {heading(name, value)}\n"]
+    if isinstance(value, ModuleType):
+        return [*lines, prose(value.__doc__), "", *constants(value)]
+    if isinstance(value, type):
+        return [*lines, *class_lines(name, value)]
+    if callable(value) and inspect.isfunction(value):
+        return [*lines, code(f"{name}{signature(value)}"), "", prose(inspect.getdoc(value))]
+    definition, text = documented_constant(name)
+    return [*lines, code(definition), "", prose(text)]
+
+
+def class_lines(name: str, kind: type[Any]) -> list[str]:
+    """A class: how it is made, its text, its members."""
+    shown_too = {value for _, _, value in entries() if isinstance(value, type)}
+    bases = [
+        base.__name__
+        for base in kind.__bases__
+        if base in shown_too or (issubclass(kind, ActorError) and base is not Exception)
+    ]
+    head = f"class {name}({', '.join(bases)})" if bases else f"class {name}"
+    made = "" if kind.__name__ in MADE_ELSEWHERE or issubclass(kind, enum.Enum) else constructor(name, kind)
+    lines = [code("\n".join(filter(None, (head, made)))), "", prose(inspect.getdoc(kind))]
+    if issubclass(kind, enum.Enum):
+        return [*lines, "", ", ".join(f"`{one.name}` = {one.value!r}" for one in kind)]
+    hidden = INTERNAL.get(name, ())
+    attributes = documented_attributes(kind)
+    for member, text in attributes.items():
+        if member not in hidden:
+            lines += [f"\n#### {name}.{member}\n", prose(text)]
+    for member, value in members(kind):
+        if member not in attributes and member not in hidden:
+            lines += member_lines(f"{name}.{member}", value)
+    return lines
+
+
+def constructor(name: str, kind: type[Any]) -> str:
+    """The call that makes an instance; empty where there is nothing to say."""
+    try:
+        text = signature(kind)
+    except ValueError:  # an exception without a constructor of its own
+        return ""
+    return "" if text == "()" else f"{name}{text}"
+
+
+def members(kind: type[Any]) -> Iterator[tuple[str, Any]]:
+    """The public methods and properties that a class has itself or from bases that have no entry of their own, in the order of the source."""
+    shown_elsewhere = {value for _, _, value in entries() if isinstance(value, type) and value is not kind}
+    seen: set[str] = set()
+    for owner in kind.__mro__:
+        if owner in shown_elsewhere or not owner.__module__.startswith("actors."):
+            continue
+        for member, value in vars(owner).items():
+            plain = value.__func__ if isinstance(value, (classmethod, staticmethod)) else value
+            if (
+                member.startswith("_")
+                or member in seen
+                or not (inspect.isfunction(plain) or isinstance(value, property))
+            ):
+                continue
+            seen.add(member)
+            if inspect.getdoc(value if isinstance(value, property) else plain):
+                yield member, value
+
+
+def member_lines(name: str, value: Any) -> list[str]:
+    """A method or a property."""
+    if isinstance(value, property):
+        assert value.fget is not None
+        returned = inspect.signature(value.fget).return_annotation
+        text = f"{name.rpartition('.')[2]}: {annotation(returned)}"
+        return [f"\n#### {name}\n", code(text), "", prose(inspect.getdoc(value))]
+    plain = value.__func__ if isinstance(value, (classmethod, staticmethod)) else value
+    mark = {classmethod: "@classmethod\n", staticmethod: "@staticmethod\n"}.get(type(value), "")
+    verb = "async " if inspect.iscoroutinefunction(plain) else ""
+    bound = not isinstance(value, staticmethod)
+    return [
+        f"\n#### {name}\n",
+        code(f"{mark}{verb}{name.rpartition('.')[2]}{signature(plain, bound=bound)}"),
+        "",
+        prose(inspect.getdoc(plain)),
+    ]
+
+
+# -- signatures -----------------------------------------------------------------------------------------------------------------
+
+
+def signature(function: Any, *, bound: bool = False) -> str:
+    """A signature as its source has it, on several lines when it is long."""
+    found = inspect.signature(function)
+    parameters = list(found.parameters.values())[1 if bound else 0 :]
+    parts: list[str] = []
+    for number, one in enumerate(parameters):
+        if one.kind is one.KEYWORD_ONLY and not any(
+            p.kind in (p.VAR_POSITIONAL, p.KEYWORD_ONLY) for p in parameters[:number]
+        ):
+            parts.append("*")
+        parts.append(parameter_text(one))
+        following = parameters[number + 1] if number + 1 < len(parameters) else None
+        if one.kind is one.POSITIONAL_ONLY and (following is None or following.kind is not one.POSITIONAL_ONLY):
+            parts.append("/")
+    returned = found.return_annotation
+    end = "" if returned is found.empty or isinstance(function, type) else f" -> {annotation(returned)}"
+    short = f"({', '.join(parts)}){end}"
+    return short if len(short) <= 100 else "(\n    " + ",\n    ".join(parts) + f",\n){end}"
+
+
+def parameter_text(one: inspect.Parameter) -> str:
+    stars = {one.VAR_POSITIONAL: "*", one.VAR_KEYWORD: "**"}.get(one.kind, "")
+    text = f"{stars}{one.name}"
+    if one.annotation is not one.empty:
+        text += f": {annotation(one.annotation)}"
+    if one.default is not one.empty:
+        text += f" = {shown(one.default)}" if ":" in text else f"={shown(one.default)}"
+    return text
+
+
+def annotation(value: Any) -> str:
+    """A type as one writes it."""
+    if isinstance(value, str):
+        return value
+    text = value.__name__ if isinstance(value, type) and not getattr(value, "__args__", ()) else str(value)
+    return re.sub(r"\b(?:actors|typing|collections\.abc)(?:\.\w+)*\.(?=\w)", "", text)
+
+
+def shown(value: Any) -> str:
+    """A default as one writes it."""
+    if isinstance(value, tuple):
+        items: tuple[Any, ...] = value
+        return f"({', '.join(map(shown, items))}{',' if len(items) == 1 else ''})"
+    if isinstance(value, enum.Enum):
+        return f"{type(value).__name__}.{value.name}"
+    return value.__name__ if inspect.isroutine(value) or isinstance(value, type) else repr(value)
+
+
+# -- texts ----------------------------------------------------------------------------------------------------------------------
+
+
+def prose(text: str | None) -> str:
+    """A docstring as Markdown: a block after `::` is code already."""
+    cleaned = inspect.cleandoc(text or "")
+    lines = [re.sub(r"::$", ":", line) for line in cleaned.splitlines()]
+    return "\n".join(lines)
+
+
+def code(text: str) -> str:
+    """A block of code; not marked as those of the other pages are, which the test suite runs."""
+    return f"```py\n{text}\n```"
+
+
+def target_of(statement: ast.stmt) -> ast.expr | None:
+    """What an assignment gives a value to."""
+    if isinstance(statement, ast.AnnAssign):
+        return statement.target
+    return statement.targets[0] if isinstance(statement, ast.Assign) else None
+
+
+def strings_after(body: Sequence[ast.stmt]) -> Iterator[tuple[str, str, str]]:
+    """(owner, name, text) for every assignment that a string follows; the owner is `self` or empty."""
+    for statement, following in pairwise(body):
+        if not (isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant)):
+            continue
+        target = target_of(statement)
+        text = str(following.value.value)
+        if isinstance(target, ast.Name):
+            yield "", target.id, text
+        elif isinstance(target, ast.Attribute) and isinstance(target.value, ast.Name):
+            yield target.value.id, target.attr, text
+
+
+def documented_attributes(kind: type[Any]) -> dict[str, str]:
+    """The public attributes of a class that a string in its body or its `__init__` explains."""
+    tree = ast.parse(inspect.cleandoc("\n" + inspect.getsource(kind)))
+    (definition,) = (one for one in tree.body if isinstance(one, ast.ClassDef))
+    bodies = [definition.body]
+    bodies += [one.body for one in definition.body if isinstance(one, ast.FunctionDef) and one.name == "__init__"]
+    found = {name: text for body in bodies for _, name, text in strings_after(body)}
+    return {name: text for name, text in found.items() if not name.startswith("_")}
+
+
+def documented_constant(name: str) -> tuple[str, str]:
+    """The definition of a constant of `actors`, wherever that is, and the string after it."""
+    for module in [module for full, module in sorted(sys.modules.items()) if full.startswith("actors.")]:
+        source = inspect.getsource(module) if getattr(module, "__file__", None) else ""
+        if not re.search(rf"^{name}\b.* = ", source, re.MULTILINE):
+            continue
+        body = ast.parse(source).body
+        texts = {found: text for _, found, text in strings_after(body)}
+        for statement in body:
+            target = target_of(statement)
+            if isinstance(target, ast.Name) and target.id == name and isinstance(statement, ast.Assign | ast.AnnAssign):
+                assert statement.value is not None
+                return f"{name} = {ast.unparse(statement.value)}", texts.get(name, "")
+    raise LookupError(f"{name} is defined nowhere in actors")
+
+
+def constants(module: ModuleType) -> list[str]:
+    """The constants of a module, one line each."""
+    texts = {name: text for _, name, text in strings_after(ast.parse(inspect.getsource(module)).body)}
+    lines: list[str] = []
+    for name in module.__all__:
+        value = getattr(module, name)
+        if not isinstance(value, type) and not callable(value) and not str(value).startswith("typing."):
+            text = " ".join(prose(texts.get(name, "")).split())
+            lines.append(f"- `{name}`: `{shown(value)}`" + (f". {text}" if text else ""))
+    return lines
+
+
+def main() -> int:
+    """Write the page."""
+    PAGE.write_text(page(), encoding="utf-8")
+    print(f"written: {PAGE.name}, {sum(1 for _ in entries())} entries")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,115 @@
+"""`.ci/nightly`: its steps, its usage, and the plugins that it runs the suite with."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from tests.mutants.__main__ import killed_share, score
+from tests.suites import run_pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def nightly(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([str(ROOT / ".ci/nightly"), *arguments], capture_output=True, text=True, timeout=30)
+
+
+def test_the_steps_are_listed() -> None:
+    done = nightly("--list")
+    steps = [line.split()[0] for line in done.stdout.splitlines()]
+    assert steps == [
+        "realtime", "slow", "coverage", "order", "python-3.12", "python-3.13", "eager", "chaos", "fuzz", "mutants",
+    ]  # fmt: skip
+    assert done.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--only", "slwo"], "there is no step slwo; there are: realtime slow"),
+        (["--only"], "--only needs the name of a step"),
+        (["--seed", "x"], "--seed needs a whole number"),
+        (["fast"], "unknown argument fast"),
+    ],
+)
+def test_wrong_usage_is_told(arguments: list[str], told: str) -> None:
+    done = nightly(*arguments)
+    assert done.returncode == 2
+    assert told in done.stderr
+
+
+TESTS = """
+    import pytest
+
+    @pytest.mark.parametrize("number", range(12))
+    def test_one(number): print('ran', number)
+"""
+
+
+def ran(result: pytest.RunResult) -> list[str]:
+    told = [line.lstrip(".") for line in result.outlines]
+    return [line for line in told if line.startswith(("ran ", "other "))]
+
+
+def test_another_order_is_drawn_from_its_seed(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_a=TESTS, test_b=TESTS.replace("'ran'", "'other'"))
+    orders = [
+        ran(run_pytest(pytester, "-s", "-q", "-p", "tests.order", *shuffle))
+        for shuffle in ([], ["--shuffle", "1"], ["--shuffle", "1"], ["--shuffle", "2"])
+    ]
+    plain, first, again, second = orders
+    assert plain == [f"ran {number}" for number in range(12)] + [f"other {number}" for number in range(12)]
+    assert first == again
+    assert len({tuple(plain), tuple(first), tuple(second)}) == 3
+    assert sorted(first) == sorted(second) == sorted(plain)
+    words = [line.split()[0] for line in first]
+    assert words in (["ran"] * 12 + ["other"] * 12, ["other"] * 12 + ["ran"] * 12)
+
+
+EAGER = """
+    import asyncio
+    import pytest
+
+    async def begin(seen):
+        seen.append("begun")
+
+    async def test_a_task_begins_at_once():
+        seen = []
+        task = asyncio.create_task(begin(seen))
+        assert seen == ["begun"]
+        await task
+
+    @pytest.mark.task_order("for one")
+    async def test_order():
+        raise AssertionError
+"""
+
+
+@pytest.mark.skipif(sys.version_info < (3, 12), reason="tasks can be started eagerly from Python 3.12 on")
+def test_tasks_begin_at_once_and_tests_about_their_order_are_left_out(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(EAGER)
+    pytester.makeini("[pytest]\nasyncio_mode = auto\nmarkers = task_order(reason): rests on order\n")
+    run_pytest(pytester, "-p", "tests.eager").assert_outcomes(passed=1, deselected=1)
+
+
+@pytest.mark.skipif(sys.version_info >= (3, 12), reason="tasks can be started eagerly from Python 3.12 on")
+def test_older_pythons_say_what_is_needed(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(EAGER)
+    result = run_pytest(pytester, "-p", "tests.eager")
+    assert (
+        "tasks can be started eagerly from Python 3.12 on; run it with that"
+        in result.stderr.str() + result.stdout.str()
+    )
+
+
+def test_mutants_are_scored() -> None:
+    assert killed_share(Counter()) == 100.0
+    assert killed_share(Counter(killed=15, survived=5)) == 75.0
+    assert score(Counter({"killed": 2, "timed out": 1, "survived": 1})).endswith(
+        "3 of    4 killed (1 by time),   1 survived: 75.0 %"
+    )

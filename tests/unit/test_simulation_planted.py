@@ -1,0 +1,79 @@
+"""The planted systems of `tests.planted`: every bug is found, and no healthy twin is blamed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from actors import Supervisor
+from actors.testing.explore import body_of
+from actors.testing.explore import main as explore
+from actors.testing.faults import ALL
+from actors.testing.simulation.isolated import Isolated
+from actors.testing.simulation.search import search
+from actors.testing.simulation.trial import Scenario
+from tests.planted import exotic
+from tests.planted.__main__ import explored, main
+from tests.planted.cases import CASES, Case
+
+NAMES = [case.name for case in CASES]
+
+
+@pytest.mark.task_order(
+    "an eager goal begins in the moment of its acceptance: nobody can cancel it before its first step"
+)
+@pytest.mark.parametrize("case", [case for case in CASES if case.order], ids=lambda case: case.name)
+def test_D13_a_bug_of_order_is_found_within_200_seeds_without_faults(case: Case) -> None:
+    finding = explored(case.name, "tree", range(200), ())
+    assert finding is not None
+    assert finding.replay.shuffled, "plain order does not show it"
+    assert not finding.replay.faults
+
+
+@pytest.mark.task_order(
+    "an eager goal begins in the moment of its acceptance: nobody can cancel it before its first step"
+)
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_D13_every_bug_is_found_within_200_seeds_with_faults(case: Case) -> None:
+    finding = explored(case.name, "tree", range(200), ALL)
+    assert finding is not None
+    assert finding.replay.faults or case.order
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_healthy_twin_is_left_in_peace(name: str) -> None:
+    assert explored(name, "healthy", range(25), ALL) is None
+
+
+@pytest.mark.slow
+def test_the_table_of_all_of_them(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 0, capsys.readouterr().out
+
+
+def test_the_table_says_what_was_found_and_what_was_not(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["twice", "--seeds", "20", "--healthy", "2"]) == 0
+    head, found, healthy = capsys.readouterr().out.splitlines()
+    assert head.split()[:4] == ["system", "which", "faults", "seed"]
+    assert found.split()[:3] == ["twice", "tree", "default"]
+    assert "was made twice" in found
+    assert healthy.split()[:4] == ["twice", "healthy", "default", "-"]
+    assert main(["twice", "--seeds", "1", "--healthy", "0"]) == 1, "one seed is too few"
+
+
+def test_D12_a_tree_that_allows_too_few_restarts_is_found_by_two_crashes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert (
+        explore(["tests.planted.too_few:tree", "--faults", "crash", "--flight-record", str(tmp_path / "x.mcap")]) == 1
+    )
+    found = capsys.readouterr().out
+    assert found.startswith("tests.planted.too_few:tree: SupervisorGaveUp with events in plain order and 2 faults")
+    assert found.count("with this fault: ") == 2
+
+
+@pytest.mark.parametrize("tree", [exotic.groups, exotic.climbers, exotic.tuned, exotic.hirers])
+def test_unusual_parts_are_no_failures(tree: Callable[[], Supervisor]) -> None:
+    scenario = Scenario(body_of(tree, 5.0), limit=305.0)
+    assert search(Isolated(scenario), range(10), ALL) is None
