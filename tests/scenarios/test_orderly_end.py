@@ -7,13 +7,14 @@ import importlib.util
 import subprocess
 import sys
 import textwrap
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any, ClassVar
 
 import anyio
 import pytest
 
+import actors.system
 from actors import (
     Child,
     Done,
@@ -66,17 +67,8 @@ IN_ORDER = ["right brakes", "right stands", "left brakes", "left stands"]
 
 
 @pytest.fixture(autouse=True)
-def _new_diary() -> Iterator[None]:
+def _new_diary() -> None:
     Motor.diary.clear()
-    yield
-    assert system_of_no_loop() is None
-
-
-def system_of_no_loop() -> object:
-    """What the module knows of systems when no loop runs."""
-    from actors.system import _systems
-
-    return next(iter(_systems.values()), None)
 
 
 def motors(*more: Child) -> Supervisor:
@@ -243,6 +235,8 @@ def test_D19_nodes_in_a_loop_whose_main_ends_are_stopped_all_the_same() -> None:
 
     with asyncio.Runner(loop_factory=VirtualLoop) as runner:
         assert runner.run(main()) == "main ends"
+        loop = runner.get_loop()
+    assert loop not in actors.system._systems
     assert sorted(Motor.diary) == sorted(IN_ORDER)
     assert tasks[0].cancelled()
 
