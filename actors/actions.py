@@ -403,8 +403,7 @@ class ActionServer:
             if not run.accepted.done():
                 run.accepted.set_exception(error())
         for question in self.questions:
-            if not question.answer.done():
-                question.answer.set_result(False)
+            question.answer.set_result(False)
         self.arriving.clear()
         self.questions.clear()
         self.waiting.clear()

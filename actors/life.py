@@ -197,7 +197,7 @@ class NodeLife:
             if blame(error, "clean-up") is None:
                 if isinstance(
                     error, asyncio.CancelledError
-                ):  # the verdict will be that it was killed, and not why it ended at all
+                ):  # the verdict will be that it was killed: say what came before
                     core.log.error("clean-up cut short", after=str(reason))
                 raise
             core.log.exception("clean-up failed", after=str(reason))

@@ -204,7 +204,7 @@ class OpenNode:
     ) -> None:
         try:
             await self._system.leave(self._life)
-        except Exception:
+        except (Exception, SystemExit, KeyboardInterrupt):
             if error is None:  # else what ended the block says more; the node's error has been logged
                 raise
 

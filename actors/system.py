@@ -352,8 +352,7 @@ class System:
             here.remove(self)
         if not here:
             _systems.pop(self.loop, None)
-        if not self._closed.done():
-            self._closed.set_result(None)
+        self._closed.set_result(None)
 
     # -- what the supervisor asks -------------------------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import itertools
 from typing import Any
 
@@ -11,12 +12,14 @@ import pytest
 
 from actors import (
     Action,
+    ActorError,
     Child,
     Done,
     GoalAborted,
     GoalCanceled,
     LifecycleNode,
     Node,
+    NotStarted,
     Service,
     ServiceFailed,
     Steps,
@@ -126,6 +129,76 @@ async def test_D4_a_client_canceled_while_its_goal_is_accepted_leaves_no_goal(ri
     await rig.advance(1.0)
     assert task.cancelled()
     assert not server.running
+
+
+class Hesitant(Node):
+    """Is asked, and may be busy, undecided, or deaf when it is told to stop."""
+
+    def __init__(self) -> None:
+        self.asked: list[str] = []
+        self.decided = asyncio.Event()
+
+    @READINGS.on()
+    async def take(self, message: Int32) -> None:
+        await self.clock.sleep(message.data)
+
+    @GRIP.serve(arrivals="parallel")
+    async def grip(self, goal: Fibonacci.Goal) -> Body:
+        await self.clock.sleep(goal.order)
+        yield Done(result())
+
+    @GRIP.accepts
+    async def may_hold(self, goal: Fibonacci.Goal) -> None:
+        if goal.order == 0:
+            await self.clock.sleep(3600.0)
+
+    @GRIP.cancels
+    async def may_let_go(self, goal: Fibonacci.Goal) -> bool:
+        self.asked.append(f"let go of {goal.order}")
+        while not self.decided.is_set():
+            try:
+                await self.decided.wait()
+            except asyncio.CancelledError:
+                self.asked.append("not now")
+        return True
+
+
+async def test_D4_a_goal_that_ends_before_the_server_is_asked_is_not_asked_about(rig: Rig) -> None:
+    await rig.start(Hesitant)
+    goal = await rig.start_goal(GRIP, order(1))
+    rig.publish(READINGS, number(2))
+    await rig.advance(0.5)
+    asking = asyncio.create_task(goal.cancel())
+    await rig.advance(3.0)
+    assert await asking is False
+    assert goal.status.name == "SUCCEEDED"
+    assert rig.node(Hesitant).asked == []
+
+
+async def test_D4_who_asks_a_server_that_refuses_to_die_hears_no_when_it_is_given_up(rig: Rig) -> None:
+    await rig.start(Child(Hesitant, stop=1.0))
+    node = rig.node(Hesitant)
+    goal = await rig.start_goal(GRIP, order(3600))
+    asking = asyncio.create_task(goal.cancel())
+    await rig.advance(0.5)
+    assert rig.system.supervisor is not None
+    await rig.system.supervisor.terminate_child("hesitant")
+    assert await asyncio.wait_for(asking, 0.1) is False
+    assert (await goal.ended()).status.name == "ABORTED"
+    node.decided.set()
+    await rig.advance(1.0)
+    assert node.asked == ["let go of 3600", "not now"]
+    assert goal.status.name == "ABORTED"
+
+
+async def test_D4_a_goal_whose_server_is_killed_before_it_has_decided_is_answered(rig: Rig) -> None:
+    await rig.start(Child(Hesitant, stop="kill"))
+    sending = asyncio.create_task(rig.start_goal(GRIP, order(0), timeout=600.0))
+    await rig.advance(0.5)
+    assert rig.system.supervisor is not None
+    await rig.system.supervisor.terminate_child("hesitant")
+    with pytest.raises(ActorError, match="hesitant"):
+        await asyncio.wait_for(sending, 1.0)
 
 
 # -- D6: errors that are no Exception ----------------------------------------------------------------------------------
@@ -353,6 +426,30 @@ async def test_D9_bring_up_names_the_node_that_cannot_be_asked_in_its_state(rig:
     assert camera.state.label == "finalized"
     with pytest.raises(RuntimeError, match=r"^/camera: the transition 'configure' is refused: the node is finalized"):
         await bring_up(rig.system, asked)
+
+
+async def test_D9_two_who_bring_a_node_up_at_once_are_both_right(rig: Rig) -> None:
+    class Careful(LifecycleNode):
+        async def on_configure(self, previous: object) -> None:
+            await self.clock.sleep(1.0)
+
+    await rig.start(Careful)
+    await asyncio.gather(bring_up(rig.system), bring_up(rig.system, ["/careful"]))
+    assert rig.node(Careful).state.label == "active"
+    assert rig.now == 1.0
+
+
+async def test_D7_work_for_a_node_that_has_ended_is_refused_and_thrown_away(rig: Rig) -> None:
+    async def work() -> None: ...
+
+    await rig.start(Arm)
+    core = rig.node(Arm).core
+    rig.crash(Arm)
+    await rig.settled()
+    coroutine = work()
+    with pytest.raises(NotStarted, match="/arm, incarnation 1, has ended: ask its successor"):
+        core.own(coroutine)
+    assert inspect.getcoroutinestate(coroutine) == inspect.CORO_CLOSED
 
 
 # -- D10: feedback while cleaning up -----------------------------------------------------------------------------------

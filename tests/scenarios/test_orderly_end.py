@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import importlib.util
 import subprocess
 import sys
@@ -324,6 +325,9 @@ async def test_D20_a_node_whose_code_refuses_to_die_is_given_up_and_said_to_be(r
     supervisor = rig.system.supervisor
     assert supervisor is not None
     before = rig.now
+    incarnation = supervisor.incarnation(("zombie",))
+    assert incarnation is not None
+    rig.loop.call_later(0.9, incarnation.task.cancel)  # somebody else joins in: that changes nothing
     await supervisor.terminate_child("zombie")
     assert rig.now - before == 1.5  # its stop timeout, and a second after the kill
     assert [leaked.ref.id for leaked in supervisor.leaked] == ["zombie"]
@@ -378,6 +382,30 @@ async def test_D20_a_failed_node_whose_clean_up_hangs_is_killed_after_its_stop_t
         assert (str(report.reason), report.at) == ("it was killed after 2 s of clean-up", 2.0)
         (line,) = events(system.records, "clean-up cut short")
         assert line.fields["after"] == "it raised OSError: a loose wire"
+
+
+def test_D20_a_node_that_is_thrown_away_while_it_cleans_up_waits_for_nothing_any_more() -> None:
+    class Hung(Node):
+        async def on_stop(self, reason: ExitReason) -> None:
+            try:
+                await self.clock.sleep(3600.0)
+            finally:
+                Motor.diary.append("thrown away")
+
+    async def main() -> Coroutine[Any, Any, Any]:
+        system = System(sinks=())
+        await system.start(Supervisor("system", children=[Child(Hung)]))
+        assert system.supervisor is not None
+        state, incarnation = system.nodes["system", "hung"], system.supervisor.incarnation(("hung",))
+        assert state.core is not None
+        assert incarnation is not None
+        state.core.fail(OSError("a loose wire"), "the test")
+        await asyncio.sleep(1.0)
+        return incarnation.task.get_coro()  # type: ignore[return-value]
+
+    with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+        runner.run(main()).close()  # as the interpreter does with what nobody refers to any more
+        assert Motor.diary == ["thrown away"]
 
 
 # -- code that asks the program to exit -------------------------------------------------------------------------------
@@ -525,9 +553,13 @@ def test_D6_a_script_without_a_tree_ends_with_the_exit_of_its_node() -> None:
             node.spawn(leave(node))
             await asyncio.sleep(3600.0)
 
+    told: list[object] = []
     with pytest.raises(SystemExit) as raised, asyncio.Runner(loop_factory=VirtualLoop) as runner:
+        runner.get_loop().set_exception_handler(lambda loop, context: told.append(context["message"]))
         runner.run(main())
+    gc.collect()
     assert raised.value.code == 5
+    assert told == []
 
 
 # -- kill -------------------------------------------------------------------------------------------------------------

@@ -1,0 +1,188 @@
+"""The signals of one loop: who hears them, who has them afterwards, and what ends a program that nobody can stop."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections.abc import Iterator
+
+import pytest
+
+from actors import Child, Node, Supervisor, background, run
+from actors.signals import listen
+
+NUMBERS = [(signal.SIGINT, KeyboardInterrupt, 130), (signal.SIGTERM, SystemExit, 143)]
+
+
+@pytest.fixture(autouse=True)
+def _signals_as_they_were() -> Iterator[None]:
+    before = [signal.getsignal(number) for number, _, _ in NUMBERS]
+    yield
+    assert [signal.getsignal(number) for number, _, _ in NUMBERS] == before
+
+
+def raise_soon(number: signal.Signals) -> None:
+    asyncio.get_running_loop().call_soon(signal.raise_signal, number)
+
+
+async def turns(count: int = 3) -> None:
+    """Let a signal that was raised come through the loop's pipe."""
+    for _ in range(count):
+        await asyncio.sleep(0.01)
+
+
+def test_every_listener_hears_every_signal_until_it_leaves() -> None:
+    heard: list[str] = []
+
+    async def main() -> None:
+        loop = asyncio.get_running_loop()
+        first = listen(loop, lambda number: not heard.append(f"first {number.name}"))
+        second = listen(loop, lambda number: not heard.append(f"second {number.name}"))
+        raise_soon(signal.SIGTERM)
+        await turns()
+        first()
+        first()  # twice is fine
+        raise_soon(signal.SIGINT)
+        await turns()
+        second()
+
+    asyncio.run(main())
+    assert heard == ["first SIGTERM", "second SIGTERM", "second SIGINT"]
+
+
+def test_when_the_last_one_has_left_the_program_has_its_own_handlers_back_and_may_listen_again() -> None:
+    heard: list[str] = []
+
+    def mine(number: int, frame: object) -> None:
+        heard.append("mine")
+
+    async def main() -> None:
+        for _ in range(2):
+            leave = listen(asyncio.get_running_loop(), lambda number: not heard.append("theirs"))
+            raise_soon(signal.SIGTERM)
+            await turns()
+            leave()
+            signal.raise_signal(signal.SIGTERM)
+
+    before = signal.signal(signal.SIGTERM, mine)
+    try:
+        asyncio.run(main())
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert heard == ["theirs", "mine"] * 2
+
+
+@pytest.mark.parametrize(("number", "error", "code"), NUMBERS)
+def test_a_signal_that_nobody_can_do_anything_about_ends_the_program(
+    number: signal.Signals, error: type[BaseException], code: int
+) -> None:
+    heard: list[int] = []
+
+    async def main() -> None:
+        listen(asyncio.get_running_loop(), lambda number: bool(heard.append(number)))
+        listen(asyncio.get_running_loop(), lambda number: bool(heard.append(number)))
+        raise_soon(number)
+        await asyncio.sleep(3600.0)
+
+    with pytest.raises(error) as ended:
+        asyncio.run(main())
+    assert heard == [number, number], "all of them were asked first"
+    assert not isinstance(ended.value, SystemExit) or ended.value.code == code
+
+
+def test_the_third_one_does_not_even_unwind_the_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    raised: list[tuple[int, object]] = []
+    answers = [True, True, False]
+
+    async def main() -> None:
+        listen(asyncio.get_running_loop(), lambda number: answers.pop(0))
+        with monkeypatch.context() as patch:
+            for _ in range(2):
+                signal.raise_signal(signal.SIGTERM)
+                await turns()
+            really = signal.raise_signal
+            patch.setattr(signal, "raise_signal", lambda number: raised.append((number, signal.getsignal(number))))
+            really(signal.SIGTERM)
+            await turns()
+
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(SystemExit):
+        asyncio.run(main())
+    signal.signal(signal.SIGTERM, before)
+    assert raised == [(signal.SIGTERM, signal.SIG_DFL)]
+
+
+def test_a_handler_that_python_does_not_know_is_not_put_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Such as one that a library in C has set."""
+    put: list[object] = []
+
+    async def main() -> None:
+        with monkeypatch.context() as patch:
+            patch.setattr(signal, "getsignal", lambda number: None)
+            leave = listen(asyncio.get_running_loop(), lambda number: True)
+            patch.setattr(signal, "signal", lambda number, handler: put.append(handler))
+            leave()
+
+    before = [signal.getsignal(number) for number, _, _ in NUMBERS]
+    asyncio.run(main())
+    for (number, _, _), handler in zip(NUMBERS, before, strict=True):
+        signal.signal(number, handler)
+    assert put == [signal.default_int_handler, signal.SIG_DFL], "what asyncio does when it lets go of them"
+
+
+# -- a block that goes on when its tree has ended -----------------------------------------------------------------------
+
+
+class Job(Node):
+    """Is done at once, and with it its tree."""
+
+    @background
+    async def work(self) -> None:
+        self.stop("done")
+
+
+TREE = Supervisor(
+    "system", auto_shutdown="all_significant", children=[Child(Job, restart="transient", significant=True)]
+)
+
+
+@pytest.mark.parametrize(("number", "error", "code"), NUMBERS)
+def test_D18_a_block_that_goes_on_after_its_tree_is_interrupted(
+    number: signal.Signals, error: type[BaseException], code: int
+) -> None:
+    codes: list[int] = []
+
+    async def main() -> None:
+        async with run(TREE, sinks=()) as system:
+            await system.wait()
+            raise_soon(number)
+            try:
+                await asyncio.sleep(3600.0)
+            finally:
+                codes.append(system.exit_code)
+
+    with pytest.raises(error):
+        asyncio.run(main())
+    assert codes == [code]
+
+
+@pytest.mark.parametrize(("number", "error", "code"), NUMBERS)
+def test_D18_one_that_swallows_that_too_is_ended_by_the_next_signal(
+    number: signal.Signals, error: type[BaseException], code: int
+) -> None:
+    story: list[str] = []
+
+    async def main() -> None:
+        async with run(TREE, sinks=()) as system:
+            await system.wait()
+            raise_soon(number)
+            try:
+                await asyncio.sleep(3600.0)
+            except asyncio.CancelledError:
+                story.append("swallowed")
+            raise_soon(number)
+            await asyncio.sleep(3600.0)
+
+    with pytest.raises(error):
+        asyncio.run(main())
+    assert story == ["swallowed"]
