@@ -26,6 +26,9 @@ HOLDING_SECONDS = 0.5
 STEP_SECONDS = 0.01
 """An item that runs for at least so long without an await is made known: it may have delayed somebody's timer."""
 
+LOOKS = 8
+"""So many measured runs of a handler that awaits are held against the turns of the loop, which costs a callback each."""
+
 TURN = 256
 """After so many items without a pause the loop gets a turn, so that a flood in one node cannot starve the others."""
 
@@ -49,6 +52,7 @@ class Inbox:
         "current",
         "handled",
         "items",
+        "looks",
         "loop",
         "mark",
         "meter",
@@ -76,6 +80,8 @@ class Inbox:
         self.reported: set[str] | None = None
         self.on_holding: Callable[[Item, float], None] | None = None
         self.on_error: Callable[[Exception, str], object] | None = None
+        self.looks: dict[str, int] | None = None
+        """Handler -> how often it was seen to whether the loop turns while it is awaited; `LOOKS` times, until it takes long."""
         self.on_step: Callable[[Inbox, str, float], None] | None = None
         """Hears of an item that has just run for so many seconds without an await; on the real clock only, where that takes time."""
 
@@ -150,13 +156,15 @@ class Inbox:
     async def _run_measured(self, item: Item) -> None:
         """Run one item as `serve` does, and look at the clock before and after."""
         turned: list[None] | None = None
+        awaited = False
         begun = self.loop.time()
         try:
             pending = item.run()
             if pending is not None:
                 if self.items and self.watch is None:
                     self.wake()
-                if self.on_step is not None:
+                awaited = True
+                if self.on_step is not None and self._is_looked_at(item.label):
                     turned = []
                     self.loop.call_soon(turned.append, None)  # empty for as long as the loop has not turned
                 await pending
@@ -165,9 +173,23 @@ class Inbox:
         if not isinstance(item, _Mark):
             seconds = self.loop.time() - begun
             self._meter().took(item.label, seconds)
-            if seconds >= STEP_SECONDS and not turned and self.on_step is not None:
-                self.on_step(self, item.label, seconds)
+            if seconds >= STEP_SECONDS and self.on_step is not None:
+                self._took_long(item.label, seconds, awaited, turned)
         self.handled += 1
+
+    def _is_looked_at(self, label: str) -> bool:
+        """Whether this measured run of a handler that awaits is one of those that are held against the turns of the loop."""
+        if self.looks is None:
+            self.looks = {}
+        self.looks[label] = looks = self.looks.get(label, 0) + 1
+        return looks <= LOOKS
+
+    def _took_long(self, label: str, seconds: float, awaited: bool, turned: list[None] | None) -> None:
+        """Tell of it if the loop has not turned meanwhile. Where nobody has looked, the next runs are looked at."""
+        if awaited and turned is None:
+            self.looks = None
+        elif not turned and self.on_step is not None:
+            self.on_step(self, label, seconds)
 
     def leave(self) -> None:
         """Nobody serves here any more."""

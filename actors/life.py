@@ -139,7 +139,7 @@ class NodeLife:
             raise DeclarationError(
                 f"{self.identity.fqn}: its factory made {type(node).__name__} {node!r:.60}, which is not a Node"
             )
-        check_assigned(node, vars(node))
+        check_assigned(node, started=False)
         node._core = core = self._make_core(node)  # pyright: ignore[reportPrivateUsage]
         return core
 
@@ -156,7 +156,7 @@ class NodeLife:
             node.resume(self.mailbox.saved)
         self.phase = "on_start"
         await node.on_start()
-        check_assigned(node, vars(node))
+        check_assigned(node, started=True)
         self.phase = "begin"
         await node._begin()  # pyright: ignore[reportPrivateUsage]
         if core.identity.overrides and type(node) is not Node:  # a script's node may declare its own at any time
