@@ -188,6 +188,7 @@ class Blueprint:
     __slots__ = (
         "actions",
         "backgrounds",
+        "clean",
         "hooks",
         "labels",
         "owner",
@@ -204,6 +205,8 @@ class Blueprint:
 
     def __init__(self, owner: type) -> None:
         self.owner = owner
+        self.clean = False
+        """Whether a node of the class has started, and its own attributes hide nothing."""
         self.publishers: list[PublisherDeclaration[Any]] = []
         self.streams: list[StreamDeclaration[Any]] = []
         self.parameters: list[ParameterDeclaration[Any]] = []

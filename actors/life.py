@@ -53,7 +53,7 @@ class NodeLife:
             except (SystemExit, KeyboardInterrupt) as error:
                 raise self._exit(error) from error  # at once: nobody is to hear that another life follows
             finally:
-                killed = self.system.killed(core)
+                killed = bool(core.tasks) and self.system.killed(core)
                 if not core.ended:  # else it had been abandoned, and another incarnation may live
                     core.release()
                     self.system.ended(core)
@@ -76,7 +76,6 @@ class NodeLife:
         return request
 
     async def _live(self, core: Core, started: Callable[[], None]) -> None:
-        me = asyncio.current_task()
         try:
             await self._start(core)
             self.phase = "running"
@@ -105,8 +104,9 @@ class NodeLife:
             raise
         except BaseException as error:
             failure = blame(error, f"{self.identity.fqn} {self.phase}")
-            if failure is None or asyncio.current_task() is not me:  # nothing can be awaited any more
-                raise
+            incarnation = self.system.incarnation(core)
+            if failure is None or incarnation is None or incarnation.task is not asyncio.current_task():
+                raise  # nothing can be awaited any more, or it has been given up
             if isinstance(failure, Skip) and self.phase != "running":
                 await core.cancel_tasks()
             else:
@@ -139,7 +139,8 @@ class NodeLife:
             raise DeclarationError(
                 f"{self.identity.fqn}: its factory made {type(node).__name__} {node!r:.60}, which is not a Node"
             )
-        check_assigned(node, started=False)
+        if not type(node).blueprint.clean:
+            check_assigned(node)
         node._core = core = self._make_core(node)  # pyright: ignore[reportPrivateUsage]
         return core
 
@@ -156,7 +157,9 @@ class NodeLife:
             node.resume(self.mailbox.saved)
         self.phase = "on_start"
         await node.on_start()
-        check_assigned(node, started=True)
+        if not core.blueprint.clean:
+            check_assigned(node)
+            core.blueprint.clean = True
         self.phase = "begin"
         await node._begin()  # pyright: ignore[reportPrivateUsage]
         if core.identity.overrides and type(node) is not Node:  # a script's node may declare its own at any time

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from functools import cached_property, partialmethod
 from types import CodeType, FunctionType
 from typing import Any, Final, NamedTuple, cast
-from weakref import WeakKeyDictionary, WeakSet
+from weakref import WeakKeyDictionary
 
 from actors.contracts import declarations_of
 from actors.errors import DeclarationError
@@ -87,26 +87,18 @@ def check_members(owner: type, declared: tuple[type, ...]) -> None:
             _check_spelling(where, name, value, hooks)
 
 
-def check_assigned(node: object, *, started: bool) -> None:
+def check_assigned(node: object) -> None:
     """Refuse what the instance's own attributes hide of the framework: ``self.on = False`` makes ``self.on(...)`` an error.
 
-    Looked for once for each class, in the first node of it that has `started`: a look at the attributes of an instance makes it larger, and
-    slower for good.
+    For the first node of a class that starts: a look at the attributes of an instance makes it larger, and slower for good.
     """
     kind = type(node)
-    if kind in _CLEAN:
-        return
     attributes, methods = vars(node), _methods(kind)
     if not methods.isdisjoint(attributes):
         name = min(methods.intersection(attributes))
         raise DeclarationError(
             f"{kind.__name__}: self.{name} = {attributes[name]!r:.60} hides the method {_described(kind, name)}: choose another name"
         )
-    if started:
-        _CLEAN.add(kind)
-
-
-_CLEAN: Final[WeakSet[type]] = WeakSet()
 
 
 # -- what is refused ------------------------------------------------------------------------------------------------------------

@@ -26,7 +26,7 @@ from actors.graph import Graph
 from actors.guests import Guests
 from actors.identity import Identity
 from actors.life import NodeLife
-from actors.logs import INFO, LogRecord, LogSink, NodeLog, structlog_sink
+from actors.logs import DEBUG, INFO, LogRecord, LogSink, NodeLog, structlog_sink
 from actors.mailbox import Mailbox
 from actors.places import place_of
 from actors.preload import preload
@@ -458,6 +458,8 @@ class System:
         state = self.nodes.get(report.child.path)
         if report.context == "child_terminated" and state is not None:
             state.note_restart(self.clock.now(), str(report.reason))
+        if report.context == "progress" and report.child.incarnation == 1 and self.level > DEBUG:
+            return  # what every node says once, and hardly anybody hears
         level, event, fields = in_words(report, None if state is None else state.ended_at)
         if level < self.level:
             return
