@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import gc
 from collections.abc import Awaitable, Callable
+from contextlib import aclosing
 from random import Random
 from typing import ClassVar
 
@@ -147,8 +148,11 @@ def unruly(index: int) -> type[Unruly]:
 
         @ACTIONS[index].serve(arrivals=ARRIVALS[index], result_timeout=1.0)
         async def do_it(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
-            async for item in self.work(goal):
-                yield item
+            async with aclosing(
+                self.work(goal)
+            ) as steps:  # else its clean-up is the loop's business, at some later time
+                async for item in steps:
+                    yield item
 
         @background
         async def listen(self) -> None:
@@ -373,7 +377,7 @@ class Story:
 
 def left_by(system: System | None) -> list[str]:
     """What is left after the end, at once: nothing may take another moment."""
-    left = [f"left: task {task.get_name()}" for task in asyncio.all_tasks() if task is not asyncio.current_task()]
+    left = [f"left: {task!r}" for task in asyncio.all_tasks() if task is not asyncio.current_task()]
     if system_here() is not None:
         left.append(f"left: {system_here()!r}")
     if system is None:

@@ -428,6 +428,17 @@ async def test_D9_bring_up_names_the_node_that_cannot_be_asked_in_its_state(rig:
         await bring_up(rig.system, asked)
 
 
+async def test_D9_bring_up_names_the_node_that_does_not_run(rig: Rig) -> None:
+    await rig.start(Camera, Arm)
+    assert rig.system.supervisor is not None
+    for name in ("/nobody", "/arm"):
+        with pytest.raises(RuntimeError, match=f"^{name} is no running lifecycle node; there are: /camera$"):
+            await bring_up(rig.system, ["/camera", name])
+    await rig.system.supervisor.terminate_child("camera")
+    with pytest.raises(RuntimeError, match=r"^/camera is no running lifecycle node; there are: none$"):
+        await bring_up(rig.system, ["/camera"])
+
+
 async def test_D9_two_who_bring_a_node_up_at_once_are_both_right(rig: Rig) -> None:
     class Careful(LifecycleNode):
         async def on_configure(self, previous: object) -> None:

@@ -1,0 +1,72 @@
+"""Nodes beside the tree, in the books and out of them."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from actors import Child, Node, Supervisor, System, run
+from actors.supervision.reasons import ExitReason
+from tests.stage import events
+
+pytestmark = pytest.mark.virtual
+
+
+class Part(Node):
+    """Notes its end."""
+
+    async def on_stop(self, reason: ExitReason) -> None:
+        await self.clock.sleep(0.1)
+        story.append(f"{self.name}: {reason}")
+
+
+story: list[str] = []
+
+
+@pytest.fixture(autouse=True)
+def _new_story() -> None:
+    story.clear()
+
+
+async def joined(system: System, name: str) -> Node:
+    life = await system.join(Child(Part, name=name))
+    assert life.core is not None
+    return life.core.node
+
+
+async def test_guests_end_before_the_tree_the_newest_first_and_one_after_the_other() -> None:
+    async with run(Supervisor("system", children=[Child(Part, name="tree")]), sinks=()) as system:
+        for name in ("first", "second", "third"):
+            await joined(system, name)
+        before = system.clock.now()
+    assert story == [f"{name}: it stopped: the block was left" for name in ("third", "second", "first", "tree")]
+    assert asyncio.get_running_loop().time() - before == pytest.approx(0.4)
+
+
+async def test_one_that_failed_and_that_nobody_has_left_is_known_until_the_system_ends() -> None:
+    async with run(Supervisor("system", children=[Child(Part, name="tree")]), sinks=()) as system:
+        broken, sound = await joined(system, "broken"), await joined(system, "sound")
+        broken.core.fail(OSError("a loose wire"), "the test")
+        await asyncio.sleep(1.0)
+        assert [(identity.fqn, str(error)) for identity, error in system.failed_beside()] == [
+            ("/broken", "a loose wire")
+        ]
+        assert len(system.guests) == 2
+        (line,) = events(system.records, "a node beside the tree failed")
+        assert line.fields["node_name"] == "/broken"
+        assert sound.core.system.incarnation(sound.core) is not None
+        assert system.incarnation(broken.core) is None
+    assert len(system.guests) == 0
+    assert [line.split(":")[0] for line in story] == ["broken", "sound", "tree"]
+    assert system.nodes.keys() == {("system", "tree")}
+
+
+async def test_who_leaves_twice_or_by_two_tasks_leaves_once() -> None:
+    system = System(sinks=())
+    await system.start(Supervisor("system"))
+    life = await system.join(Child(Part, name="guest"))
+    await asyncio.gather(system.leave(life), system.leave(life), system.stop())
+    await system.leave(life)
+    assert story == ["guest: it stopped: left"]
+    assert asyncio.all_tasks() == {asyncio.current_task()}
