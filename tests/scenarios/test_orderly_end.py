@@ -75,6 +75,10 @@ def motors(*more: Child) -> Supervisor:
     return Supervisor("system", children=[Child(Motor, name="left"), Child(Motor, name="right"), *more])
 
 
+def task_named(name: str) -> asyncio.Task[Any]:
+    return next(task for task in asyncio.all_tasks() if task.get_name() == name)
+
+
 def nothing_is_left(system: System) -> bool:
     return not system.running and asyncio.all_tasks() == {asyncio.current_task()} and system_here() is None
 
@@ -324,9 +328,7 @@ async def test_D20_a_node_whose_code_refuses_to_die_is_given_up_and_said_to_be(r
     supervisor = rig.system.supervisor
     assert supervisor is not None
     before = rig.now
-    incarnation = supervisor.incarnation(("zombie",))
-    assert incarnation is not None
-    rig.loop.call_later(0.9, incarnation.task.cancel)  # somebody else joins in: that changes nothing
+    rig.loop.call_later(0.9, task_named("system/zombie#1").cancel)  # somebody else joins in: that changes nothing
     await supervisor.terminate_child("zombie")
     assert rig.now - before == 1.5  # its stop timeout, and a second after the kill
     assert [leaked.ref.id for leaked in supervisor.leaked] == ["zombie"]
@@ -395,12 +397,11 @@ def test_D20_a_node_that_is_thrown_away_while_it_cleans_up_waits_for_nothing_any
         system = System(sinks=())
         await system.start(Supervisor("system", children=[Child(Hung)]))
         assert system.supervisor is not None
-        state, incarnation = system.nodes["system", "hung"], system.supervisor.incarnation(("hung",))
+        state, task = system.nodes["system", "hung"], task_named("system/hung#1")
         assert state.core is not None
-        assert incarnation is not None
         state.core.fail(OSError("a loose wire"), "the test")
         await asyncio.sleep(1.0)
-        return incarnation.task.get_coro()  # type: ignore[return-value]
+        return task.get_coro()  # type: ignore[return-value]
 
     with asyncio.Runner(loop_factory=VirtualLoop) as runner:
         runner.run(main()).close()  # as the interpreter does with what nobody refers to any more
