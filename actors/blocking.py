@@ -31,7 +31,7 @@ from collections.abc import Callable, Coroutine, Mapping
 from concurrent.futures import CancelledError, Future, InvalidStateError, wait
 from queue import SimpleQueue
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors import running
 from actors.blocking_parts import BlockingGoal, BlockingStream
@@ -114,7 +114,7 @@ class OpenBlockingNode:
         self._ran = ran
         self._loop = loop
         self._thread: threading.Thread | None = None
-        self._ends_on_sigterm = False
+        self._sigterm: _Sigterm | None = None
         self._ready: Future[tuple[Node, asyncio.AbstractEventLoop]] = Future()
         self._left: Future[None] = Future()
         self._life: Future[None] | None = None
@@ -129,12 +129,14 @@ class OpenBlockingNode:
                 target=_complete, args=(self._life, self._live), name=f"actors {self._name}", daemon=True
             )  # a daemon, which a program does not wait for before `atexit` has told it to end
             atexit.register(self._end)
-            self._ends_on_sigterm = _end_on_sigterm()
+            self._sigterm = _end_on_sigterm()
             self._thread.start()
         else:
             self._life = asyncio.run_coroutine_threadsafe(self._live(), self._loop)
         self._life.add_done_callback(lambda _: self._ready.cancel())
         try:
+            if self._sigterm is not None:
+                self._sigterm.arm()
             node, loop = self._ready.result()
         except BaseException as error:
             self._end()
@@ -169,9 +171,9 @@ class OpenBlockingNode:
         if self._thread is not None:
             self._thread.join()
             atexit.unregister(self._end)
-        if self._ends_on_sigterm:
-            self._ends_on_sigterm = False
-            _let_sigterm_kill()
+        if self._sigterm is not None:
+            self._sigterm.leave()
+            self._sigterm = None
 
 
 class BlockingNode:
@@ -370,22 +372,38 @@ def _complete(life: Future[None], live: Callable[[], Coroutine[Any, Any, None]])
         life.set_result(None)
 
 
-def _end_on_sigterm() -> bool:
-    """Let SIGTERM end the program as Ctrl-C does, through its blocks, with exit code 143; unless it has an answer of its own."""
+class _Sigterm:
+    """SIGTERM ends the program as Ctrl-C does, through its blocks, with exit code 143.
+
+    One that comes before it is armed waits until then: in between there is a thread that runs, and no block yet that could end it in order.
+    """
+
+    def __init__(self) -> None:
+        self._armed = self._came = False
+
+    def __call__(self, number: int, frame: object) -> None:
+        if self._armed:
+            raise SystemExit(128 + number)
+        self._came = True
+
+    def arm(self) -> None:
+        self._armed = True
+        if self._came:
+            raise SystemExit(128 + signal.SIGTERM)
+
+    def leave(self) -> None:
+        """Let SIGTERM kill again, unless somebody else has taken the signal since or this is no longer the main thread."""
+        if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) is self:
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def _end_on_sigterm() -> _Sigterm | None:
+    """Take SIGTERM, unless the program has an answer of its own."""
     if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
-        return False
-    signal.signal(signal.SIGTERM, _exit)
-    return True
-
-
-def _let_sigterm_kill() -> None:
-    """Undo `_end_on_sigterm`, unless somebody else has taken the signal since or this is no longer the main thread."""
-    if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) is _exit:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-
-
-def _exit(number: int, frame: object) -> NoReturn:
-    raise SystemExit(128 + number)
+        return None
+    handler = _Sigterm()
+    signal.signal(signal.SIGTERM, handler)
+    return handler
 
 
 def _set(future: Future[None]) -> None:
