@@ -23,14 +23,17 @@ if TYPE_CHECKING:
     from actors.graph import ActionEntry
     from actors.interfaces.message import Message
 
-__all__ = ["ActionServer", "GoalRun", "Host", "Outcome"]
+__all__ = ["CLEANUP_SECONDS", "ActionServer", "GoalRun", "Host", "Outcome"]
 
 IGNORED = 3
 """A body that goes on yielding after so many cancellations or other errors thrown into it is closed and reported."""
 
 CLEANUP_SECONDS: Final = 5.0
 CLEANUP_FEEDBACKS: Final = 1000
-"""A canceled body may give feedback while it cleans up, for so long and so many; then it is taken to have ignored the cancellation."""
+"""A canceled body may give feedback while it cleans up, for so long and so many; then it is taken to have ignored the cancellation.
+
+Who leaves a goal's block waits for so long.
+"""
 
 
 _EVENTS: Final = {
@@ -124,11 +127,8 @@ class GoalRun:
             return
         self.outcome = outcome
         self.server.ended(self, outcome)
-        told, self.on_outcome, self.on_feedback = (
-            self.on_outcome,
-            None,
-            None,
-        )  # else client and run keep each other alive
+        told = self.on_outcome
+        self.on_outcome = self.on_feedback = None  # else client and run keep each other alive
         if told is not None:
             told(outcome)
         for waiter in self.waiters:

@@ -25,7 +25,6 @@ from __future__ import annotations
 import asyncio
 import atexit
 import contextlib
-import signal
 import threading
 from collections.abc import Callable, Coroutine, Mapping
 from concurrent.futures import CancelledError, Future, InvalidStateError, wait
@@ -38,6 +37,7 @@ from actors.blocking_parts import BlockingGoal, BlockingStream
 from actors.errors import ActorError, NotRunning, NotStarted
 from actors.logs import LogSink, structlog_sink
 from actors.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
+from actors.signals import SigtermExit, exit_on_sigterm
 from actors.trees import tree_of
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ class OpenBlockingNode:
         self._ran = ran
         self._loop = loop
         self._thread: threading.Thread | None = None
-        self._sigterm: _Sigterm | None = None
+        self._sigterm: SigtermExit | None = None
         self._ready: Future[tuple[Node, asyncio.AbstractEventLoop]] = Future()
         self._left: Future[None] = Future()
         self._life: Future[None] | None = None
@@ -129,7 +129,7 @@ class OpenBlockingNode:
                 target=_complete, args=(self._life, self._live), name=f"actors {self._name}", daemon=True
             )  # a daemon, which a program does not wait for before `atexit` has told it to end
             atexit.register(self._end)
-            self._sigterm = _end_on_sigterm()
+            self._sigterm = exit_on_sigterm()
             self._thread.start()
         else:
             self._life = asyncio.run_coroutine_threadsafe(self._live(), self._loop)
@@ -370,40 +370,6 @@ def _complete(life: Future[None], live: Callable[[], Coroutine[Any, Any, None]])
         life.set_exception(error)
     else:
         life.set_result(None)
-
-
-class _Sigterm:
-    """SIGTERM ends the program as Ctrl-C does, through its blocks, with exit code 143.
-
-    One that comes before it is armed waits until then: in between there is a thread that runs, and no block yet that could end it in order.
-    """
-
-    def __init__(self) -> None:
-        self._armed = self._came = False
-
-    def __call__(self, number: int, frame: object) -> None:
-        if self._armed:
-            raise SystemExit(128 + number)
-        self._came = True
-
-    def arm(self) -> None:
-        self._armed = True
-        if self._came:
-            raise SystemExit(128 + signal.SIGTERM)
-
-    def leave(self) -> None:
-        """Let SIGTERM kill again, unless somebody else has taken the signal since or this is no longer the main thread."""
-        if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) is self:
-            signal.signal(signal.SIGTERM, signal.SIG_DFL)
-
-
-def _end_on_sigterm() -> _Sigterm | None:
-    """Take SIGTERM, unless the program has an answer of its own."""
-    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
-        return None
-    handler = _Sigterm()
-    signal.signal(signal.SIGTERM, handler)
-    return handler
 
 
 def _set(future: Future[None]) -> None:

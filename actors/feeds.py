@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 from actors.channel import Queue
 from actors.control import blame
@@ -110,6 +109,12 @@ class Feed(Queue[M]):
         return cast("Callable[[M], Awaitable[None] | None]", self.handler)(message)
 
 
+class Spawn(Protocol):
+    """Runs work in a task of the node, which is called by this name."""
+
+    def __call__(self, work: Coroutine[Any, Any, None], /, *, name: str) -> object: ...
+
+
 class ConcurrentFeed(Feed[M]):
     """A feed whose handler has its own tasks, at most `concurrent` at once. Messages beyond that wait in the queue."""
 
@@ -121,7 +126,7 @@ class ConcurrentFeed(Feed[M]):
         super().__init__(node, entry, type, qos, inbox, label)
         self.concurrent = concurrent
         self.active = 0
-        self.spawn: Callable[[Coroutine[Any, Any, None]], object] | None = None
+        self.spawn: Spawn | None = None
 
     def deliver(self, message: M) -> None:
         self.received += 1
@@ -138,9 +143,7 @@ class ConcurrentFeed(Feed[M]):
         """Begin another task if one is free and a message waits. Between two lives of the node nothing is begun."""
         if self.messages and self.active < self.concurrent and self.spawn is not None:
             self.active += 1
-            work = self._work(self.spawn)
-            work.__qualname__ = self.label  # type: ignore[attr-defined]  # what the task is called by; typeshed knows it of functions only
-            self.spawn(work)
+            self.spawn(self._work(self.spawn), name=self.label)
 
     def begin(self) -> None:
         """Begin as many tasks as are free and messages wait."""
@@ -156,8 +159,9 @@ class ConcurrentFeed(Feed[M]):
                 if pending is not None:
                     await pending
                 self.inbox.took(self.label, self.inbox.loop.time() - begun)
-        except (asyncio.CancelledError, GeneratorExit, SystemExit, KeyboardInterrupt) as error:
-            if (failure := blame(error, self.label)) is None:
+        except BaseException as error:
+            failure = blame(error, self.label)
+            if failure is None or failure is error:
                 raise
             raise failure from error
         finally:

@@ -8,7 +8,7 @@ from collections.abc import Generator
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
-from actors.actions import GoalRun, Outcome
+from actors.actions import CLEANUP_SECONDS, GoalRun, Outcome
 from actors.errors import (
     ActionUnavailable,
     GoalAborted,
@@ -37,9 +37,6 @@ F = TypeVar("F", bound="Message")
 FEEDBACK_DEPTH = 10
 """Feedback is KEEP_LAST 10 for each client: a slow reader loses the oldest, and the loss is counted."""
 
-CLEANUP_SECONDS = 5.0
-"""How long leaving a goal's block waits for the canceled body to clean up."""
-
 
 class Starter(Caller, Protocol):
     """What a goal asks of the node that starts it."""
@@ -54,8 +51,8 @@ class Goal(Generic[R, F]):
             async for feedback in goal: ...
             result = await goal
 
-    Entering sends the goal, unless it has been sent, and waits for its acceptance (`GoalRejected`, `ActionUnavailable`). Leaving the block cancels a goal that
-    still runs and waits for its clean-up. Awaiting gives the result or raises `GoalCanceled` or `GoalAborted`, which carry `.result`
+    Entering sends the goal, unless it has been sent, and waits for its acceptance (`GoalRejected`, `ActionUnavailable`). Leaving the
+    block cancels a goal that still runs and waits for its clean-up. Awaiting gives the result or raises `GoalCanceled` or `GoalAborted`, which carry `.result`
     and `.reason`; it may be awaited again, and by several tasks.
     """
 

@@ -177,8 +177,9 @@ class Ground:
         async def contained() -> None:
             try:
                 await work
-            except (asyncio.CancelledError, SystemExit, KeyboardInterrupt) as error:
-                if (failure := blame(error, f"{self.fqn} {name}")) is None:
+            except BaseException as error:
+                failure = blame(error, f"{self.fqn} {name}")
+                if failure is None or failure is error:
                     raise
                 raise failure from error
 

@@ -228,9 +228,7 @@ def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real"
     else:
         raise ValueError(f"clock={clock!r}: use 'real' or 'virtual'")
     try:
-        with asyncio.Runner(
-            loop_factory=factory
-        ) as runner:  # leaving it cancels what is left, which may raise it again
+        with asyncio.Runner(loop_factory=factory) as runner:
             return runner.run(main())
-    except KeyboardInterrupt:
+    except KeyboardInterrupt:  # out of the program, or out of what the runner canceled when it was left
         raise SystemExit(128 + signal.SIGINT) from None

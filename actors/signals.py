@@ -1,13 +1,14 @@
-"""SIGINT and SIGTERM of an event loop, for all the systems in it that ask for them."""
+"""SIGINT and SIGTERM: of an event loop, for all the systems in it that ask for them; and of a script whose loop runs in another thread."""
 
 from __future__ import annotations
 
 import asyncio
 import signal
+import threading
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["Signals", "listen"]
+__all__ = ["Signals", "SigtermExit", "exit_on_sigterm", "listen"]
 
 Listener = Callable[[signal.Signals], bool]
 """Takes a signal; answers whether it could do anything about it."""
@@ -88,3 +89,37 @@ _signals: dict[asyncio.AbstractEventLoop, Signals] = {}
 def listen(loop: asyncio.AbstractEventLoop, listener: Listener) -> Callable[[], None]:
     """Tell `listener` of SIGINT and SIGTERM as long as `loop` runs, until the returned function is called. In the main thread only."""
     return _signals.setdefault(loop, Signals(loop)).listen(listener)
+
+
+class SigtermExit:
+    """SIGTERM ends the program as Ctrl-C does, through its blocks, with exit code 143.
+
+    One that comes before it is armed waits until then: in between there is a thread that runs, and no block yet that could end it in order.
+    """
+
+    def __init__(self) -> None:
+        self._armed = self._came = False
+
+    def __call__(self, number: int, frame: object) -> None:
+        if self._armed:
+            raise SystemExit(128 + number)
+        self._came = True
+
+    def arm(self) -> None:
+        self._armed = True
+        if self._came:
+            raise SystemExit(128 + signal.SIGTERM)
+
+    def leave(self) -> None:
+        """Let SIGTERM kill again, unless somebody else has taken the signal since or this is no longer the main thread."""
+        if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) is self:
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def exit_on_sigterm() -> SigtermExit | None:
+    """Take SIGTERM, unless the program has an answer of its own."""
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
+        return None
+    handler = SigtermExit()
+    signal.signal(signal.SIGTERM, handler)
+    return handler

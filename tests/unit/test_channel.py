@@ -278,7 +278,7 @@ async def test_a_concurrent_feed_begins_nothing_between_two_lives_and_an_old_tas
         return handle
 
     tasks: list[asyncio.Task[None]] = []
-    spawn_old, spawn_new = (lambda work: tasks.append(asyncio.create_task(work)) for _ in range(2))
+    spawn_old, spawn_new = (lambda work, name: tasks.append(asyncio.create_task(work, name=name)) for _ in range(2))
     feed.handler, feed.spawn = life("old"), spawn_old
     entry.add_subscription(feed)
     out(number(1))
@@ -291,7 +291,7 @@ async def test_a_concurrent_feed_begins_nothing_between_two_lives_and_an_old_tas
     await asyncio.sleep(5.0)
     assert story == [("old", 1), ("new", 2), ("new", 3)]
     assert feed.active == 0
-    assert len(tasks) == 2
+    assert [task.get_name() for task in tasks] == ["Node.take", "Node.take"]
     feed.spawn = None
     out(number(4))
     assert (feed.received, values(feed.messages)) == (4, [4])
