@@ -9,12 +9,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors import qos
-from actors.actions import Outcome
-from actors.blueprint import background, every, publishes, subscribes
-from actors.channel import Publisher
-from actors.checker import check_node, check_tree
-from actors.clock import Clock
-from actors.contracts import Aborted, Action, Done, Service, Steps, Topic, parallel, queue
+from actors.actions.client import Goal
+from actors.actions.goals import GoalStatus
+from actors.actions.server import Outcome
+from actors.check.checker import check_node, check_tree
+from actors.contracts.contracts import Aborted, Action, Done, Service, Steps, Topic, parallel, queue
 from actors.errors import (
     ActionUnavailable,
     ActorError,
@@ -35,18 +34,15 @@ from actors.errors import (
     WrongThread,
     WrongType,
 )
-from actors.goal_client import Goal
-from actors.goals import GoalStatus
-from actors.lifecycle import HookResult, LifecycleState, TransitionRefused
-from actors.lifecycle_node import LifecycleNode, bring_down, bring_up
-from actors.node import ErrorVerdict, Node
+from actors.lifecycle.machine import HookResult, LifecycleState, TransitionRefused
+from actors.lifecycle.node import LifecycleNode, bring_down, bring_up
+from actors.node.declarations import background, every, publishes, subscribes
+from actors.node.node import ErrorVerdict, Node
 from actors.parameters import Parameter, SetResult, parameter
 from actors.qos import QoS
-from actors.running import execute, open_node, run
-from actors.stream import Stream
-from actors.supervision.errors import StartFailed, SupervisorGaveUp
-from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
-from actors.supervisor import (
+from actors.running.run import execute, open_node, run
+from actors.runtime.timers import Tick, TickMissed
+from actors.supervision.declarations import (
     Backoff,
     Child,
     DynamicSupervisor,
@@ -59,8 +55,12 @@ from actors.supervisor import (
     temporary,
     transient,
 )
+from actors.supervision.errors import StartFailed, SupervisorGaveUp
+from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
 from actors.system import System
-from actors.timers import Tick, TickMissed
+from actors.time.clock import Clock
+from actors.topics.channel import Publisher
+from actors.topics.stream import Stream
 
 __all__ = [
     "Aborted",

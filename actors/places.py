@@ -37,7 +37,7 @@ USER, PACKAGE, PYTHON, ACTORS = range(4)
 
 _OURS: Final = os.path.join(os.path.dirname(os.path.abspath(__file__)), "")
 _PYTHON: Final = os.path.join(os.path.dirname(os.path.abspath(os.__file__)), "")
-_CARRIER: Final = os.path.join(_OURS, "control.py")
+_CARRIER: Final = os.path.join(_OURS, "inbox", "control.py")
 """Raises the errors of others: one that arose there was never raised by anybody else."""
 _INSTALLED: Final = ("site-packages", "dist-packages")
 _MACHINERY: Final = frozenset(("anyio", "sniffio"))

@@ -17,38 +17,38 @@ from random import Random
 from threading import Lock, get_ident
 from typing import TYPE_CHECKING, Any
 
-from actors import derived
-from actors.clock import Clock
-from actors.core import Core
-from actors.deadlines import Deadlines
 from actors.errors import DeclarationError, NotRunning, NotStarted, ProgramExit, WrongThread
-from actors.graph import Graph
-from actors.guests import Guests
-from actors.identity import Identity
-from actors.life import NodeLife
+from actors.graph.graph import Graph
 from actors.logs import DEBUG, INFO, LogRecord, LogSink, NodeLog, structlog_sink
-from actors.mailbox import Mailbox
+from actors.names.identity import Identity
 from actors.places import place_of
-from actors.preload import preload
+from actors.runtime import standard as derived
+from actors.runtime.core import Core
+from actors.runtime.life import NodeLife
+from actors.runtime.mailbox import Mailbox
+from actors.runtime.preload import preload
+from actors.runtime.stall import StallWatch
+from actors.runtime.start_watch import StartWatch
+from actors.runtime.unsupervised import Guests
 from actors.shield import see_through
-from actors.stall import StallWatch
-from actors.start_watch import StartWatch
 from actors.supervision.errors import NotFound
 from actors.supervision.reasons import cause_of
 from actors.supervision.running import RunningSupervisor
 from actors.supervision.words import in_words
-from actors.ticker import Ticker
+from actors.time.clock import Clock
+from actors.time.deadlines import Deadlines
+from actors.time.ticker import Ticker
 
 if TYPE_CHECKING:
     from anyio import CapacityLimiter
 
-    from actors.levels import NanosecondClock
-    from actors.load import Load
+    from actors.graph.snapshot import Snapshot
+    from actors.inbox.load import Load
+    from actors.logs.levels import NanosecondClock
     from actors.parameters import ParameterChange
-    from actors.snapshot import Snapshot
+    from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
     from actors.supervision.incarnation import Incarnation
     from actors.supervision.report import Report
-    from actors.supervisor import Child, DynamicSupervisor, Supervisor
 
 __all__ = ["NodeState", "System", "system_here"]
 
@@ -484,8 +484,8 @@ class System:
         return error, times
 
     def snapshot(self) -> Snapshot:
-        """The graph at this instant, as a value: see `actors.snapshot`."""
-        from actors.snapshot import take
+        """The graph at this instant, as a value: see `actors.graph.snapshot`."""
+        from actors.graph.snapshot import take
 
         return take(self)
 
@@ -570,7 +570,7 @@ class System:
     def _identity(self, child: Child, path: tuple[str, ...]) -> Identity:
         remapping = None
         if child.remap:
-            from actors.remap import Remapping, Rule
+            from actors.names.remapping import Remapping, Rule
 
             remapping = Remapping([Rule.parse(f"{old}:={new}") for old, new in child.remap.items()])
         identity = Identity(child.name, child.namespace or "", path, child.parameters, remapping)

@@ -14,7 +14,7 @@ from robot.world.worlds import get_world
 
 if TYPE_CHECKING:
     from actors import Supervisor
-    from actors.params_file import ParameterOverrides
+    from actors.parameters.files import ParameterOverrides
 
 __all__ = ["BodyKind", "Mission", "Robot", "make_body"]
 

@@ -41,7 +41,7 @@ from robot.world.motors import Motors
 from robot.world.scene import Pose2
 
 if TYPE_CHECKING:
-    from actors.params_file import ParameterOverrides
+    from actors.parameters.files import ParameterOverrides
     from robot.tasks.carrier import Delivery
 
 __all__ = ["UnknownNode", "only", "robot_tree"]
@@ -89,7 +89,7 @@ def robot_tree(
     grid = Grid.from_scene(body.scene)
     clock: list[Child] = []
     if publish_clock is not None:
-        from actors.clock_publisher import ClockPublisher
+        from actors.nodes.clock_publisher import ClockPublisher
 
         clock = [Child(ClockPublisher, args=(publish_clock,))]
     mission: list[Child] = []

@@ -41,9 +41,9 @@ GROUPS: Mapping[str, Sequence[str]] = {
     ),
     "Instants and durations": ("actors.time:Time", "actors.time:Duration", "actors.time:ClockType"),
     "Testing": (
-        "actors.testing:Rig", "actors.testing:Probe", "actors.testing:scenario", "check_tree", "check_node", "actors.checker:Finding",
+        "actors.testing:Rig", "actors.testing:Probe", "actors.testing:scenario", "check_tree", "check_node", "actors.check.checker:Finding",
     ),
-    "Snapshots and logs": ("actors.snapshot:Snapshot", "actors.logs:console_sink", "actors.logs:json_sink", "actors.retry:retry"),
+    "Snapshots and logs": ("actors.graph.snapshot:Snapshot", "actors.logs:console_sink", "actors.logs:json_sink", "actors.node.retry:retry"),
     "Errors": (
         "ActorError", "DeclarationError", "NotStarted", "WrongType", "WrongThread", "ServiceUnavailable", "CallTimeout", "NotRunning",
         "NodeRestarting", "CallCycle", "ServiceFailed", "ActionUnavailable", "Reject", "GoalRejected", "GoalFailed", "GoalCanceled",
@@ -328,7 +328,9 @@ def documented_constant(name: str) -> tuple[str, str]:
 
 def constants(module: ModuleType) -> list[str]:
     """The constants of a module, one line each."""
-    texts = {name: text for _, name, text in strings_after(ast.parse(inspect.getsource(module)).body)}
+    inside = [one for full, one in sorted(sys.modules.items()) if f"{full}.".startswith(f"{module.__name__}.")]
+    trees = [ast.parse(inspect.getsource(one)).body for one in inside]
+    texts = {name: text for tree in trees for _, name, text in strings_after(tree)}
     lines: list[str] = []
     for name in module.__all__:
         value = getattr(module, name)

@@ -5,9 +5,6 @@ from __future__ import annotations
 import pytest
 
 # pytester forgets what its suites import first: half of a package would stay, and numpy can be loaded only once
-import actors.testing.loop
-import actors.testing.rig
-import actors.testing.simulation.decorator  # noqa: F401  # the same
 
 __all__ = ["run_pytest"]
 

@@ -23,23 +23,23 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 from actors.bag.events import SUPERVISOR_EVENTS, event_message
 from actors.bag.mcap_file import McapFile
 from actors.bag.weight import weight_of
-from actors.derived import ROSOUT
 from actors.errors import NotStarted
 from actors.interfaces.cdr import encode
 from actors.interfaces.errors import CdrError
 from actors.logs import log_message
 from actors.qos import DEFAULT
 from actors.qos import ROSOUT as ROSOUT_QOS
+from actors.runtime.standard import ROSOUT
 
 if TYPE_CHECKING:
     from typing import Self
 
-    from actors.channel import Publisher
     from actors.interfaces.message import Message
     from actors.logs import LogRecord
     from actors.qos import QoS
     from actors.supervision.report import Report
     from actors.system import System
+    from actors.topics.channel import Publisher
 
 __all__ = ["Channel", "Entry", "FlightRecord", "FlightRecorder", "Source"]
 

@@ -14,11 +14,11 @@ from actors.interfaces.errors import CdrError
 if TYPE_CHECKING:
     from typing import Self
 
-    from actors.channel import Publisher
     from actors.interfaces.message import Message
     from actors.logs import LogRecord
     from actors.supervision.report import Report
     from actors.system import System
+    from actors.topics.channel import Publisher
 
 __all__ = ["Trace"]
 

@@ -27,9 +27,8 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
-from actors.contracts import Declaration
+from actors.contracts.declaration import Declaration, positional
 from actors.errors import DeclarationError, described
-from actors.members import positional
 from actors.parameters.values import Parameter, ParameterType, SetResult
 
 if TYPE_CHECKING:

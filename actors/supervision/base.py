@@ -10,6 +10,7 @@ from collections.abc import Callable
 from itertools import count
 from typing import Any, Literal, TypeAlias, TypeVarTuple
 
+from actors.supervision.declarations import Child, DynamicSupervisor, Spec, Supervisor
 from actors.supervision.entry import Entry
 from actors.supervision.incarnation import GRACE, Incarnation, LeakedChild
 from actors.supervision.lane import Lane
@@ -19,7 +20,6 @@ from actors.supervision.refs import ChildRef, Down
 from actors.supervision.report import Context, Report
 from actors.supervision.seam import Life, Runtime
 from actors.supervision.window import Window
-from actors.supervisor import Child, DynamicSupervisor, Spec, Supervisor
 
 __all__ = ["Base"]
 

@@ -6,10 +6,10 @@ import asyncio
 from collections.abc import Mapping
 from typing import Literal, TypeAlias
 
+from actors.supervision.declarations import Spec
 from actors.supervision.incarnation import Incarnation
 from actors.supervision.policy import Backoff
 from actors.supervision.refs import ChildInfo, ChildRef, ChildState
-from actors.supervisor import Spec
 
 __all__ = ["Entry", "Intent"]
 

@@ -8,8 +8,8 @@ from typing import Final, Literal, TypeAlias
 
 import msgspec
 
+from actors.checks import is_number, is_whole
 from actors.errors import DeclarationError
-from actors.supervision.checks import is_number, is_whole
 
 __all__ = [
     "AutoShutdown",

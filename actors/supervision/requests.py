@@ -9,6 +9,7 @@ from typing import Concatenate, ParamSpec, TypeAlias, TypeVar
 
 from actors.errors import DeclarationError, WrongThread
 from actors.supervision.core import Core
+from actors.supervision.declarations import Child, DynamicSupervisor, Spec, Supervisor
 from actors.supervision.entry import Entry
 from actors.supervision.errors import (
     AlreadyPresent,
@@ -21,7 +22,6 @@ from actors.supervision.errors import (
 )
 from actors.supervision.incarnation import Incarnation
 from actors.supervision.refs import ChildRef
-from actors.supervisor import Child, DynamicSupervisor, Spec, Supervisor
 
 __all__ = ["Path", "Requests"]
 

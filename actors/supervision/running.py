@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
 
+from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
 from actors.supervision.errors import NotFound
 from actors.supervision.incarnation import Incarnation, LeakedChild
 from actors.supervision.reasons import Gone
@@ -12,7 +13,6 @@ from actors.supervision.refs import ChildInfo, ChildRef, Counts, Down
 from actors.supervision.requests import Path, Requests
 from actors.supervision.seam import Life
 from actors.supervision.watching import complete_on_end, share_fate
-from actors.supervisor import DynamicSupervisor, Spec, Supervisor
 
 __all__ = ["LeakedChild", "RunningSupervisor"]
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from random import Random
 from typing import Protocol
 
+from actors.supervision.declarations import Child
 from actors.supervision.report import Report
-from actors.supervisor import Child
 
 __all__ = ["Life", "Runtime"]
 

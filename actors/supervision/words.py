@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from actors.levels import Level
+from actors.logs.levels import Level
 from actors.supervision.reasons import Returned, Stopped
 from actors.supervision.report import Report
 

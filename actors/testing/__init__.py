@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from actors.testing.loop import Deadlock, Livelock, Stalled, VirtualLoop
     from actors.testing.rig import ExpectedFailure, Leak, Probe, Rig, UnexpectedFailure
     from actors.testing.simulation.decorator import scenario
+    from actors.time.virtual_loop import Deadlock, Livelock, Stalled, VirtualLoop
 
 __all__ = [
     "Deadlock",
@@ -25,7 +25,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in ("Deadlock", "Livelock", "Stalled", "VirtualLoop"):
-        from actors.testing import loop
+        from actors.time import virtual_loop as loop
 
         return getattr(loop, name)
     if name in ("ExpectedFailure", "Leak", "Probe", "Rig", "UnexpectedFailure"):

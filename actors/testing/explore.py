@@ -20,13 +20,13 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from actors.errors import NotStarted, described
+from actors.running.target import Maker, Unusable, find, grown
 from actors.testing.faults import KINDS
 from actors.testing.rig import Rig
 from actors.testing.simulation.invariants import PATIENCE
 from actors.testing.simulation.isolated import ENDLESS, Elsewhere, Isolated, in_a_copy
 from actors.testing.simulation.known import names_nothing, not_come
 from actors.testing.simulation.search import Finding, search
-from actors.testing.simulation.target import Maker, Unusable, find, grown
 from actors.testing.simulation.trial import Scenario, Trial
 
 __all__ = ["LIMIT", "body_of", "main"]

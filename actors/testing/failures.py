@@ -15,7 +15,7 @@ from actors.supervision.errors import SupervisorGaveUp
 from actors.supervision.reasons import cause_of, is_abnormal
 
 if TYPE_CHECKING:
-    from actors.identity import Identity
+    from actors.names.identity import Identity
     from actors.supervision.report import Report
     from actors.system import System
 

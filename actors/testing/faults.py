@@ -15,9 +15,9 @@ from random import Random
 from types import MappingProxyType
 from typing import Any, Final, Literal, Protocol, TypeAlias, cast, get_args
 
-from actors.contracts import Topic
-from actors.node import Node
-from actors.supervision.checks import default_name
+from actors.checks import default_name
+from actors.contracts.contracts import Topic
+from actors.node.node import Node
 
 __all__ = [
     "ALL", "KINDS", "ClockJump", "Crash", "Delay", "Duplicate", "Fault", "Freeze", "Kind", "Lose", "NotANumber", "Possible", "Profile", "Reorder",

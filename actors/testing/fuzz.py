@@ -6,8 +6,8 @@ from __future__ import annotations
 import random
 from heapq import heappop, heappush
 
-from actors.testing.loop import Entry, VirtualLoop
 from actors.testing.orders import order_of
+from actors.time.virtual_loop import Entry, VirtualLoop
 
 __all__ = ["FuzzLoop"]
 

@@ -14,7 +14,7 @@ from random import Random
 from typing import Any, Protocol
 from weakref import WeakKeyDictionary
 
-from actors.testing.handles import owner
+from actors.time.handles import owner
 
 __all__ = ["ByPriority", "Order", "Shuffled", "order_of"]
 

@@ -67,7 +67,7 @@ def pytest_asyncio_loop_factories(
     """Virtual time where it is asked for; elsewhere whatever other plugins say, else what would happen without this plugin."""
     others = yield
     if item.get_closest_marker("virtual") is not None or "rig" in getattr(item, "fixturenames", ()):
-        from actors.testing.loop import VirtualLoop
+        from actors.time.virtual_loop import VirtualLoop
 
         return {"virtual": VirtualLoop}
     return others if others is not None else {"asyncio": asyncio.new_event_loop}

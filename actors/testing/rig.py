@@ -22,29 +22,29 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast, overload
 
-from actors.channel import Queue
-from actors.control import Failure
 from actors.errors import NotStarted
+from actors.inbox.control import Failure
 from actors.logs import LogRecord
-from actors.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
+from actors.node.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.qos import of
-from actors.supervisor import Child
+from actors.running.trees import tree_of
+from actors.supervision.declarations import Child
 from actors.system import NodeState, System
 from actors.testing.failures import ExpectedFailure, FailureWatch, UnexpectedFailure
-from actors.testing.loop import VirtualLoop
-from actors.trees import tree_of
+from actors.time.virtual_loop import VirtualLoop
+from actors.topics.channel import Queue
 
 if TYPE_CHECKING:
-    from actors.checker import Finding
-    from actors.contracts import Action, Service, Topic
-    from actors.goal_client import Goal
+    from actors.actions.client import Goal
+    from actors.check.checker import Finding
+    from actors.contracts.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
-    from actors.life import NodeLife
     from actors.qos import QoS
-    from actors.running import Observer
+    from actors.running.run import Observer
+    from actors.running.trees import Runnable
+    from actors.runtime.life import NodeLife
+    from actors.supervision.declarations import Spec
     from actors.supervision.report import Report
-    from actors.supervisor import Spec
-    from actors.trees import Runnable
 
 __all__ = ["ExpectedFailure", "Leak", "Probe", "Rig", "UnexpectedFailure"]
 
@@ -166,7 +166,7 @@ class Rig:
         """What `check_tree` says of how the nodes of this test are connected; what the test itself publishes counts, too."""
         if self._tree is None or self._system is None:
             return ()
-        from actors.checker import check_tree
+        from actors.check.checker import check_tree
 
         published = [entry.name for entry in self._system.graph.topics.values() if entry.opened is not None]
         return check_tree(self._tree, external=published, each_node=False)

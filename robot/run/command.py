@@ -13,7 +13,7 @@ from robot.run.options import Crash, Options, UsageError, parse
 
 if TYPE_CHECKING:
     from actors import Supervisor
-    from actors.params_file import ParameterOverrides
+    from actors.parameters.files import ParameterOverrides
     from actors.system import System
     from robot import Robot
     from robot.run.flight import Flight
@@ -86,7 +86,7 @@ class Session:
         path = self.options.params
         if path is None:
             return None
-        from actors.params_file import InvalidParams, ParameterOverrides
+        from actors.parameters.files import InvalidParams, ParameterOverrides
 
         try:
             return ParameterOverrides().with_file(path)
@@ -97,8 +97,8 @@ class Session:
 
     async def _main(self) -> int:
         from actors import Child, run
-        from actors.levels import Level
         from actors.logs import console_sink, json_sink
+        from actors.logs.levels import Level
         from robot.run.flight import Flight
         from robot.run.judge import Judge, Score
         from robot.run.mission import failure
@@ -243,7 +243,7 @@ def check_parameters(tree: Supervisor, overrides: ParameterOverrides | None) -> 
         if isinstance(child, Child) and isinstance(child.factory, type) and issubclass(child.factory, Node)
     }
     tables = {name: child.factory.blueprint.table for name, child in nodes.items()}  # type: ignore[attr-defined]
-    from actors.params_file import ParameterOverrides
+    from actors.parameters.files import ParameterOverrides
 
     for pattern, values in overrides.entries if overrides is not None else ():
         reached = [name for name in nodes if not values or ParameterOverrides({pattern: values}).for_node(name)]
@@ -273,7 +273,7 @@ def check_crashes(tree: Supervisor, crashes: Sequence[Crash]) -> None:
 
 def _crash(system: System, name: str) -> None:
     """Make a node fail as if one of its handlers had raised."""
-    from actors.control import Failure
+    from actors.inbox.control import Failure
 
     for state in system.nodes.values():
         if name in (state.identity.name, state.identity.fqn) and state.core is not None:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from actors import Service
 from actors.interfaces.rcl_interfaces import srv
 from actors.parameters import Parameter
+from actors.parameters.files import ParameterOverrides
 from actors.parameters.messages import from_result, from_value, to_parameter
-from actors.params_file import ParameterOverrides
 
 if TYPE_CHECKING:
     from actors import Node

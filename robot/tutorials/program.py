@@ -24,10 +24,10 @@ from actors import (
     run,
     transient,
 )
-from actors.levels import Level
 from actors.logs import LogRecord, console_sink
+from actors.logs.levels import Level
+from actors.supervision.declarations import Spec, all_significant, never
 from actors.supervision.reasons import ExitReason, Stopped
-from actors.supervisor import Spec, all_significant, never
 from robot.run.options import LEVELS, Parser, UsageError, seconds
 
 __all__ = ["Errand", "ErrandFailed", "main", "system", "was_interrupted"]

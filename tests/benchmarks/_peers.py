@@ -1,7 +1,7 @@
 """What the benchmarks of communication share: the clock they measure with, and how each contestant is brought to life.
 
 Rates are per second of the processor, all threads of this process together: what other programs do meanwhile does not count. All
-event loops are those of `actors.loops.new_event_loop`, so that contestants differ in what they do on it only.
+event loops are those of `actors.time.real_loop.new_event_loop`, so that contestants differ in what they do on it only.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from contextlib import asynccontextmanager, contextmanager
 from typing import Any, TypeVar
 
 from actors import Node, run
-from actors.loops import new_event_loop
-from actors.supervisor import Spec
+from actors.supervision.declarations import Spec
 from actors.system import System
+from actors.time.real_loop import new_event_loop
 
 __all__ = ["Span", "actor_class", "living", "node_of", "on_loop", "pykka_actors", "xoscar_pool"]
 

@@ -7,8 +7,8 @@ import importlib
 import time
 from collections.abc import Callable
 
-from actors.loops import new_event_loop
-from actors.ticker import Ticker
+from actors.time.real_loop import new_event_loop
+from actors.time.ticker import Ticker
 from tests.benchmarks import Contestant, Row, contest
 
 HZ = 500

@@ -14,8 +14,8 @@ from typing import Any
 
 from actors import Child, Node, Supervisor, background, every
 from actors import run as run_tree
-from actors.testing.loop import VirtualLoop
-from actors.ticker import Ticker
+from actors.time.ticker import Ticker
+from actors.time.virtual_loop import VirtualLoop
 from tests.benchmarks import Contestant, Row, contest
 
 RATES = (10, 50, 100, 200, 400, 500)

@@ -43,7 +43,7 @@ THOUSAND: Final = (
 
 SUBJECTS: Final = {
     "channel": Subject(
-        ("actors/channel.py", "actors/feeds.py", "actors/stream.py"),
+        ("actors/topics/channel.py", "actors/topics/handler.py", "actors/topics/stream.py"),
         (
             "tests/unit/test_channel.py",
             "tests/unit/test_timed.py",
@@ -60,7 +60,7 @@ SUBJECTS: Final = {
         ),
     ),
     "services": Subject(
-        ("actors/services.py",),
+        ("actors/services/services.py",),
         (
             "tests/scenarios/test_services.py",
             "tests/scenarios/test_derived.py",
@@ -80,7 +80,7 @@ SUBJECTS: Final = {
         ),
     ),
     "actions": Subject(
-        ("actors/actions.py", "actors/goal_client.py"),
+        ("actors/actions/server.py", "actors/actions/client.py"),
         (
             "tests/scenarios/test_actions.py",
             "tests/scenarios/test_crossings.py",

@@ -30,12 +30,12 @@ from actors import (
     parallel,
     queue,
 )
-from actors.contracts import Arrivals
+from actors.contracts.contracts import Arrivals
 from actors.interfaces.derived import get_result_service
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.testing import Rig
-from actors.testing.loop import VirtualLoop
+from actors.time.virtual_loop import VirtualLoop
 from tests.stage import COUNT, order, result, step
 
 T = TypeVar("T")

@@ -32,11 +32,11 @@ from actors import (
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
-from actors.retry import retry
+from actors.node.retry import retry
 from actors.system import System, system_here
 from actors.testing import Rig
 from actors.testing.fuzz import FuzzLoop
-from actors.testing.loop import VirtualLoop
+from actors.time.virtual_loop import VirtualLoop
 from tests.properties.trials import check_trials, in_loop
 from tests.stage import number, order, result, step, total, two
 

@@ -16,7 +16,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from actors import CallTimeout, NotStarted, Publisher, Stream, open_node
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos import QoS, QoSWarning
-from actors.testing.loop import VirtualLoop
+from actors.time.virtual_loop import VirtualLoop
 from tests.stage import NUMBERS, number
 
 T = TypeVar("T")

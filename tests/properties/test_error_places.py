@@ -37,7 +37,7 @@ from actors.parameters import Parameter, SetResult
 from actors.parameters.messages import to_parameter
 from actors.system import System, system_here
 from actors.testing.fuzz import FuzzLoop
-from actors.testing.loop import VirtualLoop
+from actors.time.virtual_loop import VirtualLoop
 from tests.properties.trials import check_trials, in_loop
 from tests.stage import number, order, result, step, total, two
 

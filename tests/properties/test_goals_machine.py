@@ -7,7 +7,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, consumes, initialize, invariant, rule
 
-from actors.goals import (
+from actors.actions.goals import (
     NO_GOAL_ID,
     CancelCode,
     DuplicateGoal,

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors import names
-from actors.names import InvalidName
+from actors.names import names
+from actors.names.names import InvalidName
 
 words = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,6}", fullmatch=True)
 namespaces = st.lists(words, max_size=3).map(lambda parts: "/" + "/".join(parts))

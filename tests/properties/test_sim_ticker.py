@@ -5,8 +5,8 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.ros_clock import RosClock
-from actors.sim_ticker import SimTick, SimTicker
+from actors.time.ros_clock import RosClock
+from actors.time.sim_ticker import SimTick, SimTicker
 
 NS = 1_000_000_000
 RATES = st.sampled_from([0.5, 1.0, 3.0, 10.0, 200.0])

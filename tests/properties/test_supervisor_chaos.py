@@ -10,14 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from actors.supervision.errors import (
-    StartFailed,
-    SupervisionError,
-    SupervisorGaveUp,
-)
-from actors.supervision.reasons import Stop
-from actors.supervision.running import RunningSupervisor
-from actors.supervisor import (
+from actors.supervision.declarations import (
     Backoff,
     Child,
     Intensity,
@@ -30,6 +23,13 @@ from actors.supervisor import (
     temporary,
     transient,
 )
+from actors.supervision.errors import (
+    StartFailed,
+    SupervisionError,
+    SupervisorGaveUp,
+)
+from actors.supervision.reasons import Stop
+from actors.supervision.running import RunningSupervisor
 from tests.unit.supervisor_kit import Script, World, child, launch, node, run_virtual, settle
 
 NAMES = ["a", "b", "c", "d", "e"]

@@ -9,17 +9,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from actors.supervision.errors import (
-    AlreadyPresent,
-    AlreadyStarted,
-    NotFound,
-    Running,
-    StartFailed,
-    SupervisorDown,
-    SupervisorGaveUp,
-)
-from actors.supervision.reasons import Stop
-from actors.supervisor import (
+from actors.supervision.declarations import (
     Child,
     Intensity,
     Restart,
@@ -32,7 +22,17 @@ from actors.supervisor import (
     temporary,
     transient,
 )
-from actors.testing.loop import VirtualLoop
+from actors.supervision.errors import (
+    AlreadyPresent,
+    AlreadyStarted,
+    NotFound,
+    Running,
+    StartFailed,
+    SupervisorDown,
+    SupervisorGaveUp,
+)
+from actors.supervision.reasons import Stop
+from actors.time.virtual_loop import VirtualLoop
 from tests.unit.supervisor_kit import Script, ScriptedLife, World, child, launch, node, settle
 
 NAMES = ["a", "b", "c", "d", "e"]

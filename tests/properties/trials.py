@@ -12,7 +12,7 @@ import traceback
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-from actors.testing.loop import VirtualLoop
+from actors.time.virtual_loop import VirtualLoop
 
 __all__ = ["check_trials", "in_loop"]
 

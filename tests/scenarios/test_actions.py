@@ -38,8 +38,8 @@ from actors import (
     temporary,
     transient,
 )
-from actors.contracts import Arrivals
-from actors.goal_client import Goal
+from actors.actions.client import Goal
+from actors.contracts.contracts import Arrivals
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.tf2_msgs.action import LookupTransform

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from actors import Action, Done, Node, Reject, Service, ServiceUnavailable, Steps, Topic, every, parameter, qos
-from actors.goals import CancelCode, GoalStatus
+from actors.actions.goals import CancelCode, GoalStatus
 from actors.interfaces import derived
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
 from actors.interfaces.action_msgs.srv import CancelGoal

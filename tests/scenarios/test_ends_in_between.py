@@ -15,7 +15,7 @@ from actors import Action, Child, Done, Node, NotRunning, Steps, Supervisor, bac
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
-from actors.running import Run
+from actors.running.run import Run
 from actors.supervision.reasons import ExitReason
 from tests.stage import NUMBERS, number
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from actors import Child, Node, Service, Supervisor, Topic, every, open_node, publishes, qos
-from actors.checker import check_node, check_tree
+from actors.check.checker import check_node, check_tree
 from actors.interfaces.std_msgs.msg import Float32, String
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from actors.testing import Rig

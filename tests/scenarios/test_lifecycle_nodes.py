@@ -23,8 +23,8 @@ from actors import (
 from actors.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from actors.interfaces.lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
 from actors.interfaces.std_msgs.msg import String
-from actors.lifecycle import STATES, TRANSITIONS, HookResult, LifecycleState, TransitionRefused
-from actors.lifecycle_node import LifecycleNode, bring_down, bring_up
+from actors.lifecycle.machine import STATES, TRANSITIONS, HookResult, LifecycleState, TransitionRefused
+from actors.lifecycle.node import LifecycleNode, bring_down, bring_up
 from actors.testing import Rig
 
 OUT = Topic(String, "out")

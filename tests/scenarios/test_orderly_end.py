@@ -39,7 +39,7 @@ from actors.interfaces.std_msgs.msg import Int32
 from actors.supervision.reasons import ExitReason, Leaked
 from actors.system import system_here
 from actors.testing import Rig
-from actors.testing.loop import VirtualLoop
+from actors.time.virtual_loop import VirtualLoop
 from tests.stage import ADD, COUNT, NUMBERS, events, number, order, two
 
 ROOT = Path(__file__).parents[2]

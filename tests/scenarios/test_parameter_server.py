@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from actors import Child, Node, ServiceUnavailable, Supervisor, Topic, every, qos
-from actors import parameter_server as module
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
-from actors.parameter_server import ParameterServer, get_global, set_global
+from actors.nodes import parameter_server as module
+from actors.nodes.parameter_server import ParameterServer, get_global, set_global
 from actors.parameters import ParameterNotDeclared, SetResult
 from actors.testing import Rig
 

@@ -22,7 +22,7 @@ from actors import (
 from actors.interfaces.rcl_interfaces.msg import Log
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos import QoS
-from actors.qos_events import (
+from actors.qos.events import (
     DeadlineMissed,
     IncompatibleQoS,
     IncompatibleType,
@@ -33,7 +33,7 @@ from actors.qos_events import (
     PublisherEvent,
     SubscriptionEvent,
 )
-from actors.qos_policies import Durability, History, Liveliness
+from actors.qos.policies import Durability, History, Liveliness
 from actors.testing import Probe, Rig
 from tests.stage import NUMBERS, events, number
 

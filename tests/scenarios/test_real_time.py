@@ -39,11 +39,11 @@ from actors import (
     qos,
     run,
 )
-from actors.clock_publisher import ClockPublisher
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.rcl_interfaces import srv
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 from actors.interfaces.std_msgs.msg import Int32
+from actors.nodes.clock_publisher import ClockPublisher
 from actors.parameters import Parameter
 from actors.parameters.messages import to_parameter
 from tests.stage import ADD, COUNT, NUMBERS, number, order, result, step, total, two, values

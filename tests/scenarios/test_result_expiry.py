@@ -8,7 +8,7 @@ import gc
 import pytest
 
 from actors import Action, Child, Done, Node, Steps, Topic
-from actors.actions import ActionServer
+from actors.actions.server import ActionServer
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.rosgraph_msgs.msg import Clock

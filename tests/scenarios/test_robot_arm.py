@@ -21,7 +21,7 @@ from actors import (
     publishes,
 )
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
-from actors.retry import retry
+from actors.node.retry import retry
 from actors.testing import Rig
 from robot.arm.kinematics import MOUNT, STOWED, Tip, forward, inverse
 from robot.arm.node import ArmDriver

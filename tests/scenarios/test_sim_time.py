@@ -26,16 +26,16 @@ from actors import (
     every,
     open_node,
 )
-from actors.clock_publisher import ClockPublisher
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.rcl_interfaces import srv
 from actors.interfaces.rosgraph_msgs.msg import Clock
-from actors.ros_clock import ClockChange, JumpThreshold, TimeJump
-from actors.sim_time import CLOCK, SimClock
+from actors.nodes.clock_publisher import ClockPublisher
+from actors.runtime.sim_time import CLOCK, SimClock
 from actors.supervision.reasons import ExitReason
 from actors.testing import Rig
 from actors.time import Duration
+from actors.time.ros_clock import ClockChange, JumpThreshold, TimeJump
 from tests.stage import ADD, COUNT, WORDS, events, order, result, two, word
 
 ROOT = Path(__file__).parents[2]

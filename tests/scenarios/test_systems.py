@@ -34,7 +34,7 @@ from actors import (
 )
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
-from actors.running import Run
+from actors.running.run import Run
 from actors.supervision.reasons import ExitReason
 from actors.system import system_here
 from tests.stage import NUMBERS, number

@@ -20,10 +20,10 @@ from actors import (
     every,
     parameter,
 )
-from actors.blueprint import Late
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rosgraph_msgs.msg import Clock
-from actors.sim_time import CLOCK
+from actors.node.declarations import Late
+from actors.runtime.sim_time import CLOCK
 from actors.testing import Rig
 
 

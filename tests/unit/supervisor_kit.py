@@ -9,11 +9,11 @@ from contextlib import asynccontextmanager
 from random import Random
 from typing import Any, ParamSpec
 
+from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
 from actors.supervision.reasons import Failed, Stop
 from actors.supervision.report import Report
 from actors.supervision.running import RunningSupervisor
-from actors.supervisor import Child, DynamicSupervisor, Supervisor
-from actors.testing.loop import VirtualLoop
+from actors.time.virtual_loop import VirtualLoop
 
 P = ParamSpec("P")
 

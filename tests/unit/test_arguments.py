@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from actors.arguments import InvalidRosArguments, RosArguments, UnknownRosArguments, parse
-from actors.levels import Level
-from actors.remap import Rule
+from actors.logs.levels import Level
+from actors.names.remapping import Rule
+from actors.running.arguments import InvalidRosArguments, RosArguments, UnknownRosArguments, parse
 
 
 def test_a_program_without_ros_arguments_keeps_all_of_its_own() -> None:

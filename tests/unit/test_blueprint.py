@@ -23,12 +23,12 @@ from actors import (
     qos,
     subscribes,
 )
-from actors.blueprint import Blueprint
-from actors.contracts import Declaration
+from actors.contracts.declaration import Declaration
 from actors.interfaces import Message
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32, String
+from actors.node.declarations import Blueprint
 from tests.stage import ADD, COUNT, NUMBERS, WORDS, result
 
 if TYPE_CHECKING:
@@ -295,7 +295,7 @@ def test_an_action_body_that_yields_or_ends_with_another_message_than_its_contra
             async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Result, Fibonacci.Result]:
                 yield Done(result())
 
-    with refused("but says it will end with actors.contracts.Done[") as caught:
+    with refused("but says it will end with actors.contracts.contracts.Done[") as caught:
 
         class Ended(Node):
             @COUNT.serve()  # type: ignore[arg-type]

@@ -8,15 +8,15 @@ from typing import Any
 import pytest
 
 from actors import NotStarted, WrongThread, WrongType, qos
-from actors.channel import Publisher, Queue
-from actors.feeds import ConcurrentFeed, Feed
-from actors.graph import Graph, TopicEntry
-from actors.inbox import Inbox
+from actors.graph.graph import Graph, TopicEntry
+from actors.inbox.inbox import Inbox
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.qos import QoS
-from actors.qos_events import Matched
-from actors.qos_policies import History
-from actors.stream import Stream, Subscription
+from actors.qos.events import Matched
+from actors.qos.policies import History
+from actors.topics.channel import Publisher, Queue
+from actors.topics.handler import ConcurrentFeed, Feed
+from actors.topics.stream import Stream, Subscription
 from tests.stage import number, values, word
 
 pytestmark = pytest.mark.virtual

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from actors.check import main
+from actors.check.__main__ import main
 from tests.unit.test_plugin import suite
 
 TREES = """

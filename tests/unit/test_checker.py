@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from actors import Action, Child, Done, DynamicSupervisor, Node, Steps, Supervisor, Topic, publishes, qos, subscribes
-from actors.checker import check_node, check_tree
+from actors.check.checker import check_node, check_tree
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import String
 

@@ -8,8 +8,8 @@ import time
 
 import pytest
 
-from actors.clock import Clock
 from actors.testing import VirtualLoop
+from actors.time.clock import Clock
 
 pytestmark = pytest.mark.virtual
 

@@ -9,7 +9,7 @@ from typing import Any
 import anyio
 import pytest
 
-from actors.cycles import waiting_for
+from actors.services.cycles import waiting_for
 
 pytestmark = pytest.mark.virtual
 

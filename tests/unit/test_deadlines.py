@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from actors.deadlines import Deadlines
+from actors.time.deadlines import Deadlines
 
 pytestmark = pytest.mark.virtual
 

@@ -10,14 +10,14 @@ from typing import Any
 import pytest
 
 from actors import NotStarted, qos
-from actors.channel import Publisher, Queue
-from actors.endpoint import Endpoint, Happenings, nanoseconds
 from actors.errors import CallTimeout
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos import QoS
-from actors.qos_events import DeadlineMissed, LivelinessChanged, Matched, MessageLost
-from actors.stream import Stream, Subscription
-from actors.timed import TimedPublisher, publisher_for
+from actors.qos.events import DeadlineMissed, LivelinessChanged, Matched, MessageLost
+from actors.topics.channel import Publisher, Queue
+from actors.topics.endpoint import Endpoint, Happenings, nanoseconds
+from actors.topics.stream import Stream, Subscription
+from actors.topics.timed_publisher import TimedPublisher, publisher_for
 from tests.stage import number
 from tests.unit.test_channel import ME, publisher, subscription, topic
 

@@ -25,7 +25,7 @@ from actors.interfaces.nav_msgs.msg import Path as Plan
 from actors.interfaces.sensor_msgs.msg import Image, Imu, JointState
 from actors.interfaces.std_msgs.msg import Header, Int32, String
 from actors.qos import QoS
-from actors.qos_policies import History
+from actors.qos.policies import History
 from actors.testing import Rig
 from tests.stage import NUMBERS, WORDS, number, word
 

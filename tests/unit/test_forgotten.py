@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 from actors import Topic, open_node
-from actors.endpoint import close_forgotten
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos import QoS
+from actors.topics.endpoint import close_forgotten
 
 TIMED = Topic(Int32, "timed", QoS(depth=5, deadline=0.2))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from actors.goals import (
+from actors.actions.goals import (
     DEFAULT_RESULT_TIMEOUT_NS,
     NO_GOAL_ID,
     CancelCode,

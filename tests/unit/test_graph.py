@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from actors import qos
-from actors.channel import Publisher
-from actors.graph import Graph
+from actors.graph.graph import Graph
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos import QoS
-from actors.stream import Subscription
+from actors.topics.channel import Publisher
+from actors.topics.stream import Subscription
 from tests.stage import number, values
 from tests.unit.test_channel import Someone
 

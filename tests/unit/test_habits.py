@@ -21,8 +21,8 @@ from actors import (
     run,
 )
 from actors.errors import described
-from actors.habits import Habits
 from actors.interfaces.std_msgs.msg import Int32
+from actors.node.habits import Habits
 from actors.testing import Rig
 
 OUT = Topic(Int32, "out")

@@ -9,7 +9,7 @@ from typing import Any
 import anyio
 import pytest
 
-from actors.inbox import HOLDING_SECONDS, TURN, Inbox
+from actors.inbox.inbox import HOLDING_SECONDS, TURN, Inbox
 from actors.places import awaited_in
 
 pytestmark = pytest.mark.virtual

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.levels import CallSites, Level, LevelTree
+from actors.logs.levels import CallSites, Level, LevelTree
 
 
 class StoppedClock:

@@ -9,7 +9,7 @@ import pytest
 from actors import Action, Child, Done, GoalRejected, Node, Reject, Steps, temporary
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from actors.life import NodeLife
+from actors.runtime.life import NodeLife
 from actors.testing import Rig
 from tests.stage import ADD, order, result, total, two
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from actors.lifecycle import (
+from actors.lifecycle.machine import (
     STATES,
     TRANSITIONS,
     HookResult,

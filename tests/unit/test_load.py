@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from actors.load import HandlerLoad, Load, Meter
+from actors.inbox.load import HandlerLoad, Load, Meter
 from tests.unit.test_inbox import Bench, finish
 
 pytestmark = pytest.mark.virtual

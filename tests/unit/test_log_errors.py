@@ -15,12 +15,12 @@ import structlog
 from actors import Child, Intensity, Node, Service, Supervisor, background, every, transient
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.logs import LogRecord, console_sink, json_sink, log_message, structlog_sink
+from actors.supervision.declarations import all_significant, any_significant, rest_for_one
 from actors.supervision.errors import SupervisorGaveUp
 from actors.supervision.reasons import Returned
 from actors.supervision.refs import ChildRef
 from actors.supervision.report import Report
 from actors.supervision.words import in_words
-from actors.supervisor import all_significant, any_significant, rest_for_one
 from actors.testing import Rig
 from tests.stage import ADD, events, total, two
 

@@ -11,7 +11,6 @@ import pytest
 import structlog
 
 from actors import Node, Supervisor, System
-from actors.clock import Clock
 from actors.logs import (
     DEBUG,
     ERROR,
@@ -25,6 +24,7 @@ from actors.logs import (
     structlog_sink,
 )
 from actors.testing import Rig, VirtualLoop
+from actors.time.clock import Clock
 
 
 def record(level: int = INFO, incarnation: int = 1, **fields: Any) -> LogRecord:

@@ -8,7 +8,7 @@ from rosbags.rosbag2.metadata import parse_qos
 from actors import qos
 from actors.bag.mcap_file import qos_profiles_text
 from actors.qos import QoS
-from actors.qos_policies import History, Liveliness
+from actors.qos.policies import History, Liveliness
 
 
 def test_the_text_has_the_words_of_rosbag2() -> None:

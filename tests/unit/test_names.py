@@ -6,8 +6,8 @@ import pickle
 
 import pytest
 
-from actors import names
-from actors.names import InvalidName
+from actors.names import names
+from actors.names.names import InvalidName
 
 
 def test_a_node_in_a_namespace_has_a_full_name_and_a_logger() -> None:

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from actors.testing.fuzz import FuzzLoop
-from actors.testing.loop import Livelock
 from actors.testing.orders import ByPriority, Shuffled, order_of
+from actors.time.virtual_loop import Livelock
 
 EVEN, ODD = range(0, 100, 2), range(1, 100, 2)
 

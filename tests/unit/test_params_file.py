@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.params_file import InvalidParams, ParameterOverrides, ParamValue, parse_set_value, parse_value
+from actors.parameters.files import InvalidParams, ParameterOverrides, ParamValue, parse_set_value, parse_value
 
 EMPTY = ParameterOverrides()
 
@@ -224,7 +224,7 @@ def test_a_rule_of_many_letters_is_refused_at_once() -> None:
 
 
 def test_yaml_is_loaded_only_when_parameters_are_read() -> None:
-    code = "import sys; import actors.params_file, actors.arguments; sys.exit('yaml' in sys.modules)"
+    code = "import sys; import actors.parameters.files, actors.running.arguments; sys.exit('yaml' in sys.modules)"
 
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 

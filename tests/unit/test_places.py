@@ -197,7 +197,7 @@ def test_the_line_of_a_thread_is_that_of_what_its_loop_runs_and_not_of_who_runs_
 
 @pytest.mark.virtual
 async def test_a_task_waits_at_the_users_line_also_within_actors() -> None:
-    from actors.clock import Clock
+    from actors.time.clock import Clock
 
     async def rest() -> None:
         await Clock(asyncio.get_running_loop(), virtual=False).sleep(5.0)

@@ -16,8 +16,8 @@ from typing import Any
 
 import pytest
 
-from actors import loops
-from actors.loops import new_event_loop
+from actors.time import real_loop as loops
+from actors.time.real_loop import new_event_loop
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="microsecond timers are made for Linux")
 

@@ -13,7 +13,7 @@ HEAVY = {
     "structlog",
     "anyio._backends._asyncio",
     "anyio.to_thread",
-    "actors.sim_time",
+    "actors.runtime.sim_time",
     "actors.interfaces.cdr",
 }
 

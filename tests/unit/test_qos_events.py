@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.qos_events import (
+from actors.qos.events import (
     DeadlineMissed,
     DeadlineWatch,
     IncompatibleQoS,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from actors.names import InvalidName
-from actors.remap import InvalidRule, Remapping, Rule
+from actors.names.names import InvalidName
+from actors.names.remapping import InvalidRule, Remapping, Rule
 
 
 def rules(*texts: str) -> list[Rule]:

@@ -13,8 +13,8 @@ from actors import Child
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.nav_msgs.msg import Path
 from actors.interfaces.sensor_msgs.msg import BatteryState
-from actors.levels import Level
 from actors.logs import LogRecord
+from actors.logs.levels import Level
 from actors.testing import Rig
 from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, PATH, POSE
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from actors import Child, Node, Supervisor, background, run
-from actors.signals import listen
+from actors.running.signals import listen
 
 NUMBERS = [(signal.SIGINT, KeyboardInterrupt, 130), (signal.SIGTERM, SystemExit, 143)]
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from actors.ros_clock import RosClock
-from actors.sim_ticker import SimTick, SimTicker
+from actors.time.ros_clock import RosClock
+from actors.time.sim_ticker import SimTick, SimTicker
 
 
 class Bench:

@@ -16,10 +16,10 @@ import pytest
 
 from actors.testing import Rig, explore
 from actors.testing.explore import main
-from actors.testing.loop import VirtualLoop
 from actors.testing.simulation import isolated
 from actors.testing.simulation.isolated import Elsewhere, Isolated, in_a_copy
 from actors.testing.simulation.trial import Outcome, Scenario, Trial
+from actors.time.virtual_loop import VirtualLoop
 from tests.unit import odd_systems, planted
 
 ROOT = str(Path(__file__).parents[2])

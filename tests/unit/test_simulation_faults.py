@@ -16,7 +16,7 @@ from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
-from actors.supervisor import Child
+from actors.supervision.declarations import Child
 from actors.testing import Rig
 from actors.testing.faults import (
     ALL,

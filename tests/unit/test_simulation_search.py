@@ -13,7 +13,6 @@ import anyio
 import pytest
 
 from actors import Child, Done, Intensity, Node, Steps, Stop, Supervisor, background, every, qos
-from actors.channel import Publisher
 from actors.errors import CallCycle
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
@@ -28,6 +27,7 @@ from actors.testing.simulation import search as simulation_search
 from actors.testing.simulation.invariants import InvariantBroken
 from actors.testing.simulation.search import search, shrink
 from actors.testing.simulation.trial import Scenario, Trial
+from actors.topics.channel import Publisher
 from tests.stage import COUNT, order
 from tests.suites import run_pytest
 from tests.unit import odd_systems, planted

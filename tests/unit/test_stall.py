@@ -11,12 +11,12 @@ import anyio.to_thread
 import pytest
 
 from actors import Node, Supervisor, Topic, background, every, run
-from actors.inbox import Inbox
+from actors.inbox.inbox import Inbox
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
 from actors.places import line_of
-from actors.stall import StallWatch
-from actors.supervisor import Child
+from actors.runtime.stall import StallWatch
+from actors.supervision.declarations import Child
 from actors.system import System
 from tests.stage import NUMBERS, events, number
 
@@ -228,7 +228,7 @@ class Judge:
         system.stalls.stop()
         self.watch = system.stalls
         self.now = 1000.0
-        monkeypatch.setattr("actors.stall.monotonic", lambda: self.now)
+        monkeypatch.setattr("actors.runtime.stall.monotonic", lambda: self.now)
 
     def ran(self, system: System, node: str, seconds: float) -> None:
         self.now += seconds

@@ -8,6 +8,14 @@ import math
 import pytest
 
 from actors.errors import DeclarationError
+from actors.supervision.declarations import (
+    DynamicSupervisor,
+    Intensity,
+    Supervisor,
+    rest_for_one,
+    temporary,
+    transient,
+)
 from actors.supervision.errors import (
     AlreadyPresent,
     AlreadyStarted,
@@ -21,14 +29,6 @@ from actors.supervision.errors import (
 from actors.supervision.reasons import Skip, Stopped
 from actors.supervision.refs import ChildInfo, ChildRef, Counts
 from actors.supervision.running import RunningSupervisor
-from actors.supervisor import (
-    DynamicSupervisor,
-    Intensity,
-    Supervisor,
-    rest_for_one,
-    temporary,
-    transient,
-)
 from tests.unit.supervisor_kit import Script, World, child, running, settle, state, virtual
 
 OFTEN = Intensity(1000, within=1.0)

@@ -6,9 +6,7 @@ import asyncio
 
 import pytest
 
-from actors.supervision.reasons import Stop, Stopped
-from actors.supervision.running import RunningSupervisor
-from actors.supervisor import (
+from actors.supervision.declarations import (
     AutoShutdown,
     Backoff,
     Child,
@@ -24,6 +22,8 @@ from actors.supervisor import (
     temporary,
     transient,
 )
+from actors.supervision.reasons import Stop, Stopped
+from actors.supervision.running import RunningSupervisor
 from tests.unit.supervisor_kit import Script, World, child, launch, running, settle, state, virtual
 
 MODES = [any_significant, all_significant]

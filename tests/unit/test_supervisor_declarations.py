@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.errors import DeclarationError
-from actors.supervisor import (
+from actors.supervision.declarations import (
     Backoff,
     Child,
     DynamicSupervisor,

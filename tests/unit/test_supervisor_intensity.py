@@ -9,12 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.supervision.errors import AlreadyPresent, Restarting, SupervisorGaveUp
-from actors.supervision.reasons import Failed
-from actors.supervision.refs import Counts
-from actors.supervision.running import RunningSupervisor
-from actors.supervision.window import Window
-from actors.supervisor import (
+from actors.supervision.declarations import (
     Backoff,
     DynamicSupervisor,
     Intensity,
@@ -25,6 +20,11 @@ from actors.supervisor import (
     rest_for_one,
     transient,
 )
+from actors.supervision.errors import AlreadyPresent, Restarting, SupervisorGaveUp
+from actors.supervision.reasons import Failed
+from actors.supervision.refs import Counts
+from actors.supervision.running import RunningSupervisor
+from actors.supervision.window import Window
 from tests.unit.supervisor_kit import Script, World, child, running, settle, state, virtual
 
 EVERY = [one_for_one, one_for_all, rest_for_one]

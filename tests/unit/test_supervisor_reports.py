@@ -12,12 +12,7 @@ from typing import Any
 
 import pytest
 
-from actors.supervision.errors import SupervisorGaveUp
-from actors.supervision.reasons import Failed, Gone, Killed, Leaked, Returned, Skip, Stop, Stopped, is_abnormal
-from actors.supervision.refs import ChildRef, Down
-from actors.supervision.report import Report
-from actors.supervision.running import RunningSupervisor
-from actors.supervisor import (
+from actors.supervision.declarations import (
     Backoff,
     Child,
     DynamicSupervisor,
@@ -27,6 +22,11 @@ from actors.supervisor import (
     temporary,
     transient,
 )
+from actors.supervision.errors import SupervisorGaveUp
+from actors.supervision.reasons import Failed, Gone, Killed, Leaked, Returned, Skip, Stop, Stopped, is_abnormal
+from actors.supervision.refs import ChildRef, Down
+from actors.supervision.report import Report
+from actors.supervision.running import RunningSupervisor
 from tests.unit.supervisor_kit import Script, World, child, node, run_virtual, running, settle, state, virtual
 
 OFTEN = Intensity(1000, within=1.0)

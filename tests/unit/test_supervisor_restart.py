@@ -6,8 +6,7 @@ import asyncio
 
 import pytest
 
-from actors.supervision.reasons import Stop
-from actors.supervisor import (
+from actors.supervision.declarations import (
     Backoff,
     DynamicSupervisor,
     Intensity,
@@ -21,6 +20,7 @@ from actors.supervisor import (
     temporary,
     transient,
 )
+from actors.supervision.reasons import Stop
 from tests.unit.supervisor_kit import Script, World, child, running, settle, state, virtual
 
 OFTEN = Intensity(1000, within=1.0)

@@ -8,12 +8,7 @@ import math
 import anyio
 import pytest
 
-from actors.supervision.errors import StartFailed
-from actors.supervision.incarnation import GRACE
-from actors.supervision.policy import StopTimeout
-from actors.supervision.reasons import Killed, Leaked, Skip, Stop, Stopped
-from actors.supervision.running import RunningSupervisor
-from actors.supervisor import (
+from actors.supervision.declarations import (
     DynamicSupervisor,
     Restart,
     Supervisor,
@@ -22,6 +17,11 @@ from actors.supervisor import (
     temporary,
     transient,
 )
+from actors.supervision.errors import StartFailed
+from actors.supervision.incarnation import GRACE
+from actors.supervision.policy import StopTimeout
+from actors.supervision.reasons import Killed, Leaked, Skip, Stop, Stopped
+from actors.supervision.running import RunningSupervisor
 from tests.unit.supervisor_kit import Script, World, child, failure, launch, running, settle, state, virtual
 
 

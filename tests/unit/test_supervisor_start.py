@@ -14,11 +14,7 @@ from contextlib import suppress
 import pytest
 
 from actors.errors import DeclarationError
-from actors.supervision.errors import AlreadyPresent, StartFailed, SupervisorDown
-from actors.supervision.reasons import Skip, Stop, Stopped
-from actors.supervision.refs import Counts
-from actors.supervision.running import RunningSupervisor
-from actors.supervisor import (
+from actors.supervision.declarations import (
     DynamicSupervisor,
     Supervisor,
     any_significant,
@@ -26,6 +22,10 @@ from actors.supervisor import (
     temporary,
     transient,
 )
+from actors.supervision.errors import AlreadyPresent, StartFailed, SupervisorDown
+from actors.supervision.reasons import Skip, Stop, Stopped
+from actors.supervision.refs import Counts
+from actors.supervision.running import RunningSupervisor
 from tests.unit.supervisor_kit import Script, World, child, launch, run_to_end, running, settle, state, virtual
 
 
@@ -325,7 +325,7 @@ def test_D08_start_failure_reaches_main_with_its_cause() -> None:
     program = textwrap.dedent("""
         import asyncio
         from actors.supervision.running import RunningSupervisor
-        from actors.supervisor import Child, Supervisor
+        from actors.supervision.declarations import Child, Supervisor
 
         class Encoder:
             async def run(self, started):

@@ -7,19 +7,19 @@ import asyncio
 import pytest
 
 from actors.errors import DeclarationError
-from actors.supervision.errors import (
-    NotFound,
-    StartFailed,
-    TooManyChildren,
-)
-from actors.supervision.refs import Counts
-from actors.supervisor import (
+from actors.supervision.declarations import (
     Backoff,
     DynamicSupervisor,
     Intensity,
     Supervisor,
     rest_for_one,
 )
+from actors.supervision.errors import (
+    NotFound,
+    StartFailed,
+    TooManyChildren,
+)
+from actors.supervision.refs import Counts
 from tests.unit.supervisor_kit import Script, World, child, launch, node, running, settle, state, virtual
 
 

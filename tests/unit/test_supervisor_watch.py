@@ -6,13 +6,13 @@ import asyncio
 
 import pytest
 
-from actors.supervision.errors import LinkBroken, NotFound
-from actors.supervision.reasons import Failed, Gone, Returned, Skip, Stop, Stopped
-from actors.supervision.refs import ChildRef, Down
-from actors.supervisor import (
+from actors.supervision.declarations import (
     Supervisor,
     transient,
 )
+from actors.supervision.errors import LinkBroken, NotFound
+from actors.supervision.reasons import Failed, Gone, Returned, Skip, Stop, Stopped
+from actors.supervision.refs import ChildRef, Down
 from tests.unit.supervisor_kit import Script, World, child, running, settle, state, virtual
 
 

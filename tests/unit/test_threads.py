@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from actors import Child, Done, Node, Service, Steps, Supervisor, WrongThread, open_node, parameter, run
-from actors.goals import GoalStatus
+from actors.actions.goals import GoalStatus
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.system import System

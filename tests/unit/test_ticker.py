@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from actors.loops import new_event_loop
 from actors.testing.fuzz import FuzzLoop
-from actors.testing.loop import Deadlock, VirtualLoop
-from actors.ticker import Ticker, TickHandle
+from actors.time.real_loop import new_event_loop
+from actors.time.ticker import Ticker, TickHandle
+from actors.time.virtual_loop import Deadlock, VirtualLoop
 
 
 def run(

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.ros_clock import ClockChange, JumpThreshold, RosClock, TimeJump, TimerCanceled, TimerGrid
 from actors.time import ClockType, Duration, Time
+from actors.time.ros_clock import ClockChange, JumpThreshold, RosClock, TimeJump, TimerCanceled, TimerGrid
 
 SECOND = 1_000_000_000
 

@@ -9,17 +9,17 @@ from typing import Any
 import pytest
 
 from actors import NotStarted, WrongThread, WrongType, qos
-from actors.channel import Publisher
 from actors.errors import CallTimeout
-from actors.feeds import ConcurrentFeed, Feed
-from actors.inbox import Inbox
+from actors.inbox.expiring import Aged
+from actors.inbox.inbox import Inbox
 from actors.interfaces.std_msgs.msg import Int32
-from actors.lifespan import Aged
 from actors.qos import QoS
-from actors.qos_events import LivelinessChanged, LivelinessLost
-from actors.qos_policies import Durability, History, Liveliness
-from actors.stream import Stream
-from actors.timed import TimedPublisher, publisher_for
+from actors.qos.events import LivelinessChanged, LivelinessLost
+from actors.qos.policies import Durability, History, Liveliness
+from actors.topics.channel import Publisher
+from actors.topics.handler import ConcurrentFeed, Feed
+from actors.topics.stream import Stream
+from actors.topics.timed_publisher import TimedPublisher, publisher_for
 from tests.stage import number, values, word
 from tests.unit.test_channel import ME, subscription, topic
 from tests.unit.test_endpoint import timed

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from actors import Tick, TickMissed
-from actors.inbox import Inbox
-from actors.ticker import Ticker
-from actors.timers import BACKLOG, KEPT, Lateness, TimerItem, TimerRecord
+from actors.inbox.inbox import Inbox
+from actors.runtime.timers import BACKLOG, KEPT, Lateness, TimerItem, TimerRecord
+from actors.time.ticker import Ticker
 
 pytestmark = pytest.mark.virtual
 

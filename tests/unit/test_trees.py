@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from actors import Child, DeclarationError, DynamicSupervisor, Node, Supervisor, blocking, run
+from actors.running.trees import tree_of
 from actors.testing import Rig
-from actors.trees import tree_of
 
 
 class Talker(Node):

@@ -19,7 +19,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from actors.testing.loop import Deadlock, Livelock, Stalled, VirtualLoop
+from actors.time.virtual_loop import Deadlock, Livelock, Stalled, VirtualLoop
 
 
 def run(main: Callable[..., Awaitable[Any]], *args: Any, start: float = 0.0, **attributes: Any) -> Any:

@@ -11,7 +11,7 @@ import anyio
 import pytest
 
 from actors.testing.fuzz import FuzzLoop
-from actors.testing.loop import Deadlock, VirtualLoop
+from actors.time.virtual_loop import Deadlock, VirtualLoop
 
 
 def run(main: Callable[[], Awaitable[Any]], seed: int | None = None) -> Any:

@@ -19,7 +19,7 @@ import anyio.to_process
 import anyio.to_thread
 import pytest
 
-from actors.testing.loop import Deadlock, Stalled, VirtualLoop
+from actors.time.virtual_loop import Deadlock, Stalled, VirtualLoop
 
 PYTHON = sys.executable
 

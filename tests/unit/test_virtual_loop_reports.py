@@ -10,7 +10,7 @@ from typing import Any
 import anyio
 import pytest
 
-from actors.testing.loop import Deadlock, Livelock, VirtualLoop
+from actors.time.virtual_loop import Deadlock, Livelock, VirtualLoop
 
 
 def failure(main: Callable[[], Awaitable[Any]], kind: type[Exception], **attributes: Any) -> str:

@@ -14,11 +14,11 @@ from actors.testing.simulation.counts import miscounts
 from actors.testing.simulation.locks import circle_of_locks
 
 if TYPE_CHECKING:
-    from actors.channel import Publisher, Queue
-    from actors.inbox import Item
+    from actors.inbox.inbox import Item
     from actors.system import System
-    from actors.testing.loop import VirtualLoop
     from actors.testing.simulation.lives import SimulatedSystem
+    from actors.time.virtual_loop import VirtualLoop
+    from actors.topics.channel import Publisher, Queue
 
 __all__ = ["PATIENCE", "Invariant", "InvariantBroken", "Watch"]
 

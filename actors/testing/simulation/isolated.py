@@ -28,7 +28,7 @@ from actors.testing.simulation.trial import Outcome, Scenario, Trial
 
 if TYPE_CHECKING:
     from actors.system import System
-    from actors.testing.loop import VirtualLoop
+    from actors.time.virtual_loop import VirtualLoop
 
 __all__ = ["BLOCKED_SECONDS", "ENDLESS", "Elsewhere", "Isolated", "in_a_copy"]
 

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from actors.inbox.expiring import Aged
 from actors.interfaces.message import Message
-from actors.lifespan import Aged
 from actors.testing.faults import Fault, Profile
 
 if TYPE_CHECKING:
-    from actors.channel import Queue
-    from actors.core import Core
+    from actors.runtime.core import Core
+    from actors.topics.channel import Queue
 
 M = TypeVar("M", bound=Message)
 

@@ -8,30 +8,30 @@ import math
 from collections.abc import Awaitable, Callable, Coroutine, Generator, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from actors.control import Failure
-from actors.core import Core
+from actors.actions.client import Goal
 from actors.errors import CallCycle
-from actors.goal_client import Goal
+from actors.inbox.control import Failure
 from actors.interfaces.message import Message
-from actors.life import NodeLife
 from actors.places import USER, owner_of
-from actors.services import Client
+from actors.runtime.core import Core
+from actors.runtime.life import NodeLife
+from actors.services.services import Client
 from actors.system import System
 from actors.testing.faults import CLOCK, Fault, Profile
 from actors.testing.simulation.links import Link, entrance
 from actors.testing.simulation.steps import Death, Steps, Watched
-from actors.testing.stuck import chain_of
+from actors.time.stuck import chain_of
 
 if TYPE_CHECKING:
-    from actors.channel import Queue
-    from actors.contracts import Action, Service
-    from actors.feeds import Feed
-    from actors.node import Node
-    from actors.services import Server
+    from actors.contracts.contracts import Action, Service
+    from actors.node.node import Node
+    from actors.runtime.timers import TimerItem
+    from actors.services.services import Server
+    from actors.supervision.declarations import Child
     from actors.supervision.report import Report
-    from actors.supervisor import Child
-    from actors.testing.loop import VirtualLoop
-    from actors.timers import TimerItem
+    from actors.time.virtual_loop import VirtualLoop
+    from actors.topics.channel import Queue
+    from actors.topics.handler import Feed
 
 __all__ = ["InjectedCrash", "SimulatedSystem"]
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import anyio
 
-from actors.testing.stuck import parked
+from actors.time.stuck import parked
 
 __all__ = ["circle_of_locks"]
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Coroutine, Generator, Sequence
 from typing import Any, cast
 
-from actors.control import Unwinding
+from actors.inbox.control import Unwinding
 from actors.testing.faults import Fault
 
 __all__ = ["Death", "Steps", "Watched", "target_of"]

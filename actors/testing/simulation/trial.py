@@ -18,10 +18,10 @@ from actors.supervision.reasons import cause_of
 from actors.testing.failures import UnexpectedFailure
 from actors.testing.faults import Fault, Profile, parse
 from actors.testing.fuzz import FuzzLoop
-from actors.testing.loop import VirtualLoop
 from actors.testing.rig import Rig
 from actors.testing.simulation.invariants import PATIENCE, Invariant, InvariantBroken, Watch
 from actors.testing.simulation.lives import InjectedCrash, SimulatedSystem
+from actors.time.virtual_loop import VirtualLoop
 
 __all__ = ["Body", "Outcome", "Scenario", "Trial"]
 

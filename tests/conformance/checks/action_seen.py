@@ -6,8 +6,8 @@ import asyncio
 from abc import ABC, abstractmethod
 from typing import Any
 
-from actors.goal_client import Goal as Client
-from actors.goals import CancelCode, GoalStatus
+from actors.actions.client import Goal as Client
+from actors.actions.goals import CancelCode, GoalStatus
 from actors.interfaces.action_msgs.srv import CancelGoal
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.action import Fibonacci

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from actors import Service, Topic, qos
+from actors.actions.client import Goal as Client
+from actors.actions.goals import CancelCode, GoalStatus
 from actors.errors import GoalRejected
-from actors.goal_client import Goal as Client
-from actors.goals import CancelCode, GoalStatus
 from actors.interfaces import derived
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
 from actors.interfaces.action_msgs.srv import CancelGoal

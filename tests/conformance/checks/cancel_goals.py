@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from actors.goals import NO_GOAL_ID, CancelCode, GoalEvent, GoalRecord, GoalTable
+from actors.actions.goals import NO_GOAL_ID, CancelCode, GoalEvent, GoalRecord, GoalTable
 from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, expected
 
 REFUSALS = ("cancel_callback_rejects",)

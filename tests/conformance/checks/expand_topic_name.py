@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from actors import names
+from actors.names import names
 from tests.conformance.checks.common import Case, Vector, each, expected
 from tests.conformance.checks.topic_names import judge
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from actors.goals import GoalEvent, GoalStatus, next_status
+from actors.actions.goals import GoalEvent, GoalStatus, next_status
 from tests.conformance.checks.common import Case, Vector, by_kind, expected
 
 

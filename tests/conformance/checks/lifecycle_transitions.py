@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from actors.lifecycle import (
+from actors.lifecycle.machine import (
     STATES,
     TRANSITIONS,
     HookResult,

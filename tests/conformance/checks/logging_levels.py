@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from actors.levels import CallSites, Level, LevelTree
-from actors.names import child_logger_name
+from actors.logs.levels import CallSites, Level, LevelTree
+from actors.names.names import child_logger_name
 from tests.conformance.checks.common import Case, Vector, by_kind, expected, raises, refused, same
 
 _ERRORS: dict[str, type[Exception]] = {

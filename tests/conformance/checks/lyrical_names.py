@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from actors import names
+from actors.names import names
 from tests.conformance.checks.common import Case, Vector, each, same
 from tests.conformance.checks.topic_names import judge
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from actors import names
+from actors.names import names
 from tests.conformance.checks.common import Case, Vector, by_kind, expected, raises, refused, same
 from tests.conformance.checks.topic_names import judge
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from actors.params_file import InvalidParams, ParameterOverrides, parse_value
+from actors.parameters.files import InvalidParams, ParameterOverrides, parse_value
 from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, raises, refused, same, same_typed
 from tests.conformance.checks.ros_args import same_entries
 

@@ -9,14 +9,14 @@ from typing import Any, Final
 import msgspec
 
 from actors import QoS, qos
-from actors.channel import Publisher
-from actors.endpoint import EventStream
-from actors.graph import Graph
+from actors.graph.graph import Graph
 from actors.interfaces.std_msgs.msg import String
-from actors.qos_events import DeadlineMissed, IncompatibleQoS, LivelinessChanged, LivelinessLost, Matched, MessageLost
-from actors.stream import Subscription
+from actors.qos.events import DeadlineMissed, IncompatibleQoS, LivelinessChanged, LivelinessLost, Matched, MessageLost
 from actors.testing import VirtualLoop
-from actors.timed import publisher_for
+from actors.topics.channel import Publisher
+from actors.topics.endpoint import EventStream
+from actors.topics.stream import Subscription
+from actors.topics.timed_publisher import publisher_for
 from tests.conformance.checks.common import Unsupported, Vector, expected, same, steps_of
 from tests.conformance.checks.qos_forms import arguments
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from actors import names
-from actors.remap import Remapping, Rule
+from actors.names import names
+from actors.names.remapping import Remapping, Rule
 from tests.conformance.checks.common import Case, Vector, by_kind, expected, same
 
 RULES = ("global_rules", "name", "namespace")

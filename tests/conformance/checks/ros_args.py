@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterable
 from pathlib import Path
 
-from actors.arguments import InvalidRosArguments, RosArguments, UnknownRosArguments, parse
+from actors.running.arguments import InvalidRosArguments, RosArguments, UnknownRosArguments, parse
 from tests.conformance.checks.common import Case, Vector, each, expected, raises, refused, same, same_typed
 
 ERRORS: dict[str, type[Exception]] = {"unknown_ros_args": UnknownRosArguments, "invalid_ros_args": InvalidRosArguments}

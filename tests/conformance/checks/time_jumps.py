@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from actors.ros_clock import JumpThreshold, RosClock, TimeJump
 from actors.time import Duration
+from actors.time.ros_clock import JumpThreshold, RosClock, TimeJump
 from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, expected, raises, refused, steps_of
 
 _CHANGES = {

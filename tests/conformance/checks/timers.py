@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from actors.ros_clock import RosClock, TimerCanceled, TimerGrid
+from actors.time.ros_clock import RosClock, TimerCanceled, TimerGrid
 from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, expected, raises, refused, steps_of
 
 

@@ -1,0 +1,1 @@
+"""Actions at work: clients and servers of goals."""

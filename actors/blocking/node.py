@@ -1,0 +1,385 @@
+"""A small blocking face for scripts, notebooks and threads, which have no event loop to await in.
+
+::
+
+    from actors import blocking
+
+    with blocking.open_node("script", tree=tree()) as node:
+        print(node.call(BATTERY, GetBatteryStatus.Request(robot_id="robot_01")))
+        node.publish(CMD_VEL, Twist())
+        scan = node.next(SCAN, timeout=2.0)
+        with node.start(MOVE, MoveToPosition.Goal(target_x=3.0)) as goal:
+            for feedback in goal:
+                print(feedback)
+            result = goal.result()
+
+The node lives in the event loop of a background thread, or in that of a system which runs in another thread. Inside an event loop
+everything here is refused at once, because blocking there would stop the very loop that has to bring the answer.
+
+What is called as it is on `Node` means the same. A program that ends, by its last line, by an exception, by Ctrl-C or by SIGTERM, stops its
+nodes in order, also when a block was entered by hand and never left.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import atexit
+import contextlib
+import threading
+from collections.abc import Callable, Coroutine, Mapping
+from concurrent.futures import CancelledError, Future, InvalidStateError, wait
+from queue import SimpleQueue
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from actors.blocking.handles import BlockingGoal, BlockingStream
+from actors.errors import ActorError, NotRunning, NotStarted
+from actors.logs import LogSink, structlog_sink
+from actors.node.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
+from actors.running import run as running
+from actors.running.signals import SigtermExit, exit_on_sigterm
+from actors.running.trees import tree_of
+
+if TYPE_CHECKING:
+    from actors.actions.client import Goal
+    from actors.contracts.contracts import Action, Service, Topic
+    from actors.interfaces.message import Message
+    from actors.logs import NodeLog
+    from actors.parameters import SetResult
+    from actors.qos import QoS
+    from actors.running.trees import Runnable
+    from actors.system import System
+    from actors.topics.channel import Publisher
+    from actors.topics.stream import Stream
+
+__all__ = ["BlockingGoal", "BlockingNode", "BlockingStream", "InsideEventLoop", "OpenBlockingNode", "open_node"]
+
+M = TypeVar("M", bound="Message")
+G = TypeVar("G", bound="Message")
+R = TypeVar("R", bound="Message")
+F = TypeVar("F", bound="Message")
+Req = TypeVar("Req", bound="Message")
+Resp = TypeVar("Resp", bound="Message")
+T = TypeVar("T")
+
+
+class InsideEventLoop(ActorError, RuntimeError):
+    """A blocking call was made where an event loop runs: await instead."""
+
+
+def open_node(
+    name: str,
+    *,
+    tree: Runnable | None = None,
+    system: System | None = None,
+    namespace: str = "",
+    parameters: Mapping[str, Any] | None = None,
+    remap: Mapping[str, str] | None = None,
+    seed: int = 0,
+    sinks: tuple[LogSink, ...] = (structlog_sink,),
+) -> OpenBlockingNode:
+    """A node for code without an event loop: ``with blocking.open_node("script") as node: ...``
+
+    It lives in a background thread, together with `tree` if one is given; or, with `system`, in that running system, whose event loop
+    is another thread's. Entering returns when node and tree are ready and raises what `actors.run` and `actors.open_node` raise.
+    Leaving ends the node (and the tree), joins the thread and raises `SupervisorGaveUp` if the tree ended by itself meanwhile.
+    """
+    if tree is not None and system is not None:
+        raise ValueError(f"blocking.open_node({name!r}): give a tree to run or a system that runs already, not both")
+    whole = None if tree is None else tree_of(f"blocking.open_node({name!r}, tree=...)", tree)
+
+    def opened() -> running.OpenNode:
+        return running.open_node(
+            name, namespace=namespace, parameters=parameters, remap=remap, system=system, seed=seed, sinks=sinks
+        )
+
+    def ran() -> running.Run | None:
+        return None if whole is None else running.run(whole, seed=seed, signals=False, sinks=sinks)
+
+    return OpenBlockingNode(name, opened, ran, system.loop if system is not None else None)
+
+
+class OpenBlockingNode:
+    """What `open_node` returns: a context manager, to be entered once."""
+
+    def __init__(
+        self,
+        name: str,
+        opened: Callable[[], running.OpenNode],
+        ran: Callable[[], running.Run | None],
+        loop: asyncio.AbstractEventLoop | None,
+    ) -> None:
+        self._name = name
+        self._opened = opened
+        self._ran = ran
+        self._loop = loop
+        self._thread: threading.Thread | None = None
+        self._sigterm: SigtermExit | None = None
+        self._ready: Future[tuple[Node, asyncio.AbstractEventLoop]] = Future()
+        self._left: Future[None] = Future()
+        self._life: Future[None] | None = None
+
+    def __enter__(self) -> BlockingNode:
+        _refuse_in_loop(f"blocking.open_node({self._name!r})", "`async with actors.open_node(...) as node`")
+        if self._life is not None:
+            raise RuntimeError(f"blocking.open_node({self._name!r}) has been entered before: make another one")
+        if self._loop is None:
+            self._life = Future()
+            self._thread = threading.Thread(
+                target=_complete, args=(self._life, self._live), name=f"actors {self._name}", daemon=True
+            )  # a daemon, which a program does not wait for before `atexit` has told it to end
+            atexit.register(self._end)
+            self._sigterm = exit_on_sigterm()
+            self._thread.start()
+        else:
+            self._life = asyncio.run_coroutine_threadsafe(self._live(), self._loop)
+        self._life.add_done_callback(lambda _: self._ready.cancel())
+        try:
+            if self._sigterm is not None:
+                self._sigterm.arm()
+            node, loop = self._ready.result()
+        except BaseException as error:
+            self._end()
+            if isinstance(error, CancelledError):
+                self._life.result()  # raises why there is no node
+            raise
+        return BlockingNode(node, loop, self._life)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        assert self._life is not None
+        self._end()
+        if (
+            error is None and not self._life.cancelled()
+        ):  # canceled: the system's event loop ended before this block did
+            self._life.result()
+
+    async def _live(self) -> None:
+        """The life of the node, in one task of its event loop, so that what ends the tree ends this, too."""
+        async with contextlib.AsyncExitStack() as stack:
+            if (run := self._ran()) is not None:
+                await stack.enter_async_context(run)
+            node = await stack.enter_async_context(self._opened())
+            self._ready.set_result((node, asyncio.get_running_loop()))
+            await asyncio.wrap_future(self._left)
+
+    def _end(self) -> None:
+        assert self._life is not None
+        _set(self._left)
+        wait([self._life])
+        if self._thread is not None:
+            self._thread.join()
+            atexit.unregister(self._end)
+        if self._sigterm is not None:
+            self._sigterm.leave()
+            self._sigterm = None
+
+
+class BlockingNode:
+    """A node whose methods block until they have what they are asked for. Any thread without an event loop may use it.
+
+    Ctrl-C while one of them waits cancels what it waits for. Times are seconds on the node's clock. Once the block is left, or the
+    system has ended, everything raises `NotStarted` or `NotRunning`.
+    """
+
+    def __init__(self, node: Node, loop: asyncio.AbstractEventLoop, life: Future[None]) -> None:
+        self._node = node
+        self._loop = loop
+        self._life = life
+        self._publishers: dict[Topic[Any], Publisher[Any]] = {}
+        self._streams: dict[Topic[Any], Stream[Any]] = {}
+        self._open: dict[Future[Any], Coroutine[Any, Any, Any]] = {}
+        life.add_done_callback(self._ended)
+
+    def __repr__(self) -> str:
+        return f"<blocking {self._node!r}{', ended' if self._life.done() else ''}>"
+
+    @property
+    def name(self) -> str:
+        """The node's name, without its namespace."""
+        return self._node.name
+
+    @property
+    def namespace(self) -> str:
+        return self._node.namespace
+
+    @property
+    def fqn(self) -> str:
+        """The fully qualified name: namespace and name."""
+        return self._node.fqn
+
+    @property
+    def log(self) -> NodeLog:
+        return self._node.log
+
+    def call(self, service: Service[Req, Resp], request: Req, *, timeout: float = CALL_TIMEOUT) -> Resp:
+        """Ask a service and wait for its answer. Raises what `Node.call` raises."""
+        return self._do(lambda node: node.call(service, request, timeout=timeout), "`await node.call(...)`")
+
+    def publish(self, topic: Topic[M], message: M) -> None:
+        """Publish one message; it has been handed to every subscription in the system when this returns."""
+
+        async def work(node: Node) -> None:
+            publisher = self._publishers.get(topic)
+            if publisher is None:
+                publisher = self._publishers[topic] = node.publisher(topic)
+            publisher.publish(message)
+
+        self._do(work, "`node.publisher(topic).publish(message)`")
+
+    def subscribe(self, topic: Topic[M], *, qos: QoS | int | None = None) -> BlockingStream[M]:
+        """Listen to `topic` from this moment on: ``for message in node.subscribe(TOPIC)``. The newest one is what `next` reads."""
+
+        async def work(node: Node) -> Stream[M]:
+            stream = self._streams[topic] = node.subscribe(topic, qos=qos)
+            return stream
+
+        return BlockingStream(self._do, self._do(work, "`node.subscribe(topic)`"))
+
+    def wait_for(self, *contracts: Service[Any, Any] | Action[Any, Any, Any], timeout: float | None = None) -> None:
+        """Wait until somebody serves every one of these. Raises what `Node.wait_for` raises."""
+        self._do(lambda node: node.wait_for(*contracts, timeout=timeout), "`await node.wait_for(...)`")
+
+    def set_parameter(self, name: str, value: Any) -> SetResult:
+        """Set one parameter of this node; a refusal is a result that says why."""
+        return self.set_parameters({name: value})
+
+    def set_parameters(self, values: Mapping[str, Any]) -> SetResult:
+        """Set parameters of this node, all or none of them."""
+
+        async def work(node: Node) -> SetResult:
+            return node.set_parameters(values)
+
+        return self._do(work, "`node.set_parameters(...)`")
+
+    def next(self, topic: Topic[M], *, timeout: float | None = None) -> M:
+        """The next message of a topic, in order, from the first `next` or `subscribe` on.
+
+        Raises `CallTimeout` after `timeout` seconds without one.
+        """
+
+        async def work(node: Node) -> M:
+            return await self._stream(node, topic).next(timeout)
+
+        return self._do(work, "`await node.subscribe(topic).next()`")
+
+    def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> BlockingGoal[R, F]:
+        """A goal, to be entered with ``with``; `timeout` bounds the wait for its acceptance, nothing its execution.
+
+        Entering raises `ActionUnavailable` and `GoalRejected`; leaving cancels a goal that still runs and waits for its clean-up.
+        """
+
+        async def work(node: Node) -> Goal[R, F]:
+            return node.start(action, goal, timeout=timeout)
+
+        return BlockingGoal(self._do, self._do(work, "`async with node.start(...) as goal`"))
+
+    def run_goal(
+        self,
+        action: Action[G, R, F],
+        goal: G,
+        *,
+        on_feedback: Callable[[F], object] | None = None,
+        timeout: float = GOAL_TIMEOUT,
+    ) -> R:
+        """Send a goal, wait for its end and give its result: `start` in one line. `timeout` bounds the wait for its acceptance.
+
+        `on_feedback` is called in this thread; while it works the newest ten wait and older ones are lost. What it raises, and Ctrl-C,
+        cancels the goal. Raises `GoalRejected`, `GoalCanceled`, `GoalAborted`, `ActionUnavailable`, `NodeRestarting`, `NotRunning`.
+        """
+        turns: SimpleQueue[tuple[F, Future[None]] | None] = SimpleQueue()
+
+        async def work(node: Node) -> R:
+            async with node.start(action, goal, timeout=timeout) as running:
+                if on_feedback is not None:
+                    async for feedback in running:
+                        taken: Future[None] = Future()
+                        turns.put((feedback, taken))
+                        await asyncio.wrap_future(taken)
+                return await running
+
+        future = self._begin(work, "`async with node.start(...) as goal`")
+        future.add_done_callback(lambda _: turns.put(None))
+        try:
+            while on_feedback is not None and (turn := turns.get()) is not None:
+                on_feedback(turn[0])
+                _set(turn[1])
+        except BaseException:
+            self._forget(future)
+            raise
+        return self._finish(future)
+
+    def run(self, work: Callable[[Node], Coroutine[Any, Any, T]]) -> T:
+        """Run a coroutine function of the node in its event loop and wait for what it returns: for all that has no method here.
+
+        ``node.run(lambda node: node.wait_for(ADD, timeout=5.0))``
+        """
+        return self._do(work, "the coroutine itself")
+
+    def _stream(self, node: Node, topic: Topic[M]) -> Stream[M]:
+        stream = self._streams.get(topic)
+        if stream is None:
+            stream = self._streams[topic] = node.subscribe(topic)
+        return stream
+
+    def _do(self, work: Callable[[Node], Coroutine[Any, Any, T]], remedy: str) -> T:
+        return self._finish(self._begin(work, remedy))
+
+    def _begin(self, work: Callable[[Node], Coroutine[Any, Any, T]], remedy: str) -> Future[T]:
+        _refuse_in_loop(f"{self!r}", remedy)
+        if self._life.done():
+            raise self._over()
+        coroutine = work(self._node)
+        try:
+            future = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
+        except RuntimeError:  # the loop was closed in between
+            coroutine.close()
+            raise self._over() from None
+        self._open[future] = coroutine
+        if self._life.done():  # it has ended in between: nobody may wait for a loop that has ended
+            future.cancel()
+        return future
+
+    def _finish(self, future: Future[T]) -> T:
+        try:
+            return future.result()
+        except CancelledError:
+            raise NotRunning(f"{self!r}: its system ended while this thread waited for it; open another one") from None
+        finally:
+            self._forget(future)
+
+    def _forget(self, future: Future[Any]) -> None:
+        future.cancel()  # Ctrl-C: nobody waits for it any more; else it is done already
+        coroutine = self._open.pop(future, None)
+        if coroutine is not None and self._loop.is_closed():
+            coroutine.close()  # the loop may have ended before it began
+
+    def _over(self) -> NotStarted:
+        return NotStarted(f"{self!r}: its block has been left or its system has ended; open another one")
+
+    def _ended(self, life: Future[None]) -> None:
+        for future in list(self._open):
+            future.cancel()
+
+
+def _complete(life: Future[None], live: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    try:
+        running.execute(live)
+    except BaseException as error:  # it is raised in the thread that waits
+        life.set_exception(error)
+    else:
+        life.set_result(None)
+
+
+def _set(future: Future[None]) -> None:
+    with contextlib.suppress(InvalidStateError):  # who waited for it has been canceled
+        future.set_result(None)
+
+
+def _refuse_in_loop(what: str, remedy: str) -> None:
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return
+    raise InsideEventLoop(f"{what} would block the event loop that runs in this thread: await instead, with {remedy}")

@@ -1,0 +1,96 @@
+"""The checks of declared values: each passes the value on, or says which option is wrong, where, and what it may be."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeGuard, get_args
+
+from actors.errors import DeclarationError
+from actors.names.names import normalize_namespace, validate_node_name
+
+
+def is_whole(value: object) -> bool:
+    """An int that is not a bool."""
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """An int or a float that is neither a bool nor NaN."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and value == value
+
+
+def one_of(choices: object) -> str:
+    """The values of a Literal, for a sentence."""
+    *first, last = get_args(choices)
+    return f"{', '.join(first)} or {last}"
+
+
+def factory_name(factory: object) -> str:
+    """How a factory is called in sentences."""
+    return str(getattr(factory, "__name__", None) or repr(factory))
+
+
+def default_name(factory: object) -> str:
+    """A child's id when none is given: the factory's `node_name`, or its name in snake_case, spelled as rosidl does."""
+    chosen = getattr(factory, "node_name", None)
+    if isinstance(chosen, str):
+        return chosen
+    name = getattr(factory, "__name__", "")
+    if not name.isidentifier():
+        raise DeclarationError(f"Child({factory_name(factory)}): it has no name of its own; give it one: name=...")
+    name = re.sub(r"(.)([A-Z][a-z]+)", r"\1_\2", name)
+    return re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name).lower()
+
+
+def checked_name(where: str, name: object) -> str:
+    """An id: a text that can be a part of a path."""
+    if not isinstance(name, str) or not name or "/" in name:
+        raise DeclarationError(f"{where}: name must be a text that is not empty and has no '/', not {name!r}")
+    return name
+
+
+def check_place(where: str, name: str, namespace: object, remap: Mapping[str, str]) -> None:
+    """The ROS names of a node: its own, its namespace, and the names that it uses other ones for."""
+    try:
+        validate_node_name(name)
+        if namespace:
+            if not isinstance(namespace, str):
+                raise ValueError(f"namespace must be a text such as '/robot1', not {namespace!r}")
+            normalize_namespace(namespace)
+        if remap:
+            from actors.names.remapping import Rule  # late: few trees remap
+
+            for old, new in remap.items():
+                Rule.parse(f"{old}:={new}")
+    except ValueError as problem:
+        raise DeclarationError(f"{where}: {problem}") from None
+
+
+def checked_choice(where: str, option: str, value: object, choices: object) -> None:
+    """One of the values of a Literal."""
+    if value not in get_args(choices):
+        raise DeclarationError(f"{where}: {option} must be {one_of(choices)}, not {value!r}")
+
+
+def checked_mapping(where: str, option: str, value: object) -> dict[Any, Any]:
+    """A copy of a mapping; None is an empty one."""
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise DeclarationError(f"{where}: {option} must be a mapping, not {value!r}")
+    return dict(value)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+
+
+def checked_sequence(where: str, option: str, value: object) -> tuple[Any, ...]:
+    """A list or tuple, as a tuple."""
+    if isinstance(value, str) or not isinstance(value, Sequence):
+        raise DeclarationError(f"{where}: {option} must be a list or a tuple, not {value!r}")
+    return tuple(value)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+
+
+def checked_flag(where: str, option: str, value: object) -> bool:
+    """A bool, and nothing that merely looks like one."""
+    if not isinstance(value, bool):
+        raise DeclarationError(f"{where}: {option} must be True or False, not {value!r}")
+    return value

@@ -1,0 +1,341 @@
+"""Contracts: typed names, shared by both sides and without behaviour of their own.
+
+A contract is a module-level constant. The side that serves uses it as a decorator, the side that asks uses it as an address, so a
+client never imports a server's class, and a type checker sees one type on both sides::
+
+    CMD_VEL = Topic(Twist, "cmd_vel", qos.COMMANDS)
+    BATTERY = Service(GetBatteryStatus, "get_battery_status")
+    MOVE = Action(MoveToPosition, "move_to_position")
+
+Names are ROS names: relative ones resolve in the namespace of the node that uses them, and remapping applies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncGenerator, Callable, Coroutine
+from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, TypeAlias, TypeVar, cast
+
+from actors.checks import is_number, is_whole
+from actors.contracts.declaration import Declaration
+from actors.errors import DeclarationError
+from actors.qos import DEFAULT, SERVICES, QoS, of
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import ActionType, Message, ServiceType
+
+__all__ = [
+    "Aborted",
+    "Action",
+    "ActionHandler",
+    "Arrivals",
+    "Done",
+    "GoalHook",
+    "Service",
+    "ServiceHandler",
+    "Steps",
+    "Topic",
+    "TopicHandler",
+    "parallel",
+    "queue",
+]
+
+M = TypeVar("M", bound="Message")
+Req = TypeVar("Req", bound="Message")
+Resp = TypeVar("Resp", bound="Message")
+G = TypeVar("G", bound="Message")
+R = TypeVar("R", bound="Message")
+F = TypeVar("F", bound="Message")
+Node = TypeVar("Node")
+T = TypeVar("T")
+_Class: TypeAlias = type[T]  # inside the contracts' classes their own field `type` hides the builtin
+Nothing = TypeVar("Nothing", bound="Coroutine[Any, Any, None] | None")
+Verdict = TypeVar("Verdict", bound="Coroutine[Any, Any, bool] | bool")
+
+
+class Done(Generic[R]):
+    """The last item of an action body: the goal succeeded with this result (canceled with it, if a cancel was under way)."""
+
+    __slots__ = ("result",)
+
+    def __init__(self, result: R) -> None:
+        self.result: Final = result
+
+    def __repr__(self) -> str:
+        return f"Done({self.result!r})"
+
+
+class Aborted(Generic[R]):
+    """The last item of an action body that failed but has a result to hand over."""
+
+    __slots__ = ("reason", "result")
+
+    def __init__(self, result: R, reason: str = "aborted by its body") -> None:
+        self.result: Final = result
+        self.reason: Final = reason
+
+    def __repr__(self) -> str:
+        return f"Aborted({self.result!r}, {self.reason!r})"
+
+
+Steps: TypeAlias = AsyncGenerator[F | Done[R] | Aborted[R], None]
+"""What an action body is: an async generator of feedback, ended by `Done` or `Aborted`. Written ``Steps[Feedback, Result]``."""
+
+
+class Limit:
+    """How many goals an arrival policy holds: made by `queue(n)` and `parallel(n)`."""
+
+    __slots__ = ("policy", "size")
+
+    def __init__(self, policy: str, size: int) -> None:
+        if not is_whole(size) or size < 1:
+            raise DeclarationError(f"{policy}({size!r:.40}): the limit must be at least 1, and a whole number")
+        self.policy: Final = policy
+        self.size: Final = size
+
+    def __repr__(self) -> str:
+        return f"{self.policy}({self.size})"
+
+
+Arrivals: TypeAlias = Literal["reject", "preempt", "queue", "parallel"] | Limit
+
+
+def queue(n: int) -> Limit:
+    """Run one goal at a time and let at most `n` more wait; further goals are rejected."""
+    return Limit("queue", n)
+
+
+def parallel(n: int) -> Limit:
+    """Run at most `n` goals at once; further goals are rejected."""
+    return Limit("parallel", n)
+
+
+_ARRIVALS: Final[dict[str, Limit]] = {
+    "reject": Limit("reject", 1),
+    "preempt": Limit("preempt", 1),
+    "queue": Limit("queue", 10),
+    "parallel": Limit("parallel", 1000),
+}
+
+
+def _refuse_bare(misplaced: tuple[object, ...], written: str) -> None:
+    """The decorator stands without its parentheses, or an option in them has no name."""
+    if not misplaced:
+        return
+    name = getattr(misplaced[0], "__name__", "")
+    if callable(misplaced[0]) and name:
+        raise DeclarationError(f"@{written} without parentheses: write @{written}() above `{name}`")
+    raise DeclarationError(f"@{written}({misplaced[0]!r:.60}): its options are given by name")
+
+
+def _checked_concurrency(what: str, concurrent: int) -> int:
+    if not is_whole(concurrent) or concurrent < 0:
+        raise DeclarationError(
+            f"{what}: concurrent={concurrent!r:.40} must be 0 (one at a time with the node's other handlers) or more, and a whole number"
+        )
+    return concurrent
+
+
+class TopicHandler(Declaration):
+    """``@TOPIC.on()``."""
+
+    __slots__ = ("concurrent", "qos", "topic")
+
+    def __init__(self, topic: Topic[Any], qos: QoS, concurrent: int) -> None:
+        super().__init__()
+        self.topic = topic
+        self.qos = qos
+        self.concurrent = concurrent
+
+    def __repr__(self) -> str:
+        return f"@{self.topic!r}.on()"
+
+
+class ServiceHandler(Declaration):
+    """``@SERVICE.serve()``."""
+
+    __slots__ = ("concurrent", "service")
+
+    def __init__(self, service: Service[Any, Any], concurrent: int) -> None:
+        super().__init__()
+        self.service = service
+        self.concurrent = concurrent
+
+    def __repr__(self) -> str:
+        return f"@{self.service!r}.serve()"
+
+
+class ActionHandler(Declaration):
+    """``@ACTION.serve()``."""
+
+    __slots__ = ("action", "arrivals", "result_timeout")
+
+    def __init__(self, action: Action[Any, Any, Any], arrivals: Limit, result_timeout: float) -> None:
+        super().__init__()
+        self.action = action
+        self.arrivals = arrivals
+        self.result_timeout = result_timeout
+
+    def __repr__(self) -> str:
+        return f"@{self.action!r}.serve()"
+
+
+class GoalHook(Declaration):
+    """``@ACTION.accepts`` and ``@ACTION.cancels``."""
+
+    __slots__ = ("action", "verb")
+
+    def __init__(self, action: Action[Any, Any, Any], verb: Literal["accepts", "cancels"]) -> None:
+        super().__init__()
+        self.action = action
+        self.verb: Final = verb
+
+    def __repr__(self) -> str:
+        return f"@{self.action!r}.{self.verb}"
+
+
+class Topic(Generic[M]):
+    """A named stream of messages of one type, with the quality of service that its endpoints use unless they say otherwise."""
+
+    __slots__ = ("name", "qos", "type")
+
+    def __init__(self, type: type[M], name: str, qos: QoS | int = DEFAULT) -> None:
+        self.type: Final = _message_class("Topic", name, type)
+        self.name: Final = _contract_name("Topic", name)
+        self.qos: Final = of(qos)
+
+    def __repr__(self) -> str:
+        return f"Topic({self.type.__name__}, {self.name!r})"
+
+    def on(
+        self, *misplaced: Never, qos: QoS | int | None = None, concurrent: int = 0
+    ) -> Callable[[Callable[[Node, M], Nothing]], Callable[[Node, M], Nothing]]:
+        """Decorate the method that takes this topic's messages, one after another with the node's other handlers.
+
+        `concurrent=n` gives the handler its own tasks instead, at most n at once: for handlers that wait. `qos` overrides the
+        contract's. An exception that leaves the handler ends the node's incarnation (see `Node.on_error`).
+        """
+        _refuse_bare(misplaced, f"{self!r}.on")
+        declaration = TopicHandler(
+            self, self.qos if qos is None else of(qos), _checked_concurrency(repr(self), concurrent)
+        )
+
+        def decorate(function: Callable[[Node, M], Nothing]) -> Callable[[Node, M], Nothing]:
+            declaration.attach(function)
+            return function
+
+        return decorate
+
+
+class Service(Generic[Req, Resp]):
+    """A named question with one answer: `Request` goes in, exactly one `Response` or one error comes back."""
+
+    __slots__ = ("name", "qos", "request", "response", "type")
+
+    def __init__(self, type: type[ServiceType[Req, Resp]], name: str, qos: QoS | int = SERVICES) -> None:
+        self.type: Final = type
+        parts = cast("Any", type)
+        if not hasattr(type, "Request") or not hasattr(type, "Response"):
+            raise DeclarationError(f"Service({type!r}, {name!r}): not a service type; one has .Request and .Response")
+        self.request: Final[_Class[Req]] = parts.Request
+        self.response: Final[_Class[Resp]] = parts.Response
+        self.name: Final = _contract_name("Service", name)
+        self.qos: Final = of(qos)
+
+    def __repr__(self) -> str:
+        return f"Service({self.type.__name__}, {self.name!r})"
+
+    def serve(
+        self, *misplaced: Never, concurrent: int = 0
+    ) -> Callable[[Callable[[Node, Req], Coroutine[Any, Any, Resp]]], Callable[[Node, Req], Coroutine[Any, Any, Resp]]]:
+        """Decorate the coroutine method that answers. An exception in it answers that caller with `ServiceFailed`; the node lives.
+
+        `concurrent=n` lets at most n requests be answered at once, in their own tasks.
+        """
+        _refuse_bare(misplaced, f"{self!r}.serve")
+        declaration = ServiceHandler(self, _checked_concurrency(repr(self), concurrent))
+
+        def decorate(
+            function: Callable[[Node, Req], Coroutine[Any, Any, Resp]],
+        ) -> Callable[[Node, Req], Coroutine[Any, Any, Resp]]:
+            declaration.attach(function)
+            return function
+
+        return decorate
+
+
+class Action(Generic[G, R, F]):
+    """A named long job: a goal, feedback while it runs, one result, and it can be canceled at any time."""
+
+    __slots__ = ("feedback", "goal", "name", "result", "type")
+
+    def __init__(self, type: type[ActionType[G, R, F]], name: str) -> None:
+        self.type: Final = type
+        parts = cast("Any", type)
+        if not all(hasattr(type, part) for part in ("Goal", "Result", "Feedback")):
+            raise DeclarationError(
+                f"Action({type!r}, {name!r}): not an action type; one has .Goal, .Result and .Feedback"
+            )
+        self.goal: Final[_Class[G]] = parts.Goal
+        self.result: Final[_Class[R]] = parts.Result
+        self.feedback: Final[_Class[F]] = parts.Feedback
+        self.name: Final = _contract_name("Action", name)
+
+    def __repr__(self) -> str:
+        return f"Action({self.type.__name__}, {self.name!r})"
+
+    def serve(
+        self, *misplaced: Never, arrivals: Arrivals = "reject", result_timeout: float = 10.0
+    ) -> Callable[[Callable[[Node, G], Steps[F, R]]], Callable[[Node, G], Steps[F, R]]]:
+        """Decorate the async generator that works goals off, each in a task of its own.
+
+        `arrivals` says what a goal meets that comes while another one runs: ``reject``, ``preempt`` (the running one is canceled,
+        cleans up, then the new one starts), ``queue`` or `queue(n)`, ``parallel`` or `parallel(n)`. Results are kept for late
+        askers for `result_timeout` seconds after the end (0: not at all, negative: for ever).
+        """
+        _refuse_bare(misplaced, f"{self!r}.serve")
+        if not isinstance(arrivals, Limit) and (
+            not isinstance(cast("object", arrivals), str) or arrivals not in _ARRIVALS
+        ):
+            raise DeclarationError(
+                f"{self!r}: arrivals={arrivals!r} is none of {', '.join(_ARRIVALS)}, queue(n), parallel(n)"
+            )
+        if not is_number(result_timeout):
+            raise DeclarationError(
+                f"{self!r}: result_timeout={result_timeout!r:.40} must be seconds; 0 keeps no result, a negative number keeps it for ever"
+            )
+        limit = arrivals if isinstance(arrivals, Limit) else _ARRIVALS[arrivals]
+        declaration = ActionHandler(self, limit, result_timeout)
+
+        def decorate(function: Callable[[Node, G], Steps[F, R]]) -> Callable[[Node, G], Steps[F, R]]:
+            declaration.attach(function)
+            return function
+
+        return decorate
+
+    def accepts(self, function: Callable[[Node, G], Nothing]) -> Callable[[Node, G], Nothing]:
+        """Decorate the method that sees each goal before it is accepted; it raises `Reject(reason)` to refuse one."""
+        GoalHook(self, "accepts").attach(function)
+        return function
+
+    def cancels(self, function: Callable[[Node, G], Verdict]) -> Callable[[Node, G], Verdict]:
+        """Decorate the method that is asked before a running goal is canceled; it returns False to refuse."""
+        GoalHook(self, "cancels").attach(function)
+        return function
+
+
+def _contract_name(kind: str, name: str) -> str:
+    from actors.names.names import InvalidName, expand
+
+    try:
+        expand(name, "node", "/ns")  # what is wrong for every node is wrong here; `a//b` shows only in the full name
+    except InvalidName as problem:
+        raise DeclarationError(f"{kind}(..., {name!r}): {problem}") from None
+    return name
+
+
+def _message_class(kind: str, name: str, candidate: type[M]) -> type[M]:
+    if not (isinstance(cast("object", candidate), type) and hasattr(candidate, "__struct_fields__")):
+        raise DeclarationError(
+            f"{kind}({candidate!r}, {name!r}): the type must be a message class, such as std_msgs.msg.String"
+        )
+    return candidate

@@ -1,0 +1,40 @@
+"""What the decorators of a node class leave on its methods, for `Node` to collect when the class is made."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from types import CodeType
+from typing import Any, cast
+
+from actors.errors import DeclarationError
+
+__all__ = ["Declaration", "declarations_of", "positional"]
+
+
+class Declaration:
+    """What a decorator leaves on a method; `Node` collects them when its class is made."""
+
+    __slots__ = ("attribute", "function")
+
+    def __init__(self) -> None:
+        self.function: Callable[..., Any]
+        self.attribute = ""
+
+    def attach(self, function: Callable[..., Any]) -> None:
+        if not callable(function):
+            raise DeclarationError(f"{self!r} decorates a method, not {function!r}")
+        self.function = function
+        held = cast("tuple[Declaration, ...]", getattr(function, "__declarations__", ()))
+        function.__dict__["__declarations__"] = (*held, self)
+
+
+def declarations_of(function: object) -> tuple[Declaration, ...]:
+    """What the decorators left on this function, innermost first."""
+    return cast("tuple[Declaration, ...]", getattr(function, "__declarations__", ()))
+
+
+def positional(function: Callable[..., Any]) -> int:
+    """How many positional arguments a method takes, self included."""
+    code: CodeType = inspect.unwrap(function).__code__
+    return code.co_argcount

@@ -1,0 +1,203 @@
+"""The graph at one instant, as a value: to print, to compare, to draw.
+
+`take(system)` copies what is there; nothing in a `Snapshot` changes afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+if TYPE_CHECKING:
+    from actors.system import System
+
+__all__ = ["Edge", "NodeView", "ServiceView", "Snapshot", "TopicView", "take"]
+
+
+class Edge(msgspec.Struct, frozen=True, order=True):
+    """One node's part in one topic: its quality of service in words, and its counts."""
+
+    node: str
+    qos: str
+    messages: int
+    dropped: int = 0
+    waiting: int = 0
+
+
+class TopicView(msgspec.Struct, frozen=True):
+    name: str
+    types: tuple[str, ...]
+    publishers: tuple[Edge, ...]
+    subscriptions: tuple[Edge, ...]
+    messages: int
+    rate: float
+    """Messages per second since the topic's first publisher."""
+    mismatches: tuple[str, ...] = ()
+    """What keeps endpoints of this topic apart, in words."""
+
+
+class ServiceView(msgspec.Struct, frozen=True):
+    name: str
+    type: str
+    kind: str
+    """service or action."""
+    server: str
+    clients: tuple[str, ...]
+    calls: int
+    open: int
+    """Requests, or goals, under way."""
+
+
+class NodeView(msgspec.Struct, frozen=True):
+    name: str
+    path: str
+    state: str
+    incarnation: int
+    waiting: int
+    """Items in its inbox."""
+    handled: int = 0
+    """Items worked off so far."""
+    inbox_age: float = 0.0
+    """For how long an item waits there, seconds: see `actors.inbox.load.Load.age`."""
+    slowest: str = ""
+    """The handler that took longest for one item, as far as measured, and for how long."""
+
+
+class Snapshot(msgspec.Struct, frozen=True):
+    """Nodes, topics, services and actions of one system at one instant, each sorted by name."""
+
+    at: float
+    nodes: tuple[NodeView, ...]
+    topics: tuple[TopicView, ...]
+    services: tuple[ServiceView, ...]
+
+    def to_json(self) -> str:
+        """The whole snapshot as JSON."""
+        return msgspec.json.format(msgspec.json.encode(self), indent=1).decode()
+
+    def to_mermaid(self) -> str:
+        """A Mermaid flow chart: nodes as boxes, topics as rounded boxes, services and actions as hexagons."""
+        ids: dict[str, str] = {}
+        lines = ["flowchart LR"]
+        for key, label in self._things():
+            ids[key] = f"n{len(ids)}"
+            left, right = {"node": ("[", "]"), "topic": ("(", ")"), "service": ("{{", "}}")}[key.split(" ")[0]]
+            lines.append(f'  {ids[key]}{left}"{label}"{right}')
+        lines += [
+            f"  {ids[begin]} {'-.->' if dotted else '-->'} {ids[end]}"
+            for begin, end, dotted in self._edges()
+            if end in ids and begin in ids
+        ]
+        return "\n".join(lines) + "\n"
+
+    def to_dot(self) -> str:
+        """A Graphviz graph of the same."""
+        shapes = {"node": "box", "topic": "ellipse", "service": "hexagon"}
+        lines = ["digraph graph_ {", "  rankdir=LR;"]
+        known = set[str]()
+        for key, label in self._things():
+            known.add(key)
+            lines.append(f'  "{key}" [label="{label}", shape={shapes[key.split(" ")[0]]}];')
+        for begin, end, dotted in self._edges():
+            if begin in known and end in known:
+                lines.append(f'  "{begin}" -> "{end}"{" [style=dashed]" if dotted else ""};')
+        return "\n".join([*lines, "}"]) + "\n"
+
+    def diff(self, other: Snapshot) -> tuple[str, ...]:
+        """What one must do to come from here to `other`, a line each: + what is new, - what is gone, ~ what has changed."""
+        lines: list[str] = []
+        ours, theirs = self._facts(), other._facts()
+        lines += [f"- {fact}" for fact in ours if fact not in theirs]
+        lines += [f"+ {fact}" for fact in theirs if fact not in ours]
+        lines += [
+            f"~ {fact}: {ours[fact]} -> {theirs[fact]}"
+            for fact in ours
+            if fact in theirs and ours[fact] != theirs[fact]
+        ]
+        return tuple(sorted(lines, key=lambda line: line[2:]))
+
+    def _things(self) -> Iterable[tuple[str, str]]:
+        yield from ((f"node {node.name}", node.name) for node in self.nodes)
+        yield from ((f"topic {topic.name}", topic.name) for topic in self.topics)
+        yield from ((f"service {service.name}", service.name) for service in self.services)
+
+    def _edges(self) -> Iterable[tuple[str, str, bool]]:
+        for topic in self.topics:
+            yield from ((f"node {edge.node}", f"topic {topic.name}", False) for edge in topic.publishers)
+            yield from ((f"topic {topic.name}", f"node {edge.node}", False) for edge in topic.subscriptions)
+        for service in self.services:
+            yield from ((f"node {client}", f"service {service.name}", True) for client in service.clients)
+            if service.server:
+                yield f"service {service.name}", f"node {service.server}", True
+
+    def _facts(self) -> dict[str, str]:
+        """What the graph is made of, without counts, which always differ."""
+        facts = {f"node {node.name}": f"{node.state}, incarnation {node.incarnation}" for node in self.nodes}
+        for topic in self.topics:
+            facts |= {f"{edge.node} publishes {topic.name}": edge.qos for edge in topic.publishers}
+            facts |= {f"{edge.node} subscribes {topic.name}": edge.qos for edge in topic.subscriptions}
+        facts |= {
+            f"{service.kind} {service.name}": f"served by {service.server or 'nobody'}" for service in self.services
+        }
+        return facts
+
+
+def take(system: System) -> Snapshot:
+    """The graph of `system` now."""
+    return Snapshot(
+        at=system.clock.now(),
+        nodes=tuple(sorted((_node(state) for state in system.nodes.values()), key=lambda node: node.name)),
+        topics=tuple(_topic(system, name) for name in sorted(system.graph.topics)),
+        services=tuple(sorted((*_services(system), *_actions(system)), key=lambda service: service.name)),
+    )
+
+
+def _node(state: Any) -> NodeView:
+    load = state.load
+    slowest = f"{load.slowest.handler} {load.slowest.longest:.3g} s" if load.slowest is not None else ""
+    return NodeView(
+        state.identity.fqn, "/".join(state.path), state.state, state.incarnation, load.waiting, load.handled, round(load.age, 6), slowest
+    )  # fmt: skip
+
+
+def _topic(system: System, name: str) -> TopicView:
+    entry = system.graph.topics[name]
+    seconds = system.clock.now() - entry.opened if entry.opened is not None else 0.0
+    return TopicView(
+        name,
+        entry.type_names,
+        tuple(Edge(one.node.fqn, repr(one.qos), one.count) for one in entry.publishers),
+        tuple(
+            Edge(one.node.fqn, repr(one.qos), one.received, one.dropped, len(one.messages))
+            for one in entry.subscriptions
+        ),
+        entry.message_count,
+        round(entry.message_count / seconds, 6) if seconds > 0.0 else 0.0,
+        tuple(f"{publisher} -> {subscriber}: {why}" for (publisher, subscriber, _), why in entry.mismatches.items()),
+    )
+
+
+def _services(system: System) -> Iterable[ServiceView]:
+    for name, entry in system.graph.services.items():
+        server = entry.server
+        if server is not None:
+            yield ServiceView(
+                name, server.response.__ros_type__.removesuffix("_Response"), "service", server.node.fqn, tuple(sorted(entry.clients)),
+                server.calls, len(server.open()),
+            )  # fmt: skip
+        elif entry.clients:
+            yield ServiceView(name, "", "service", "", tuple(sorted(entry.clients)), 0, 0)
+
+
+def _actions(system: System) -> Iterable[ServiceView]:
+    for name, entry in system.graph.actions.items():
+        server = entry.server
+        if server is not None:
+            yield ServiceView(
+                name, server.action.type.__ros_type__, "action", server.node.fqn, tuple(sorted(entry.clients)), server.goals,
+                len(server.running) + len(server.waiting),
+            )  # fmt: skip
+        elif entry.clients:
+            yield ServiceView(name, "", "action", "", tuple(sorted(entry.clients)), 0, 0)

@@ -1,0 +1,1 @@
+"""Managed nodes, by the rules of ROS 2 lifecycle nodes."""

@@ -1,0 +1,293 @@
+"""Managed nodes: configured, activated, deactivated and cleaned up on request, by the rules of ROS 2 lifecycle nodes.
+
+While a node is not active its publishers discard what they are given and its timers rest; messages, requests and parameters are
+handled in every state. After a restart the supervisor's new incarnation is brought to the state that was last asked of the old one.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
+
+from actors.errors import ProgramExit, described
+from actors.inbox.control import blame
+from actors.lifecycle.machine import (
+    STATES,
+    TRANSITIONS,
+    HookResult,
+    LifecycleMachine,
+    LifecycleState,
+    LifecycleTransition,
+    TransitionRefused,
+)
+from actors.node.node import Node
+
+if TYPE_CHECKING:
+    from actors.runtime.core import Core
+    from actors.system import System
+
+__all__ = ["LifecycleNode", "bring_down", "bring_up", "lifecycle_service"]
+
+PrimaryState = Literal["unconfigured", "inactive", "active"]
+_WAY: Final[dict[str, tuple[str, ...]]] = {
+    "unconfigured": (),
+    "inactive": ("configure",),
+    "active": ("configure", "activate"),
+}
+
+_UP: Final = {
+    "configure": (LifecycleState.INACTIVE, LifecycleState.ACTIVE),
+    "activate": (LifecycleState.ACTIVE,),
+}
+"""Request -> the states in which there is nothing left to do."""
+
+
+class LifecycleNode(Node):
+    """A managed node. Hooks get the primary state they come from; returning None means SUCCESS, an exception means ERROR.
+
+    `autostart` is the state that a fresh node goes to by itself; its start phase, and so its supervisor's, waits for it.
+    """
+
+    autostart: ClassVar[PrimaryState] = "unconfigured"
+    managed = True
+
+    async def on_configure(self, previous: LifecycleState) -> HookResult | None:
+        """Get what the node needs: parameters, buffers, connections."""
+        return None
+
+    async def on_cleanup(self, previous: LifecycleState) -> HookResult | None:
+        """Give back what on_configure took."""
+        return None
+
+    async def on_activate(self, previous: LifecycleState) -> HookResult | None:
+        """About to work: publishers deliver and timers run once this has succeeded."""
+        return None
+
+    async def on_deactivate(self, previous: LifecycleState) -> HookResult | None:
+        """About to rest: what is published here is still delivered."""
+        return None
+
+    async def on_shutdown(self, previous: LifecycleState) -> HookResult | None:
+        """The end, from whichever state."""
+        return None
+
+    async def on_fault(self, previous: LifecycleState) -> HookResult | None:
+        """A hook failed with ERROR (rclpy's ``on_error``): SUCCESS leads to unconfigured, anything else to finalized."""
+        return None
+
+    @property
+    def state(self) -> LifecycleState:
+        """The state now."""
+        return self._machine.state
+
+    async def change_state(self, label: str = "", transition_id: int = 0) -> bool:
+        """Run a transition; a label beats an id. True when its hook succeeded. Raises `TransitionRefused`.
+
+        Whatever leaves a hook, the node comes to a primary state: an error counts as ERROR, and so does a cancellation, which is raised
+        again when `on_fault` has run.
+        """
+        machine = self._machine
+        hook = machine.begin(label, transition_id)
+        ending: BaseException | None = None
+        while True:
+            try:
+                result = await self._run_hook(hook.name, hook.previous)
+            except BaseException as error:
+                ending = ending or self._hook_failed(hook.name, error)
+                result = HookResult.ERROR
+            following = machine.finish(result)
+            if following is None:
+                break
+            hook = following
+        self._follow()
+        if machine.state.label in _WAY:
+            self.core.mailbox.asked_state = machine.state.label
+        if ending is not None:
+            raise ending
+        return machine.succeeded
+
+    def _hook_failed(self, hook: str, error: BaseException) -> BaseException | None:
+        """Tell of an error; what is more than one is returned, to be raised when the node has come to rest, or raised if it has no time."""
+        failure = blame(error, f"{self.fqn} {hook}")
+        if failure is None and (self.core.system.killed(self.core) or not isinstance(error, asyncio.CancelledError)):
+            raise error
+        self.log.error("lifecycle hook failed", hook=hook, error=described(failure or error))
+        return None if isinstance(failure, Exception) and not isinstance(failure, ProgramExit) else failure or error
+
+    async def _run_hook(self, name: str, previous: LifecycleState) -> HookResult:
+        result = await getattr(self, "on_fault" if name == "on_error" else name)(previous)
+        if result is None:
+            return HookResult.SUCCESS
+        return result if isinstance(result, HookResult) else HookResult.ERROR
+
+    def _follow(self) -> None:
+        """Let publishers and timers do as the state says."""
+        core, active = self.core, self._machine.state is LifecycleState.ACTIVE
+        core.let_publish(active)
+        if not active:
+            core.stop_timers()
+        elif not core.timers:
+            core.start_timers()
+
+    async def _begin(self) -> None:
+        self._machine = LifecycleMachine(on_transition=self._tell)
+        self._follow()
+        goal = self.core.mailbox.asked_state or self.autostart
+        for label in _WAY[goal]:
+            if not await self.change_state(label):
+                raise RuntimeError(f"{self.fqn} could not be brought to {goal}: {label} did not succeed")
+
+    async def _finish(self) -> None:
+        if self._machine.state in (LifecycleState.UNCONFIGURED, LifecycleState.INACTIVE, LifecycleState.ACTIVE):
+            asked = self.core.mailbox.asked_state
+            await self.change_state("shutdown")
+            self.core.mailbox.asked_state = asked
+
+    def _tell(self, edge: LifecycleTransition) -> None:
+        entry = self.core.system.graph.topics.get(f"{self.fqn}/transition_event")
+        if entry is not None and entry.subscriptions:
+            from actors.interfaces.lifecycle_msgs.msg import TransitionEvent
+
+            self.core.event_publisher(TransitionEvent, entry).publish(
+                TransitionEvent(
+                    transition=_transition(edge), start_state=_state(edge.start), goal_state=_state(edge.goal)
+                )
+            )
+
+
+async def bring_up(
+    system: System, nodes: Sequence[str] | None = None, *, to: Literal["inactive", "active"] = "active"
+) -> None:
+    """Configure all lifecycle nodes in the order of the tree, then activate them in that order: dependencies first.
+
+    `nodes` limits it to these full names. What is up already is left as it is. Raises `RuntimeError` naming the node that did not succeed,
+    could not be asked in its state, does not run or does not exist; those before it stay as they are.
+    """
+    for name in nodes or ():
+        if not any(core.fqn == name for core in _managed(system, nodes)):
+            known = ", ".join(core.fqn for core in _managed(system, None)) or "none"
+            raise RuntimeError(f"{name} is no running lifecycle node; there are: {known}")
+    for label in _WAY[to]:
+        for core in _managed(system, nodes):
+            node = core.node
+            assert isinstance(node, LifecycleNode)
+            if node.state in _UP[label]:
+                continue
+            try:
+                succeeded = await _ask(core, node, label)
+            except TransitionRefused as refusal:
+                if node.state in _UP[label]:  # somebody else was faster
+                    continue
+                raise RuntimeError(f"{core.fqn}: {refusal}") from refusal
+            if not succeeded:
+                raise RuntimeError(f"{core.fqn}: {label} did not succeed; it is {node.state.label}")
+
+
+async def bring_down(system: System, nodes: Sequence[str] | None = None) -> None:
+    """Deactivate and clean up all lifecycle nodes in reverse order, as far as each one is up."""
+    for label in ("deactivate", "cleanup"):
+        for core in reversed(_managed(system, nodes)):
+            node = core.node
+            assert isinstance(node, LifecycleNode)
+            if label in (edge.label for edge in node._machine.available()):  # pyright: ignore[reportPrivateUsage]
+                await _ask(core, node, label)
+
+
+def _managed(system: System, nodes: Sequence[str] | None) -> list[Core]:
+    cores = [state.core for state in system.nodes.values() if state.core is not None]
+    return [core for core in cores if isinstance(core.node, LifecycleNode) and (nodes is None or core.fqn in nodes)]
+
+
+async def _ask(core: Core, node: LifecycleNode, label: str) -> bool:
+    """Change a node's state in its own turn. Raises `NodeRestarting` or `NotRunning` when the node ends before it has done so."""
+    answer: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
+
+    def ended(_: object) -> None:
+        if not answer.done():
+            answer.set_exception(core.absent())
+
+    core.spawn(asyncio.wait([answer]), name=label).add_done_callback(ended)  # the node's end is the end of its tasks
+    core.inbox.put_control(_Change(node, label, answer))
+    return await answer
+
+
+class _Change:
+    """An inbox item: a transition that somebody in this process asks for."""
+
+    __slots__ = ("answer", "asked", "node")
+    label = "lifecycle transition"
+
+    def __init__(self, node: LifecycleNode, label: str, answer: asyncio.Future[bool]) -> None:
+        self.node = node
+        self.asked = label
+        self.answer = answer
+
+    async def run(self) -> None:
+        try:
+            done = await self.node.change_state(self.asked)
+        except TransitionRefused as refusal:
+            if not self.answer.done():
+                self.answer.set_exception(refusal)
+        else:
+            if not self.answer.done():
+                self.answer.set_result(done)
+
+
+# -- the services of a managed node ---------------------------------------------------------------------------------------------
+
+
+def _state(state: LifecycleState) -> Any:
+    from actors.interfaces.lifecycle_msgs.msg import State
+
+    return State(id=int(state), label=state.label)
+
+
+def _transition(edge: LifecycleTransition) -> Any:
+    from actors.interfaces.lifecycle_msgs.msg import Transition
+
+    return Transition(id=edge.id, label=edge.label)
+
+
+def lifecycle_service(node: LifecycleNode, name: str) -> tuple[Any, Any]:
+    """Type and handler of one of the five services."""
+    from actors.interfaces.lifecycle_msgs import srv
+    from actors.interfaces.lifecycle_msgs.msg import TransitionDescription
+
+    def described(edges: Sequence[LifecycleTransition]) -> Any:
+        return tuple(
+            TransitionDescription(
+                transition=_transition(edge), start_state=_state(edge.start), goal_state=_state(edge.goal)
+            )
+            for edge in edges
+        )
+
+    async def change_state(request: Any) -> Any:
+        try:
+            return srv.ChangeState.Response(
+                success=await node.change_state(request.transition.label, request.transition.id)
+            )
+        except TransitionRefused as refusal:
+            node.log.warning(str(refusal))
+            return srv.ChangeState.Response(success=False)
+
+    async def get_state(request: Any) -> Any:
+        return srv.GetState.Response(current_state=_state(node.state))
+
+    async def get_available_states(request: Any) -> Any:
+        return srv.GetAvailableStates.Response(available_states=tuple(_state(state) for state in STATES))
+
+    async def get_available_transitions(request: Any) -> Any:
+        return srv.GetAvailableTransitions.Response(available_transitions=described(node._machine.available()))  # pyright: ignore[reportPrivateUsage]
+
+    async def get_transition_graph(request: Any) -> Any:
+        return srv.GetAvailableTransitions.Response(available_transitions=described(TRANSITIONS))
+
+    handlers: dict[str, tuple[Any, Any]] = {
+        "change_state": (srv.ChangeState, change_state),
+        "get_state": (srv.GetState, get_state),
+        "get_available_states": (srv.GetAvailableStates, get_available_states),
+        "get_available_transitions": (srv.GetAvailableTransitions, get_available_transitions),
+        "get_transition_graph": (srv.GetAvailableTransitions, get_transition_graph),
+    }
+    return handlers[name]

@@ -1,0 +1,50 @@
+"""Who a node is: its names, and what the names it uses stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from actors.names import names
+
+if TYPE_CHECKING:
+    from actors.names.remapping import Remapping
+
+__all__ = ["Identity"]
+
+
+class Identity:
+    """Who a node is: set by its place in the tree, the same over all its incarnations."""
+
+    __slots__ = ("fqn", "name", "namespace", "overrides", "path", "remapping")
+
+    def __init__(
+        self,
+        name: str,
+        namespace: str,
+        path: tuple[str, ...],
+        overrides: Mapping[str, Any],
+        remapping: Remapping | None,
+    ) -> None:
+        names.validate_node_name(name)
+        namespace = names.normalize_namespace(namespace)
+        if remapping is not None:
+            name, namespace = remapping.identity(name, namespace)
+        self.name = name
+        self.namespace = namespace
+        self.fqn = names.fully_qualified(namespace, name)
+        self.path = path
+        self.overrides = overrides
+        self.remapping = remapping
+
+    def topic(self, name: str) -> str:
+        """The full name of a topic as this node knows it."""
+        if self.remapping is not None:
+            return self.remapping.resolve_topic(name, self.name, self.namespace)
+        return names.expand(name, self.name, self.namespace)
+
+    def service(self, name: str) -> str:
+        """The full name of a service, or of an action by its bare name, as this node knows it."""
+        if self.remapping is not None:
+            return self.remapping.resolve_service(name, self.name, self.namespace)
+        return names.expand(name, self.name, self.namespace)

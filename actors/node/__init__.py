@@ -1,0 +1,1 @@
+"""What people write: `Node`, its declarations, and what they are checked for."""

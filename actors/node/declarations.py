@@ -1,0 +1,324 @@
+"""What a node class declares, collected and checked once, when the class is made.
+
+A wrong declaration fails at import with the name of the method and the remedy, not at message 1000.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Coroutine
+from typing import TYPE_CHECKING, Any, Generic, Literal, Never, NoReturn, ParamSpec, TypeVar, overload
+
+from actors.checks import is_number
+from actors.contracts.contracts import (
+    ActionHandler,
+    GoalHook,
+    ServiceHandler,
+    Topic,
+    TopicHandler,
+)
+from actors.contracts.declaration import Declaration, declarations_of, positional
+from actors.contracts.signatures import check_argument, check_nothing_returned, check_response, check_steps
+from actors.errors import DeclarationError, NotStarted
+from actors.node.members import check_members, members_of
+from actors.parameters.declare import NO_PARAMETERS, ParameterDeclaration, ParameterTable
+from actors.parameters.hooks import ParameterHook
+from actors.parameters.rates import check_rate_parameter, rate_objection
+from actors.qos import QoS, of
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import Message
+    from actors.topics.channel import Publisher
+    from actors.topics.stream import Stream
+
+__all__ = [
+    "BackgroundDeclaration",
+    "Blueprint",
+    "Late",
+    "PublisherDeclaration",
+    "StreamDeclaration",
+    "TimerDeclaration",
+    "background",
+    "every",
+    "publishes",
+    "subscribes",
+]
+
+M = TypeVar("M", bound="Message")
+Node = TypeVar("Node")
+P = ParamSpec("P")
+Nothing = TypeVar("Nothing", bound="Coroutine[Any, Any, None] | None")
+
+Late = Literal["skip", "catch_up", "fault"]
+
+
+class PublisherDeclaration(Generic[M]):
+    """``cmd = publishes(CMD_VEL)``: the contract on the class, a `Publisher` on the instance."""
+
+    __slots__ = ("attribute", "qos", "topic")
+
+    def __init__(self, topic: Topic[M], qos: QoS) -> None:
+        self.topic = topic
+        self.qos = qos
+        self.attribute = ""
+
+    def __repr__(self) -> str:
+        return f"publishes({self.topic!r})"
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.attribute = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Topic[M]: ...
+    @overload
+    def __get__(self, instance: object, owner: type) -> Publisher[M]: ...
+    def __get__(self, instance: Any, owner: type) -> Topic[M] | Publisher[M]:
+        if instance is None:
+            return self.topic
+        raise NotStarted(
+            f"{owner.__name__}.{self.attribute}: the node has not been started yet; publish in on_start or later"
+        )
+
+    if TYPE_CHECKING:  # only there: a `__set__` at run time would keep the instance's own attribute from being found
+
+        def __set__(self, instance: object, value: Never) -> NoReturn: ...
+
+
+class StreamDeclaration(Generic[M]):
+    """``odometry = subscribes(ODOMETRY)``: the contract on the class, a `Stream` on the instance, listening from the start on."""
+
+    __slots__ = ("attribute", "qos", "topic")
+
+    def __init__(self, topic: Topic[M], qos: QoS) -> None:
+        self.topic = topic
+        self.qos = qos
+        self.attribute = ""
+
+    def __repr__(self) -> str:
+        return f"subscribes({self.topic!r})"
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.attribute = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Topic[M]: ...
+    @overload
+    def __get__(self, instance: object, owner: type) -> Stream[M]: ...
+    def __get__(self, instance: Any, owner: type) -> Topic[M] | Stream[M]:
+        if instance is None:
+            return self.topic
+        raise NotStarted(
+            f"{owner.__name__}.{self.attribute}: the node has not been started yet; read it in on_start or later"
+        )
+
+    if TYPE_CHECKING:  # as above
+
+        def __set__(self, instance: object, value: Never) -> NoReturn: ...
+
+
+def publishes(topic: Topic[M], *, qos: QoS | int | None = None) -> PublisherDeclaration[M]:
+    """Declare that the node publishes on `topic`; the attribute is its `Publisher`. `qos` overrides the contract's."""
+    return PublisherDeclaration(topic, topic.qos if qos is None else of(qos))
+
+
+def subscribes(topic: Topic[M], *, qos: QoS | int | None = None) -> StreamDeclaration[M]:
+    """Declare that the node listens to `topic` without a handler: the attribute is a `Stream`, its newest message `.latest`."""
+    return StreamDeclaration(topic, topic.qos if qos is None else of(qos))
+
+
+class TimerDeclaration(Declaration):
+    """``@every(hz=50)``."""
+
+    __slots__ = ("hz", "late")
+
+    def __init__(self, hz: float | str, late: Late) -> None:
+        super().__init__()
+        self.hz = hz
+        self.late: Late = late
+
+    def __repr__(self) -> str:
+        return f"@every(hz={self.hz!r})"
+
+
+class BackgroundDeclaration(Declaration):
+    """``@background``."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return "@background"
+
+
+def every(
+    hz: float | str | None = None, *, period: float | None = None, late: Late = "skip"
+) -> Callable[[Callable[P, Nothing]], Callable[P, Nothing]]:
+    """Decorate a method that runs periodically: its k-th tick is due at start + k/hz, so it never drifts.
+
+    Give `hz` or `period` (seconds); `hz` may be the name of a parameter of the node. A tick that is due while the last one has not
+    begun is skipped and counted (`late="skip"`), done later (``catch_up``, at most 1000 of them) or ends the incarnation (``fault``).
+    The method takes nothing, or a `Tick`. When the parameter is set, the timer ticks at the new rate from that moment on, its next tick
+    one new period later; a rate that is not above 0 and below a million is refused.
+    """
+    if callable(hz):
+        name = getattr(hz, "__name__", "method")
+        raise DeclarationError(f"@every without its rate: write @every(hz=10) or @every(period=0.1) above `{name}`")
+    if (hz is None) == (period is None):
+        raise DeclarationError("every(): give either hz=, ticks per second, or period=, seconds")
+    rate = hz if hz is not None else _rate_of(period)
+    if not isinstance(rate, str) and (objection := rate_objection(rate)) is not None:
+        raise DeclarationError(f"every(hz={hz!r}, period={period!r}): {objection}")
+    if late not in ("skip", "catch_up", "fault"):
+        raise DeclarationError(f"every(late={late!r}): use skip, catch_up or fault")
+    declaration = TimerDeclaration(rate, late)
+
+    def decorate(function: Callable[P, Nothing]) -> Callable[P, Nothing]:
+        declaration.attach(function)
+        return function
+
+    return decorate
+
+
+def _rate_of(period: object) -> float:
+    return 1.0 / period if is_number(period) and 0.0 < period < math.inf else 0.0
+
+
+def background(function: Callable[[Node], Coroutine[Any, Any, None]]) -> Callable[[Node], Coroutine[Any, Any, None]]:
+    """Decorate a coroutine method that runs in its own task from the node's start to its stop: a driver's read loop, for instance."""
+    BackgroundDeclaration().attach(function)
+    return function
+
+
+class Blueprint:
+    """The declarations of one node class, in the order in which they were written, base classes first."""
+
+    __slots__ = (
+        "actions",
+        "backgrounds",
+        "clean",
+        "hooks",
+        "labels",
+        "owner",
+        "parameter_hooks",
+        "parameters",
+        "publishers",
+        "rates",
+        "services",
+        "streams",
+        "table",
+        "timers",
+        "topics",
+    )
+
+    def __init__(self, owner: type) -> None:
+        self.owner = owner
+        self.clean = False
+        """Whether a node of the class has started, and its own attributes hide nothing."""
+        self.publishers: list[PublisherDeclaration[Any]] = []
+        self.streams: list[StreamDeclaration[Any]] = []
+        self.parameters: list[ParameterDeclaration[Any]] = []
+        self.parameter_hooks: list[ParameterHook] = []
+        self.topics: list[TopicHandler] = []
+        self.services: list[ServiceHandler] = []
+        self.actions: list[ActionHandler] = []
+        self.hooks: list[GoalHook] = []
+        self.timers: list[TimerDeclaration] = []
+        self.backgrounds: list[BackgroundDeclaration] = []
+        self.rates: dict[str, str] = {}
+        """Parameter -> what reports call the timer that ticks by it."""
+        self.labels: dict[str, str] = {}
+        """Method -> what reports call it: one text for all nodes of the class."""
+        check_members(owner, (PublisherDeclaration, StreamDeclaration, ParameterDeclaration))
+        for name, value in members_of(owner).items():
+            self._take(name, value)
+        self._check_names()
+        self.table = ParameterTable(self.parameters) if self.parameters else NO_PARAMETERS
+
+    def _take(self, name: str, value: object) -> None:
+        if isinstance(value, PublisherDeclaration):
+            self.publishers.append(value)  # pyright: ignore[reportUnknownArgumentType]
+        elif isinstance(value, StreamDeclaration):
+            self.streams.append(value)  # pyright: ignore[reportUnknownArgumentType]
+        elif isinstance(value, ParameterDeclaration):
+            self.parameters.append(value)  # pyright: ignore[reportUnknownArgumentType]
+        else:
+            for declaration in declarations_of(value):
+                self._take_method(name, declaration)
+
+    def _take_method(self, name: str, declaration: Declaration) -> None:
+        where = self.labels[name] = f"{self.owner.__name__}.{name}"
+        declaration.attribute = name
+        function = declaration.function
+        match declaration:
+            case TopicHandler():
+                check_argument(where, function, "listens to", declaration.topic, declaration.topic.type)
+                check_nothing_returned(where, function, declaration.topic)
+                self.topics.append(declaration)
+            case ServiceHandler():
+                check_argument(where, function, "serves", declaration.service, declaration.service.request)
+                if not inspect.iscoroutinefunction(function):
+                    raise DeclarationError(f"{where} serves {declaration.service!r}: make it `async def`")
+                check_response(where, function, declaration.service, declaration.service.response)
+                self.services.append(declaration)
+            case ActionHandler():
+                check_argument(where, function, "serves", declaration.action, declaration.action.goal)
+                if not inspect.isasyncgenfunction(function):
+                    raise DeclarationError(
+                        f"{where} serves {declaration.action!r}: make it an async generator, one that yields feedback and ends with `yield Done(result)`"
+                    )
+                action = declaration.action
+                check_steps(where, function, action, action.feedback, action.result)
+                self.actions.append(declaration)
+            case GoalHook():
+                check_argument(
+                    where, function, f"is @{declaration.verb} of", declaration.action, declaration.action.goal
+                )
+                self.hooks.append(declaration)
+            case TimerDeclaration():
+                if positional(function) not in (1, 2):
+                    raise DeclarationError(f"{where} is {declaration!r}: it must take self, and a Tick if it wants one")
+                self.timers.append(declaration)
+            case BackgroundDeclaration():
+                if not inspect.iscoroutinefunction(function) or positional(function) != 1:
+                    raise DeclarationError(f"{where} is @background: make it `async def {name}(self)`")
+                self.backgrounds.append(declaration)
+            case ParameterHook():
+                declaration.check(where)
+                self.parameter_hooks.append(declaration)
+            case _:
+                raise DeclarationError(f"{where}: unknown declaration {declaration!r}")
+
+    def _check_names(self) -> None:
+        parameters = {parameter.name: parameter for parameter in self.parameters}
+        for timer in self.timers:
+            if isinstance(timer.hz, str):
+                check_rate_parameter(self.labels[timer.attribute], timer.hz, parameters)
+                self.rates[timer.hz] = self.labels[timer.attribute]
+        for asked in self.parameter_hooks:
+            if asked.parameter is not None and asked.parameter.name not in parameters:
+                raise DeclarationError(
+                    f"{self.owner.__name__}.{asked.attribute} is {asked!r}, a parameter that the class does not declare"
+                )
+        served = [declaration.action for declaration in self.actions]
+        for hook in self.hooks:
+            if hook.action not in served:
+                raise DeclarationError(
+                    f"{self.owner.__name__}.{hook.attribute}: {hook!r} without a method that is @{hook.action!r}.serve()"
+                )
+        _refuse_twice(self.owner, [(declaration.service, declaration.attribute) for declaration in self.services])
+        _refuse_twice(self.owner, [(declaration.action, declaration.attribute) for declaration in self.actions])
+        for verb in ("accepts", "cancels"):
+            _refuse_twice(
+                self.owner,
+                [(hook.action, hook.attribute) for hook in self.hooks if hook.verb == verb],
+                f"are @{verb} of",
+            )
+
+
+def _refuse_twice(owner: type, served: list[tuple[object, str]], verb: str = "serve") -> None:
+    for index, (contract, attribute) in enumerate(served):
+        for other, earlier in served[:index]:
+            if other is contract:
+                raise DeclarationError(
+                    f"{owner.__name__}.{attribute} and .{earlier} both {verb} {contract!r}: keep one"
+                )

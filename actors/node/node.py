@@ -1,0 +1,357 @@
+"""`Node`: the actor people write. A class declares what it publishes, takes, serves and does periodically; the rest is methods.
+
+::
+
+    class Mover(Node):
+        cmd = publishes(CMD_VEL)
+        speed = parameter(0.5, unit="m/s", ge=0.0, le=2.0)
+
+        @every(hz=50)
+        async def steer(self) -> None: ...
+"""
+
+from __future__ import annotations
+
+import asyncio
+import inspect
+from collections.abc import Callable, Coroutine, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar, cast
+
+from actors.errors import ActionUnavailable, DeclarationError, NotStarted, ServiceUnavailable
+from actors.node.declarations import Blueprint
+from actors.node.habits import Habits
+from actors.places import claim
+from actors.qos import QoS, of
+from actors.time.deadlines import check_timeout
+
+if TYPE_CHECKING:
+    from random import Random
+
+    from actors.actions.client import Goal
+    from actors.contracts.contracts import Action, Service, Topic
+    from actors.interfaces.message import Message
+    from actors.logs import NodeLog
+    from actors.parameters import SetResult
+    from actors.runtime.core import Core
+    from actors.supervision.reasons import ExitReason
+    from actors.time.clock import Clock
+    from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
+    from actors.topics.channel import Publisher
+    from actors.topics.handler import Feed
+    from actors.topics.stream import Stream
+
+__all__ = ["CALL_TIMEOUT", "GOAL_TIMEOUT", "ErrorVerdict", "Node"]
+
+M = TypeVar("M", bound="Message")
+G = TypeVar("G", bound="Message")
+R = TypeVar("R", bound="Message")
+F = TypeVar("F", bound="Message")
+Req = TypeVar("Req", bound="Message")
+Resp = TypeVar("Resp", bound="Message")
+P = ParamSpec("P")
+T = TypeVar("T")
+
+CALL_TIMEOUT = 1.0
+"""Seconds a call waits for its answer unless told otherwise."""
+
+GOAL_TIMEOUT = 5.0
+"""Seconds a goal waits for its acceptance unless told otherwise. Its execution has no limit of its own."""
+
+ErrorVerdict = Literal["continue", "fail"] | None
+
+
+class Node(Habits):
+    """One async actor: its handlers, ticks included, never overlap, so its attributes need no locks.
+
+    Lifecycle: the supervisor makes the object, `on_start` runs (the node is ready when it returns), then messages, requests and ticks
+    are handled one after another, until the node is asked to stop or fails; goals and tasks of the node are then canceled, and
+    `on_stop` runs. After a failure the supervisor makes a new object, the next incarnation; messages that wait are kept for it.
+
+    Everything below works from `on_start` on, not in ``__init__``.
+    """
+
+    node_name: ClassVar[str]
+    """Set it to give the class a default node name other than its own in snake_case."""
+
+    blueprint: ClassVar[Blueprint]
+    _core: Core | None = None
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        claim(cls.__module__)
+        cls.blueprint = Blueprint(cls)
+
+    if not TYPE_CHECKING:  # type checkers know what a node has, and that it takes nothing
+
+        def __init__(self, *arguments, **keywords):
+            if (arguments or keywords) and not _takes_arguments(type(self)):
+                name = type(self).__name__
+                given = ", ".join([*map(repr, arguments), *(f"{key}={value!r}" for key, value in keywords.items())])
+                raise DeclarationError(
+                    f"{name}: a Node is made without arguments, not with ({given:.60}): its name belongs to its place, "
+                    f"Child({name}, name=...), and what its own __init__ takes comes by Child({name}, args=(...))"
+                )
+            super().__init__(*arguments, **keywords)
+
+    def __repr__(self) -> str:
+        core = self._core
+        return (
+            f"<{type(self).__name__} {core.fqn}, incarnation {core.incarnation}>"
+            if core
+            else f"<{type(self).__name__}, not started>"
+        )
+
+    # -- hooks --------------------------------------------------------------------------------------------------------------
+
+    async def on_start(self) -> None:
+        """Get ready. The node counts as started, and its siblings go on starting, when this returns."""
+
+    async def on_stop(self, reason: ExitReason) -> None:
+        """Leave things in order: the endpoints still work, goals and tasks have ended. Bounded by the child's stop timeout."""
+
+    def handover(self) -> Any:
+        """What the next incarnation shall begin with after an orderly end, or None to leave the last checkpoint."""
+        return None
+
+    def resume(self, state: Any) -> None:
+        """Take what the last incarnation left by `checkpoint` or `handover`. Called before `on_start`; not at all if nothing was left."""
+
+    def on_error(self, error: Exception, handler: str) -> ErrorVerdict:
+        """An exception left `handler`: return "continue" to live on, "fail" to end the incarnation, None for the default.
+
+        The default is "fail" for timers and topic handlers, and "continue" for services and actions, whose caller gets the error.
+        """
+        return None
+
+    managed: ClassVar[bool] = False
+    """Whether timers wait for a lifecycle transition: True for lifecycle nodes."""
+
+    async def _begin(self) -> None:
+        """The framework's own part of the start phase, after `on_start`."""
+
+    async def _finish(self) -> None:
+        """The framework's own part of an orderly end, before `on_stop`."""
+
+    # -- who and when -------------------------------------------------------------------------------------------------------
+
+    @property
+    def core(self) -> Core:
+        """The machinery of this incarnation."""
+        if self._core is None:
+            raise NotStarted(
+                f"{type(self).__name__} has not been started yet: use this in on_start or later, not in __init__"
+            )
+        return self._core
+
+    @property
+    def name(self) -> str:
+        """The node's name, without its namespace."""
+        return self.core.identity.name
+
+    @property
+    def namespace(self) -> str:
+        return self.core.identity.namespace
+
+    @property
+    def fqn(self) -> str:
+        """The fully qualified name: namespace and name."""
+        return self.core.fqn
+
+    @property
+    def incarnation(self) -> int:
+        """1 for the node's first life, 2 after its first restart, and so on."""
+        return self.core.incarnation
+
+    @property
+    def clock(self) -> Clock:
+        """The system's clock, real or virtual; with `use_sim_time`, the time of `/clock` (see `actors.runtime.sim_time`)."""
+        return self.core.clock
+
+    def on_jump(
+        self,
+        threshold: JumpThreshold,
+        *,
+        pre: Callable[[], object] | None = None,
+        post: Callable[[TimeJump], object] | None = None,
+    ) -> JumpHandle:
+        """Hear of jumps of this node's ROS time: `pre()` runs before, `post(jump)` after each one that passes the threshold.
+
+        Both are plain functions; they run while `/clock` is published or `use_sim_time` is set, in order of registration. What they raise
+        is this node's failure. The handle's `remove()` ends it; so does the end of the incarnation.
+        """
+        return self.core.ros_time().on_jump(threshold, pre, post)
+
+    @property
+    def rng(self) -> Random:
+        """The node's own random numbers: they depend on the system's seed, the node's name and its incarnation only."""
+        return self.core.rng
+
+    @property
+    def log(self) -> NodeLog:
+        """The node's log: ``self.log.info("docked", percent=80)``; every line has the node, the time and the incarnation."""
+        return self.core.log
+
+    # -- communication ------------------------------------------------------------------------------------------------------
+
+    def publisher(self, topic: Topic[M], *, qos: QoS | int | None = None) -> Publisher[M]:
+        """Publish on `topic` from now until the node's end. In a class body, `publishes(TOPIC)` does the same."""
+        return self.core.publisher(topic, topic.qos if qos is None else of(qos))
+
+    def subscribe(self, topic: Topic[M], *, qos: QoS | int | None = None) -> Stream[M]:
+        """Listen to `topic` from this moment on: ``async for message in node.subscribe(TOPIC)``."""
+        return self.core.subscribe(topic, topic.qos if qos is None else of(qos))
+
+    def subscription(self, topic: Topic[M]) -> Feed[M]:
+        """What feeds this node's handler of `topic`: its counts, its `status`, its `events()`. Raises `DeclarationError` without one."""
+        return self.core.subscription(topic)
+
+    def call(
+        self, service: Service[Req, Resp], request: Req, *, timeout: float = CALL_TIMEOUT
+    ) -> Coroutine[Any, Any, Resp]:
+        """Ask a service and wait for its answer, `timeout` seconds at most, the wait for its server included.
+
+        The timeout is on the event loop's clock, also when the node uses simulated time: a paused simulation holds up nobody for ever.
+        Raises `ServiceUnavailable`, `CallTimeout`, `NodeRestarting`, `NotRunning`, `ServiceFailed`, `CallCycle` or `WrongType`.
+        """
+        core = self._core or self.core
+        client = core.clients.get(service) or core.client(service)
+        return client.call(request, timeout)
+
+    async def wait_for(
+        self, *contracts: Service[Any, Any] | Action[Any, Any, Any], timeout: float | None = None
+    ) -> None:
+        """Wait until somebody serves every one of these, `timeout` seconds at most in all.
+
+        Raises `ServiceUnavailable` or `ActionUnavailable`, both of them `TimeoutError`s, for the first one that nobody serves by then.
+        """
+        from actors.contracts.contracts import Service
+
+        core = self.core
+        if timeout is not None:
+            check_timeout(f"{self.fqn}.wait_for", timeout)
+        end = None if timeout is None else core.system.loop.time() + timeout
+        for contract in contracts:
+            name = core.identity.service(contract.name)
+            graph = core.system.graph
+            entry = graph.service(name) if isinstance(contract, Service) else graph.action(name)
+            try:
+                async with asyncio.timeout_at(end):
+                    await entry.available()
+            except TimeoutError:
+                missing = ServiceUnavailable if isinstance(contract, Service) else ActionUnavailable
+                raise missing(
+                    f"nobody serves {name} after {timeout:g} s: start its node, or check the name and namespace"
+                ) from None
+
+    def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
+        """A goal, to be entered with ``async with``; `timeout` (5 s) bounds the wait for its acceptance, nothing its execution.
+
+        The timeout is on the event loop's clock, as that of `call`.
+        Entering raises `ActionUnavailable` when nobody has accepted by then, and `GoalRejected`.
+        """
+        check_timeout(f"{self.fqn}.start({action!r})", timeout)
+        return self.core.goal(action, goal, timeout)
+
+    def on(
+        self, topic: Topic[M], handler: Callable[[M], Coroutine[Any, Any, None] | None], *, qos: QoS | int | None = None
+    ) -> None:
+        """Let `handler` take the topic's messages from now on, as `Topic.on` does for a method."""
+        if not callable(handler):
+            raise DeclarationError(
+                f"{self.fqn}.on({topic!r}, {handler!r:.60}): the handler must be a function or a method"
+            )
+        label = f"{self.fqn} {_name_of(handler)} on {topic.name}"
+        self.core.feed(topic, topic.qos if qos is None else of(qos), handler, label)
+
+    def serve(self, service: Service[Req, Resp], handler: Callable[[Req], Coroutine[Any, Any, Resp]]) -> None:
+        """Let `handler` answer the service from now on, as `Service.serve` does for a method."""
+        if not _is_async(handler):
+            raise DeclarationError(
+                f"{self.fqn}.serve({service!r}, {_name_of(handler)}): the handler answers by `await`; make it `async def`"
+            )
+        self.core.serve(service, handler, _name_of(handler))
+
+    # -- work ---------------------------------------------------------------------------------------------------------------
+
+    def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
+        """Run `work` in a task of this node: canceled when the node stops; if it fails, the node fails."""
+        try:
+            self.core.check_use()
+        except BaseException:
+            work.close()
+            raise
+        return self.core.own(work, name=name)
+
+    async def offload(self, function: Callable[..., T], *arguments: Any, takes: float = 0.0, thread: bool = False) -> T:
+        """Run CPU work outside the event loop and wait for its result.
+
+        It goes to a worker process (function and arguments must be picklable), or with ``thread=True`` to a thread, which pays only for
+        code that releases the GIL. Workers are bounded by the number of cores. On the virtual clock the function runs here, at once, and
+        its result comes `takes` seconds later.
+        """
+        result: T = await self.core.system.offload(function, arguments, takes, thread=thread)
+        return result
+
+    def threadsafe(self, function: Callable[P, object], *arguments: P.args, **keywords: P.kwargs) -> None:
+        """From any thread: have the event loop call `function` soon, in the order of submission.
+
+        What it raises is this node's failure, as if a handler had raised it.
+        """
+        if self._core is None:
+            raise NotStarted(f"{type(self).__name__} has not been started yet")
+        self._core.threadsafe(lambda: function(*arguments, **keywords))
+
+    def checkpoint(self, state: Any) -> None:
+        """Keep `state`, a value that is not changed afterwards, for the next incarnation, also if this one crashes. See `resume`."""
+        core = self.core
+        core.check_thread()
+        core.mailbox.saved = state
+
+    def stop(self, reason: str = "stopped itself") -> None:
+        """Ask for this node's own orderly end. Its supervisor sees `Stopped(reason)`."""
+        core = self.core
+        core.check_use()
+        core.request_stop(reason)
+
+    def set_parameter(self, name: str, value: Any) -> SetResult:
+        """Set one parameter of this node; a refusal is a result that says why, not an exception."""
+        return self.set_parameters({name: value})
+
+    def set_parameters(self, values: Mapping[str, Any]) -> SetResult:
+        """Set parameters of this node, all or none of them."""
+        if not isinstance(cast("object", values), Mapping):
+            raise TypeError(
+                f"{self.fqn}: set_parameters takes names and values, {{'speed': 1.0}}, not {type(values).__name__} {values!r:.60}"
+            )
+        core = self.core
+        core.check_thread()
+        return core.parameters.set_values(values)
+
+
+def _is_async(handler: Any) -> bool:
+    """Whether calling `handler` gives a coroutine, as far as that can be seen: also a partial, an object, a wrapped or annotated function."""
+    while isinstance(handler, partial):
+        handler = cast("Any", handler).func
+    if not (inspect.isroutine(handler) or isinstance(handler, type)):
+        handler = getattr(handler, "__call__", None)  # noqa: B004  # an object that can be called
+    handler = inspect.unwrap(handler) if callable(handler) else None
+    if inspect.iscoroutinefunction(handler):
+        return True
+    returned = str(getattr(handler, "__annotations__", {}).get("return", ""))
+    return any(word in returned for word in ("Coroutine", "Awaitable"))
+
+
+def _takes_arguments(kind: type[Node]) -> bool:
+    """Whether a base that comes after `Node` has something to be made with."""
+    following = kind.__mro__[kind.__mro__.index(Node) + 1 : -1]
+    return any("__init__" in vars(base) for base in following)
+
+
+def _name_of(handler: object) -> str:
+    """A handler's name in reports; the same in every incarnation, so that its waiting messages find it again."""
+    function = handler.func if isinstance(handler, partial) else handler  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType]
+    return str(getattr(function, "__qualname__", type(function).__name__))  # pyright: ignore[reportUnknownArgumentType]
+
+
+Node.blueprint = Blueprint(Node)

@@ -1,0 +1,21 @@
+"""Nodes that come with the framework."""
+
+from __future__ import annotations
+
+from actors.nodes.clock_publisher import (
+    ClockPublisher,
+)
+from actors.nodes.parameter_server import (
+    SERVER,
+    ParameterServer,
+    get_global,
+    set_global,
+)
+
+__all__ = [
+    "SERVER",
+    "ClockPublisher",
+    "ParameterServer",
+    "get_global",
+    "set_global",
+]

@@ -1,0 +1,117 @@
+"""Global parameters: one node that holds them, set once and read from any node.
+
+ROS 2 has no such server: there every parameter belongs to a node (ROS 1 had one, and tutorials still speak of it). This is our own
+answer to the same wish, an ordinary node with the six parameter services of every node, so the tools of ROS 2 read and set its
+parameters, too::
+
+    tree = Supervisor("robot", children=[Child(ParameterServer, parameters={"max_speed": 1.5}), ...])
+
+    await set_global(self, "max_speed", 0.8)
+    speed = await get_global(self, "max_speed")
+
+Put it first in the tree, so that it is there when the others start. A parameter that only one node reads belongs to that node.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.contracts.contracts import Service
+from actors.node.node import CALL_TIMEOUT, Node
+from actors.parameters import Parameter, ParameterDescriptor, ParameterNotDeclared, SetResult, Value
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from actors.interfaces.rcl_interfaces import srv
+
+__all__ = ["SERVER", "ParameterServer", "get_global", "set_global"]
+
+SERVER: Final = "/parameter_server"
+"""The full name that `get_global` and `set_global` ask unless told otherwise."""
+
+_NOT_GIVEN: Final = object()
+
+
+class ParameterServer(Node):
+    """Holds parameters that nobody declares: setting one declares it, with a type that may change, and setting None deletes it.
+
+    What its child declaration gives as `parameters` is there from the start. Values survive a restart of the node.
+    """
+
+    node_name = "parameter_server"
+    _kept: Mapping[str, Value] | None = None
+
+    def resume(self, state: Mapping[str, Value]) -> None:
+        self._kept = state
+
+    async def on_start(self) -> None:
+        store = self.core.parameters
+        store.allow_undeclared = True
+        initial: Mapping[str, Any] = store.overrides if self._kept is None else self._kept
+        for name, value in initial.items():
+            if not store.has(name):
+                store.declare(name, value, ParameterDescriptor(dynamic_typing=True), ignore_override=True)
+        store.add_post_set_callback(self._keep)
+
+    @property
+    def values(self) -> dict[str, Value]:
+        """The global parameters by name; not those that every node has."""
+        own = self.blueprint.table.values
+        return {name: value for name, value in self.core.parameters.values.items() if name not in own}
+
+    def _keep(self, _: Sequence[Parameter]) -> None:
+        self.checkpoint(self.values)
+
+
+async def get_global(
+    node: Node, name: str, alternative: Any = _NOT_GIVEN, *, server: str = SERVER, timeout: float = CALL_TIMEOUT
+) -> Any:
+    """The value of a global parameter, `alternative` if it is given and nobody has set the parameter.
+
+    Raises `ParameterNotDeclared` if nobody has set it, and what `Node.call` raises if there is no parameter server.
+    """
+    from actors.interfaces.rcl_interfaces import srv
+    from actors.parameters.messages import from_value
+
+    reply = await node.call(_reading(server), srv.GetParameters.Request(names=[name]), timeout=timeout)
+    value = from_value(name, reply.values[0]).value if reply.values else None
+    if value is not None:
+        return value
+    if alternative is _NOT_GIVEN:
+        raise ParameterNotDeclared(
+            f"nobody has set the global parameter {name!r} at {server}: set it first, or give an alternative",
+            node=server,
+            names=[name],
+        )
+    return alternative
+
+
+async def set_global(
+    node: Node, name: str, value: object, *, server: str = SERVER, timeout: float = CALL_TIMEOUT
+) -> SetResult:
+    """Set a global parameter, None to delete it; a refusal is a result that says why.
+
+    Raises TypeError and ValueError for what no parameter can hold, and what `Node.call` raises if there is no parameter server.
+    """
+    from actors.interfaces.rcl_interfaces import srv
+    from actors.parameters.messages import from_result, to_parameter
+
+    request = srv.SetParametersAtomically.Request(parameters=[to_parameter(Parameter(name, value))])
+    return from_result((await node.call(_setting(server), request, timeout=timeout)).result)
+
+
+@lru_cache  # one contract for each server: a node keeps one client for each contract
+def _reading(server: str) -> Service[srv.GetParameters_Request, srv.GetParameters_Response]:
+    from actors.interfaces.rcl_interfaces import srv
+
+    return Service(srv.GetParameters, f"{server}/get_parameters")
+
+
+@lru_cache
+def _setting(server: str) -> Service[srv.SetParametersAtomically_Request, srv.SetParametersAtomically_Response]:
+    from actors.interfaces.rcl_interfaces import srv
+
+    return Service(srv.SetParametersAtomically, f"{server}/set_parameters_atomically")

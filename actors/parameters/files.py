@@ -1,0 +1,370 @@
+"""Parameter overrides from YAML files and from ``-p`` rules, and which of them reach a node.
+
+Overrides are an ordered list of node patterns, each with its parameters. A pattern that comes again, in the same file,
+in a later one or by ``-p``, is merged into its first place; all patterns that match a node apply in order and the later
+one wins, however specific the earlier was. Grammar, typing and order are those of rcl_yaml_param_parser, not of general
+YAML: keys may repeat, ``y`` and ``off`` are booleans, there is no null and no alias.
+"""
+
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from typing import Any, Final, NamedTuple, NoReturn, TypeAlias, cast
+
+from actors.names import names
+
+__all__ = ["ALL_NODES", "InvalidParams", "ParamValue", "ParameterOverrides", "parse_set_value", "parse_value"]
+
+ParamValue: TypeAlias = (
+    bool | int | float | str | tuple[bool, ...] | tuple[int, ...] | tuple[float, ...] | tuple[str, ...] | None
+)
+"""A typed parameter value. The empty tuple is an empty list, whose type only the declaration knows; None is not set."""
+
+ALL_NODES: Final = "/**"
+"""The pattern under which ``-p name:=value`` is filed."""
+
+_PARAMETERS: Final = "ros__parameters"
+_INT64: Final = range(-(2**63), 2**63)
+_TRUE: Final = frozenset(["Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"])
+_FALSE: Final = frozenset(["N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"])
+_SPECIAL: Final = re.compile(r"(?:\.(?:nan|NaN|NAN)|[+-]?\.(?:inf|Inf|INF))\Z")
+_INTEGER: Final = re.compile(r"([+-]?)(?:(0[xX][0-9a-fA-F]+)|(0[0-7]*)|([1-9][0-9]*))\Z")
+_DOUBLE: Final = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|(?i:inf(?:inity)?|nan))\Z")
+_HEX_DOUBLE: Final = re.compile(r"[+-]?0[xX](?:[0-9a-fA-F]+\.?[0-9a-fA-F]*|\.[0-9a-fA-F]+)(?:[pP][+-]?[0-9]+)?\Z")
+_WORD: Final = r"(?:[A-Za-z][A-Za-z0-9]*+|_(?!_)[A-Za-z0-9]*+)(?:_[A-Za-z0-9]++)*+_?+"
+_PART: Final = rf"(?:/|{_WORD})++"
+_RULE: Final = re.compile(rf"(?:({_WORD}):(?!=))?({_PART}(?:\.{_PART})*+):=(.*)\Z", re.DOTALL)
+
+
+class InvalidParams(ValueError):
+    """A parameter file, rule or value that cannot be used. ``source`` is a file or argument, ``line`` starts at 1."""
+
+    def __init__(self, problem: str, *, source: str, line: int | None = None, key: str = "") -> None:
+        place = f"{source}:{line}" if line is not None else source
+        super().__init__(f"{place}: {key}: {problem}" if key else f"{place}: {problem}")
+        self.source = source
+        self.line = line
+        self.key = key
+
+
+class ParameterOverrides:
+    """Parameter values by node pattern, in order of first mention. Immutable; the ``with_`` methods return a new one.
+
+    Patterns are fully qualified node names, with or without the first slash, where ``*`` stands for one word between
+    slashes and ``**`` for any number of them.
+    """
+
+    __slots__ = ("_entries",)
+
+    def __init__(self, entries: Mapping[str, Mapping[str, ParamValue]] | None = None) -> None:
+        self._entries: dict[str, dict[str, ParamValue]] = {
+            pattern: dict(values) for pattern, values in (entries or {}).items()
+        }
+
+    @property
+    def entries(self) -> tuple[tuple[str, dict[str, ParamValue]], ...]:
+        """The patterns as they were written, each with a copy of its parameters."""
+        return tuple((pattern, dict(values)) for pattern, values in self._entries.items())
+
+    def for_node(self, fully_qualified_name: str) -> dict[str, ParamValue]:
+        """The overrides that reach this node: every matching pattern in order, later ones win."""
+        found: dict[str, ParamValue] = {}
+        for pattern, values in self._entries.items():
+            if _matcher(pattern).match(fully_qualified_name):
+                found.update(values)
+        return found
+
+    def with_file(self, path: str | os.PathLike[str]) -> "ParameterOverrides":
+        """These, then those of a YAML file. ``InvalidParams`` tells file, line and key of what is wrong."""
+        source = os.fspath(path)
+        try:
+            with open(source, encoding="utf-8") as file:
+                text = file.read()
+        except OSError as error:
+            raise InvalidParams(f"cannot read the parameter file: {error.strerror}", source=source) from error
+        except UnicodeDecodeError as error:
+            raise InvalidParams("the parameter file is not UTF-8 text", source=source) from error
+        return self.with_text(text, source=source)
+
+    def with_text(self, text: str, *, source: str = "parameters") -> "ParameterOverrides":
+        """These, then those of a YAML text; ``source`` names it in errors."""
+        return self._with(_FileReader(text, source).read())
+
+    def with_rule(self, rule: str) -> "ParameterOverrides":
+        """These, then ``[node:]name:=value`` as given to ``-p``; without a node it is for all nodes."""
+        found = _RULE.match(rule)
+        if found is None:
+            problem = (
+                "write [node:]name:=value, where node is a plain node name and name is words of letters, digits and "
+                "underscores, joined by dots"
+            )
+            raise InvalidParams(problem, source=rule)
+        return self._with([(found[1] or ALL_NODES, found[2], parse_value(found[3], source=rule))])
+
+    def with_value(self, pattern: str, name: str, value: ParamValue) -> "ParameterOverrides":
+        """These, then one value for the nodes of a pattern. ``InvalidParams`` if the pattern is none."""
+        _check_pattern(pattern, source="pattern", line=None)
+        return self._with([(pattern, name, value)])
+
+    def with_all(self, others: "ParameterOverrides") -> "ParameterOverrides":
+        """These, then the others, patterns merged."""
+        return self._with(
+            [(pattern, name, value) for pattern, values in others._entries.items() for name, value in values.items()]
+        )
+
+    def _with(self, additions: "Sequence[_Entry]") -> "ParameterOverrides":
+        result = ParameterOverrides(self._entries)
+        for pattern, name, value in additions:
+            values = result._entries.setdefault(pattern, {})
+            if name is not None and not (value == () and name in values):  # an empty list sets nothing
+                values[name] = value
+        return result
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, ParameterOverrides):
+            return NotImplemented
+        return list(self._entries.items()) == list(other._entries.items())
+
+    def __bool__(self) -> bool:
+        return bool(self._entries)
+
+    def __repr__(self) -> str:
+        return f"ParameterOverrides({self._entries!r})"
+
+
+_Entry: TypeAlias = tuple[str, str | None, ParamValue]
+
+
+@lru_cache(maxsize=1024)
+def _matcher(pattern: str) -> re.Pattern[str]:
+    words = {"*": "/[^/]+", "**": "(?:/[^/]+)*"}
+    path = pattern.removeprefix("/").split("/")
+    return re.compile("".join(words.get(word, "/" + re.escape(word)) for word in path) + r"\Z")
+
+
+def _check_pattern(pattern: str, *, source: str, line: int | None) -> None:
+    for word in pattern.removeprefix("/").split("/"):
+        if word in ("*", "**"):
+            continue
+        try:
+            names.validate_node_name(word)
+        except names.InvalidName as error:
+            problem = f"not a node name or pattern: {error}" if word else "there is an empty word between slashes"
+            remedy = "; wildcards * and ** stand for whole words" if "*" in word else ""
+            raise InvalidParams(problem + remedy, source=source, line=line, key=pattern) from None
+
+
+# Values -------------------------------------------------------------------------------------------------------------
+
+
+def parse_value(text: str, *, source: str = "value") -> ParamValue:
+    """The value that ``-p name:=text`` sets: a scalar or a list of scalars of one type, typed as in parameter files.
+
+    Raises ``InvalidParams`` for a missing value, a mapping, a mixed list or broken YAML.
+    """
+    events = _Events(text, source)
+    first = events.next()
+    if first.kind == "end":
+        raise InvalidParams("there is no value; write '' for an empty text", source=source)
+    value = _value(first, events, "")
+    extra = events.next()
+    if extra.kind != "end":
+        raise InvalidParams("there is more than one value; put quotes around a text", source=source)
+    return value
+
+
+def parse_set_value(text: str) -> ParamValue:
+    """The value that ``param set`` gives for a text: YAML 1.1 as PyYAML reads it, or the text where that has no type.
+
+    Differs from ``parse_value``: ``1e3`` is a string, ``1_000`` an integer; mixed lists, maps, dates and null are the
+    text itself.
+    """
+    yaml = _yaml()
+    try:
+        value: object = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError):
+        return text
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, list):
+        items = cast("list[object]", value)
+        for kind in (bool, int, float, str):
+            if all(isinstance(item, kind) for item in items):
+                return cast(ParamValue, tuple(items))
+    return text
+
+
+def _scalar(text: str) -> bool | int | float | str:
+    """The value of a plain scalar, by the C number grammar that rcl_yaml_param_parser uses."""
+    if text in _TRUE:
+        return True
+    if text in _FALSE:
+        return False
+    if found := _INTEGER.match(text):
+        sign, hexadecimal, octal, decimal = found.groups()
+        number = int(hexadecimal, 16) if hexadecimal else int(octal, 8) if octal else int(decimal)
+        if sign == "-":
+            number = -number
+        if number in _INT64:
+            return number
+    if _SPECIAL.match(text):
+        return float(text.replace(".", ""))
+    if _DOUBLE.match(text) or _HEX_DOUBLE.match(text):
+        return _double(text)
+    return text
+
+
+def _double(text: str) -> float | str:
+    if "x" not in text and "X" not in text:
+        value = float(text)
+        return text if value in (float("inf"), float("-inf")) and text.lstrip("+-")[0] not in "iI" else value
+    try:
+        return float.fromhex(text)
+    except OverflowError:
+        return text
+
+
+def _value(event: "_Event", events: "_Events", key: str) -> ParamValue:
+    if event.kind == "scalar":
+        return _scalar_of(event, events, key)
+    if event.kind != "list":
+        events.fail(event, key, "a value must be a scalar or a list of scalars, not a map")
+    items: list[bool | int | float | str] = []
+    while (item := events.next()).kind != "list end":
+        if item.kind != "scalar":
+            events.fail(item, key, "a list may hold only scalars, neither lists nor maps")
+        items.append(_scalar_of(item, events, key))
+        if type(items[-1]) is not type(items[0]):
+            problem = f"a list holds values of one type, but {items[0]!r} and {items[-1]!r} differ"
+            events.fail(item, key, f"{problem}; mind that unquoted y, n, on and off are booleans and 1 is not 1.0")
+    return cast(ParamValue, tuple(items))
+
+
+def _scalar_of(event: "_Event", events: "_Events", key: str) -> bool | int | float | str:
+    if event.is_text:
+        return event.value
+    if not event.value:
+        events.fail(event, key, "has no value; write one, or '' for an empty text")
+    return _scalar(event.value)
+
+
+# Events -------------------------------------------------------------------------------------------------------------
+
+
+class _Event(NamedTuple):
+    kind: str  # scalar, list, list end, map, map end, end
+    value: str
+    is_text: bool  # quoted, or tagged !!str with a value: never typed
+    line: int
+
+
+_KINDS: Final = {
+    "ScalarEvent": "scalar",
+    "SequenceStartEvent": "list",
+    "SequenceEndEvent": "list end",
+    "MappingStartEvent": "map",
+    "MappingEndEvent": "map end",
+}
+
+
+class _Events:
+    """The content events of a YAML text, documents one after the other."""
+
+    def __init__(self, text: str, source: str) -> None:
+        self.source = source
+        self._events = self._parse(text)
+
+    def next(self) -> _Event:
+        """The next event; of kind "end" when there are no more."""
+        return next(self._events, _Event("end", "", False, 0))
+
+    def fail(self, event: _Event, key: str, problem: str) -> NoReturn:
+        """Raise ``InvalidParams`` about this event."""
+        raise InvalidParams(problem, source=self.source, line=event.line or None, key=key)
+
+    def _parse(self, text: str) -> Iterator[_Event]:
+        yaml = _yaml()
+        try:
+            for event in yaml.parse(text, Loader=yaml.SafeLoader):
+                line = event.start_mark.line + 1
+                if isinstance(event, yaml.AliasEvent):
+                    problem = f"aliases are not supported in parameter files; write the value of *{event.anchor} here"
+                    raise InvalidParams(problem, source=self.source, line=line)
+                if kind := _KINDS.get(type(event).__name__):
+                    value = cast(str, event.value) if kind == "scalar" else ""
+                    yield _Event(kind, value, kind == "scalar" and _is_text(event), line)
+        except yaml.MarkedYAMLError as error:
+            mark = error.problem_mark or error.context_mark
+            what = " ".join(part for part in (error.context, error.problem) if part)
+            problem = f"not valid YAML: {what}; check indentation (no tabs), colons and quotes"
+            raise InvalidParams(problem, source=self.source, line=mark.line + 1 if mark else None) from None
+        except yaml.reader.ReaderError as error:  # it counts characters, and says so in two lines
+            line = text.count("\n", 0, error.position) + 1
+            problem = f"not valid YAML: the character U+{ord(text[error.position]):04X} is not allowed; take it out"
+            raise InvalidParams(problem, source=self.source, line=line) from None
+
+
+def _yaml() -> Any:
+    """PyYAML, which has no types and is loaded only when a parameter is read."""
+    import yaml
+
+    return yaml
+
+
+def _is_text(event: Any) -> bool:
+    return event.style in ("'", '"') or (event.tag == "tag:yaml.org,2002:str" and event.value != "")
+
+
+class _FileReader:
+    """Reads one file: node names nested at will, then ``ros__parameters``, then parameters nested at will."""
+
+    def __init__(self, text: str, source: str) -> None:
+        self._events = _Events(text, source)
+        self._found: list[_Entry] = []
+
+    def read(self) -> list[_Entry]:
+        """All entries in order; a pattern without parameters gives one entry without a name."""
+        while (event := self._events.next()).kind != "end":
+            if event.kind == "map":
+                self._nodes("")
+            elif event.kind != "scalar" or event.value:
+                self._events.fail(event, "", "a parameter file is a map of node names; start a line with 'node_name:'")
+        return self._found
+
+    def _nodes(self, path: str) -> None:
+        while (key := self._key(path)) is not None:
+            event = self._events.next()
+            if key.value == _PARAMETERS:
+                if not path:
+                    self._events.fail(
+                        key, _PARAMETERS, "there is no node name above it; put '/**:' above for all nodes"
+                    )
+                if event.kind != "map":
+                    self._events.fail(event, path, f"{_PARAMETERS} must hold a map of parameters")
+                _check_pattern(path, source=self._events.source, line=key.line)
+                self._found.append((path, None, None))
+                self._parameters(path, "")
+                continue
+            child = key.value if not path else f"{path}{key.value}" if path.endswith("/") else f"{path}/{key.value}"
+            if event.kind != "map":
+                remedy = f"put '{_PARAMETERS}:' between the node's name and its parameters"
+                self._events.fail(event, child, f"a node name cannot have a value; {remedy}")
+            self._nodes(child)
+
+    def _parameters(self, pattern: str, prefix: str) -> None:
+        while (key := self._key(prefix or pattern)) is not None:
+            name = f"{prefix}.{key.value}" if prefix else key.value
+            event = self._events.next()
+            if event.kind == "map":
+                self._parameters(pattern, name)
+            else:
+                self._found.append((pattern, name, _value(event, self._events, name)))
+
+    def _key(self, inside: str) -> _Event | None:
+        event = self._events.next()
+        if event.kind == "map end":
+            return None
+        if event.kind != "scalar" or not event.value:
+            self._events.fail(event, inside, "a key must be a name; it is empty, a list or a map")
+        return event

@@ -1,0 +1,234 @@
+"""Starting and ending: `run(tree)` for a tree, `open_node(name)` for a script, `execute(main)` for a whole program."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import threading
+from collections.abc import Callable, Coroutine, Mapping
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
+
+from actors.errors import NotRunning
+from actors.logs import INFO, LogSink, structlog_sink
+from actors.node.node import Node
+from actors.running.signals import listen
+from actors.running.trees import Runnable, tree_of
+from actors.supervision.declarations import Child, Spec, temporary
+from actors.system import System, system_here
+
+__all__ = ["Observer", "OpenNode", "Run", "execute", "open_node", "run"]
+
+T = TypeVar("T")
+
+
+class Observer(Protocol):
+    """What looks on from a system's beginning."""
+
+    def attach(self, system: System) -> object: ...
+
+
+def run(
+    tree: Runnable,
+    *more: Spec | type[Node],
+    seed: int = 0,
+    signals: bool = True,
+    sinks: tuple[LogSink, ...] = (structlog_sink,),
+    level: int = INFO,
+    observers: tuple[Observer, ...] = (),
+) -> Run:
+    """Run a tree in this event loop: ``async with run(tree) as system: await system.wait()``.
+
+    A node class, a `Child`, or several of them, are run under a plain supervisor: ``run(Talker)``, ``run(Talker, Child(Listener, name="ear"))``.
+    Anything else raises `DeclarationError`.
+
+    Entering returns when every child is ready and raises `StartFailed` otherwise; leaving stops the tree, last child first. When the tree
+    ends by itself meanwhile (its restarts are used up), `system.wait()` raises `SupervisorGaveUp`; a block that is doing something else is
+    canceled and the block as a whole raises it. Canceling the block does not cut the stop short, however often that happens.
+
+    SIGINT and SIGTERM (main thread, real clock, unless ``signals=False``) are one path, for all systems of the loop: the tree stops in
+    order and `wait()` returns; a second one within 2 s kills it. `sys.exit()` in a node stops the tree, too, and leaving raises it.
+    `observers`, such as a `FlightRecorder`, are attached to the system before its tree starts.
+    """
+    return Run(tree, *more, seed=seed, signals=signals, sinks=sinks, level=level, observers=observers)
+
+
+class Run:
+    """What `run` returns: an async context manager."""
+
+    def __init__(
+        self,
+        tree: Runnable,
+        *more: Spec | type[Node],
+        seed: int,
+        signals: bool,
+        sinks: tuple[LogSink, ...],
+        level: int,
+        observers: tuple[Observer, ...],
+    ) -> None:
+        self._tree = tree_of("run(...)", tree, *more)
+        self._settings: dict[str, Any] = {"seed": seed, "sinks": sinks, "level": level}
+        self._wants_signals = signals
+        self._observers = observers
+        self._ignore_signals: Callable[[], None] = _nothing
+        self._inside = False
+        self._interrupted = False
+        self._leaving = False
+        self._told = False
+
+    if not TYPE_CHECKING:  # there, type checkers say it themselves
+
+        def __await__(self):
+            raise TypeError(
+                "await run(tree): a system runs within a block, write `async with run(tree) as system: ...`"
+            )
+
+    async def __aenter__(self) -> System:
+        self._system = system = System(**self._settings)
+        for observer in self._observers:
+            observer.attach(system)
+        self._owner = asyncio.current_task()
+        if self._wants_signals and not system.clock.virtual and threading.current_thread() is threading.main_thread():
+            self._ignore_signals = listen(system.loop, self._signaled)
+        try:
+            await system.start(self._tree)
+        except BaseException as error:
+            self._ignore_signals()
+            if isinstance(error, NotRunning) and (exit := _exit_for(system)) is not None:
+                raise exit from None
+            raise
+        self._inside = True
+        system.on_end(self._tree_ended)
+        return system
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        system = self._system
+        self._inside, self._leaving = False, system.signal is None
+        try:
+            await system.stop("the block was left")
+        finally:
+            self._ignore_signals()
+            if self._interrupted and self._owner is not None:
+                self._owner.uncancel()
+        if error is None or (self._interrupted and isinstance(error, asyncio.CancelledError)):
+            if system.failure is not None and not self._told:
+                raise system.failure from system.failure.__cause__
+            exit = _exit_for(system)
+            late = self._leaving and system.signal is not None  # during the stop: nobody in the block could see it
+            if exit is not None and (self._interrupted or late or system.exit_request is not None):
+                raise exit from None
+
+    def _signaled(self, number: signal.Signals) -> bool:
+        """The tree stops, or, when it is over already, the block is interrupted, once. False when neither is left to do."""
+        system, owner = self._system, self._owner
+        if system.interrupt(number):
+            return True
+        if not self._inside or self._interrupted or owner is None or owner.done():
+            return False
+        system.signal = system.signal or number
+        self._interrupted = True
+        owner.cancel()
+        return True
+
+    def _tree_ended(self, system: System) -> None:
+        """The tree is over. Whoever is in `wait()` sees it there; a block that does something else is interrupted."""
+        self._told = system.waiting > 0
+        ended_by_itself = system.failure is not None or _exit_for(system) is not None
+        if ended_by_itself and self._inside and not self._told and self._owner is not None and not self._owner.done():
+            self._interrupted = True
+            self._owner.cancel()
+
+
+def _nothing() -> None:
+    """Where no signals are listened to."""
+
+
+def _exit_for(system: System) -> BaseException | None:
+    """What ends a program whose system was stopped by a signal, or by a node that asked the program to exit."""
+    if system.exit_request is not None:
+        return system.exit_request.error
+    if system.signal is None:
+        return None
+    return KeyboardInterrupt() if system.signal == signal.SIGINT else SystemExit(system.exit_code)
+
+
+def open_node(
+    name: str,
+    *,
+    namespace: str = "",
+    parameters: Mapping[str, Any] | None = None,
+    remap: Mapping[str, str] | None = None,
+    system: System | None = None,
+    seed: int = 0,
+    sinks: tuple[LogSink, ...] = (structlog_sink,),
+) -> OpenNode:
+    """A node for a script: no class, no tree. ``async with open_node("listener") as node: ...``
+
+    It joins `system`, else the newest system running in this event loop, else it makes one of its own, which further `open_node`s join.
+    When a handler or task of the node fails, the node ends, its streams end, and leaving the block raises the error.
+    """
+    child = Child(Node, name=name, namespace=namespace, parameters=parameters, remap=remap, restart=temporary)
+    return OpenNode(child, system, seed, sinks)
+
+
+class OpenNode:
+    """What `open_node` returns: an async context manager."""
+
+    def __init__(self, child: Child, system: System | None, seed: int, sinks: tuple[LogSink, ...]) -> None:
+        self._child = child
+        self._given = system
+        self._seed = seed
+        self._sinks = sinks
+
+    if not TYPE_CHECKING:  # as above
+
+        def __await__(self):
+            raise TypeError(
+                "await open_node(...): a node lives within a block, write `async with open_node(...) as node: ...`"
+            )
+
+    async def __aenter__(self) -> Node:
+        system = self._given or system_here()
+        if system is None:
+            system = System(seed=self._seed, sinks=self._sinks)
+            system.open()
+        self._system = system
+        self._life = await system.join(self._child)
+        assert self._life.core is not None
+        return self._life.core.node
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            await self._system.leave(self._life)
+        except (Exception, SystemExit, KeyboardInterrupt):
+            if error is None:  # else what ended the block says more; the node's error has been logged
+                raise
+
+
+def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real", "virtual"] = "real") -> T:
+    """Run an async program to its end on the real clock, or on the virtual one, where waiting takes no time.
+
+    Ctrl-C ends it with exit code 130 and without a traceback.
+    """
+    factory: Callable[[], asyncio.AbstractEventLoop]
+    if clock == "virtual":
+        from actors.time.virtual_loop import VirtualLoop
+
+        factory = VirtualLoop
+    elif clock == "real":
+        from actors.runtime.preload import preload
+        from actors.time.real_loop import new_event_loop
+
+        preload()
+        factory = new_event_loop
+    else:
+        raise ValueError(f"clock={clock!r}: use 'real' or 'virtual'")
+    try:
+        with asyncio.Runner(loop_factory=factory) as runner:
+            return runner.run(main())
+    except KeyboardInterrupt:  # out of the program, or out of what the runner canceled when it was left
+        raise SystemExit(128 + signal.SIGINT) from None

@@ -1,0 +1,127 @@
+"""What ``MODULE:TREE`` names: found, made, and refused in one sentence if it is no tree."""
+
+from __future__ import annotations
+
+import asyncio
+import importlib
+import inspect
+import os
+import sys
+from collections.abc import Awaitable, Callable
+from types import ModuleType
+from typing import TypeAlias, cast
+
+from actors.errors import described
+from actors.node.node import Node
+from actors.places import origin_of, place_of
+from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
+
+__all__ = ["Maker", "Tree", "Unusable", "find", "grown"]
+
+MAKING_SECONDS = 60.0
+"""Simulated seconds that an async function has to make a tree."""
+
+Tree: TypeAlias = Supervisor | DynamicSupervisor | Child | type[Node]
+Maker: TypeAlias = Callable[[], object]
+
+
+class Unusable(ValueError):
+    """What was named cannot be run, whatever the seed."""
+
+
+def find(name: str) -> Maker:
+    """``MODULE:TREE``: a tree, a child, a node class, or a function without arguments, also an async one, that makes one of them.
+
+    The current folder is searched first. Raises `Unusable`.
+    """
+    module_name, _, attribute = name.partition(":")
+    if not module_name or not attribute:
+        raise Unusable(f"{name!r}: write MODULE:TREE, such as my_robot.tree:tree")
+    if module_name.endswith(".py"):
+        dotted = module_name.removesuffix(".py").strip("./").replace("/", ".")
+        raise Unusable(f"{name!r}: name the module as an import does: {dotted}:{attribute}")
+    module = _imported(module_name)
+    found: object = module
+    for part in attribute.split("."):
+        if not hasattr(found, part):
+            known = ", ".join(sorted(_trees_in(module))) or "none"
+            raise Unusable(f"{name!r}: {module_name} has nothing of the name {attribute!r}; trees that it has: {known}")
+        found = getattr(found, part)
+    if _is_tree(found):
+        return lambda: found
+    if isinstance(found, type) or not callable(found):
+        raise Unusable(f"{name!r} is {_called(found)}: neither a tree, nor a node class, nor a function that makes one")
+    try:
+        inspect.signature(found).bind()
+    except TypeError as error:
+        raise Unusable(f"{name!r}: it is called without arguments, and cannot be: {error}") from None
+    except ValueError:  # a callable that does not tell its arguments
+        pass
+    return cast("Maker", found)
+
+
+async def grown(make: Maker) -> list[Tree]:
+    """Make the tree; several nodes or children are run side by side. Raises `Unusable`."""
+    try:
+        made = make()
+        if inspect.isawaitable(made):
+            async with asyncio.timeout(MAKING_SECONDS):
+                made = await cast("Awaitable[object]", made)
+    except TimeoutError:
+        raise Unusable(
+            f"what should make a tree had made none after {MAKING_SECONDS:g} s: it is to return a tree, not to run it"
+        ) from None
+    except Exception as error:
+        raise Unusable(f"the tree could not be made: {described(error)} (at {place_of(error)})") from error
+    trees = _side_by_side(made)
+    if not trees or not all(_is_tree(tree) for tree in trees):
+        raise Unusable(f"what should make a tree made {_called(made)}: return a Supervisor, a Child or a node class")
+    return cast("list[Tree]", trees)
+
+
+def _imported(name: str) -> ModuleType:
+    if os.getcwd() not in sys.path:
+        sys.path.insert(0, os.getcwd())
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name is not None and (name == error.name or name.startswith(f"{error.name}.")):
+            raise Unusable(f"no module named {name!r}, neither here in {os.getcwd()} nor installed") from None
+        raise Unusable(f"{name} cannot be imported: {error} (at {_line_in_user(error)})") from error
+    except (Exception, SystemExit) as error:
+        raise Unusable(f"{name} cannot be imported: {described(error)} (at {_line_in_user(error)})") from error
+
+
+def _line_in_user(error: BaseException) -> str:
+    """The line of the module, or of one that it imports, at which the import failed."""
+    if isinstance(error, SyntaxError) and error.filename is not None:
+        return f"{error.filename}:{error.lineno}"
+    place = origin_of(error)
+    return f"{place.file}:{place.line}" if place is not None else "its import"
+
+
+def _side_by_side(made: object) -> list[object]:
+    return list(cast("list[object]", made)) if isinstance(made, (list, tuple)) else [made]
+
+
+def _is_tree(value: object) -> bool:
+    return isinstance(value, (Supervisor, DynamicSupervisor, Child)) or (
+        isinstance(value, type) and issubclass(value, Node)
+    )
+
+
+def _trees_in(module: ModuleType) -> list[str]:
+    """The names of trees, node classes and functions that a module defines itself."""
+    return [
+        name
+        for name, value in vars(module).items()
+        if not name.startswith("_")
+        and (
+            isinstance(value, (Supervisor, DynamicSupervisor, Child))
+            or (getattr(value, "__module__", "") == module.__name__ and (_is_tree(value) or inspect.isfunction(value)))
+        )
+    ]
+
+
+def _called(value: object) -> str:
+    return f"the class {value.__name__}" if isinstance(value, type) else f"{type(value).__name__} {value!r:.60}"

@@ -1,0 +1,59 @@
+"""What a program may give to be run: a tree, a child, a node class, or several of these."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Sequence
+from typing import Any, TypeAlias, cast
+
+from actors.checks import factory_name
+from actors.errors import DeclarationError
+from actors.node.node import Node
+from actors.supervision.declarations import Child, DynamicSupervisor, Spec, Supervisor
+
+__all__ = ["Runnable", "tree_of"]
+
+Runnable: TypeAlias = Spec | type[Node] | Sequence[Spec | type[Node]]
+"""What `run` and its like take: a node class stands for `Child(class)`, several things for a supervisor of them."""
+
+
+def tree_of(where: str, *given: Runnable) -> Supervisor | DynamicSupervisor:
+    """The tree that is meant: a supervisor as it is, all else below a plain supervisor called "system".
+
+    Raises `DeclarationError`, which begins with `where`, for what is no part of a tree, and for nothing at all.
+    """
+    if len(given) == 1 and isinstance(given[0], (Supervisor, DynamicSupervisor)):
+        return given[0]
+    children: list[Spec] = []
+    for one in given:
+        several = cast("Sequence[object]", one) if isinstance(one, (list, tuple)) else (one,)
+        children += [_spec_of(where, each) for each in several]
+    if not children:
+        raise DeclarationError(f"{where}: there is nothing to run; give it a node class, a Child or a Supervisor")
+    return Supervisor("system", children=children)
+
+
+def _spec_of(where: str, given: Any) -> Spec:
+    if isinstance(given, (Child, Supervisor, DynamicSupervisor)):
+        return given
+    if isinstance(given, type) and issubclass(given, Node):
+        return Child(given)
+    raise DeclarationError(
+        f"{where}: {_remedy(given)}; what runs is a node class, a Child, a Supervisor, or a list of these"
+    )
+
+
+def _remedy(given: Any) -> str:
+    """What was given, and what to write instead."""
+    if isinstance(given, Node):
+        name = type(given).__name__
+        return f"{given!r} is a node already made: give its class, {name}, which is made anew for every life"
+    if isinstance(given, type):
+        return f"the class {given.__name__} is no Node: derive it from Node"
+    if inspect.iscoroutine(given):
+        given.close()
+        return f"{given.__qualname__}() is a coroutine: give the tree here, and run the program with execute({given.__qualname__})"
+    if callable(given):
+        name = factory_name(given)
+        return f"{name} is a function: write {name}() if it returns the tree, Child({name}) if it makes the node"
+    return f"{given!r:.60} is {type(given).__name__}, no part of a tree"

@@ -1,0 +1,1 @@
+"""One life of a node, and what outlives it."""

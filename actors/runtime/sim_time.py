@@ -1,0 +1,287 @@
+"""Simulated time: a node whose parameter `use_sim_time` is true lives on the time that somebody publishes on `/clock`.
+
+It may be given at the node's start or set at run time, as in ROS 2. From then on `self.clock` shows the time of the newest message, 0 before
+the first one; stamps, `self.clock.sleep()`, `sleep_until()` and `@every` follow it; when no message comes, time stands still. Each
+node has its own clock. Timeouts of calls, goals and streams, QoS deadlines, lifespans and leases stay on the event loop's clock, so that
+nobody waits for ever because a simulation is paused; so do log lines and the rates of timers in reports.
+
+When time jumps, or its source changes:
+
+* forward over several ticks of a timer: they are due together, and its late policy says what happens to them;
+* back before a timer's last tick: its next one is due one period from the new now. A shorter step back moves no tick;
+* `use_sim_time` switched: a timer waits for the rest of its period on the other clock;
+* a sleep ends when its instant is reached, however often time jumps before, and is True; if simulated time is switched off meanwhile, or
+  the node ends, it ends at once and is False. A sleep that began on the system's clock ends on it.
+
+`Node.on_jump` tells of jumps. Nodes that do not use simulated time pay nothing for all this.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final
+
+from actors import qos
+from actors.contracts.contracts import Topic
+from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
+from actors.time.clock import Clock
+from actors.time.ros_clock import JumpHandle, JumpThreshold, RosClock, TimeJump
+from actors.time.sim_ticker import SimTick, SimTicker
+from actors.time.ticker import TickHandle
+from actors.topics.stream import Subscription
+
+if TYPE_CHECKING:
+    from actors.graph.graph import TopicEntry
+    from actors.inbox.expiring import Aged
+    from actors.runtime.core import Core
+    from actors.runtime.timers import TimerItem
+
+__all__ = ["CLOCK", "SimClock", "SimTime"]
+
+CLOCK: Final = Topic(ClockMessage, "/clock", qos.CLOCK)
+"""The topic that carries simulated time: best effort, keep_last 1."""
+
+
+class SimClock(Clock):
+    """The clock of a node that uses simulated time, or has used it: `/clock`'s while that is switched on, else the system's.
+
+    Under simulated time `now()` and `wall()` are the same seconds, as precise as a float; `now_ns()`, `wall_ns()` and `stamp()` are exact.
+    It stands still and jumps, also back, as the messages say.
+    """
+
+    __slots__ = ("_closed", "_ros", "_sleepers", "_system")
+
+    def __init__(self, ros: RosClock, system: Clock, loop: asyncio.AbstractEventLoop) -> None:
+        super().__init__(loop, virtual=system.virtual)
+        self._ros = ros
+        self._system = system
+        self._closed = False
+        self._sleepers: dict[asyncio.Future[bool], int] = {}
+
+    def __repr__(self) -> str:
+        return f"<simulated clock at {self.now():.6f} s>" if self._ros.active else repr(self._system)
+
+    def now(self) -> float:
+        """Seconds of simulated time; while it is switched off, seconds since the system started."""
+        return self._ros.now_ns() / 1e9 if self._ros.active else self._system.now()
+
+    def now_ns(self) -> int:
+        return self._ros.now_ns() if self._ros.active else self._system.now_ns()
+
+    def wall(self) -> float:
+        """Seconds of simulated time; while it is switched off, the system's time of day."""
+        return self._ros.now_ns() / 1e9
+
+    def wall_ns(self) -> int:
+        return self._ros.now_ns()
+
+    def wall_ns_at(self, now: float) -> int:
+        return round(now * 1e9) if self._ros.active else self._system.wall_ns_at(now)
+
+    def shift_wall(self, seconds: float) -> None:
+        """Set the system's time of day forth or back. Simulated time is set by `/clock` only."""
+        self._system.shift_wall(seconds)
+
+    def loop_time(self, now: float) -> float:
+        """As `Clock.loop_time`. Raises RuntimeError under simulated time, which has no relation to the loop's."""
+        if self._ros.active:
+            raise RuntimeError(f"nobody knows when {self!r} will show {now} s: await sleep_until() instead")
+        return self._system.loop_time(now)
+
+    def call_at(self, instant: float, callback: Callable[[], object]) -> asyncio.TimerHandle | asyncio.Future[bool]:
+        if not self._ros.active:
+            return self._system.call_at(instant, callback)
+
+        def over(future: asyncio.Future[bool]) -> None:
+            self._sleepers.pop(future, None)
+            if not future.cancelled():
+                callback()
+
+        future: asyncio.Future[bool] = self._loop.create_future()
+        future.add_done_callback(over)
+        self._sleepers[future] = _nanoseconds(instant)
+        return future
+
+    async def sleep(self, seconds: float) -> bool:
+        if not self._ros.active or not math.isfinite(seconds):
+            return await self._system.sleep(seconds)
+        return await self._wait(self._ros.now_ns() + _nanoseconds(seconds))
+
+    async def sleep_until(self, instant: float) -> bool:
+        if not self._ros.active or not math.isfinite(instant):
+            return await self._system.sleep_until(instant)
+        return await self._wait(_nanoseconds(instant))
+
+    async def _wait(self, instant: int) -> bool:
+        reached = instant <= self._ros.now_ns()
+        if reached or self._closed:
+            await asyncio.sleep(0)
+            return reached
+        future: asyncio.Future[bool] = self._loop.create_future()
+        self._sleepers[future] = instant
+        try:
+            return await future
+        finally:
+            self._sleepers.pop(future, None)
+
+    def wake(self) -> None:
+        """Time has been set: end the sleeps whose instant is reached, the earliest first."""
+        now = self._ros.now_ns()
+        due = [(instant, future) for future, instant in self._sleepers.items() if instant <= now]
+        for _, future in sorted(due, key=lambda sleeper: sleeper[0]):
+            _answer(future, True)
+
+    def wake_all(self) -> None:
+        """Simulated time has been switched off: end all sleeps with False."""
+        for future in self._sleepers:
+            _answer(future, False)
+
+    def close(self) -> None:
+        """The node has ended, and with it its time: whoever still sleeps on it, or begins to, does not wait for ever."""
+        self._closed = True
+        self.wake_all()
+
+
+def _nanoseconds(seconds: float) -> int:
+    return round(min(seconds, _FAR) * 1e9)
+
+
+_FAR: Final = 1e10
+"""Seconds beyond all times that a `/clock` message can hold."""
+
+
+def _answer(future: asyncio.Future[bool], reached: bool) -> None:
+    if not future.done():
+        future.set_result(reached)
+
+
+class _ClockQueue(Subscription[ClockMessage]):
+    """A subscription that keeps nothing: time is set the moment it is published, not when the node has its turn."""
+
+    __slots__ = ("step",)
+
+    step: Callable[[ClockMessage], None]
+
+    def deliver(self, message: ClockMessage) -> None:
+        self.received += 1
+        self.latest = message
+        self.step(message)
+
+    def aging(self, aged: Aged[ClockMessage]) -> ClockMessage:
+        return aged.message
+
+
+class SimTime:
+    """ROS time for one incarnation of a node, from its first use to the incarnation's end."""
+
+    __slots__ = ("_core", "_queue", "_warned", "clock", "ros", "ticker")
+
+    def __init__(self, core: Core) -> None:
+        system = core.system
+        self._core = core
+        self._queue: _ClockQueue | None = None
+        self._warned = False
+        self.ros = RosClock(system.clock.wall_ns)
+        self.clock = SimClock(self.ros, system.clock, system.loop)
+        self.ticker = SimTicker(self.ros)
+
+    def __repr__(self) -> str:
+        return f"<ROS time of {self._core.fqn}: {self.ros!r}>"
+
+    def use(self, simulated: bool) -> None:
+        """Switch simulated time on or off: what setting `use_sim_time` does. No change if it is so already, or the node has ended."""
+        if simulated is not self.ros.active and not self._core.ended:
+            if simulated:
+                self._on()
+            else:
+                self._off()
+
+    def on_jump(
+        self,
+        threshold: JumpThreshold,
+        pre: Callable[[], object] | None,
+        post: Callable[[TimeJump], object] | None,
+    ) -> JumpHandle:
+        """As `RosClock.on_jump`; what a callback raises is its node's failure, not the one's who publishes the time."""
+
+        def guarded(callback: Callable[..., object] | None, *arguments: TimeJump) -> None:
+            try:
+                if callback is not None:
+                    callback(*arguments)
+            except Exception as error:
+                self._core.fail(error, "jump callback")
+
+        return self.ros.on_jump(threshold, pre=lambda: guarded(pre), post=lambda jump: guarded(post, jump))
+
+    def begin(self, timer: TimerItem) -> None:
+        """Let a timer of the node tick from now on."""
+        if self.ros.active:
+            timer.time = self.clock.now
+            timer.begin(self.ticker)
+        else:
+            timer.begin(self._core.system.ticker)
+
+    # -- the switch ---------------------------------------------------------------------------------------------------------
+
+    def _on(self) -> None:
+        core = self._core
+        entry: TopicEntry = core.system.graph.topic(core.identity.topic(CLOCK.name))
+        self._queue = queue = _ClockQueue(core, entry, CLOCK.type, CLOCK.qos)
+        queue.step = self._step
+        queue.on_close = self._closed
+        core.streams.append(queue)
+        entry.add_subscription(queue)
+        moving = [(timer, self._taken(timer)) for timer in core.timers]
+        self.ros.activate()
+        for timer, tick in moving:
+            timer.move(tick, self.clock.now)
+        self.ticker.deliver()
+
+    def _off(self) -> None:
+        assert self._queue is not None
+        self._queue.close()
+        self.ros.deactivate()
+        self.clock.wake_all()
+        for timer in self._core.timers:
+            self._give_back(timer)
+
+    def _taken(self, timer: TimerItem) -> SimTick:
+        """Take a timer from the loop's clock. ROS time is still the system's: the switch comes next, and keeps the rest of the period."""
+        loop, handle = self._core.system.loop, timer.handle
+        assert isinstance(handle, TickHandle)
+        last = self.ros.now_ns() - round((loop.time() - (handle.start + handle.k / handle.hz)) * 1e9)
+        handle.cancel()
+        return self.ticker.add(timer.hz, timer.on_tick, last / 1e9, handle.k)
+
+    def _give_back(self, timer: TimerItem) -> None:
+        """Let a timer tick on the loop's clock again."""
+        system, tick = self._core.system, timer.handle
+        assert isinstance(tick, SimTick)
+        wait = max(0, tick.wait(self.ros.now_ns()))
+        tick.cancel()
+        handle = system.ticker.add(timer.hz, timer.on_tick, system.loop.time() + wait / 1e9 - 1.0 / timer.hz)
+        handle.start -= tick.k / timer.hz  # its ticks are counted on
+        handle.k = tick.k
+        timer.move(handle, timer.loop_time)
+
+    def _closed(self, queue: Subscription[ClockMessage]) -> None:
+        self._queue = None
+        self._core.streams.remove(queue)
+        self._core.mailbox.note((queue.entry,))
+
+    # -- the time -----------------------------------------------------------------------------------------------------------
+
+    def _step(self, message: ClockMessage) -> None:
+        stamp = message.clock
+        nanoseconds = stamp.sec * 1_000_000_000 + stamp.nanosec
+        if nanoseconds < 0:
+            if not self._warned:
+                self._warned = True
+                self._core.warn("time before 0 on /clock: ignored", sec=stamp.sec, nanosec=stamp.nanosec)
+            return
+        self.ros.set(nanoseconds)
+        if self.ros.active:  # a jump callback may have switched it off
+            self.clock.wake()
+            self.ticker.deliver()

@@ -1,0 +1,1 @@
+"""Services at work: clients and servers."""

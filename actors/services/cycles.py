@@ -1,0 +1,93 @@
+"""Cycles of calls that nobody saw coming: looked for when a call has timed out, and never before.
+
+A handler that itself awaits a call is known to wait (`Caller.waits_for`), so a cycle of such handlers is refused at once. One that waits by
+way of a task (`gather`, a task group, `create_task`, `shield`, `spawn`) or of a concurrent handler is not: nobody can say of a task whether
+somebody will await it. When the call is late, that can be seen, from the callbacks of what is awaited.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable, Iterator
+from functools import partial
+from itertools import chain
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    from actors.services.services import Request
+
+__all__ = ["cycle_of", "waiting_for"]
+
+AnyFuture: TypeAlias = "asyncio.Future[Any]"
+
+SEEN = 1000
+"""So many futures and tasks are looked at, at most."""
+
+
+def cycle_of(late: Request, others: Iterable[Request]) -> str | None:
+    """Why `late` cannot be answered, if it waits for itself; else None. `others` are calls that have no answer yet.
+
+    A call waits for itself when it, or a call on which its answer depends, is in the inbox of a node whose present handler waits for it.
+    """
+    for stuck in chain((late,), others):
+        inbox = stuck.server.inbox
+        holder = inbox.task
+        if stuck.server.concurrent or holder is None or inbox.waiter is not None or inbox.current is stuck:
+            continue  # it is not kept waiting by a handler
+        if (way := _way(stuck, holder)) is not None and late in way:
+            handler = inbox.current.label if inbox.current is not None else "its start or end"
+            calls = [f"{one.server.entry.name} of {one.server.node.fqn}" for one in reversed(way)]
+            links = ", which waits for ".join([*calls, "that handler to end"])
+            return f"a cycle of calls: {stuck.server.node.fqn} ({handler}) waits for {links}"
+    return None
+
+
+def _way(stuck: Request, holder: asyncio.Task[Any]) -> list[Request] | None:
+    """The calls by which `holder` waits for `stuck`, that one first; None if it does not."""
+    begun: list[tuple[AnyFuture, list[Request]]] = [(stuck.future, [stuck])]
+    seen: set[AnyFuture] = {stuck.future}
+    while begun and len(seen) < SEEN:
+        awaited, way = begun.pop()
+        for waiting in waiting_for(awaited):
+            if waiting is holder:
+                return way
+            if waiting in seen:
+                continue
+            seen.add(waiting)
+            begun.append((waiting, way))
+            served = _served_by(waiting, type(stuck)) if isinstance(waiting, asyncio.Task) else None
+            if served is not None and served.future not in seen:
+                seen.add(served.future)
+                begun.append((served.future, [*way, served]))
+    return None
+
+
+def waiting_for(awaited: AnyFuture) -> Iterator[AnyFuture]:
+    """The tasks that await this future or task now, and the futures that stand for it (gather, wait, shield, task groups)."""
+    for entry in getattr(awaited, "_callbacks", None) or ():
+        callback: Any = entry[0]
+        known: list[Any] = [getattr(callback, "__self__", None)]
+        for cell in getattr(callback, "__closure__", None) or ():
+            try:
+                known.append(cell.cell_contents)
+            except ValueError:  # it has no value yet
+                continue
+        if isinstance(callback, partial):
+            known.extend(callback.args)
+        for one in known:
+            if type(one).__name__ == "TaskGroup":  # asyncio's or anyio's, waiting at the end of its block
+                one = getattr(one, "_on_completed_fut", None)
+            if isinstance(one, asyncio.Future):
+                yield one
+
+
+def _served_by(task: asyncio.Task[Any], kind: type[Request]) -> Request | None:
+    """The request whose handler runs in this task."""
+    waiting: Any = task.get_coro()
+    while waiting is not None:
+        frame = getattr(waiting, "cr_frame", None)
+        if frame is not None and frame.f_code is kind.run.__code__:
+            request: Request = frame.f_locals["self"]
+            return request
+        waiting = getattr(waiting, "cr_await", None)
+    return None

@@ -1,0 +1,414 @@
+"""A tree of nodes, declared: who is in it, in which order, and what happens when one of them ends.
+
+Everything here is an immutable value without a running part. One tree can be run any number of times, also at once.
+The rules that these values stand for are those of Erlang/OTP's `supervisor`; `actors.supervision.running` carries them
+out.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar, Self, TypeAlias, TypeVar, cast
+
+from actors.checks import (
+    check_place,
+    checked_choice,
+    checked_flag,
+    checked_mapping,
+    checked_name,
+    checked_sequence,
+    default_name,
+    factory_name,
+    is_number,
+    is_whole,
+)
+from actors.errors import DeclarationError
+from actors.supervision.policy import (
+    AutoShutdown,
+    Backoff,
+    Intensity,
+    Kind,
+    Restart,
+    StopTimeout,
+    Strategy,
+    all_significant,
+    any_significant,
+    never,
+    one_for_all,
+    one_for_one,
+    permanent,
+    rest_for_one,
+    temporary,
+    transient,
+)
+
+__all__ = [
+    "AutoShutdown",
+    "Backoff",
+    "Child",
+    "DynamicSupervisor",
+    "Intensity",
+    "Kind",
+    "Restart",
+    "Spec",
+    "StopTimeout",
+    "Strategy",
+    "Supervisor",
+    "all_significant",
+    "any_significant",
+    "never",
+    "one_for_all",
+    "one_for_one",
+    "permanent",
+    "rest_for_one",
+    "temporary",
+    "transient",
+]
+
+
+D = TypeVar("D", bound="Declaration")
+
+
+class Declaration(ABC):
+    """Base of the tree's values: immutable, equal by content, printed without what is default."""
+
+    __slots__ = ()
+    _stored_defaults: ClassVar[dict[str, object]] = {}
+    """What is stored for a default, where that is not the default itself."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"{self!r} is a declaration and never changes; .replace({name}=...) makes a changed copy")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"{self!r} is a declaration and never changes")
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and self._fields() == other._fields()
+
+    __hash__ = None  # type: ignore[assignment]  # equal by content, which may be unhashable: parameters, arguments
+
+    def __repr__(self) -> str:
+        fields = self._fields()
+        keywords: dict[str, Any] = getattr(type(self).__init__, "__kwdefaults__", {})
+        plain = keywords | self._stored_defaults | {"name": fields["name"]}
+        shown = [f"{name}={value!r}" for name, value in fields.items() if value != plain.get(name, value)]
+        return f"{type(self).__name__}({', '.join([*self._positional(), *shown])})"
+
+    def __reduce__(self) -> tuple[Callable[[type[Self], dict[str, Any]], Self], tuple[type[Self], dict[str, Any]]]:
+        return _rebuild, (type(self), self._fields())
+
+    def replace(self, **changes: Any) -> Self:
+        """A copy with these options changed; it is checked like a new declaration."""
+        return _rebuild(type(self), self._fields() | changes)
+
+    def _fields(self) -> dict[str, Any]:
+        names: tuple[str, ...] = self.__slots__
+        return {name: getattr(self, name) for name in names}
+
+    @abstractmethod
+    def _positional(self) -> list[str]: ...
+
+    def _set(self, **values: object) -> None:
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+
+class Child(Declaration):
+    """One supervised node: how to make it, how long it may take to stop, and what to do when it ends.
+
+    `factory` makes the node; a class, or any callable. It is called anew for every incarnation.
+    `name` is its id among its siblings and its node name; default: the factory's `node_name`, or the class name in
+    snake_case. `args` are positional arguments for the factory; `namespace`, `parameters` and `remap` are those of the
+    node. `stop` is the clean-up time in seconds. `significant` makes its end count for its supervisor's
+    `auto_shutdown`. `process=True` asks for a process of its own. That needs a transport between processes, which does not
+    exist yet: a child that asks for it does not start (`StartFailed`), except in a simulated trial (`@scenario`, `explore`),
+    which runs it in the trial's own process.
+    Raises `DeclarationError` naming the option that is wrong.
+    """
+
+    __slots__ = (
+        "args",
+        "backoff",
+        "factory",
+        "name",
+        "namespace",
+        "parameters",
+        "process",
+        "remap",
+        "restart",
+        "significant",
+        "stop",
+    )
+    _stored_defaults: ClassVar[dict[str, object]] = {"parameters": {}, "remap": {}}
+    factory: Callable[..., object]
+    name: str
+    namespace: str | None
+    parameters: Mapping[str, object]
+    remap: Mapping[str, str]
+    args: tuple[object, ...]
+    restart: Restart
+    stop: StopTimeout
+    backoff: Backoff | None
+    significant: bool
+    process: bool
+
+    def __init__(
+        self,
+        factory: Callable[..., object],
+        *,
+        name: str | None = None,
+        namespace: str | None = None,
+        parameters: Mapping[str, object] | None = None,
+        remap: Mapping[str, str] | None = None,
+        args: Sequence[object] = (),
+        restart: Restart = permanent,
+        stop: StopTimeout = 5.0,
+        backoff: Backoff | None = None,
+        significant: bool = False,
+        process: bool = False,
+    ) -> None:
+        where = f"Child({factory_name(factory)})"
+        if not callable(factory):
+            raise DeclarationError(
+                f"{where}: factory must be a class or a callable that makes the node, not {factory!r}"
+            )
+        _check_policy(where, restart, stop, backoff, significant)
+        self._set(
+            factory=factory,
+            name=checked_name(where, default_name(factory) if name is None else name),
+            namespace=namespace,
+            parameters=checked_mapping(where, "parameters", parameters),
+            remap=checked_mapping(where, "remap", remap),
+            args=checked_sequence(where, "args", args),
+            restart=restart,
+            stop=stop,
+            backoff=backoff,
+            significant=checked_flag(where, "significant", significant),
+            process=checked_flag(where, "process", process),
+        )
+        check_place(where, self.name, namespace, self.remap)
+
+    @property
+    def kind(self) -> Kind:
+        return "worker"
+
+    def _positional(self) -> list[str]:
+        return [factory_name(self.factory), f"name={self.name!r}"]
+
+
+class Supervisor(Declaration):
+    """An ordered group of children with one policy. Supervisors nest: a child may be a supervisor.
+
+    Children start in order, each after the one before is ready, and stop in strict reverse order. `strategy` says who
+    is restarted with a child that failed, `intensity` how often before the supervisor gives up, `auto_shutdown` whether
+    the end of significant children ends it. `restart`, `stop`, `backoff` and `significant` say what its own supervisor
+    does with it; `stop=None` waits for its children without limit.
+    Raises `DeclarationError` naming the option, or the options that do not go together.
+    """
+
+    __slots__ = (
+        "auto_shutdown",
+        "backoff",
+        "children",
+        "intensity",
+        "name",
+        "restart",
+        "significant",
+        "stop",
+        "strategy",
+    )
+    _stored_defaults: ClassVar[dict[str, object]] = {"stop": math.inf}
+    name: str
+    strategy: Strategy
+    intensity: Intensity
+    children: tuple[Spec, ...]
+    auto_shutdown: AutoShutdown
+    restart: Restart
+    stop: StopTimeout
+    backoff: Backoff | None
+    significant: bool
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        children: Sequence[Spec] = (),
+        strategy: Strategy = one_for_one,
+        intensity: Intensity = Intensity(),  # noqa: B008  # it is immutable
+        auto_shutdown: AutoShutdown = never,
+        restart: Restart = permanent,
+        stop: StopTimeout | None = None,
+        backoff: Backoff | None = None,
+        significant: bool = False,
+    ) -> None:
+        where = f"Supervisor({name!r})"
+        stop = math.inf if stop is None else stop
+        checked_choice(where, "strategy", strategy, Strategy)
+        _check_own_options(where, intensity, auto_shutdown)
+        _check_policy(where, restart, stop, backoff, significant)
+        self._set(
+            name=checked_name(where, name),
+            strategy=strategy,
+            intensity=intensity,
+            children=_checked_children(where, children, auto_shutdown),
+            auto_shutdown=auto_shutdown,
+            restart=restart,
+            stop=stop,
+            backoff=backoff,
+            significant=checked_flag(where, "significant", significant),
+        )
+
+    @property
+    def kind(self) -> Kind:
+        return "supervisor"
+
+    def check_child(self, child: Spec) -> None:
+        """Refuse, with a `DeclarationError`, what this supervisor cannot take as a further child."""
+        check_child(f"Supervisor({self.name!r})", child, self.auto_shutdown)
+
+    def _positional(self) -> list[str]:
+        return [repr(self.name)]
+
+
+class DynamicSupervisor(Declaration):
+    """A supervisor whose children are instances of one `template`, made while it runs, each with its own arguments.
+
+    It starts empty. Instances restart one for one, stop together, and are forgotten when they have ended for good.
+    `max_children` bounds them; those being restarted count. The other options are those of `Supervisor`.
+    """
+
+    __slots__ = (
+        "auto_shutdown",
+        "backoff",
+        "intensity",
+        "max_children",
+        "name",
+        "restart",
+        "significant",
+        "stop",
+        "template",
+    )
+    _stored_defaults: ClassVar[dict[str, object]] = {"stop": math.inf}
+    name: str
+    template: Child
+    max_children: int | None
+    intensity: Intensity
+    auto_shutdown: AutoShutdown
+    restart: Restart
+    stop: StopTimeout
+    backoff: Backoff | None
+    significant: bool
+
+    def __init__(
+        self,
+        name: str,
+        template: Child,
+        *,
+        max_children: int | None = None,
+        intensity: Intensity = Intensity(),  # noqa: B008  # it is immutable
+        auto_shutdown: AutoShutdown = never,
+        restart: Restart = permanent,
+        stop: StopTimeout | None = None,
+        backoff: Backoff | None = None,
+        significant: bool = False,
+    ) -> None:
+        where = f"DynamicSupervisor({name!r})"
+        stop = math.inf if stop is None else stop
+        if not isinstance(cast("object", template), Child):
+            raise DeclarationError(f"{where}: template must be a Child, not {template!r}")
+        if max_children is not None and (not is_whole(max_children) or max_children < 0):
+            raise DeclarationError(f"{where}: max_children must be None or a whole number, not {max_children!r}")
+        _check_own_options(where, intensity, auto_shutdown)
+        check_child(where, template, auto_shutdown)
+        _check_policy(where, restart, stop, backoff, significant)
+        self._set(
+            name=checked_name(where, name),
+            template=template,
+            max_children=max_children,
+            intensity=intensity,
+            auto_shutdown=auto_shutdown,
+            restart=restart,
+            stop=stop,
+            backoff=backoff,
+            significant=checked_flag(where, "significant", significant),
+        )
+
+    @property
+    def kind(self) -> Kind:
+        return "supervisor"
+
+    @property
+    def strategy(self) -> Strategy:
+        return one_for_one
+
+    def instance(self, name: str, args: Sequence[object] = (), parameters: Mapping[str, object] | None = None) -> Child:
+        """The template as `name`; `args` follow the template's own, `parameters` override them one by one."""
+        template = self.template
+        instance = object.__new__(Child)  # all but the name has been checked with the template
+        for option in Child.__slots__:
+            object.__setattr__(instance, option, getattr(template, option))
+        object.__setattr__(instance, "name", checked_name(f"DynamicSupervisor({self.name!r}): instance", name))
+        if args:
+            object.__setattr__(instance, "args", (*template.args, *args))
+        if parameters:
+            object.__setattr__(instance, "parameters", {**template.parameters, **parameters})
+        return instance
+
+    def _positional(self) -> list[str]:
+        return [repr(self.name), repr(self.template)]
+
+
+Spec: TypeAlias = Child | Supervisor | DynamicSupervisor
+"""Anything that a supervisor can have as a child."""
+
+
+def check_child(where: str, child: object, auto_shutdown: AutoShutdown) -> None:
+    """Refuse what is no child at all, and a significant child where significance has no effect."""
+    if not isinstance(child, (Child, Supervisor, DynamicSupervisor)):
+        hint = f"; wrap it: Child({factory_name(child)})" if callable(child) else ""
+        raise DeclarationError(f"{where}: a child must be a Child or a Supervisor, not {child!r}{hint}")
+    if child.significant and auto_shutdown == never:
+        raise DeclarationError(
+            f"{where}: child {child.name!r} has significant=True, but auto_shutdown=never ignores it: "
+            "set auto_shutdown=any_significant or all_significant, or drop significant"
+        )
+
+
+def _checked_children(where: str, children: Sequence[Spec], auto_shutdown: AutoShutdown) -> tuple[Spec, ...]:
+    if isinstance(children, (type, Declaration)):
+        one = f"Child({factory_name(children)})" if isinstance(children, type) else repr(children)
+        raise DeclarationError(f"{where}: children must be a list, write children=[{one}]")
+    seen: dict[str, Spec] = {}
+    for child in (given := checked_sequence(where, "children", children)):
+        check_child(where, child, auto_shutdown)
+        if (twin := seen.get(child.name)) is not None:
+            raise DeclarationError(
+                f"{where}: duplicate id {child.name!r}: {twin!r} and {child!r}; give one of them another name"
+            )
+        seen[child.name] = child
+    return given
+
+
+def _check_own_options(where: str, intensity: object, auto_shutdown: object) -> None:
+    if not isinstance(intensity, Intensity):
+        raise DeclarationError(f"{where}: intensity must be an Intensity(restarts, within=seconds), not {intensity!r}")
+    checked_choice(where, "auto_shutdown", auto_shutdown, AutoShutdown)
+
+
+def _check_policy(where: str, restart: object, stop: object, backoff: object, significant: object) -> None:
+    checked_choice(where, "restart", restart, Restart)
+    if stop != "kill" and not (is_number(stop) and stop >= 0):
+        raise DeclarationError(f'{where}: stop must be seconds, 0 or more, math.inf or "kill", not {stop!r}')
+    if backoff is not None and not isinstance(backoff, Backoff):
+        raise DeclarationError(f"{where}: backoff must be a Backoff(first, most), not {backoff!r}")
+    if significant and restart == permanent:
+        raise DeclarationError(
+            f"{where}: significant=True does not go with restart=permanent: a permanent child never ends for good; "
+            "make it transient or temporary"
+        )
+
+
+def _rebuild(kind: type[D], fields: dict[str, Any]) -> D:
+    return kind(**fields)

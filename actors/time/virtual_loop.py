@@ -1,0 +1,433 @@
+"""An asyncio event loop on virtual time: when nothing can run, the clock jumps onto the next deadline.
+
+A program on this loop is deterministic and never waits: an hour of `asyncio.sleep` takes microseconds. Threads,
+processes and sockets stay real; while a task waits for a thread or a process, virtual time stands still.
+
+How it works: `_run_once` is asyncio's one iteration. Ours knows when the world is quiet, because then the queue of
+ready callbacks is empty; nothing is guessed from idle time. What a task may rely on:
+
+* time never goes back, and moves only when no callback is ready;
+* deadlines within the same nanosecond are one instant: they fire in the order in which they were scheduled;
+* no timer fires before its deadline, and a deadline that has passed counts as now;
+* a deadline scope and a sleep that end at the same instant: the one entered first wins, so `move_on_after(1)` around
+  `sleep(1)` is cancelled;
+* what waits for ever is reported (`Deadlock`, `Livelock`, `Stalled`), with the line at which each task waits.
+
+What stays real: `time.time`, `time.monotonic`, global random numbers, `uuid4`, the order of sets (anyio cancels the
+tasks of a group in that order).
+"""
+
+# pyright: reportPrivateUsage=false
+# An event loop is built from asyncio's protected members (`_ready`, `_run_once`, `Handle._cancelled`). The few used
+# here mean the same in CPython 3.11, 3.12 and 3.13; the tests of this room run on all three. It is safe to replace
+# both `call_at` and `_run_once`: asyncio touches its own timer heap nowhere else, except to clear it in `close`.
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from asyncio import Future
+from asyncio.log import logger
+from collections import deque
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from contextvars import Context
+from heapq import heapify, heappop, heappush
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, TypeVarTuple, cast
+
+from actors.time import stuck
+from actors.time.handles import SoonHandle, Timer
+from actors.time.outside import OutsideWork
+
+if TYPE_CHECKING:
+    import selectors
+
+__all__ = ["Deadlock", "Livelock", "Stalled", "VirtualLoop"]
+
+_T = TypeVar("_T")
+_Ts = TypeVarTuple("_Ts")
+_Item: TypeAlias = "Future[None] | asyncio.TimerHandle"
+Entry: TypeAlias = "tuple[float, int, float, _Item]"
+"""A deadline: its instant (on the grid of nanoseconds), its order of scheduling, its exact time, and what fires."""
+
+_GRID_END = 2.0**52 * 1e-9
+"""Seconds (52 days) up to which floats resolve whole nanoseconds; beyond, deadlines are ordered as they are."""
+
+
+class Deadlock(RuntimeError):
+    """Every task is parked, and no timer, thread, process or socket can ever wake one."""
+
+
+class Livelock(RuntimeError):
+    """Callbacks keep rescheduling each other while virtual time stands still."""
+
+
+class Stalled(RuntimeError):
+    """Outside work (thread, process, socket) did not report back within `VirtualLoop.patience` real seconds."""
+
+
+class VirtualLoop(asyncio.SelectorEventLoop):
+    """Event loop whose `time()` is virtual: seconds, beginning at `start` (finite, not negative).
+
+    Raises `Deadlock`, `Livelock` or `Stalled` out of `run_until_complete` instead of hanging; the loop stays usable,
+    so that the runner can cancel the tasks and clean up. Use it as `loop_factory` of `asyncio.Runner` or `anyio.run`.
+    """
+
+    virtual: bool = True
+    """Tells a `Clock` that this loop's time is virtual."""
+    max_spins: int = 100_000
+    """Iterations of the loop without progress of virtual time before `Livelock`."""
+    patience: float = 10.0
+    """Real seconds granted to threads, processes and sockets before `Stalled`."""
+    watch: Callable[[], None] | None = None
+    """Called whenever nothing can run until time passes. What it raises ends the run, and it is not called again."""
+    wait_for_io: bool = False
+    """Whether to wait without limit for sockets and signals when no timer is left: for live input."""
+
+    if TYPE_CHECKING:
+        _ready: deque[Any]  # of asyncio.Handle
+        _stopping: bool
+        _closed: bool
+        _debug: bool
+        _current_handle: asyncio.Handle | None
+        _selector: selectors.BaseSelector
+        _signal_handlers: dict[int, asyncio.Handle]
+
+        def _check_closed(self) -> None: ...
+        def _check_thread(self) -> None: ...
+        def _check_callback(self, callback: object, method: str) -> None: ...
+        def _process_events(self, event_list: list[Any]) -> None: ...
+
+    def __init__(self, start: float = 0.0) -> None:
+        if not 0.0 <= start < math.inf:
+            self._closed = True  # there is nothing to close yet
+            raise ValueError(f"VirtualLoop(start={start}): the start must be a finite number of seconds, zero or more")
+        self._now = self._instant = float(start)  # the exact time, and the nanosecond it is in
+        self._timers: list[Entry] = []
+        self._order = 0  # of scheduling: breaks ties
+        self._stamps: dict[int, float] = {}  # id of a task: time of its last step
+        self._tidy_after = 1024  # scheduled timers, until the dead are swept out of these two
+        self._spins = 0
+        self._spinning_since = 0.0
+        super().__init__()
+        self._outside = OutsideWork(self)
+        self._jobs, self._anyio = self._outside.jobs, self._outside.anyio
+        self._fds: Mapping[int, Any] = self._selector._fd_to_key  # type: ignore[attr-defined]  # one is its own pipe
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} at {stuck.seconds(self._now)} running={self.is_running()} closed={self.is_closed()}>"
+
+    # ---------------------------------------------------------------------------------------- time and timers
+
+    def time(self) -> float:
+        """Virtual seconds; constant while anything is ready to run."""
+        return self._now
+
+    def call_at(
+        self, when: float, callback: Callable[[*_Ts], object], *args: *_Ts, context: Context | None = None
+    ) -> asyncio.TimerHandle:
+        """Call `callback(*args)` at the virtual time `when`; infinity means never, NaN is refused."""
+        timer = (
+            self._checked_timer(when, callback, args, context)
+            if self._debug or self._closed
+            else Timer(when, callback, args, self, context)
+        )
+        self._push(when, timer)
+        return timer
+
+    def call_later(
+        self, delay: float, callback: Callable[[*_Ts], object], *args: *_Ts, context: Context | None = None
+    ) -> asyncio.TimerHandle:
+        """Call `callback(*args)` after `delay` virtual seconds, on a whole nanosecond, so that delays add up."""
+        now = self._now
+        when = now + delay
+        if when < _GRID_END and (instant := int(when * 1e9 + 0.5) / 1e9) > now:
+            when = instant
+        timer = (
+            self._checked_timer(when, callback, args, context)
+            if self._debug or self._closed
+            else Timer(when, callback, args, self, context)
+        )
+        self._push(when, timer)
+        return timer
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing more can run at this instant."""
+        return not self._ready
+
+    @property
+    def stands_still(self) -> bool:
+        """Whether virtual time waits for a thread or a process."""
+        return bool(self._outside.names())
+
+    def sleep_until(self, when: float) -> Future[None]:
+        """A future that is done at the virtual time `when`: awaiting it costs half of what `asyncio.sleep` does."""
+        if self._closed:
+            self._check_closed()
+        future: Future[None] = Future(loop=self)
+        if self._now <= when < _GRID_END:  # `_push`, without the call
+            self._order = order = self._order + 1
+            heappush(self._timers, (int(when * 1e9 + 0.5) / 1e9, order, when, future))
+        else:
+            self._push(when, future)
+        return future
+
+    def advance_to(self, when: float) -> bool:
+        """Move time onto `when` if nothing can happen before or at it; otherwise change nothing. Whether it moved.
+
+        For a callback that keeps many deadlines of its own (`actors.time.ticker.Ticker`) and need not return to the loop
+        between two of them.
+        """
+        timers = self._timers
+        if self._ready or self._stopping or self._debug or when < self._now:
+            return False
+        if (timers and timers[0][0] <= when) or self._watching():
+            return False
+        self._now = self._instant = when
+        return True
+
+    def call_soon(
+        self, callback: Callable[[*_Ts], object], *args: *_Ts, context: Context | None = None
+    ) -> asyncio.Handle:
+        """As in asyncio, in fewer steps."""
+        if self._debug or self._closed:
+            return super().call_soon(callback, *args, context=context)
+        handle = SoonHandle(callback, args, self, context)
+        self._ready.append(handle)
+        return handle
+
+    def _checked_timer(
+        self, when: float, callback: Callable[..., object], args: tuple[Any, ...], context: Context | None
+    ) -> asyncio.TimerHandle:
+        self._check_closed()
+        self._check_thread()
+        self._check_callback(callback, "call_at")
+        return asyncio.TimerHandle(when, callback, args, self, context)
+
+    def _push(self, when: float, item: _Item) -> None:
+        if self._now <= when < _GRID_END:
+            instant = int(when * 1e9 + 0.5) / 1e9  # like round(when, 9), in half the time
+        elif when < self._now:
+            instant = self._instant
+        elif when < math.inf:
+            instant = when
+        elif when == math.inf:
+            return
+        else:
+            raise ValueError("a deadline must be a number of seconds, not NaN")
+        self._order = order = self._order + 1
+        heappush(self._timers, (instant, order, when, item))
+
+    @staticmethod
+    def _is_dead(item: _Item) -> bool:
+        return item.done() if isinstance(item, Future) else item._cancelled
+
+    def _tidy(self) -> None:
+        """Drop dead timers and the stamps of dead tasks, so that what was cancelled takes no memory in a long run."""
+        timers = self._timers
+        timers[:] = [entry for entry in timers if not self._is_dead(entry[3])]
+        heapify(timers)
+        alive = {id(task) for task in asyncio.all_tasks(self)}
+        self._stamps = {key: stamp for key, stamp in self._stamps.items() if key in alive}
+        self._tidy_after = self._order + 2 * (len(timers) + len(alive)) + 1024
+
+    # ---------------------------------------------------------------------------------------- one iteration
+
+    def _run_once(self) -> None:
+        ready = self._ready
+        if ready or self._stopping:
+            self._spins += 1
+            if not self._spins & 15:
+                self._spin()
+            if self._timers and self._timers[0][0] <= self._instant:
+                self._join()
+        elif (self._jobs or self._anyio or len(self._fds) > 1 or self._signal_handlers) and self._attend():
+            pass
+        else:
+            self._jump()
+        stamps, now, debug = self._stamps, self._now, self._debug
+        for _ in range(len(ready)):
+            handle = ready.popleft()
+            if handle._cancelled:
+                continue
+            callback = handle._callback
+            stamps[id(getattr(callback, "__self__", None))] = now
+            if debug:
+                self._run_watched(handle)
+                continue
+            try:
+                handle._context.run(callback, *handle._args)
+            except (SystemExit, KeyboardInterrupt):
+                raise
+            except BaseException as error:
+                self._failed(handle, error)
+
+    def _jump(self) -> None:
+        """Move time onto the next live deadline and fire what is due then, in order of scheduling.
+
+        Timers that the fired ones schedule for the same instant wait for the next iteration, as in asyncio.
+        """
+        if self.watch is not None:
+            self._look(self.watch)
+        timers, last, limit = self._timers, self._order, math.inf
+        if last > self._tidy_after:
+            self._tidy()
+        if self._spins > self.max_spins:
+            self._judge_spinning()
+        while timers and timers[0][0] <= limit and timers[0][1] <= last:
+            instant, _, when, item = heappop(timers)
+            if item.done() if isinstance(item, Future) else item._cancelled:  # `_is_dead`, without the call
+                continue
+            if instant > self._instant:
+                self._instant = instant
+                self._spins = 0
+            elif limit == math.inf:  # due now, once more: the clock has not moved
+                self._spins += 1
+            limit = instant
+            if when < instant:
+                when = instant
+            if when > self._now:  # `when` may be a fraction of a nanosecond after `instant`: nothing fires early
+                self._now = when
+            if isinstance(item, Future):
+                item.set_result(None)
+            else:
+                self._fire(item)
+        if limit == math.inf:
+            self._wait_without_timers()
+
+    def _look(self, watch: Callable[[], None]) -> None:
+        self.watch = None
+        watch()
+        self.watch = watch
+
+    def _fire(self, timer: Any) -> None:
+        if self._debug:
+            self._run_watched(timer)
+            return
+        try:
+            timer._context.run(timer._callback, *timer._args)
+        except (SystemExit, KeyboardInterrupt):
+            raise
+        except BaseException as error:
+            self._failed(timer, error)
+
+    def _run_watched(self, handle: asyncio.Handle) -> None:
+        """Run a handle in debug mode: one that holds the loop is reported, measured on the real clock."""
+        self._current_handle = handle
+        begin = time.perf_counter()
+        try:
+            handle._run()
+        finally:
+            self._current_handle = None
+        if (took := time.perf_counter() - begin) >= self.slow_callback_duration:
+            logger.warning("Executing %r took %.3f seconds", handle, took)
+
+    def _failed(self, handle: asyncio.Handle, error: BaseException) -> None:
+        message = f"Exception in callback {handle!r}"
+        self.call_exception_handler({"message": message, "exception": error, "handle": handle})
+
+    def _spin(self) -> None:
+        """Every 16th iteration at one instant: let I/O join in, and judge whether this ever ends."""
+        if self._spins > self.max_spins:
+            self._judge_spinning()
+        elif self._watching() and self._poll(0):
+            self._spins = 0
+
+    def _join(self) -> None:
+        """Timers due now, while other callbacks are ready: they queue behind them."""
+        timers = self._timers
+        while timers and timers[0][0] <= self._instant:
+            _, _, when, item = heappop(timers)
+            self._now = max(self._now, when)
+            if isinstance(item, Future):
+                self.call_soon(_wake, item)
+            else:
+                self._ready.append(item)
+
+    # ---------------------------------------------------------------------------------------- the outside world
+
+    def run_in_executor(self, executor: Executor | None, func: Callable[[*_Ts], _T], *args: *_Ts) -> Future[_T]:
+        """As in asyncio; virtual time stands still until the future is done or cancelled."""
+        future = super().run_in_executor(executor, func, *args)
+        self._outside.add_thread(future, func)
+        return future
+
+    async def shutdown_default_executor(self, *args: Any) -> None:
+        """As in asyncio; virtual time stands still while the threads are joined."""
+        with self._outside.during("shutdown of the default executor"):
+            await super().shutdown_default_executor(*args)
+
+    async def _make_subprocess_transport(self, *args: Any, **kwargs: Any) -> asyncio.SubprocessTransport:
+        with self._outside.during("start of a process"):
+            made = await super()._make_subprocess_transport(*args, **kwargs)  # type: ignore[misc]  # not in typeshed
+        transport = cast("asyncio.SubprocessTransport", made)
+        self._outside.add_process(transport)
+        return transport
+
+    def close(self) -> None:
+        """As in asyncio."""
+        super().close()
+        self._timers.clear()
+        self._stamps.clear()
+
+    def _watching(self) -> bool:
+        """Whether anything but timers could make a callback ready."""
+        return len(self._fds) > 1 or bool(self._signal_handlers) or self._outside.possible()
+
+    def _poll(self, timeout: float | None) -> bool:
+        """Let in what has arrived from outside, waiting so many real seconds for it; whether anything had."""
+        events = self._selector.select(timeout)
+        self._process_events(events)
+        return bool(events)
+
+    def _attend(self) -> bool:
+        """Nothing is ready, but the outside world may be: let it in. Whether time must stand still for it."""
+        if not self._watching():
+            return False
+        if self._poll(0):
+            self._spins = 0
+            return True
+        if not (work := self._outside.names()):
+            return False
+        if not self._poll(self.patience):
+            raise Stalled(self._news(self._silence(work), stuck.STALLED))
+        return True
+
+    def _wait_without_timers(self) -> None:
+        if self._poll(0) or self._ready:  # a thread unknown to the loop has called in
+            return
+        if self.wait_for_io:
+            self._poll(None)
+        elif not self._watching():
+            raise Deadlock(self._news("Nothing is left that could wake a task", stuck.DEADLOCK))
+        elif not self._poll(self.patience):
+            reason = f"No timer is left, and no socket or signal woke a task within {self.patience} real seconds"
+            raise Stalled(self._news(reason, stuck.NO_INPUT))
+
+    def _judge_spinning(self) -> None:
+        """So many iterations at one instant: a livelock, unless a task is polling for outside work."""
+        if not (work := self._outside.names()):
+            spins, self._spins = self._spins, 0  # the loop is still needed for clean-up
+            raise Livelock(
+                self._news(f"{spins} iterations of the loop without progress of virtual time", stuck.LIVELOCK)
+            )
+        if self._spins - self.max_spins <= 16:
+            self._spinning_since = time.perf_counter()
+        if self._poll(0.001):
+            self._spins = 0
+        elif time.perf_counter() - self._spinning_since > self.patience:
+            self._spins = 0
+            raise Stalled(self._news(self._silence(work), stuck.STALLED))
+
+    def _silence(self, work: list[str]) -> str:
+        return f"No news within {self.patience} real seconds from: {'; '.join(work)}"
+
+    def _news(self, reason: str, remedy: str) -> str:
+        handles = [*self._ready, *(entry[3] for entry in self._timers[:1] if entry[0] <= self._instant)]
+        return stuck.report(reason, self._now, asyncio.all_tasks(self), self._stamps, handles, remedy)
+
+
+def _wake(future: Future[None]) -> None:
+    if not future.done():
+        future.set_result(None)

@@ -1,0 +1,1 @@
+"""Topics at work: publishers and subscriptions of one process."""
