@@ -29,7 +29,7 @@ from actors.runtime.mailbox import Mailbox
 from actors.runtime.preload import preload
 from actors.runtime.stall import StallWatch
 from actors.runtime.start_watch import StartWatch
-from actors.runtime.unsupervised import Guests
+from actors.runtime.unsupervised import UnsupervisedNodes
 from actors.shield import see_through
 from actors.supervision.errors import NotFound
 from actors.supervision.reasons import cause_of
@@ -46,8 +46,8 @@ if TYPE_CHECKING:
     from actors.inbox.load import Load
     from actors.logs.levels import NanosecondClock
     from actors.parameters import ParameterChange
+    from actors.supervision.child_task import ChildTask
     from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
-    from actors.supervision.incarnation import Incarnation
     from actors.supervision.report import Report
 
 __all__ = ["NodeState", "System", "system_here"]
@@ -115,7 +115,7 @@ class System:
         self.starts = StartWatch(self.loop, virtual=self.clock.virtual)
         self.rng = self.random("supervision")
         self.nodes: dict[tuple[str, ...], NodeState] = {}
-        self.guests = Guests(self)
+        self.unsupervised = UnsupervisedNodes(self)
         self.reports: deque[Report] = deque(maxlen=10_000)
         self.dead_letters = 0
         """Messages that waited for a node's next life, which never came, or for a handler that it no longer has."""
@@ -277,14 +277,14 @@ class System:
 
     def kill(self) -> None:
         """End everything at once: no node has time for a clean-up. Returns at once; `stop` waits until it has come to pass."""
-        self.guests.kill()
+        self.unsupervised.kill()
         if self._host is not None and self.supervisor is not None and not self._host.done():
             self._killed = True
             self._host.cancel()
 
     def _next_end(self) -> None:
         """The next step of an orderly end, each taken when the one before it is over: nodes beside the tree, the tree, the books."""
-        if not self._stopping or self._closed.done() or self.guests.end_last(self.stop_reason or ""):
+        if not self._stopping or self._closed.done() or self.unsupervised.end_last(self.stop_reason or ""):
             return
         if self._host is not None and self.supervisor is not None and not self._host.done():
             self.supervisor.stop(self.stop_reason or "")
@@ -302,15 +302,15 @@ class System:
             raise WrongThread(
                 f"{self!r} runs in another event loop: use blocking.open_node(name, system=system) in this thread"
             )
-        return await self.guests.join(child)
+        return await self.unsupervised.join(child)
 
     async def leave(self, life: NodeLife, reason: str = "left") -> None:
         """End a node that joined, within its stop timeout. Raises the error that ended it before, if one did."""
-        await self.guests.leave(life, reason)
+        await self.unsupervised.leave(life, reason)
 
     def failed_beside(self) -> list[tuple[Identity, BaseException]]:
         """The nodes beside the tree that failed and have not left yet, each with its error."""
-        return self.guests.failed()
+        return self.unsupervised.failed()
 
     def _tree_ended(self, host: asyncio.Task[None]) -> None:
         if not host.cancelled():
@@ -335,7 +335,7 @@ class System:
 
     def close_if_empty(self) -> None:
         """A system without a tree ends with the last node that joined it."""
-        if self._host is None and not self.guests:
+        if self._host is None and not self.unsupervised:
             self.stop_reason = "its last node left"
             self._close()
 
@@ -369,13 +369,13 @@ class System:
             state.child, state.identity, state.state = child, identity, "starting"
         return NodeLife(self, child, state.identity, state.mailbox)
 
-    def incarnation(self, core: Core) -> Incarnation | None:
+    def incarnation(self, core: Core) -> ChildTask | None:
         """An incarnation as its supervisor sees it; None when it has been given up, and its place may have been taken."""
         path = core.identity.path
         if core.ended:
             return None
         if path[0] == "guests":
-            return self.guests.incarnation(path)
+            return self.unsupervised.incarnation(path)
         try:
             return self.supervisor.incarnation(path[1:]) if self.supervisor is not None else None
         except NotFound:

@@ -84,7 +84,7 @@ def robot_tree(
     def parameters(kind: type[Node], node: str, **own: Any) -> dict[str, Any]:
         """A pattern such as /** reaches nodes that lack what it sets; they go without."""
         found = overrides.for_node(f"/{node}") if overrides is not None else {}
-        return own | {name: value for name, value in found.items() if name in kind.blueprint.table.values}
+        return own | {name: value for name, value in found.items() if name in kind.declarations.table.values}
 
     grid = Grid.from_scene(body.scene)
     clock: list[Child] = []

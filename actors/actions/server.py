@@ -12,7 +12,7 @@ from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.actions.goals import CancelOutcome, GoalEvent, GoalRecord, GoalStatus, GoalTable
-from actors.contracts.contracts import Aborted, Done, Limit
+from actors.contracts.contracts import Aborted, ArrivalPolicy, Done
 from actors.errors import Reject, WrongType, described
 from actors.inbox.control import Unwinding, blame
 from actors.services.services import Caller
@@ -223,7 +223,7 @@ class ActionServer:
         node: Host,
         entry: ActionEntry,
         action: Action[Any, Any, Any],
-        arrivals: Limit,
+        arrivals: ArrivalPolicy,
         result_timeout: float,
         label: str,
     ) -> None:

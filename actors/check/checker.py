@@ -40,14 +40,14 @@ class Finding(msgspec.Struct, frozen=True, order=True):
 
 def check_node(node: type[Node]) -> tuple[Finding, ...]:
     """What can be said of one class by itself."""
-    blueprint, found = node.blueprint, list[Finding]()
+    declarations, found = node.declarations, list[Finding]()
     if not (node.__doc__ or "").strip():
         found.append(Finding(node.__name__, "it has no docstring", "say what it does, publishes, takes and serves"))
     for attribute, contract in _contracts(node):
         for advice in lint_name(contract):
             found.append(Finding(f"{node.__name__}.{attribute}", f"{contract!r}: {advice}", "rename the contract"))
-    for published in blueprint.publishers:
-        for handler in blueprint.topics:
+    for published in declarations.publishers:
+        for handler in declarations.topics:
             if published.topic is handler.topic:
                 found.append(
                     Finding(
@@ -103,18 +103,18 @@ class _Tree:
             remapping = Remapping([Rule.parse(f"{old}:={new}") for old, new in child.remap.items()])
         identity = Identity(child.name, child.namespace or "", path, child.parameters, remapping)
         self.names[identity.fqn].append(where)
-        blueprint = node.blueprint
-        for published in blueprint.publishers:
+        declarations = node.declarations
+        for published in declarations.publishers:
             self.publishers[identity.topic(published.topic.name)].append((where, published.topic, published.qos))
-        taken = [(handler.topic, handler.qos) for handler in blueprint.topics]
-        taken += [(stream.topic, stream.qos) for stream in blueprint.streams]
+        taken = [(handler.topic, handler.qos) for handler in declarations.topics]
+        taken += [(stream.topic, stream.qos) for stream in declarations.streams]
         for topic, qos in taken:
             self.subscriptions[identity.topic(topic.name)].append((where, topic, qos))
-        for service in blueprint.services:
+        for service in declarations.services:
             self.servers[identity.service(service.service.name)].append(where)
-        for action in blueprint.actions:
+        for action in declarations.actions:
             self.servers[identity.service(action.action.name)].append(where)
-        known = blueprint.table.values
+        known = declarations.table.values
         for name in sorted(set(child.parameters) - set(known)):
             self.found.append(
                 Finding(
@@ -179,14 +179,14 @@ class _Tree:
 
 
 def _contracts(node: type[Node]) -> Iterable[tuple[str, str]]:
-    blueprint = node.blueprint
-    for published in blueprint.publishers:
+    declarations = node.declarations
+    for published in declarations.publishers:
         yield published.attribute, published.topic.name
-    for stream in blueprint.streams:
+    for stream in declarations.streams:
         yield stream.attribute, stream.topic.name
-    for handler in blueprint.topics:
+    for handler in declarations.topics:
         yield handler.attribute, handler.topic.name
-    for service in blueprint.services:
+    for service in declarations.services:
         yield service.attribute, service.service.name
-    for action in blueprint.actions:
+    for action in declarations.actions:
         yield action.attribute, action.action.name

@@ -81,7 +81,7 @@ Steps: TypeAlias = AsyncGenerator[F | Done[R] | Aborted[R], None]
 """What an action body is: an async generator of feedback, ended by `Done` or `Aborted`. Written ``Steps[Feedback, Result]``."""
 
 
-class Limit:
+class ArrivalPolicy:
     """How many goals an arrival policy holds: made by `queue(n)` and `parallel(n)`."""
 
     __slots__ = ("policy", "size")
@@ -96,24 +96,24 @@ class Limit:
         return f"{self.policy}({self.size})"
 
 
-Arrivals: TypeAlias = Literal["reject", "preempt", "queue", "parallel"] | Limit
+Arrivals: TypeAlias = Literal["reject", "preempt", "queue", "parallel"] | ArrivalPolicy
 
 
-def queue(n: int) -> Limit:
+def queue(n: int) -> ArrivalPolicy:
     """Run one goal at a time and let at most `n` more wait; further goals are rejected."""
-    return Limit("queue", n)
+    return ArrivalPolicy("queue", n)
 
 
-def parallel(n: int) -> Limit:
+def parallel(n: int) -> ArrivalPolicy:
     """Run at most `n` goals at once; further goals are rejected."""
-    return Limit("parallel", n)
+    return ArrivalPolicy("parallel", n)
 
 
-_ARRIVALS: Final[dict[str, Limit]] = {
-    "reject": Limit("reject", 1),
-    "preempt": Limit("preempt", 1),
-    "queue": Limit("queue", 10),
-    "parallel": Limit("parallel", 1000),
+_ARRIVALS: Final[dict[str, ArrivalPolicy]] = {
+    "reject": ArrivalPolicy("reject", 1),
+    "preempt": ArrivalPolicy("preempt", 1),
+    "queue": ArrivalPolicy("queue", 10),
+    "parallel": ArrivalPolicy("parallel", 1000),
 }
 
 
@@ -169,7 +169,7 @@ class ActionHandler(Declaration):
 
     __slots__ = ("action", "arrivals", "result_timeout")
 
-    def __init__(self, action: Action[Any, Any, Any], arrivals: Limit, result_timeout: float) -> None:
+    def __init__(self, action: Action[Any, Any, Any], arrivals: ArrivalPolicy, result_timeout: float) -> None:
         super().__init__()
         self.action = action
         self.arrivals = arrivals
@@ -293,7 +293,7 @@ class Action(Generic[G, R, F]):
         askers for `result_timeout` seconds after the end (0: not at all, negative: for ever).
         """
         _refuse_bare(misplaced, f"{self!r}.serve")
-        if not isinstance(arrivals, Limit) and (
+        if not isinstance(arrivals, ArrivalPolicy) and (
             not isinstance(cast("object", arrivals), str) or arrivals not in _ARRIVALS
         ):
             raise DeclarationError(
@@ -303,7 +303,7 @@ class Action(Generic[G, R, F]):
             raise DeclarationError(
                 f"{self!r}: result_timeout={result_timeout!r:.40} must be seconds; 0 keeps no result, a negative number keeps it for ever"
             )
-        limit = arrivals if isinstance(arrivals, Limit) else _ARRIVALS[arrivals]
+        limit = arrivals if isinstance(arrivals, ArrivalPolicy) else _ARRIVALS[arrivals]
         declaration = ActionHandler(self, limit, result_timeout)
 
         def decorate(function: Callable[[Node, G], Steps[F, R]]) -> Callable[[Node, G], Steps[F, R]]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.qos import Compatibility, QoS
     from actors.services.services import Server  # noqa: F401  # in a quoted base class
-    from actors.topics.channel import Publisher, Queue
+    from actors.topics.channel import Publisher, Subscription
 
 __all__ = ["ActionEntry", "Graph", "Participant", "ServerEntry", "ServiceEntry", "Tap", "TopicEntry"]
 
@@ -51,7 +51,7 @@ class TopicEntry:
         self.graph: Final = graph
         self.name: Final = name
         self.writers: dict[Publisher[Any], None] = {}
-        self.readers: dict[Queue[Any], None] = {}
+        self.readers: dict[Subscription[Any], None] = {}
         self.opened: float | None = None
         """When the first publisher came, seconds on the system's clock."""
         self.sent = 0
@@ -68,7 +68,7 @@ class TopicEntry:
         return list(self.writers)
 
     @property
-    def subscriptions(self) -> list[Queue[Any]]:
+    def subscriptions(self) -> list[Subscription[Any]]:
         """The subscriptions as they are now, in the order in which they came."""
         return list(self.readers)
 
@@ -116,7 +116,7 @@ class TopicEntry:
                 queue.tell()
             self.graph.changed()
 
-    def add_subscription(self, queue: Queue[Any]) -> None:
+    def add_subscription(self, queue: Subscription[Any]) -> None:
         """Join, and receive what matching latched publishers hold, oldest first and before anything new."""
         self.graph.derive_topic(self)
         self.readers[queue] = None
@@ -128,14 +128,14 @@ class TopicEntry:
                     publisher.replay(queue)
         self.graph.changed()
 
-    def remove_subscription(self, queue: Queue[Any]) -> None:
+    def remove_subscription(self, queue: Subscription[Any]) -> None:
         if queue in self.readers:
             del self.readers[queue]
             for publisher in self.publishers:
                 publisher.part(queue)
             self.graph.changed()
 
-    def _match(self, publisher: Publisher[Any], queue: Queue[Any]) -> bool:
+    def _match(self, publisher: Publisher[Any], queue: Subscription[Any]) -> bool:
         """Whether messages flow between the two; if not, both sides hear of it."""
         if publisher.type is not queue.type and publisher.type.__ros_type__ != queue.type.__ros_type__:
             self._types_differ(publisher, queue)
@@ -148,14 +148,14 @@ class TopicEntry:
             return False
         return True
 
-    def _first_of_its_kind(self, publisher: Publisher[Any], queue: Queue[Any], kind: str, why: str) -> bool:
+    def _first_of_its_kind(self, publisher: Publisher[Any], queue: Subscription[Any], kind: str, why: str) -> bool:
         """Remember what keeps two nodes apart; whether that is news, and worth a line in the log."""
         pair = (publisher.node.fqn, queue.node.fqn, kind)
         news = pair not in self.mismatches
         self.mismatches.setdefault(pair, why)
         return news
 
-    def _qos_differs(self, publisher: Publisher[Any], queue: Queue[Any], verdict: Compatibility) -> None:
+    def _qos_differs(self, publisher: Publisher[Any], queue: Subscription[Any], verdict: Compatibility) -> None:
         for end in (publisher, queue):
             met = end.happening()
             met.incompatible_qos += 1
@@ -182,7 +182,7 @@ class TopicEntry:
             **told,
         )
 
-    def _types_differ(self, publisher: Publisher[Any], queue: Queue[Any]) -> None:
+    def _types_differ(self, publisher: Publisher[Any], queue: Subscription[Any]) -> None:
         for end in (publisher, queue):
             met = end.happening()
             met.incompatible_type += 1
@@ -292,7 +292,7 @@ def _underived(entry: object) -> None:
     """Where nobody derives endpoints."""
 
 
-def _entrance(queue: Queue[Any]) -> Callable[[Any], None]:
+def _entrance(queue: Subscription[Any]) -> Callable[[Any], None]:
     return queue.inlet
 
 
@@ -311,7 +311,7 @@ class Graph:
         self.derive_service: Callable[[ServiceEntry], None] = _underived
         self.derive_topic: Callable[[TopicEntry], None] = _underived
         self.taps: list[Tap] = []
-        self.entrance: Callable[[Queue[Any]], Callable[[Any], None]] = _entrance
+        self.entrance: Callable[[Subscription[Any]], Callable[[Any], None]] = _entrance
         """What publishers call to reach a subscription: always the same for the same one. Simulated faults stand here."""
         self._listeners: list[Callable[[], None]] = []
 

@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable
 from typing import Generic, TypeVar, cast
 
-__all__ = ["Aged", "Stamped"]
+__all__ = ["ExpiringMessage", "TimedMessage"]
 
 M = TypeVar("M")
 
 
-class Aged(Generic[M]):
+class ExpiringMessage(Generic[M]):
     """A waiting message that is not delivered any more after `expires`, nanoseconds on the loop's clock."""
 
     __slots__ = ("_time", "expires", "message")
@@ -24,9 +24,9 @@ class Aged(Generic[M]):
     def __repr__(self) -> str:
         return f"<{self.message!r} until {self.expires / 1e9:.6f}>"
 
-    def holding(self, message: M) -> Aged[M]:
+    def holding(self, message: M) -> ExpiringMessage[M]:
         """Another message with the same end."""
-        return Aged(message, self.expires, self._time)
+        return ExpiringMessage(message, self.expires, self._time)
 
     @property
     def fresh(self) -> bool:
@@ -34,14 +34,14 @@ class Aged(Generic[M]):
         return round(self._time() * 1e9) <= self.expires
 
 
-class Stamped(Aged[M]):
+class TimedMessage(ExpiringMessage[M]):
     """A waiting message with the loop time at which it came; it keeps the end it may have had."""
 
     __slots__ = ("since",)
 
-    def __init__(self, message: M | Aged[M], time: Callable[[], float]) -> None:
-        if isinstance(message, Aged):
-            aged = cast("Aged[M]", message)
+    def __init__(self, message: M | ExpiringMessage[M], time: Callable[[], float]) -> None:
+        if isinstance(message, ExpiringMessage):
+            aged = cast("ExpiringMessage[M]", message)
             super().__init__(aged.message, aged.expires, time)
         else:
             super().__init__(message, math.inf, time)

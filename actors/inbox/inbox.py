@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from actors.inbox.control import blame
 
 if TYPE_CHECKING:
-    from actors.inbox.expiring import Stamped
+    from actors.inbox.expiring import TimedMessage
     from actors.inbox.load import Load, Meter
 
 __all__ = ["HOLDING_SECONDS", "STEP_SECONDS", "Inbox", "Item"]
@@ -75,7 +75,7 @@ class Inbox:
         self.handled = 0
         self.watch: asyncio.TimerHandle | None = None
         self.meter: Meter | None = None
-        self.mark: _Mark | Stamped[Any] | None = None
+        self.mark: _Mark | TimedMessage[Any] | None = None
         """The waiting item, or message, whose wait is measured."""
         self.reported: set[str] | None = None
         self.on_holding: Callable[[Item, float], None] | None = None
@@ -211,7 +211,7 @@ class Inbox:
         due = self.loop.time() + HOLDING_SECONDS
         self.watch = self.loop.call_at(due, self._look, self.handled, due)
         if self.items and self.mark is None:
-            stamp: Callable[[], Stamped[Any]] | None = getattr(self.items[-1], "stamp", None)
+            stamp: Callable[[], TimedMessage[Any]] | None = getattr(self.items[-1], "stamp", None)
             if stamp is not None:  # what this item stands for may be replaced while it waits
                 self.mark = stamp()
                 return
@@ -249,12 +249,12 @@ class Inbox:
         """A handler with tasks of its own took so long."""
         self._meter().took(label, seconds)
 
-    def waited(self, mark: _Mark | Stamped[Any]) -> None:
+    def waited(self, mark: _Mark | TimedMessage[Any]) -> None:
         """What came with `mark` has its turn now."""
         self.lost(mark)
         self._meter().waited(self.loop.time() - mark.since)
 
-    def lost(self, mark: _Mark | Stamped[Any]) -> None:
+    def lost(self, mark: _Mark | TimedMessage[Any]) -> None:
         """What came with `mark` waits no more; measure the next one that has to."""
         if self.mark is mark:
             self.mark = None

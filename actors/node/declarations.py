@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BackgroundDeclaration",
-    "Blueprint",
+    "Declarations",
     "Late",
     "PublisherDeclaration",
     "StreamDeclaration",
@@ -189,7 +189,7 @@ def background(function: Callable[[Node], Coroutine[Any, Any, None]]) -> Callabl
     return function
 
 
-class Blueprint:
+class Declarations:
     """The declarations of one node class, in the order in which they were written, base classes first."""
 
     __slots__ = (

@@ -19,7 +19,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar, cast
 
 from actors.errors import ActionUnavailable, DeclarationError, NotStarted, ServiceUnavailable
-from actors.node.declarations import Blueprint
+from actors.node.declarations import Declarations
 from actors.node.habits import Habits
 from actors.places import claim
 from actors.qos import QoS, of
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
     from actors.topics.channel import Publisher
-    from actors.topics.handler import Feed
+    from actors.topics.handler import HandlerSubscription
     from actors.topics.stream import Stream
 
 __all__ = ["CALL_TIMEOUT", "GOAL_TIMEOUT", "ErrorVerdict", "Node"]
@@ -74,13 +74,13 @@ class Node(Habits):
     node_name: ClassVar[str]
     """Set it to give the class a default node name other than its own in snake_case."""
 
-    blueprint: ClassVar[Blueprint]
+    declarations: ClassVar[Declarations]
     _core: Core | None = None
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
         claim(cls.__module__)
-        cls.blueprint = Blueprint(cls)
+        cls.declarations = Declarations(cls)
 
     if not TYPE_CHECKING:  # type checkers know what a node has, and that it takes nothing
 
@@ -202,7 +202,7 @@ class Node(Habits):
         """Listen to `topic` from this moment on: ``async for message in node.subscribe(TOPIC)``."""
         return self.core.subscribe(topic, topic.qos if qos is None else of(qos))
 
-    def subscription(self, topic: Topic[M]) -> Feed[M]:
+    def subscription(self, topic: Topic[M]) -> HandlerSubscription[M]:
         """What feeds this node's handler of `topic`: its counts, its `status`, its `events()`. Raises `DeclarationError` without one."""
         return self.core.subscription(topic)
 
@@ -354,4 +354,4 @@ def _name_of(handler: object) -> str:
     return str(getattr(function, "__qualname__", type(function).__name__))  # pyright: ignore[reportUnknownArgumentType]
 
 
-Node.blueprint = Blueprint(Node)
+Node.declarations = Declarations(Node)

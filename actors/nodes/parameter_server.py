@@ -59,7 +59,7 @@ class ParameterServer(Node):
     @property
     def values(self) -> dict[str, Value]:
         """The global parameters by name; not those that every node has."""
-        own = self.blueprint.table.values
+        own = self.declarations.table.values
         return {name: value for name, value in self.core.parameters.values.items() if name not in own}
 
     def _keep(self, _: Sequence[Parameter]) -> None:

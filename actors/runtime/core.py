@@ -28,17 +28,17 @@ from actors.qos import (
 )
 from actors.runtime.ground import Ground
 from actors.runtime.mailbox import Mailbox
-from actors.runtime.timers import TimerItem, TimerRecord
+from actors.runtime.timers import NodeTimer, TimerRecord
 from actors.services.services import Client, Server
-from actors.topics.handler import ConcurrentFeed, Feed
-from actors.topics.stream import Stream, Subscription
+from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
+from actors.topics.stream import Stream, StreamSubscription
 from actors.topics.timed_publisher import publisher_for
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service, Topic
     from actors.graph.graph import TopicEntry
     from actors.interfaces.message import Message
-    from actors.node.declarations import Blueprint
+    from actors.node.declarations import Declarations
     from actors.node.node import Node
     from actors.parameters import ParameterChange, ParameterStore
     from actors.runtime.sim_time import SimTime
@@ -73,8 +73,8 @@ class Core(Ground):
 
     __slots__ = (
         "_parameters",
-        "blueprint",
         "clients",
+        "declarations",
         "derived",
         "publishers",
         "publishing",
@@ -83,15 +83,17 @@ class Core(Ground):
         "timers",
     )
 
-    def __init__(self, system: System, node: Node, blueprint: Blueprint, identity: Identity, mailbox: Mailbox) -> None:
+    def __init__(
+        self, system: System, node: Node, declarations: Declarations, identity: Identity, mailbox: Mailbox
+    ) -> None:
         if mailbox.core is not None:  # one that refused to die: nothing of it may go on under the new one's name
             mailbox.core.release()
         mailbox.core = self
         super().__init__(system, node, identity, mailbox)
-        self.blueprint = blueprint
+        self.declarations = declarations
         self.publishers: list[Publisher[Any]] = []
-        self.streams: list[Subscription[Any]] = []
-        self.timers: list[TimerItem] = []
+        self.streams: list[StreamSubscription[Any]] = []
+        self.timers: list[NodeTimer] = []
         self.derived: list[Server] = []
         """Services that ROS 2 gives every node, as far as somebody asked for them."""
         self.publishing = True
@@ -113,14 +115,14 @@ class Core(Ground):
     def _open_store(self, told: Callable[[ParameterChange], None] | None) -> ParameterStore:
         from actors.parameters import ParameterStore
 
-        blueprint = self.blueprint
-        store = ParameterStore(self.fqn, self.identity.overrides, table=blueprint.table, on_event=told)
+        declarations = self.declarations
+        store = ParameterStore(self.fqn, self.identity.overrides, table=declarations.table, on_event=told)
         store.on_event = self._parameters_changed  # for who listens only later
         self._parameters = store  # the hooks may read what they are asked about
-        if blueprint.rates:
-            guard_rates(store, blueprint.rates)
-        if blueprint.parameter_hooks:
-            attach_hooks(store, self.node, blueprint.parameter_hooks)
+        if declarations.rates:
+            guard_rates(store, declarations.rates)
+        if declarations.parameter_hooks:
+            attach_hooks(store, self.node, declarations.parameter_hooks)
         store.check_overrides()
         return store
 
@@ -128,7 +130,7 @@ class Core(Ground):
         for parameter in change.changed:
             if parameter.name == "use_sim_time":
                 self.ros_time().use(parameter.value is True)
-            elif parameter.name in self.blueprint.rates:
+            elif parameter.name in self.declarations.rates:
                 self._retime(parameter.name, parameter.value)
         if self.system.on_parameters is not None:
             self.system.on_parameters(self, change)
@@ -158,13 +160,15 @@ class Core(Ground):
     def subscribe(self, topic: Topic[M], qos: QoS) -> Stream[M]:
         self.check_use()
         entry = self.system.graph.topic(self.identity.topic(topic.name))
-        queue = Subscription(self, entry, topic.type, resolve_subscription(qos, [one.qos for one in entry.publishers]))
+        queue = StreamSubscription(
+            self, entry, topic.type, resolve_subscription(qos, [one.qos for one in entry.publishers])
+        )
         self.streams.append(queue)
         queue.on_close = self._stream_closed
         queue.entry.add_subscription(queue)
         return Stream(queue, self.system.loop)
 
-    def subscription(self, topic: Topic[M]) -> Feed[M]:
+    def subscription(self, topic: Topic[M]) -> HandlerSubscription[M]:
         """The queue behind this incarnation's first handler of `topic`."""
         name = self.identity.topic(topic.name)
         for feed in self.mailbox.feeds:
@@ -172,7 +176,7 @@ class Core(Ground):
                 return feed
         raise DeclarationError(f"{self.fqn} has no handler of {name}: declare one with @{topic!r}.on()")
 
-    def _stream_closed(self, queue: Subscription[Any]) -> None:
+    def _stream_closed(self, queue: StreamSubscription[Any]) -> None:
         self.streams.remove(queue)
         self.mailbox.note((queue.entry,))
 
@@ -203,13 +207,13 @@ class Core(Ground):
         if feed is None:
             qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
             if concurrent:
-                feed = ConcurrentFeed(self, entry, topic.type, qos, self.inbox, label, concurrent)
+                feed = ConcurrentSubscription(self, entry, topic.type, qos, self.inbox, label, concurrent)
             else:
-                feed = Feed(self, entry, topic.type, qos, self.inbox, label)
+                feed = HandlerSubscription(self, entry, topic.type, qos, self.inbox, label)
             self.mailbox.feeds.append(feed)
         feed.node = self
         feed.handler = handler
-        if isinstance(feed, ConcurrentFeed):
+        if isinstance(feed, ConcurrentSubscription):
             feed.active = 0
             feed.spawn = self.spawn if self.serving else None
         if fresh:
@@ -221,17 +225,19 @@ class Core(Ground):
         """The node has started: begin with the messages and requests that have come meanwhile for concurrent handlers."""
         self.serving = True
         for feed in self.mailbox.feeds:
-            if isinstance(feed, ConcurrentFeed):
+            if isinstance(feed, ConcurrentSubscription):
                 feed.spawn = self.spawn
                 feed.begin()
         for server in self.mailbox.services.values():
             server.begin()
 
-    def _left_over(self, entry: TopicEntry, type: type[M], label: str, concurrent: int) -> Feed[M] | None:
+    def _left_over(
+        self, entry: TopicEntry, type: type[M], label: str, concurrent: int
+    ) -> HandlerSubscription[M] | None:
         """The first queue of this handler that the last incarnation had and this one has not yet."""
         for feed in self.mailbox.feeds:
             same = feed.node is not self and feed.label == label and feed.entry is entry and feed.type is type
-            if same and concurrent == (feed.concurrent if isinstance(feed, ConcurrentFeed) else 0):
+            if same and concurrent == (feed.concurrent if isinstance(feed, ConcurrentSubscription) else 0):
                 return feed
         return None
 
@@ -277,15 +283,15 @@ class Core(Ground):
 
     def start_timers(self) -> None:
         """Let every `@every` of the class tick from now on."""
-        node, labels = self.node, self.blueprint.labels
-        for timer in self.blueprint.timers:
+        node, labels = self.node, self.declarations.labels
+        for timer in self.declarations.timers:
             hz = self.parameters.value(timer.hz) if isinstance(timer.hz, str) else timer.hz
             record = self.mailbox.timers.get(timer.attribute)
             if record is None:
                 record = self.mailbox.timers[timer.attribute] = TimerRecord(hz)
             record.hz = hz
             handler, label = getattr(node, timer.attribute), labels[timer.attribute]
-            item = TimerItem(self.inbox, handler, hz, timer.late, label, record)
+            item = NodeTimer(self.inbox, handler, hz, timer.late, label, record)
             self.timers.append(item)
             if self.system.stalls is not None:
                 item.on_late = self.on_late
@@ -299,7 +305,7 @@ class Core(Ground):
         ticker: TickSource = self.system.ticker
         if self.sim is not None and self.sim.ros.active:
             ticker = self.sim.ticker
-        for declared, timer in zip(self.blueprint.timers, self.timers, strict=False):  # none while they rest
+        for declared, timer in zip(self.declarations.timers, self.timers, strict=False):  # none while they rest
             if declared.hz == name and timer.hz != hz:
                 timer.retime(hz, ticker)
 
@@ -329,7 +335,7 @@ class Core(Ground):
         entry.add_publisher(publisher)
         return publisher
 
-    def on_late(self, timer: TimerItem, seconds: float, lost: int) -> None:
+    def on_late(self, timer: NodeTimer, seconds: float, lost: int) -> None:
         """The event loop was late for a tick by a period or more: see who held it up."""
         if self.system.stalls is not None:
             self.system.stalls.delayed(self.fqn, 1.0 / timer.hz, seconds, lost)

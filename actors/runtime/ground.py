@@ -12,7 +12,7 @@ from actors.inbox.control import Failure, StopRequest, blame, in_task
 from actors.inbox.inbox import Inbox
 from actors.logs import ERROR, WARN
 from actors.places import awaited_in, place_of
-from actors.supervision.incarnation import GRACE
+from actors.supervision.child_task import GRACE
 from actors.supervision.reasons import Stop
 
 if TYPE_CHECKING:

@@ -139,13 +139,13 @@ class NodeLife:
             raise DeclarationError(
                 f"{self.identity.fqn}: its factory made {type(node).__name__} {node!r:.60}, which is not a Node"
             )
-        if not type(node).blueprint.clean:
+        if not type(node).declarations.clean:
             check_assigned(node)
         node._core = core = self._make_core(node)  # pyright: ignore[reportPrivateUsage]
         return core
 
     def _make_core(self, node: Node) -> Core:
-        return Core(self.system, node, type(node).blueprint, self.identity, self.mailbox)
+        return Core(self.system, node, type(node).declarations, self.identity, self.mailbox)
 
     async def _start(self, core: Core) -> None:
         """The start phase. Calls out of it count as a handler's, so that a call to itself is refused and not waited for."""
@@ -157,9 +157,9 @@ class NodeLife:
             node.resume(self.mailbox.saved)
         self.phase = "on_start"
         await node.on_start()
-        if not core.blueprint.clean:
+        if not core.declarations.clean:
             check_assigned(node)
-            core.blueprint.clean = True
+            core.declarations.clean = True
         self.phase = "begin"
         await node._begin()  # pyright: ignore[reportPrivateUsage]
         if core.identity.overrides and type(node) is not Node:  # a script's node may declare its own at any time
@@ -208,29 +208,29 @@ class NodeLife:
 
 def open_endpoints(core: Core) -> None:
     """Make what the class declares. From here on messages queue up; they are handled once the node has started."""
-    node, blueprint = core.node, core.blueprint
+    node, declarations = core.node, core.declarations
     core.inbox.on_error = core.on_error
     core.inbox.on_holding = core.on_holding
-    for published in blueprint.publishers:
+    for published in declarations.publishers:
         setattr(node, published.attribute, core.publisher(published.topic, published.qos))
-    for stream in blueprint.streams:
+    for stream in declarations.streams:
         setattr(node, stream.attribute, core.subscribe(stream.topic, stream.qos))
-    if blueprint.parameters:
+    if declarations.parameters:
         core.open_parameters()
     if "use_sim_time" in core.identity.overrides and core.parameters.value("use_sim_time"):
         core.ros_time().use(True)
-    labels = blueprint.labels
-    for topic in blueprint.topics:
+    labels = declarations.labels
+    for topic in declarations.topics:
         core.feed(topic.topic, topic.qos, getattr(node, topic.attribute), labels[topic.attribute], topic.concurrent)
-    for service in blueprint.services:
+    for service in declarations.services:
         core.serve(service.service, getattr(node, service.attribute), labels[service.attribute], service.concurrent)
-    for action in blueprint.actions:
+    for action in declarations.actions:
         entry = core.system.graph.action(core.identity.service(action.action.name))
         server = ActionServer(
             core, entry, action.action, action.arrivals, action.result_timeout, labels[action.attribute]
         )
         server.handler = getattr(node, action.attribute)
-        for hook in blueprint.hooks:
+        for hook in declarations.hooks:
             if hook.action is action.action:
                 setattr(server, hook.verb, getattr(node, hook.attribute))
         core.serve_action(server)
@@ -238,5 +238,5 @@ def open_endpoints(core: Core) -> None:
 
 def start_backgrounds(core: Core) -> None:
     """Start the node's own tasks."""
-    for background in core.blueprint.backgrounds:
+    for background in core.declarations.backgrounds:
         core.own(getattr(core.node, background.attribute)(), name=background.attribute)

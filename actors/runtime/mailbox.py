@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from actors.inbox.inbox import Inbox
-from actors.topics.handler import ConcurrentFeed, Feed
+from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer
@@ -45,7 +45,7 @@ class Mailbox:
         """The primary state that was last asked of a lifecycle node."""
         self.saved: Any = None
         """What the node left for its next incarnation."""
-        self.feeds: list[Feed[Any]] = []
+        self.feeds: list[HandlerSubscription[Any]] = []
         self.services: dict[str, Server] = {}
         self.actions: dict[str, ActionServer] = {}
         self.used: set[TopicEntry | ServiceEntry | ActionEntry] | None = None
@@ -62,21 +62,21 @@ class Mailbox:
         incarnation = self.incarnation
         inbox = self.inbox
         for feed in self.feeds:
-            if isinstance(feed, ConcurrentFeed):
+            if isinstance(feed, ConcurrentSubscription):
                 feed.spawn = None
         servers: list[Server | ActionServer] = [*self.services.values(), *self.actions.values()]
         for server in servers:
             server.fail_all(error)
             if server.entry.server is server:
                 server.entry.pause(fqn, incarnation)
-        inbox.clear(keep=lambda item: isinstance(item, Feed))
+        inbox.clear(keep=lambda item: isinstance(item, HandlerSubscription))
         inbox.on_error = inbox.on_holding = None
         inbox.leave()
 
     def work_on(self) -> None:
         """A handler failed and the node goes on: what waits behind it is not to wait for the next message."""
         for feed in self.feeds:
-            if isinstance(feed, ConcurrentFeed):
+            if isinstance(feed, ConcurrentSubscription):
                 feed.begin()
 
     def sweep(self, core: Core) -> None:
@@ -87,7 +87,7 @@ class Mailbox:
         core.system.lost(core.fqn, sum(len(feed.messages) for feed in gone))
         for feed in gone:
             feed.close()
-        self.inbox.clear(keep=lambda item: not isinstance(item, Feed) or item.node is core)
+        self.inbox.clear(keep=lambda item: not isinstance(item, HandlerSubscription) or item.node is core)
         self.feeds = [feed for feed in self.feeds if feed.node is core]
         held: tuple[dict[str, Any], ...] = (self.services, self.actions)
         for servers in held:

@@ -30,13 +30,13 @@ from actors.time.clock import Clock
 from actors.time.ros_clock import JumpHandle, JumpThreshold, RosClock, TimeJump
 from actors.time.sim_ticker import SimTick, SimTicker
 from actors.time.ticker import TickHandle
-from actors.topics.stream import Subscription
+from actors.topics.stream import StreamSubscription
 
 if TYPE_CHECKING:
     from actors.graph.graph import TopicEntry
-    from actors.inbox.expiring import Aged
+    from actors.inbox.expiring import ExpiringMessage
     from actors.runtime.core import Core
-    from actors.runtime.timers import TimerItem
+    from actors.runtime.timers import NodeTimer
 
 __all__ = ["CLOCK", "SimClock", "SimTime"]
 
@@ -157,7 +157,7 @@ def _answer(future: asyncio.Future[bool], reached: bool) -> None:
         future.set_result(reached)
 
 
-class _ClockQueue(Subscription[ClockMessage]):
+class _ClockQueue(StreamSubscription[ClockMessage]):
     """A subscription that keeps nothing: time is set the moment it is published, not when the node has its turn."""
 
     __slots__ = ("step",)
@@ -169,7 +169,7 @@ class _ClockQueue(Subscription[ClockMessage]):
         self.latest = message
         self.step(message)
 
-    def aging(self, aged: Aged[ClockMessage]) -> ClockMessage:
+    def aging(self, aged: ExpiringMessage[ClockMessage]) -> ClockMessage:
         return aged.message
 
 
@@ -215,7 +215,7 @@ class SimTime:
 
         return self.ros.on_jump(threshold, pre=lambda: guarded(pre), post=lambda jump: guarded(post, jump))
 
-    def begin(self, timer: TimerItem) -> None:
+    def begin(self, timer: NodeTimer) -> None:
         """Let a timer of the node tick from now on."""
         if self.ros.active:
             timer.time = self.clock.now
@@ -247,7 +247,7 @@ class SimTime:
         for timer in self._core.timers:
             self._give_back(timer)
 
-    def _taken(self, timer: TimerItem) -> SimTick:
+    def _taken(self, timer: NodeTimer) -> SimTick:
         """Take a timer from the loop's clock. ROS time is still the system's: the switch comes next, and keeps the rest of the period."""
         loop, handle = self._core.system.loop, timer.handle
         assert isinstance(handle, TickHandle)
@@ -255,7 +255,7 @@ class SimTime:
         handle.cancel()
         return self.ticker.add(timer.hz, timer.on_tick, last / 1e9, handle.k)
 
-    def _give_back(self, timer: TimerItem) -> None:
+    def _give_back(self, timer: NodeTimer) -> None:
         """Let a timer tick on the loop's clock again."""
         system, tick = self._core.system, timer.handle
         assert isinstance(tick, SimTick)
@@ -266,7 +266,7 @@ class SimTime:
         handle.k = tick.k
         timer.move(handle, timer.loop_time)
 
-    def _closed(self, queue: Subscription[ClockMessage]) -> None:
+    def _closed(self, queue: StreamSubscription[ClockMessage]) -> None:
         self._queue = None
         self._core.streams.remove(queue)
         self._core.mailbox.note((queue.entry,))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from actors.inbox.inbox import Inbox
     from actors.node.declarations import Late
 
-__all__ = ["Lateness", "Tick", "TickMissed", "TickSource", "Ticking", "TimerItem", "TimerRecord"]
+__all__ = ["Lateness", "NodeTimer", "Tick", "TickMissed", "TickSource", "Ticking", "TimerRecord"]
 
 KEPT = 65536
 
@@ -126,7 +126,7 @@ class TimerRecord:
         return self.fired / seconds if self.fired and seconds > 0.0 else 0.0
 
 
-class TimerItem:
+class NodeTimer:
     """One `@every` of one incarnation; as an inbox item it is its waiting tick."""
 
     __slots__ = (
@@ -157,7 +157,7 @@ class TimerItem:
         self.pending = False
         self.missed = 0
         """Ticks lost in this incarnation; the record counts those of all."""
-        self.on_late: Callable[[TimerItem, float, int], None] | None = None
+        self.on_late: Callable[[NodeTimer, float, int], None] | None = None
         """Hears that the event loop was late for a tick by a period or more: by how many seconds, and how many ticks that has cost."""
         self.seen = -1
         self.before = 0

@@ -1,4 +1,4 @@
-"""Guests: nodes beside the tree, such as a script's own or a test's. Nobody restarts them; they end when they leave, or with the system."""
+"""UnsupervisedNodes: nodes beside the tree, such as a script's own or a test's. Nobody restarts them; they end when they leave, or with the system."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from actors.errors import DeclarationError, NotRunning, described
 from actors.logs import ERROR
 from actors.places import place_of
 from actors.shield import see_through
+from actors.supervision.child_task import GRACE, ChildTask
 from actors.supervision.entry import Entry
-from actors.supervision.incarnation import GRACE, Incarnation
 from actors.supervision.reasons import ExitReason, Leaked, Stop
 from actors.supervision.refs import ChildRef
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from actors.supervision.seam import Life
     from actors.system import System
 
-__all__ = ["Guests"]
+__all__ = ["UnsupervisedNodes"]
 
 
 class Guest:
@@ -33,7 +33,7 @@ class Guest:
 
     __slots__ = ("leaving", "life", "over", "ready", "run")
 
-    def __init__(self, life: NodeLife, run: Incarnation) -> None:
+    def __init__(self, life: NodeLife, run: ChildTask) -> None:
         self.life = life
         self.run = run
         self.ready: asyncio.Future[None] = run.owner.loop.create_future()
@@ -53,7 +53,7 @@ class Guest:
         return task.exception() if task.done() and not task.cancelled() else None
 
 
-class Guests:
+class UnsupervisedNodes:
     """The nodes beside the tree of one system, in the order in which they joined.
 
     Their ends are events: asking for one twice, or by several tasks, is one end, and no canceled task can leave it half done.
@@ -87,7 +87,7 @@ class Guests:
             system.close_if_empty()
             raise
         entry = Entry(child, 0)
-        guest = Guest(life, Incarnation(self, entry, ChildRef(path, 1, next(self._serials))))
+        guest = Guest(life, ChildTask(self, entry, ChildRef(path, 1, next(self._serials))))
         self._guests[life] = self._places[path] = guest
         try:
             await asyncio.wait([guest.ready, guest.over], return_when=asyncio.FIRST_COMPLETED)
@@ -136,7 +136,7 @@ class Guests:
             if (error := guest.error) is not None and not isinstance(error, Stop)
         ]
 
-    def incarnation(self, path: tuple[str, ...]) -> Incarnation | None:
+    def incarnation(self, path: tuple[str, ...]) -> ChildTask | None:
         """The node at this path as it is seen from here."""
         guest = self._places.get(path)
         return guest.run if guest is not None else None
@@ -152,12 +152,12 @@ class Guests:
             del self._places[guest.life.identity.path]
             self._system.gone(guest.life.identity.path, kept=False)
 
-    def _of(self, run: Incarnation) -> Guest:
+    def _of(self, run: ChildTask) -> Guest:
         return self._places[run.ref.path]
 
     # -- what their incarnations ask and tell --------------------------------------------------------------------------------
 
-    def make_life(self, incarnation: Incarnation, /) -> Life:
+    def make_life(self, incarnation: ChildTask, /) -> Life:
         return self._of(incarnation).life
 
     def is_supervisor(self, life: Life, /) -> bool:
@@ -166,11 +166,11 @@ class Guests:
     def grace_of(self, life: Life | None, /) -> float:
         return GRACE
 
-    def ready(self, incarnation: Incarnation, /) -> None:
+    def ready(self, incarnation: ChildTask, /) -> None:
         incarnation.ready = True
         self._of(incarnation).ready.set_result(None)
 
-    def ended(self, incarnation: Incarnation, reason: ExitReason, /) -> None:
+    def ended(self, incarnation: ChildTask, reason: ExitReason, /) -> None:
         """It is over, asked to or by itself; nobody will start it again."""
         guest = self._of(incarnation)
         guest.over.set_result(None)
@@ -186,5 +186,5 @@ class Guests:
         else:
             self._system.gone(guest.life.identity.path, kept=True)
 
-    def abandoned(self, incarnation: Incarnation, /) -> None:
+    def abandoned(self, incarnation: ChildTask, /) -> None:
         """`ended` says so; its task is its own from here on."""

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from itertools import count
 from typing import Any, Literal, TypeAlias, TypeVarTuple
 
+from actors.supervision.child_task import GRACE, ChildTask, LeakedChild
 from actors.supervision.declarations import Child, DynamicSupervisor, Spec, Supervisor
 from actors.supervision.entry import Entry
-from actors.supervision.incarnation import GRACE, Incarnation, LeakedChild
 from actors.supervision.lane import Lane
 from actors.supervision.policy import temporary
 from actors.supervision.reasons import ExitReason
@@ -98,9 +98,9 @@ class Base(ABC):
     def _start(self, entry: Entry) -> None:
         entry.number += 1
         ref = ChildRef((*self.path, entry.spec.name), entry.number, next(_serials))
-        entry.now = Incarnation(self, entry, ref)
+        entry.now = ChildTask(self, entry, ref)
 
-    def _ask(self, incarnation: Incarnation, why: str) -> None:
+    def _ask(self, incarnation: ChildTask, why: str) -> None:
         incarnation.stop(why, incarnation.entry.spec.stop)
 
     def _forget(self, entry: Entry) -> None:
@@ -117,7 +117,7 @@ class Base(ABC):
 
     # ------------------------------------------------------------------ what incarnations ask and tell
 
-    def make_life(self, incarnation: Incarnation, /) -> Life:
+    def make_life(self, incarnation: ChildTask, /) -> Life:
         spec, ref = incarnation.entry.spec, incarnation.ref
         if isinstance(spec, Child):
             return self.runtime.life(spec, ref.path, ref.incarnation)
@@ -125,13 +125,13 @@ class Base(ABC):
             spec, self.runtime, ref.path, leaked=self.leaked, killed=lambda: incarnation.killed is not None
         )
 
-    def ready(self, incarnation: Incarnation, /) -> None:
+    def ready(self, incarnation: ChildTask, /) -> None:
         self.post(self._on_ready, incarnation)
 
-    def ended(self, incarnation: Incarnation, reason: ExitReason, /) -> None:
+    def ended(self, incarnation: ChildTask, reason: ExitReason, /) -> None:
         self.post(self._on_ended, incarnation, reason)
 
-    def abandoned(self, incarnation: Incarnation, /) -> None:
+    def abandoned(self, incarnation: ChildTask, /) -> None:
         leaked = LeakedChild(incarnation.ref, incarnation.task)
         self.leaked.append(leaked)
         incarnation.task.add_done_callback(lambda _: self.leaked.remove(leaked))
@@ -146,10 +146,10 @@ class Base(ABC):
     def _broken(self, error: Exception) -> None: ...
 
     @abstractmethod
-    def _on_ready(self, incarnation: Incarnation) -> None: ...
+    def _on_ready(self, incarnation: ChildTask) -> None: ...
 
     @abstractmethod
-    def _on_ended(self, incarnation: Incarnation, reason: ExitReason) -> None: ...
+    def _on_ended(self, incarnation: ChildTask, reason: ExitReason) -> None: ...
 
     def is_supervisor(self, life: Life, /) -> bool:
         return isinstance(life, Base)
@@ -163,14 +163,14 @@ class Base(ABC):
 
     # ------------------------------------------------------------------ telling others
 
-    def _notify(self, incarnation: Incarnation, reason: ExitReason) -> None:
+    def _notify(self, incarnation: ChildTask, reason: ExitReason) -> None:
         if incarnation.watchers:
             down = Down(incarnation.ref, reason)
             for watcher in list(incarnation.watchers):
                 watcher(down)
 
     def _report(
-        self, context: Context, incarnation: Incarnation, reason: ExitReason | None = None, note: str = ""
+        self, context: Context, incarnation: ChildTask, reason: ExitReason | None = None, note: str = ""
     ) -> None:
         restart = incarnation.entry.spec.restart
         report = Report(context, self.path, incarnation.ref, restart, self.loop.time(), reason, note)

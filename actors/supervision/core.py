@@ -10,9 +10,9 @@ import asyncio
 import contextvars
 from collections.abc import Callable
 
+from actors.supervision.child_task import ChildTask
 from actors.supervision.entry import Entry
 from actors.supervision.errors import StartFailed
-from actors.supervision.incarnation import Incarnation
 from actors.supervision.policy import permanent, temporary
 from actors.supervision.reasons import ExitReason, Returned, Stopped, cause_of, is_abnormal
 from actors.supervision.restarts import Restarts
@@ -68,7 +68,7 @@ class Core(Restarts):
         self._lane.plan(self._entries.values())
         self._advance()
 
-    def _on_ready(self, incarnation: Incarnation) -> None:
+    def _on_ready(self, incarnation: ChildTask) -> None:
         if incarnation.over or incarnation.ready:
             self._report("unexpected", incarnation, note="it said once more that it has started; dropped")
         elif incarnation.asked is None and incarnation.imposed is None:
@@ -80,7 +80,7 @@ class Core(Restarts):
                 answer.set_result(incarnation.ref)
             self._done_in_lane(entry)
 
-    def _on_ended(self, incarnation: Incarnation, reason: ExitReason) -> None:
+    def _on_ended(self, incarnation: ChildTask, reason: ExitReason) -> None:
         entry = incarnation.entry
         entry.now = None
         if isinstance(incarnation.life, Core) and isinstance(reason, Returned):
@@ -100,7 +100,7 @@ class Core(Restarts):
         self._notify(incarnation, reason)
         self._done_in_lane(entry)
 
-    def _ended_by_request(self, incarnation: Incarnation, reason: ExitReason) -> None:
+    def _ended_by_request(self, incarnation: ChildTask, reason: ExitReason) -> None:
         entry = incarnation.entry
         entry.marked = False
         if self._is_unclean(incarnation, reason):
@@ -110,7 +110,7 @@ class Core(Restarts):
         elif not entry.queued:
             self._start_in_turn(entry)
 
-    def _ended_by_itself(self, incarnation: Incarnation, reason: ExitReason) -> None:
+    def _ended_by_itself(self, incarnation: ChildTask, reason: ExitReason) -> None:
         entry = incarnation.entry
         restart = entry.spec.restart
         if is_abnormal(reason) or restart == permanent:
@@ -131,7 +131,7 @@ class Core(Restarts):
             answer.set_result(None)
         self._forget(entry)
 
-    def _failed_to_start(self, incarnation: Incarnation, reason: ExitReason) -> None:
+    def _failed_to_start(self, incarnation: ChildTask, reason: ExitReason) -> None:
         entry = incarnation.entry
         self._report("start_error", incarnation, reason)
         if entry.intent == "restart":
@@ -148,7 +148,7 @@ class Core(Restarts):
             else:
                 self._forget(entry)
 
-    def _start_failed(self, incarnation: Incarnation, reason: ExitReason) -> StartFailed:
+    def _start_failed(self, incarnation: ChildTask, reason: ExitReason) -> StartFailed:
         cause = cause_of(reason)
         if isinstance(cause, StartFailed):  # of a leaf further down: that one is at fault
             return cause

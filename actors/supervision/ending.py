@@ -7,9 +7,9 @@ import contextlib
 
 from actors.shield import see_through, shield
 from actors.supervision.base import Base
+from actors.supervision.child_task import ChildTask
 from actors.supervision.entry import Entry
 from actors.supervision.errors import StartFailed
-from actors.supervision.incarnation import Incarnation
 from actors.supervision.policy import all_significant, any_significant, permanent
 from actors.supervision.reasons import ExitReason, Killed, Returned, is_abnormal
 
@@ -25,7 +25,7 @@ class Ending(Base):
     _over: asyncio.Future[None]
     _why = ""
     _failure: BaseException | None = None
-    _last: list[Incarnation]
+    _last: list[ChildTask]
 
     def _shut_down(self, why: str) -> None:
         if self._phase in ("starting", "running"):
@@ -62,7 +62,7 @@ class Ending(Base):
             if not self._over.done():  # it is when we have been cancelled in this very turn of the loop
                 self._over.set_result(None)
 
-    def _ended_in_shutdown(self, incarnation: Incarnation, reason: ExitReason) -> None:
+    def _ended_in_shutdown(self, incarnation: ChildTask, reason: ExitReason) -> None:
         by_itself = incarnation.asked is None and incarnation.killed is None
         if by_itself and not incarnation.ready:
             if not incarnation.declined:
@@ -73,7 +73,7 @@ class Ending(Base):
             self._report("shutdown_error", incarnation, reason)
         self._stop_next()
 
-    def _is_unclean(self, incarnation: Incarnation, reason: ExitReason) -> bool:
+    def _is_unclean(self, incarnation: ChildTask, reason: ExitReason) -> bool:
         brutal = incarnation.entry.spec.stop == "kill" and isinstance(reason, Killed)
         return is_abnormal(reason) and not brutal
 
@@ -120,6 +120,6 @@ class Ending(Base):
             )
         return self.spec.auto_shutdown == any_significant
 
-    def _auto_shut_down(self, incarnation: Incarnation, reason: ExitReason) -> None:
+    def _auto_shut_down(self, incarnation: ChildTask, reason: ExitReason) -> None:
         self._report("shutdown", incarnation, reason, f"auto_shutdown={self.spec.auto_shutdown}")
         self._shut_down("shutdown")

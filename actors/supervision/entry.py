@@ -6,8 +6,8 @@ import asyncio
 from collections.abc import Mapping
 from typing import Literal, TypeAlias
 
+from actors.supervision.child_task import ChildTask
 from actors.supervision.declarations import Spec
-from actors.supervision.incarnation import Incarnation
 from actors.supervision.policy import Backoff
 from actors.supervision.refs import ChildInfo, ChildRef, ChildState
 
@@ -48,7 +48,7 @@ class Entry:
         self.spec = spec
         self.position = position
         self.number = 0
-        self.now: Incarnation | None = None
+        self.now: ChildTask | None = None
         self.intent: Intent = ""
         self.marked = False
         self.queued = False

@@ -8,6 +8,7 @@ from itertools import count
 from typing import Concatenate, ParamSpec, TypeAlias, TypeVar
 
 from actors.errors import DeclarationError, WrongThread
+from actors.supervision.child_task import ChildTask
 from actors.supervision.core import Core
 from actors.supervision.declarations import Child, DynamicSupervisor, Spec, Supervisor
 from actors.supervision.entry import Entry
@@ -20,7 +21,6 @@ from actors.supervision.errors import (
     SupervisorDown,
     TooManyChildren,
 )
-from actors.supervision.incarnation import Incarnation
 from actors.supervision.refs import ChildRef
 
 __all__ = ["Path", "Requests"]
@@ -195,7 +195,7 @@ class Requests(Core):
             raise Running(self.name, entry.now.ref)
         return entry
 
-    def _walk(self, path: Path) -> Incarnation | None:
+    def _walk(self, path: Path) -> ChildTask | None:
         """The present incarnation of a descendant; None if it, or a supervisor on the way to it, has none."""
         first, *rest = path.split("/") if isinstance(path, str) else path
         incarnation = self._entry(first).now
@@ -205,7 +205,7 @@ class Requests(Core):
             raise NotFound(f"{self.name}: {first} is not a running supervisor, so it has no {'/'.join(rest)}")
         return incarnation.life._walk(rest)
 
-    def _incarnation(self, ref: ChildRef) -> Incarnation | None:
+    def _incarnation(self, ref: ChildRef) -> ChildTask | None:
         """The incarnation that `ref` means; None if it has ended."""
         depth = len(self.path)
         if ref.path[:depth] != self.path or len(ref.path) == depth:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from actors.supervision.child_task import ChildTask
 from actors.supervision.ending import Ending
 from actors.supervision.entry import Entry
 from actors.supervision.errors import SupervisorGaveUp
-from actors.supervision.incarnation import Incarnation
 from actors.supervision.policy import one_for_all, one_for_one, temporary
 from actors.supervision.reasons import ExitReason, cause_of
 
@@ -18,9 +18,9 @@ class Restarts(Ending):
     """Restart intensity, backoff, strategies. Group restarts and the first start go through the lane, in order."""
 
     _started: Callable[[], object]
-    _closing: tuple[Incarnation, ExitReason] | None = None
+    _closing: tuple[ChildTask, ExitReason] | None = None
 
-    def _restart(self, incarnation: Incarnation, reason: ExitReason) -> None:
+    def _restart(self, incarnation: ChildTask, reason: ExitReason) -> None:
         entry, now = incarnation.entry, self.loop.time()
         if not self._window.add(now, self.spec.intensity):
             self._give_up(incarnation, reason)
@@ -98,7 +98,7 @@ class Restarts(Ending):
         if self._closing is not None:
             self._auto_shut_down(*self._closing)
 
-    def _give_up(self, incarnation: Incarnation, reason: ExitReason) -> None:
+    def _give_up(self, incarnation: ChildTask, reason: ExitReason) -> None:
         intensity = self.spec.intensity
         failure = SupervisorGaveUp(self.path, incarnation.ref.id, intensity.restarts, intensity.within, reason)
         failure.__cause__ = cause_of(reason)

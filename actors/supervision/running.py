@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
 
+from actors.supervision.child_task import ChildTask, LeakedChild
 from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
 from actors.supervision.errors import NotFound
-from actors.supervision.incarnation import Incarnation, LeakedChild
 from actors.supervision.reasons import Gone
 from actors.supervision.refs import ChildInfo, ChildRef, Counts, Down
 from actors.supervision.requests import Path, Requests
@@ -56,7 +56,7 @@ class RunningSupervisor(Requests):
         incarnation = self._walk(path)
         return incarnation.life if incarnation else None
 
-    def incarnation(self, path: Path) -> Incarnation | None:
+    def incarnation(self, path: Path) -> ChildTask | None:
         """A descendant as its supervisor sees it, while it runs, starts or stops. Raises `NotFound`."""
         return self._walk(path)
 

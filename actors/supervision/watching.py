@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import asyncio
 
+from actors.supervision.child_task import ChildTask
 from actors.supervision.errors import LinkBroken
-from actors.supervision.incarnation import Incarnation
 from actors.supervision.reasons import Gone, is_abnormal
 from actors.supervision.refs import Down
 
 __all__ = ["complete_on_end", "share_fate"]
 
 
-def complete_on_end(incarnation: Incarnation, future: asyncio.Future[Down]) -> None:
+def complete_on_end(incarnation: ChildTask, future: asyncio.Future[Down]) -> None:
     """Give `future` the notice of the incarnation's end; watch no longer once the future is done or cancelled."""
 
     def tell(down: Down) -> None:
@@ -23,7 +23,7 @@ def complete_on_end(incarnation: Incarnation, future: asyncio.Future[Down]) -> N
     future.add_done_callback(lambda _: incarnation.unwatch(tell))
 
 
-def share_fate(one: Incarnation, other: Incarnation) -> None:
+def share_fate(one: ChildTask, other: ChildTask) -> None:
     """When either fails, end the other as failed. The link vanishes with the first of them."""
 
     def one_ended(down: Down) -> None:
@@ -38,6 +38,6 @@ def share_fate(one: Incarnation, other: Incarnation) -> None:
     other.watch(other_ended)
 
 
-def _strike(survivor: Incarnation, down: Down) -> None:
+def _strike(survivor: ChildTask, down: Down) -> None:
     if not isinstance(down.reason, Gone) and is_abnormal(down.reason):
         survivor.fail(LinkBroken(down), survivor.entry.spec.stop)

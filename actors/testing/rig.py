@@ -32,7 +32,7 @@ from actors.supervision.declarations import Child
 from actors.system import NodeState, System
 from actors.testing.failures import ExpectedFailure, FailureWatch, UnexpectedFailure
 from actors.time.virtual_loop import VirtualLoop
-from actors.topics.channel import Queue
+from actors.topics.channel import Subscription
 
 if TYPE_CHECKING:
     from actors.actions.client import Goal
@@ -68,7 +68,7 @@ class Leak(AssertionError):
     """Something outlived the system that owned it."""
 
 
-class Probe(Queue[M], Generic[M]):
+class Probe(Subscription[M], Generic[M]):
     """Everything that was published on a topic since the probe was made, with the times."""
 
     __slots__ = ("_now", "times")

@@ -18,7 +18,7 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from actors.errors import NotStarted, WrongThread, WrongType, described
-from actors.inbox.expiring import Aged
+from actors.inbox.expiring import ExpiringMessage
 from actors.topics.endpoint import Endpoint, EventStream, nanoseconds
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from actors.qos import QoS
     from actors.qos.events import PublisherEvent, PublisherStatus, SubscriptionEvent, SubscriptionStatus
 
-__all__ = ["Publisher", "Queue"]
+__all__ = ["Publisher", "Subscription"]
 
 M = TypeVar("M", bound="Message")
 
@@ -53,7 +53,7 @@ class Publisher(Endpoint["PublisherEvent"], Generic[M]):
         self.suspended = False
         self.gated = True
         """Whether a lifecycle node's state counts for this publisher."""
-        self.matched: dict[Queue[M], None] = {}
+        self.matched: dict[Subscription[M], None] = {}
         """The matched subscriptions, in subscription order."""
         self.taps: tuple[Callable[[M], None], ...] = ()
         """What takes every message without being a subscription: see `Graph.tap`."""
@@ -121,7 +121,7 @@ class Publisher(Endpoint["PublisherEvent"], Generic[M]):
         return None
 
     @property
-    def peers(self) -> tuple[Queue[M], ...]:
+    def peers(self) -> tuple[Subscription[M], ...]:
         """The matched subscriptions as they are now, in subscription order."""
         return tuple(self.matched)
 
@@ -155,14 +155,14 @@ class Publisher(Endpoint["PublisherEvent"], Generic[M]):
     def due(self, now: int) -> int | None:
         return None
 
-    def join(self, queue: Queue[M]) -> None:
+    def join(self, queue: Subscription[M]) -> None:
         """Begin to deliver to a matched subscription."""
         self.matched[queue] = None
         self.matched_total += 1
         self._outdate()
         self.tell()
 
-    def part(self, queue: Queue[M]) -> None:
+    def part(self, queue: Subscription[M]) -> None:
         """Deliver no more to a subscription that leaves, if it was matched."""
         if queue in self.matched:
             del self.matched[queue]
@@ -174,7 +174,7 @@ class Publisher(Endpoint["PublisherEvent"], Generic[M]):
         self.taps += (tap,)
         self._outdate()
 
-    def leave(self) -> tuple[Queue[M], ...]:
+    def leave(self) -> tuple[Subscription[M], ...]:
         """Deliver to nobody any more. Returns who received until now."""
         peers, self.matched, self.targets, self._outdated = self.peers, {}, (), False
         return peers
@@ -197,7 +197,7 @@ class Publisher(Endpoint["PublisherEvent"], Generic[M]):
         """What late joiners would get now, oldest first; empty for a volatile publisher."""
         return list(self.history or ())
 
-    def replay(self, queue: Queue[M]) -> None:
+    def replay(self, queue: Subscription[M]) -> None:
         """Give a late joiner what is latched, oldest first and no more than it holds."""
         deliver = self.entry.graph.entrance(queue)
         for message in self.latched[-queue.depth :]:
@@ -234,7 +234,7 @@ class Publisher(Endpoint["PublisherEvent"], Generic[M]):
             raise NotStarted(f"{self.node.fqn} has ended: it can no longer publish on {self.entry.name}")
 
 
-class Queue(Endpoint["SubscriptionEvent"], Generic[M]):
+class Subscription(Endpoint["SubscriptionEvent"], Generic[M]):
     """The waiting messages of one subscription, bounded by its depth.
 
     `received` counts what was delivered into it, `dropped` what was lost because the reader was slower than the depth allows.
@@ -253,7 +253,7 @@ class Queue(Endpoint["SubscriptionEvent"], Generic[M]):
         self.dropped = 0
         self.rooms: list[asyncio.Future[None]] | None = None
         self.attended = False
-        """Whether taking a message is more than that: senders have waited for room, or messages may be `Aged`. See `taken`."""
+        """Whether taking a message is more than that: senders have waited for room, or messages may be `ExpiringMessage`. See `taken`."""
         if (period := nanoseconds(qos.deadline)) is not None:
             from actors.qos.events import DeadlineWatch
 
@@ -261,9 +261,7 @@ class Queue(Endpoint["SubscriptionEvent"], Generic[M]):
 
     def __repr__(self) -> str:
         waiting = f"{len(self.messages)} waiting, {self.dropped} dropped"
-        return (
-            f"<{type(self).__name__.lower()} of {self.entry.name} [{self.type.__name__}] in {self.node.fqn}: {waiting}>"
-        )
+        return f"<subscription of {self.entry.name} [{self.type.__name__}] in {self.node.fqn}: {waiting}>"
 
     def deliver(self, message: M) -> None:
         """Take a message from a publisher. Never blocks, never raises."""
@@ -279,15 +277,15 @@ class Queue(Endpoint["SubscriptionEvent"], Generic[M]):
         met.deadline.message(met.now())
         self.deliver(message)
 
-    def aging(self, aged: Aged[M]) -> M:
+    def aging(self, aged: ExpiringMessage[M]) -> M:
         """What to deliver here for a message with a lifespan: by default just the message."""
         return aged.message
 
-    def taken(self, message: M | Aged[M]) -> M | None:
+    def taken(self, message: M | ExpiringMessage[M]) -> M | None:
         """A message has been taken out of an attended queue: make room known. None if it is too old to be delivered."""
         if self.rooms is not None:
             self.made_room()
-        if isinstance(message, Aged):
+        if isinstance(message, ExpiringMessage):
             return message.message if message.fresh else None
         return message
 
@@ -368,7 +366,7 @@ class Queue(Endpoint["SubscriptionEvent"], Generic[M]):
             self.rooms = []
         self.rooms.append(future)
         oldest: Any = self.messages[0]
-        expires = oldest.expires if isinstance(oldest, Aged) else math.inf
+        expires = oldest.expires if isinstance(oldest, ExpiringMessage) else math.inf
         expiry = loop.call_at((expires + 1) / 1e9, self.made_room) if expires < math.inf else None
         try:
             await future
@@ -391,7 +389,7 @@ class Queue(Endpoint["SubscriptionEvent"], Generic[M]):
 
     def _oldest_has_expired(self) -> bool:
         oldest: Any = self.messages[0]
-        return isinstance(oldest, Aged) and not oldest.fresh
+        return isinstance(oldest, ExpiringMessage) and not oldest.fresh
 
     def _overflow(self, message: M) -> None:
         """The queue is full: KEEP_LAST loses its oldest message, KEEP_ALL (which never overwrites) the new one.

@@ -6,9 +6,9 @@ from collections.abc import Awaitable, Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 from actors.inbox.control import blame
-from actors.inbox.expiring import Aged, Stamped
+from actors.inbox.expiring import ExpiringMessage, TimedMessage
 from actors.inbox.inbox import Inbox
-from actors.topics.channel import Queue
+from actors.topics.channel import Subscription
 
 if TYPE_CHECKING:
     from collections import deque
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.qos import QoS
 
-__all__ = ["ConcurrentFeed", "Feed"]
+__all__ = ["ConcurrentSubscription", "HandlerSubscription"]
 
 M = TypeVar("M", bound="Message")
 
 
-class Feed(Queue[M]):
+class HandlerSubscription(Subscription[M]):
     """A subscription that feeds a handler through its node's inbox. As an inbox item it stands for one waiting message."""
 
     __slots__ = ("ages", "handler", "inbox", "label", "stamps")
@@ -35,7 +35,7 @@ class Feed(Queue[M]):
         self.ages = False
         """Whether messages with a lifespan come."""
         self.stamps = 0
-        """How many of the waiting messages are `Stamped`."""
+        """How many of the waiting messages are `TimedMessage`."""
 
     def __repr__(self) -> str:
         return f"<{self.label} on {self.entry.name}: {len(self.messages)} waiting, {self.dropped} dropped>"
@@ -58,8 +58,8 @@ class Feed(Queue[M]):
 
     def renew(self) -> None:
         """A new incarnation takes over: like any late joiner it gets what is latched, before what has waited for it meanwhile."""
-        held = cast("deque[M | Aged[M]]", self.messages)
-        waiting = {id(one.message if isinstance(one, Aged) else one) for one in held}
+        held = cast("deque[M | ExpiringMessage[M]]", self.messages)
+        waiting = {id(one.message if isinstance(one, ExpiringMessage) else one) for one in held}
         latched = [one for publisher in self.publishers for one in publisher.latched[-self.depth :]]
         missing = [one for one in latched if id(one) not in waiting]
         room = self.depth - len(self.messages)
@@ -72,21 +72,21 @@ class Feed(Queue[M]):
         """So many messages more wait, and nobody serves yet."""
         self.inbox.items.extend([self] * count)
 
-    def aging(self, aged: Aged[M]) -> M:
+    def aging(self, aged: ExpiringMessage[M]) -> M:
         self.attended = self.ages = True
         return cast("M", aged)
 
-    def stamp(self) -> Stamped[M]:
+    def stamp(self) -> TimedMessage[M]:
         """Measure how long the newest message waits. It may be one that is dropped: then it is not measured."""
-        stamped = Stamped(self.messages[-1], self.inbox.loop.time)
+        stamped = TimedMessage(self.messages[-1], self.inbox.loop.time)
         self.messages[-1] = cast("M", stamped)
         self.stamps += 1
         self.attended = True
         return stamped
 
-    def taken(self, message: M | Aged[M]) -> M | None:
+    def taken(self, message: M | ExpiringMessage[M]) -> M | None:
         fresh = super().taken(message)
-        if isinstance(message, Stamped):
+        if isinstance(message, TimedMessage):
             self.stamps -= 1
             self.inbox.waited(message)
         self.attended = self.ages or self.stamps > 0
@@ -95,7 +95,7 @@ class Feed(Queue[M]):
     def _overflow(self, message: M) -> None:
         oldest = self.messages[0]
         super()._overflow(message)
-        if isinstance(oldest, Stamped) and oldest is not self.messages[0]:
+        if isinstance(oldest, TimedMessage) and oldest is not self.messages[0]:
             self.stamps -= 1
             self.inbox.lost(oldest)
 
@@ -115,7 +115,7 @@ class Spawn(Protocol):
     def __call__(self, work: Coroutine[Any, Any, None], /, *, name: str) -> object: ...
 
 
-class ConcurrentFeed(Feed[M]):
+class ConcurrentSubscription(HandlerSubscription[M]):
     """A feed whose handler has its own tasks, at most `concurrent` at once. Messages beyond that wait in the queue."""
 
     __slots__ = ("active", "concurrent", "spawn")

@@ -8,9 +8,9 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
 from actors.errors import CallTimeout, NotStarted
-from actors.inbox.expiring import Aged
+from actors.inbox.expiring import ExpiringMessage
 from actors.time.deadlines import check_timeout
-from actors.topics.channel import Queue
+from actors.topics.channel import Subscription
 from actors.topics.endpoint import EventStream, close_forgotten
 
 if TYPE_CHECKING:
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from actors.qos import QoS
     from actors.qos.events import SubscriptionEvent, SubscriptionStatus
 
-__all__ = ["Stream", "Subscription"]
+__all__ = ["Stream", "StreamSubscription"]
 
 M = TypeVar("M", bound="Message")
 
 
-class Subscription(Queue[M]):
+class StreamSubscription(Subscription[M]):
     """The queue behind a `Stream`."""
 
     __slots__ = ("closed", "latest", "on_close", "waiter")
@@ -33,7 +33,7 @@ class Subscription(Queue[M]):
         super().__init__(node, entry, type, qos)
         self.latest: M | None = None
         self.waiter: asyncio.Future[None] | None = None
-        self.on_close: Callable[[Subscription[M]], None] | None = None
+        self.on_close: Callable[[StreamSubscription[M]], None] | None = None
         self.closed = False
 
     def deliver(self, message: M) -> None:
@@ -47,7 +47,7 @@ class Subscription(Queue[M]):
         if waiter is not None and not waiter.done():
             waiter.set_result(None)
 
-    def aging(self, aged: Aged[M]) -> M:
+    def aging(self, aged: ExpiringMessage[M]) -> M:
         self.attended = True
         return cast("M", aged)
 
@@ -71,7 +71,7 @@ class Stream(Generic[M]):
 
     __slots__ = ("_loop", "_queue", "_thread")
 
-    def __init__(self, queue: Subscription[M], loop: asyncio.AbstractEventLoop | None = None) -> None:
+    def __init__(self, queue: StreamSubscription[M], loop: asyncio.AbstractEventLoop | None = None) -> None:
         self._loop = loop or asyncio.get_running_loop()
         self._thread = get_ident()
         self._queue = queue
@@ -85,8 +85,8 @@ class Stream(Generic[M]):
     def latest(self) -> M | None:
         """The newest message that arrived, taken out or not; None before the first, and when its lifespan is over."""
         latest = self._queue.latest
-        if isinstance(latest, Aged):
-            return cast("Aged[M]", latest).message if latest.fresh else None
+        if isinstance(latest, ExpiringMessage):
+            return cast("ExpiringMessage[M]", latest).message if latest.fresh else None
         return latest
 
     @property
@@ -159,7 +159,7 @@ class Stream(Generic[M]):
         if queue is not None and not queue.closed:
             close_forgotten(self._loop, self._thread, queue.close)
 
-    async def _arrival(self, queue: Subscription[M]) -> None:
+    async def _arrival(self, queue: StreamSubscription[M]) -> None:
         if queue.waiter is not None:
             raise RuntimeError(f"two tasks wait on one stream of {queue.entry.name}: give each its own subscribe()")
         queue.waiter = asyncio.get_running_loop().create_future()

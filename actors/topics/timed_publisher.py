@@ -6,9 +6,9 @@ import asyncio
 from threading import get_ident
 from typing import TYPE_CHECKING, TypeVar
 
-from actors.inbox.expiring import Aged
+from actors.inbox.expiring import ExpiringMessage
 from actors.qos.policies import Liveliness
-from actors.topics.channel import Publisher, Queue
+from actors.topics.channel import Publisher, Subscription
 from actors.topics.endpoint import nanoseconds
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class TimedPublisher(Publisher[M]):
             for deliver in self.targets:
                 deliver(message)
             return
-        aged = Aged(message, now + self._lifespan_ns, self._loop.time)
+        aged = ExpiringMessage(message, now + self._lifespan_ns, self._loop.time)
         if self.history is not None:
             self.history.append(aged)
         for queue in self.peers:
@@ -108,7 +108,7 @@ class TimedPublisher(Publisher[M]):
             instants.append(met.lease.due())
         return min((instant for instant in instants if instant is not None), default=None)
 
-    def replay(self, queue: Queue[M]) -> None:
+    def replay(self, queue: Subscription[M]) -> None:
         if self._lifespan_ns is None:
             super().replay(queue)
             return
@@ -119,10 +119,10 @@ class TimedPublisher(Publisher[M]):
     def latched(self) -> list[M]:
         return super().latched if self._lifespan_ns is None else [aged.message for aged in self._fresh()]
 
-    def _fresh(self) -> list[Aged[M]]:
+    def _fresh(self) -> list[ExpiringMessage[M]]:
         return [aged for aged in self.history or () if aged.fresh]
 
-    def _hand(self, aged: Aged[M], queue: Queue[M]) -> None:
+    def _hand(self, aged: ExpiringMessage[M], queue: Subscription[M]) -> None:
         self.entry.graph.entrance(queue)(queue.aging(aged))
 
     def _show_alive(self, now: int) -> None:

@@ -242,7 +242,7 @@ def check_parameters(tree: Supervisor, overrides: ParameterOverrides | None) -> 
         for child in tree.children
         if isinstance(child, Child) and isinstance(child.factory, type) and issubclass(child.factory, Node)
     }
-    tables = {name: child.factory.blueprint.table for name, child in nodes.items()}  # type: ignore[attr-defined]
+    tables = {name: child.factory.declarations.table for name, child in nodes.items()}  # type: ignore[attr-defined]
     from actors.parameters.files import ParameterOverrides
 
     for pattern, values in overrides.entries if overrides is not None else ():

@@ -398,7 +398,9 @@ async def play_a_program(first: int, times: int) -> list[str]:
         problems.append(f"started: {started}, stopped: {stopped}")
     if system_here() is not None:
         problems.append("a system is left")
-    return problems + [f"in the books: {system.nodes}" for system in systems if system.running or len(system.guests)]
+    return problems + [
+        f"in the books: {system.nodes}" for system in systems if system.running or len(system.unsupervised)
+    ]
 
 
 def cancel_a_program(seed: int) -> tuple[str, list[str]]:

@@ -382,8 +382,8 @@ def left_by(system: System | None) -> list[str]:
         left.append(f"left: {system_here()!r}")
     if system is None:
         return left
-    if system.running or len(system.guests):
-        left.append(f"left: {system.supervisor!r}, {len(system.guests)} nodes beside it")
+    if system.running or len(system.unsupervised):
+        left.append(f"left: {system.supervisor!r}, {len(system.unsupervised)} nodes beside it")
     gc.collect()  # a stream that an error's traceback holds
     for entry in system.graph.topics.values():
         left += [f"left: {endpoint!r}" for endpoint in (*entry.publishers, *entry.subscriptions)]

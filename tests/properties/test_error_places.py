@@ -322,7 +322,7 @@ class Trial:
             left += [repr(endpoint) for endpoint in (*entry.publishers, *entry.subscriptions)]
         for state in system.nodes.values():
             left += [repr(each) for each in state.mailbox.actions.values() if each.running or each.waiting]
-        self.expect(not left and not len(system.guests) and system_here() is None, f"left: {left}")
+        self.expect(not left and not len(system.unsupervised) and system_here() is None, f"left: {left}")
 
 
 def fail_somewhere(seed: int) -> tuple[str, list[str]]:

@@ -46,14 +46,14 @@ async def test_E_11_each_node_may_be_the_first_and_works_with_those_that_come_la
 
 def stand_in(kind: type[Node]) -> type[Node]:
     """Another class with the same contracts: it publishes nothing of its own and does nothing well, but answers everything."""
-    blueprint = kind.blueprint
+    declarations = kind.declarations
     body: dict[str, Any] = {"__module__": __name__}
-    body |= {f"out_{number}": publishes(one.topic) for number, one in enumerate(blueprint.publishers)}
-    body |= {f"take_{number}": one.topic.on()(_ignore()) for number, one in enumerate(blueprint.topics)}
+    body |= {f"out_{number}": publishes(one.topic) for number, one in enumerate(declarations.publishers)}
+    body |= {f"take_{number}": one.topic.on()(_ignore()) for number, one in enumerate(declarations.topics)}
     body |= {
-        f"serve_{number}": one.service.serve()(_answer(one.service)) for number, one in enumerate(blueprint.services)
+        f"serve_{number}": one.service.serve()(_answer(one.service)) for number, one in enumerate(declarations.services)
     }
-    body |= {f"work_{number}": one.action.serve()(_work(one.action)) for number, one in enumerate(blueprint.actions)}
+    body |= {f"work_{number}": one.action.serve()(_work(one.action)) for number, one in enumerate(declarations.actions)}
     return type(f"Other{kind.__name__}", (Node,), body)
 
 

@@ -14,7 +14,6 @@ from actors import (
     Supervisor,
     Topic,
     background,
-    derived,
     every,
     publishes,
     qos,
@@ -34,6 +33,7 @@ from actors.qos.events import (
     SubscriptionEvent,
 )
 from actors.qos.policies import Durability, History, Liveliness
+from actors.runtime import standard as derived
 from actors.testing import Probe, Rig
 from tests.stage import NUMBERS, events, number
 

@@ -95,7 +95,7 @@ async def test_N_07_V_21_T_16_the_twin_runs_beside_it_and_the_clash_of_types_is_
 
 async def test_N_07_the_twin_hears_text(rig: Rig) -> None:
     await rig.start(PhysicalAiTwin)
-    rig.me.publisher(PhysicalAiTwin.blueprint.topics[0].topic)(String(data="hello"))
+    rig.me.publisher(PhysicalAiTwin.declarations.topics[0].topic)(String(data="hello"))
     await rig.quiet()
     assert said(rig, "physical_ai_cpp_node") == ["Received: 'hello'"]
 

@@ -28,7 +28,7 @@ from actors.interfaces import Message
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32, String
-from actors.node.declarations import Blueprint
+from actors.node.declarations import Declarations
 from tests.stage import ADD, COUNT, NUMBERS, WORDS, result
 
 if TYPE_CHECKING:
@@ -97,34 +97,34 @@ class Everything(Node):
 
 
 def test_a_blueprint_lists_what_the_class_declares_in_order() -> None:
-    blueprint = Everything.blueprint
-    assert blueprint.owner is Everything
-    assert [(each.attribute, each.topic, each.qos.depth) for each in blueprint.publishers] == [
+    declarations = Everything.declarations
+    assert declarations.owner is Everything
+    assert [(each.attribute, each.topic, each.qos.depth) for each in declarations.publishers] == [
         ("out", NUMBERS, 100), ("latched", WORDS, 1),
     ]  # fmt: skip
-    assert [(each.attribute, each.topic, each.qos.depth) for each in blueprint.streams] == [
+    assert [(each.attribute, each.topic, each.qos.depth) for each in declarations.streams] == [
         ("words", WORDS, 10), ("numbers", NUMBERS, 3),
     ]  # fmt: skip
-    assert [each.attribute for each in blueprint.topics] == ["take", "read"]
-    assert [each.attribute for each in blueprint.services] == ["add"]
-    assert [each.attribute for each in blueprint.actions] == ["count"]
-    assert [(each.attribute, each.verb) for each in blueprint.hooks] == [
+    assert [each.attribute for each in declarations.topics] == ["take", "read"]
+    assert [each.attribute for each in declarations.services] == ["add"]
+    assert [each.attribute for each in declarations.actions] == ["count"]
+    assert [(each.attribute, each.verb) for each in declarations.hooks] == [
         ("check", "accepts"),
         ("may_cancel", "cancels"),
     ]
-    assert [(each.attribute, each.hz, each.late) for each in blueprint.timers] == [
+    assert [(each.attribute, each.hz, each.late) for each in declarations.timers] == [
         ("tick", 50, "skip"), ("slow_tick", 5.0, "catch_up"), ("steady", "rate", "skip"),
     ]  # fmt: skip
-    assert [each.attribute for each in blueprint.backgrounds] == ["drive"]
-    assert [each.name for each in blueprint.parameters] == ["speed", "rate"]
+    assert [each.attribute for each in declarations.backgrounds] == ["drive"]
+    assert [each.name for each in declarations.parameters] == ["speed", "rate"]
 
 
 def test_declarations_read_as_they_are_written() -> None:
-    blueprint = Everything.blueprint
-    assert repr(blueprint.publishers[0]) == "publishes(Topic(Int32, 'numbers'))"
-    assert repr(blueprint.streams[0]) == "subscribes(Topic(String, 'words'))"
-    assert repr(blueprint.timers[0]) == "@every(hz=50)"
-    assert repr(blueprint.backgrounds[0]) == "@background"
+    declarations = Everything.declarations
+    assert repr(declarations.publishers[0]) == "publishes(Topic(Int32, 'numbers'))"
+    assert repr(declarations.streams[0]) == "subscribes(Topic(String, 'words'))"
+    assert repr(declarations.timers[0]) == "@every(hz=50)"
+    assert repr(declarations.backgrounds[0]) == "@background"
 
 
 def test_on_the_class_a_declared_endpoint_is_its_contract() -> None:
@@ -143,11 +143,11 @@ def test_a_subclass_inherits_and_a_redefinition_takes_the_place_of_what_it_overr
 
         read = None  # type: ignore[assignment]
 
-    blueprint = Derived.blueprint
-    assert [each.topic for each in blueprint.publishers] == [other, WORDS]
-    assert [(each.attribute, each.qos.depth) for each in blueprint.topics] == [("take", 1)]
-    assert [each.attribute for each in blueprint.timers] == ["tick", "slow_tick", "steady"]
-    assert Everything.blueprint.topics[0].qos.depth == 100
+    declarations = Derived.declarations
+    assert [each.topic for each in declarations.publishers] == [other, WORDS]
+    assert [(each.attribute, each.qos.depth) for each in declarations.topics] == [("take", 1)]
+    assert [each.attribute for each in declarations.timers] == ["tick", "slow_tick", "steady"]
+    assert Everything.declarations.topics[0].qos.depth == 100
 
 
 def test_a_method_may_wear_decorators_of_the_users_own() -> None:
@@ -160,7 +160,7 @@ def test_a_method_may_wear_decorators_of_the_users_own() -> None:
         @logged
         def tick(self, tick: Tick) -> None: ...
 
-    assert [each.attribute for each in Decorated.blueprint.topics] == ["take"]
+    assert [each.attribute for each in Decorated.declarations.topics] == ["take"]
     with pytest.raises(DeclarationError, match="but takes String"):
 
         class Wrong(Node):
@@ -202,8 +202,8 @@ def test_annotations_that_cannot_be_read_or_say_nothing_are_left_to_the_type_che
         async def count(self, goal: Fibonacci.Goal) -> Any:
             yield Done(result())
 
-    assert len(Lenient.blueprint.topics) == 7
-    assert len(Vague.blueprint.actions) == 1
+    assert len(Lenient.declarations.topics) == 7
+    assert len(Vague.declarations.actions) == 1
 
 
 def refused(sentence: str) -> Any:
@@ -282,7 +282,7 @@ def test_a_topic_handler_that_returns_something_is_refused() -> None:
 
         async def later(self) -> None: ...
 
-    assert len(Fine.blueprint.topics) == 1
+    assert len(Fine.declarations.topics) == 1
 
 
 def test_an_action_body_that_yields_or_ends_with_another_message_than_its_contract_is_refused() -> None:
@@ -340,7 +340,7 @@ def test_a_parameter_annotation_is_refused_only_when_it_contradicts() -> None:
         async def add(self, request: AddTwoInts.Request | None) -> Message:
             return AddTwoInts.Response()
 
-    assert Generous.blueprint.owner is Generous
+    assert Generous.declarations.owner is Generous
 
 
 def test_behind_a_decorator_of_the_users_own_the_return_annotation_says_nothing() -> None:
@@ -357,7 +357,7 @@ def test_behind_a_decorator_of_the_users_own_the_return_annotation_says_nothing(
         async def add(self, request: AddTwoInts.Request) -> int:
             return request.a + request.b
 
-    assert len(Short.blueprint.services) == 1
+    assert len(Short.declarations.services) == 1
 
 
 def test_a_decorator_without_its_parentheses_says_how_to_write_it() -> None:
@@ -512,7 +512,7 @@ def test_a_hook_of_the_wrong_kind_is_refused_before_anything_runs() -> None:
 
         async def on_stop(self, *reason: Any) -> None: ...
 
-    assert Fine.blueprint.owner is Fine
+    assert Fine.declarations.owner is Fine
 
 
 def test_a_declaration_that_nobody_knows_is_refused() -> None:
@@ -524,4 +524,4 @@ def test_a_declaration_that_nobody_knows_is_refused() -> None:
 
     Odd().attach(method)
     with refused("Host.method: unknown declaration @odd"):
-        Blueprint(type("Host", (), {"method": method}))
+        Declarations(type("Host", (), {"method": method}))

@@ -14,9 +14,9 @@ from actors.interfaces.std_msgs.msg import Int32, String
 from actors.qos import QoS
 from actors.qos.events import Matched
 from actors.qos.policies import History
-from actors.topics.channel import Publisher, Queue
-from actors.topics.handler import ConcurrentFeed, Feed
-from actors.topics.stream import Stream, Subscription
+from actors.topics.channel import Publisher, Subscription
+from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
+from actors.topics.stream import Stream, StreamSubscription
 from tests.stage import number, values, word
 
 pytestmark = pytest.mark.virtual
@@ -46,8 +46,8 @@ def publisher(entry: TopicEntry, policy: QoS = qos.DEFAULT) -> Publisher[Int32]:
     return made
 
 
-def subscription(entry: TopicEntry, policy: QoS = qos.DEFAULT) -> Subscription[Int32]:
-    made = Subscription(ME, entry, Int32, policy)
+def subscription(entry: TopicEntry, policy: QoS = qos.DEFAULT) -> StreamSubscription[Int32]:
+    made = StreamSubscription(ME, entry, Int32, policy)
     entry.add_subscription(made)
     return made
 
@@ -102,7 +102,7 @@ async def test_delivery_is_in_the_order_of_subscription() -> None:
     out = publisher(entry)
     story: list[str] = []
 
-    class Noting(Queue[Int32]):
+    class Noting(Subscription[Int32]):
         def __init__(self, name: str) -> None:
             super().__init__(ME, entry, Int32, qos.DEFAULT)
             self.name = name
@@ -118,7 +118,7 @@ async def test_delivery_is_in_the_order_of_subscription() -> None:
 
 async def test_a_bare_queue_does_not_know_what_to_do_with_a_message() -> None:
     with pytest.raises(NotImplementedError):
-        Queue(ME, topic(), Int32, qos.DEFAULT).deliver(number(1))
+        Subscription(ME, topic(), Int32, qos.DEFAULT).deliver(number(1))
 
 
 async def test_a_full_queue_loses_the_oldest_or_with_keep_all_the_newest() -> None:
@@ -168,7 +168,7 @@ async def test_a_feed_puts_itself_into_the_inbox_once_for_each_message_it_keeps(
     entry = topic()
     out, inbox = publisher(entry), Inbox(asyncio.get_running_loop())
     seen: list[int] = []
-    feed: Feed[Int32] = Feed(ME, entry, Int32, QoS(depth=2), inbox, "Node.take")
+    feed: HandlerSubscription[Int32] = HandlerSubscription(ME, entry, Int32, QoS(depth=2), inbox, "Node.take")
     feed.handler = lambda message: seen.append(message.data)
     entry.add_subscription(feed)
     for value in range(5):
@@ -187,7 +187,7 @@ async def test_a_feed_puts_itself_into_the_inbox_once_for_each_message_it_keeps(
     assert len(inbox.items) == 1
 
 
-async def handling(feed: Feed[Int32], seconds: float) -> list[int]:
+async def handling(feed: HandlerSubscription[Int32], seconds: float) -> list[int]:
     """Serve the feed's inbox from now on, `seconds` for each message; what the handler has seen."""
     seen: list[int] = []
 
@@ -202,8 +202,8 @@ async def handling(feed: Feed[Int32], seconds: float) -> list[int]:
     return seen
 
 
-def plain_feed(entry: TopicEntry, policy: QoS) -> Feed[Int32]:
-    return Feed(ME, entry, Int32, policy, Inbox(asyncio.get_running_loop()), "Node.take")
+def plain_feed(entry: TopicEntry, policy: QoS) -> HandlerSubscription[Int32]:
+    return HandlerSubscription(ME, entry, Int32, policy, Inbox(asyncio.get_running_loop()), "Node.take")
 
 
 async def test_a_message_that_waits_brings_the_report_of_who_holds_the_node_up() -> None:
@@ -268,7 +268,7 @@ async def test_a_concurrent_feed_begins_nothing_between_two_lives_and_an_old_tas
     entry = topic()
     out, inbox = publisher(entry), Inbox(asyncio.get_running_loop())
     story: list[tuple[str, int]] = []
-    feed: ConcurrentFeed[Int32] = ConcurrentFeed(ME, entry, Int32, QoS(depth=9), inbox, "Node.take", 1)
+    feed: ConcurrentSubscription[Int32] = ConcurrentSubscription(ME, entry, Int32, QoS(depth=9), inbox, "Node.take", 1)
 
     def life(name: str) -> Any:
         async def handle(message: Int32) -> None:
@@ -353,7 +353,7 @@ async def test_types_of_the_same_ros_name_are_the_same_type() -> None:
         __ros_type__ = Int32.__ros_type__
 
     entry = topic()
-    out, queue = publisher(entry), Subscription(ME, entry, Copy, qos.DEFAULT)  # type: ignore[type-var]
+    out, queue = publisher(entry), StreamSubscription(ME, entry, Copy, qos.DEFAULT)  # type: ignore[type-var]
     entry.add_subscription(queue)
     assert out.subscription_count == 1
     assert entry.type_names == ("std_msgs/msg/Int32",)
@@ -361,24 +361,24 @@ async def test_types_of_the_same_ros_name_are_the_same_type() -> None:
 
 async def test_types_of_another_ros_name_are_kept_apart() -> None:
     entry = topic()
-    out, queue = publisher(entry), Subscription(Someone("/other"), entry, String, qos.DEFAULT)
+    out, queue = publisher(entry), StreamSubscription(Someone("/other"), entry, String, qos.DEFAULT)
     entry.add_subscription(queue)
     out(number(1))
     assert (out.subscription_count, queue.received) == (0, 0)
     assert queue.publisher_count == 0
     told = len(ME.warnings)
-    again = Subscription(Someone("/other"), entry, String, qos.DEFAULT)
+    again = StreamSubscription(Someone("/other"), entry, String, qos.DEFAULT)
     entry.add_subscription(again)
     assert len(ME.warnings) == told  # once for each pair of nodes; the counts go on
     assert (out.status.incompatible_type, again.status.incompatible_type) == (2, 1)
 
 
-def counting(entry: TopicEntry) -> list[Queue[Any]]:
+def counting(entry: TopicEntry) -> list[Subscription[Any]]:
     """Every question of the topic's publishers for the way into a subscription, from now on."""
-    asked: list[Queue[Any]] = []
+    asked: list[Subscription[Any]] = []
     entrance = entry.graph.entrance
 
-    def enter(queue: Queue[Any]) -> Any:
+    def enter(queue: Subscription[Any]) -> Any:
         asked.append(queue)
         return entrance(queue)
 
@@ -408,9 +408,9 @@ async def test_D14_who_comes_or_goes_during_a_publish_does_so_for_the_next_one()
     entry = topic()
     out = publisher(entry)
     story: list[tuple[str, int]] = []
-    later: list[Queue[Int32]] = []
+    later: list[Subscription[Int32]] = []
 
-    class Noting(Queue[Int32]):
+    class Noting(Subscription[Int32]):
         def __init__(self, name: str) -> None:
             super().__init__(ME, entry, Int32, qos.DEFAULT)
             self.name = name
@@ -447,9 +447,9 @@ async def test_D14_a_tap_takes_what_a_changing_audience_takes() -> None:
 
 async def test_D23_a_subscription_that_is_collected_while_a_publisher_comes_is_not_joined() -> None:
     entry = topic()
-    left: list[Queue[Int32]] = []
+    left: list[Subscription[Int32]] = []
 
-    class Closing(Subscription[Int32]):
+    class Closing(StreamSubscription[Int32]):
         def join(self, publisher: Publisher[Any]) -> None:
             super().join(publisher)
             for queue in left:  # as the garbage collector may do at any moment

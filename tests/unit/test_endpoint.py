@@ -14,9 +14,9 @@ from actors.errors import CallTimeout
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos import QoS
 from actors.qos.events import DeadlineMissed, LivelinessChanged, Matched, MessageLost
-from actors.topics.channel import Publisher, Queue
+from actors.topics.channel import Publisher, Subscription
 from actors.topics.endpoint import Endpoint, Happenings, nanoseconds
-from actors.topics.stream import Stream, Subscription
+from actors.topics.stream import Stream, StreamSubscription
 from actors.topics.timed_publisher import TimedPublisher, publisher_for
 from tests.stage import number
 from tests.unit.test_channel import ME, publisher, subscription, topic
@@ -189,7 +189,7 @@ async def test_messages_in_time_put_the_deadline_off() -> None:
     loop = asyncio.get_running_loop()
     entry = topic()
     out = timed(entry, QoS(depth=1, deadline=0.1))
-    queue = Subscription(ME, entry, Int32, QoS(depth=100, deadline=0.2))
+    queue = StreamSubscription(ME, entry, Int32, QoS(depth=100, deadline=0.2))
     assert queue.due(0) is None
     entry.add_subscription(queue)
     missed, heard = out.events(), queue.events()
@@ -207,7 +207,7 @@ async def test_a_queue_that_knows_nothing_of_lifespans_gets_the_message_itself()
     entry = topic()
     seen: list[Int32] = []
 
-    class Noting(Queue[Int32]):
+    class Noting(Subscription[Int32]):
         def deliver(self, message: Int32) -> None:
             seen.append(message)
 

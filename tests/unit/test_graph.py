@@ -12,7 +12,7 @@ from actors.graph.graph import Graph
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos import QoS
 from actors.topics.channel import Publisher
-from actors.topics.stream import Subscription
+from actors.topics.stream import StreamSubscription
 from tests.stage import number, values
 from tests.unit.test_channel import Someone
 
@@ -40,7 +40,7 @@ async def test_every_change_is_counted_and_told_until_the_listener_leaves() -> N
     leave = ours.on_change(lambda: heard.append(ours.version))
     entry = ours.topic("/a")
     out = Publisher(Someone(), entry, Int32, qos.DEFAULT)
-    queue = Subscription(Someone(), entry, Int32, qos.DEFAULT)
+    queue = StreamSubscription(Someone(), entry, Int32, qos.DEFAULT)
     entry.add_publisher(out)
     entry.add_subscription(queue)
     entry.remove_subscription(queue)
@@ -109,7 +109,7 @@ async def test_Q_28_each_policy_that_keeps_a_pair_apart_is_named_once_on_both_si
     ours, talker, listener = graph(), Someone("/talker"), Someone("/listener")
     entry = ours.topic("/a")
     for _ in range(2):
-        out, queue = Publisher(talker, entry, Int32, offered), Subscription(listener, entry, Int32, requested)
+        out, queue = Publisher(talker, entry, Int32, offered), StreamSubscription(listener, entry, Int32, requested)
         if publisher_first:
             entry.add_publisher(out)
             entry.add_subscription(queue)
@@ -140,8 +140,10 @@ async def test_what_was_latched_comes_to_a_matching_subscription_only_and_as_muc
     entry.add_publisher(out)
     for value in range(10):
         out(number(value))
-    deep, shallow, late = (Subscription(Someone(), entry, Int32, LATCHED.replace(depth=depth)) for depth in (9, 2, 9))
-    strict = Subscription(Someone(), entry, Int32, LATCHED.replace(depth=9, deadline=0.1))
+    deep, shallow, late = (
+        StreamSubscription(Someone(), entry, Int32, LATCHED.replace(depth=depth)) for depth in (9, 2, 9)
+    )
+    strict = StreamSubscription(Someone(), entry, Int32, LATCHED.replace(depth=9, deadline=0.1))
     for queue in (deep, shallow, strict):
         entry.add_subscription(queue)
     out.close()

@@ -52,12 +52,12 @@ async def test_one_that_failed_and_that_nobody_has_left_is_known_until_the_syste
         assert [(identity.fqn, str(error)) for identity, error in system.failed_beside()] == [
             ("/broken", "a loose wire")
         ]
-        assert len(system.guests) == 2
+        assert len(system.unsupervised) == 2
         (line,) = events(system.records, "a node beside the tree failed")
         assert line.fields["node_name"] == "/broken"
         assert sound.core.system.incarnation(sound.core) is not None
         assert system.incarnation(broken.core) is None
-    assert len(system.guests) == 0
+    assert len(system.unsupervised) == 0
     assert [line.split(":")[0] for line in story] == ["broken", "sound", "tree"]
     assert system.nodes.keys() == {("system", "tree")}
 

@@ -261,10 +261,10 @@ def test_D25_a_declaration_is_overridden_by_another_or_given_up_in_so_many_words
         @NUMBERS.on(qos=1)
         async def take(self, message: Int32) -> None: ...
 
-    blueprint = Derived.blueprint
-    assert [each.topic.name for each in blueprint.publishers] == ["other"]
-    assert blueprint.timers == []
-    assert [each.qos.depth for each in blueprint.topics] == [1]
+    declarations = Derived.declarations
+    assert [each.topic.name for each in declarations.publishers] == ["other"]
+    assert declarations.timers == []
+    assert [each.qos.depth for each in declarations.topics] == [1]
 
 
 @pytest.mark.parametrize(

@@ -516,12 +516,12 @@ async def test_the_threads_of_the_loops_pools_are_no_leak() -> None:
 @pytest.mark.virtual
 async def test_an_endpoint_that_outlives_the_system_is_a_leak() -> None:
     from actors.topics.channel import Publisher
-    from actors.topics.stream import Stream, Subscription
+    from actors.topics.stream import Stream, StreamSubscription
 
     rig = Rig()
     await rig.start(Counter)
     entry = rig.system.graph.topic("/numbers")
-    queue = Subscription(rig.me.core, entry, Int32, qos.DEFAULT)
+    queue = StreamSubscription(rig.me.core, entry, Int32, qos.DEFAULT)
     publisher = Publisher(rig.me.core, entry, Int32, qos.DEFAULT)
     entry.add_subscription(queue)
     entry.add_publisher(publisher)

@@ -8,6 +8,7 @@ import math
 import anyio
 import pytest
 
+from actors.supervision.child_task import GRACE
 from actors.supervision.declarations import (
     DynamicSupervisor,
     Restart,
@@ -18,7 +19,6 @@ from actors.supervision.declarations import (
     transient,
 )
 from actors.supervision.errors import StartFailed
-from actors.supervision.incarnation import GRACE
 from actors.supervision.policy import StopTimeout
 from actors.supervision.reasons import Killed, Leaked, Skip, Stop, Stopped
 from actors.supervision.running import RunningSupervisor

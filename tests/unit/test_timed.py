@@ -10,14 +10,14 @@ import pytest
 
 from actors import NotStarted, WrongThread, WrongType, qos
 from actors.errors import CallTimeout
-from actors.inbox.expiring import Aged
+from actors.inbox.expiring import ExpiringMessage
 from actors.inbox.inbox import Inbox
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos import QoS
 from actors.qos.events import LivelinessChanged, LivelinessLost
 from actors.qos.policies import Durability, History, Liveliness
 from actors.topics.channel import Publisher
-from actors.topics.handler import ConcurrentFeed, Feed
+from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 from actors.topics.stream import Stream
 from actors.topics.timed_publisher import TimedPublisher, publisher_for
 from tests.stage import number, values, word
@@ -130,12 +130,12 @@ async def test_a_handler_does_not_see_what_has_become_too_old_in_its_queue(concu
         seen.append(message.data)
         await asyncio.sleep(0.6)
 
-    feed: Feed[Int32]
+    feed: HandlerSubscription[Int32]
     if concurrent:
-        feed = ConcurrentFeed(ME, entry, Int32, qos.DEFAULT, inbox, "Node.take", concurrent)
+        feed = ConcurrentSubscription(ME, entry, Int32, qos.DEFAULT, inbox, "Node.take", concurrent)
         feed.spawn = asyncio.create_task
     else:
-        feed = Feed(ME, entry, Int32, qos.DEFAULT, inbox, "Node.take")
+        feed = HandlerSubscription(ME, entry, Int32, qos.DEFAULT, inbox, "Node.take")
     feed.handler = slow
     entry.add_subscription(feed)
     task = asyncio.create_task(inbox.serve())
@@ -246,7 +246,7 @@ async def test_Q_25_a_latched_keep_all_publisher_keeps_no_more_than_its_limit() 
 
 
 async def test_a_message_in_another_shape_ends_when_the_first_one_did() -> None:
-    aged = Aged(number(1), 5, asyncio.get_running_loop().time)
+    aged = ExpiringMessage(number(1), 5, asyncio.get_running_loop().time)
     other = aged.holding(number(2))
     assert (other.message, other.expires, other.fresh) == (number(2), 5, True)
 

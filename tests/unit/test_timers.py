@@ -11,7 +11,7 @@ import pytest
 
 from actors import Tick, TickMissed
 from actors.inbox.inbox import Inbox
-from actors.runtime.timers import BACKLOG, KEPT, Lateness, TimerItem, TimerRecord
+from actors.runtime.timers import BACKLOG, KEPT, Lateness, NodeTimer, TimerRecord
 from actors.time.ticker import Ticker
 
 pytestmark = pytest.mark.virtual
@@ -24,7 +24,7 @@ class Bench:
         loop = asyncio.get_running_loop()
         self.inbox = Inbox(loop)
         self.record = TimerRecord(hz)
-        self.item = TimerItem(self.inbox, handler, hz, late, "Node.tick", self.record)
+        self.item = NodeTimer(self.inbox, handler, hz, late, "Node.tick", self.record)
         self.ticker = Ticker(loop)
         self.task = asyncio.create_task(self.inbox.serve())
 
@@ -183,7 +183,7 @@ def test_a_loop_that_was_held_up_drops_the_ticks_it_missed_and_keeps_the_grid() 
         loop = asyncio.get_running_loop()
         inbox, record, ticker = Inbox(loop), TimerRecord(1000.0), Ticker(loop)
         begun: list[int] = []
-        item = TimerItem(inbox, lambda tick: begun.append(tick.k), 1000.0, "skip", "T.tick", record)
+        item = NodeTimer(inbox, lambda tick: begun.append(tick.k), 1000.0, "skip", "T.tick", record)
         item.begin(ticker)
         server = loop.create_task(inbox.serve())
         while not begun:

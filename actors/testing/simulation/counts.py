@@ -8,7 +8,7 @@ import asyncio
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from actors.supervision.incarnation import Incarnation
+from actors.supervision.child_task import ChildTask
 from actors.supervision.running import RunningSupervisor
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def miscounts(system: System) -> Iterator[str]:
     supervisor = system.supervisor
     if supervisor is None:
         return
-    known = {leaked.task for leaked in supervisor.leaked} | set(system.guests.tasks)
+    known = {leaked.task for leaked in supervisor.leaked} | set(system.unsupervised.tasks)
     for each in _below(supervisor):
         counts, children = each.counts(), each._entries.values()
         alive = [entry for entry in children if entry.now is not None and not entry.now.task.done()]
@@ -39,7 +39,7 @@ def miscounts(system: System) -> Iterator[str]:
         for entry in children:
             yield from _miscounted(system, (*each.path, entry.spec.name), entry)
     for task in asyncio.all_tasks(system.loop) - known:
-        if getattr(task.get_coro(), "cr_code", None) is Incarnation._live.__code__:
+        if getattr(task.get_coro(), "cr_code", None) is ChildTask._live.__code__:
             yield f"{task.get_name()} runs, and no supervisor counts it among its children"
 
 

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from actors.inbox.expiring import Aged
+from actors.inbox.expiring import ExpiringMessage
 from actors.interfaces.message import Message
 from actors.testing.faults import Fault, Profile
 
 if TYPE_CHECKING:
     from actors.runtime.core import Core
-    from actors.topics.channel import Queue
+    from actors.topics.channel import Subscription
 
 M = TypeVar("M", bound=Message)
 
@@ -30,7 +30,7 @@ MOST_AT_ONCE = 100
 class Link:
     """The way of one topic's messages into one subscription: counts them, and does to the n-th what the faults say."""
 
-    def __init__(self, queue: Queue[Any], name: str, faults: Sequence[Fault], profile: Profile) -> None:
+    def __init__(self, queue: Subscription[Any], name: str, faults: Sequence[Fault], profile: Profile) -> None:
         self._queue = queue
         self._name = name
         self._profile = profile
@@ -39,18 +39,18 @@ class Link:
         self._faults: dict[int, list[Fault]] = {}
         for fault in faults:
             self._faults.setdefault(fault.nth, []).append(fault)
-        self._held: list[Message | Aged[Any]] = []
-        self._last: Message | Aged[Any] | None = None
+        self._held: list[Message | ExpiringMessage[Any]] = []
+        self._last: Message | ExpiringMessage[Any] | None = None
         self._frozen_until = -1.0
-        self._frozen: Message | Aged[Any] | None = None
+        self._frozen: Message | ExpiringMessage[Any] | None = None
         self._repeats = 0
         self._repeated_at = -1.0
 
-    def deliver(self, message: Message | Aged[Any]) -> None:
+    def deliver(self, message: Message | ExpiringMessage[Any]) -> None:
         """Count the message, and pass it on as the faults say."""
         links = self._links
         nth = links[self._name] = links.get(self._name, 0) + 1
-        if nth == 1 and has_numbers(message.message if isinstance(message, Aged) else message):
+        if nth == 1 and has_numbers(message.message if isinstance(message, ExpiringMessage) else message):
             self._profile.numeric.add(self._name)
         now = self._loop.time()
         copies = [message]
@@ -83,29 +83,29 @@ class Link:
         self._pass_on([*copies, *self._held], delay)
         self._held = []
 
-    def _pass_on(self, messages: list[Message | Aged[Any]], delay: float) -> None:
+    def _pass_on(self, messages: list[Message | ExpiringMessage[Any]], delay: float) -> None:
         for message in messages:
             if delay:
                 self._loop.call_later(delay, self._arrive, message)
             else:
                 self._queue.inlet(message)
 
-    def _arrive(self, message: Message | Aged[Any]) -> None:
+    def _arrive(self, message: Message | ExpiringMessage[Any]) -> None:
         if self._queue in self._queue.entry.subscriptions:  # else it has left meanwhile
             self._queue.inlet(message)
 
 
-def is_guest(queue: Queue[Any]) -> bool:
+def is_guest(queue: Subscription[Any]) -> bool:
     """Whether a subscription belongs to a node beside the tree: a test's own eyes, which no drawn fault may cloud."""
     return cast("Core", queue.node).identity.path[0] == "guests"
 
 
 def entrance(
-    links: dict[Queue[Any], Link], faults: Sequence[Fault], profile: Profile
-) -> Callable[[Queue[Any]], Callable[[Any], None]]:
+    links: dict[Subscription[Any], Link], faults: Sequence[Fault], profile: Profile
+) -> Callable[[Subscription[Any]], Callable[[Any], None]]:
     """The graph's way into a subscription, with the faults of this run in between."""
 
-    def enter(queue: Queue[Any]) -> Callable[[Any], None]:
+    def enter(queue: Subscription[Any]) -> Callable[[Any], None]:
         link = links.get(queue)
         if link is None:
             name = f"{queue.entry.name}>{queue.node.fqn}"
@@ -116,9 +116,13 @@ def entrance(
     return enter
 
 
-def _spoiled(message: Message | Aged[Any]) -> Message | Aged[Any]:
+def _spoiled(message: Message | ExpiringMessage[Any]) -> Message | ExpiringMessage[Any]:
     """With NaN for its numbers; a message that ages goes on ageing."""
-    return message.holding(not_a_number(message.message)) if isinstance(message, Aged) else not_a_number(message)
+    return (
+        message.holding(not_a_number(message.message))
+        if isinstance(message, ExpiringMessage)
+        else not_a_number(message)
+    )
 
 
 def has_numbers(message: Message) -> bool:

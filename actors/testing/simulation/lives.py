@@ -25,13 +25,13 @@ from actors.time.stuck import chain_of
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service
     from actors.node.node import Node
-    from actors.runtime.timers import TimerItem
+    from actors.runtime.timers import NodeTimer
     from actors.services.services import Server
     from actors.supervision.declarations import Child
     from actors.supervision.report import Report
     from actors.time.virtual_loop import VirtualLoop
-    from actors.topics.channel import Queue
-    from actors.topics.handler import Feed
+    from actors.topics.channel import Subscription
+    from actors.topics.handler import HandlerSubscription
 
 __all__ = ["InjectedCrash", "SimulatedSystem"]
 
@@ -53,7 +53,7 @@ class SimulatedSystem(System):
         super().__init__(**options)
         self.faults = tuple(faults)
         self.profile = profile
-        self.links: dict[Queue[Any], Link] = {}
+        self.links: dict[Subscription[Any], Link] = {}
         self.bereaved: dict[Core, float] = {}
         """Incarnations that ended before their tasks -> when that was."""
         self.reported = 0
@@ -190,7 +190,7 @@ class _SimulatedCore(Core):
     system: SimulatedSystem
 
     def __init__(self, life: _SimulatedLife, node: Node) -> None:
-        super().__init__(life.system, node, type(node).blueprint, life.identity, life.mailbox)
+        super().__init__(life.system, node, type(node).declarations, life.identity, life.mailbox)
         self._life = life
 
     def spawn(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
@@ -249,7 +249,11 @@ def _slow_down(core: Core, profile: Profile, slow: dict[int, Fault]) -> None:
 
         return handle
 
-    items: list[Feed[Any] | TimerItem | Server] = [*core.mailbox.feeds, *core.timers, *core.mailbox.services.values()]
+    items: list[HandlerSubscription[Any] | NodeTimer | Server] = [
+        *core.mailbox.feeds,
+        *core.timers,
+        *core.mailbox.services.values(),
+    ]
     for item in items:
         item.handler = counted(cast("Callable[..., Any]", item.handler))
 

@@ -15,7 +15,7 @@ from actors.qos.events import DeadlineMissed, IncompatibleQoS, LivelinessChanged
 from actors.testing import VirtualLoop
 from actors.topics.channel import Publisher
 from actors.topics.endpoint import EventStream
-from actors.topics.stream import Subscription
+from actors.topics.stream import StreamSubscription
 from actors.topics.timed_publisher import publisher_for
 from tests.conformance.checks.common import Unsupported, Vector, expected, same, steps_of
 from tests.conformance.checks.qos_forms import arguments
@@ -61,7 +61,7 @@ class Script:
         self.deadline, self.lease = self.qos.deadline or 3600.0, self.qos.liveliness_lease or 3600.0
         self.entry = Graph(asyncio.get_running_loop().time).topic("/chatter")
         self.publisher: Publisher[String] | None = None
-        self.subscription: Subscription[String] | None = None
+        self.subscription: StreamSubscription[String] | None = None
         self.heard: dict[str, EventStream[Any]] = {}
         """What each side is told; of one that has been destroyed, what it was told until then."""
         for side in BOTH:  # who is created by a step is not there before
@@ -74,7 +74,7 @@ class Script:
             self.heard[side] = self.publisher.events()
             self.entry.add_publisher(self.publisher)
         else:
-            self.subscription = Subscription(_Silent(), self.entry, String, self.qos)
+            self.subscription = StreamSubscription(_Silent(), self.entry, String, self.qos)
             self.heard[side] = self.subscription.events()
             self.entry.add_subscription(self.subscription)
 

@@ -1,0 +1,103 @@
+"""The floors of `actors`: each room imports only from rooms below it, in every kind of import, but for the exceptions named here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.imports import Edge, edges, modules
+
+ACTORS = Path(__file__).parents[2] / "actors"
+
+FLOORS = (
+    "testing",
+    "check",
+    "blocking",
+    "bag",
+    "nodes",
+    "running",
+    "lifecycle",
+    "system",
+    "runtime",
+    "node",
+    "graph",
+    "actions",
+    "services",
+    "topics",
+    "inbox",
+    "parameters",
+    "contracts",
+    "supervision",
+    "logs",
+    "time",
+    "interfaces",
+    "checks",
+    "names",
+    "qos",
+    "shield",
+    "places",
+    "errors",
+)
+"""The rooms from top to bottom. The face, ``actors/__init__.py``, stands above all of them, and nothing imports it."""
+
+UPWARDS: frozenset[tuple[str, str]] = frozenset(
+    {
+        ("actors.actions.client", "actors.graph.graph"),
+        ("actors.actions.server", "actors.graph.graph"),
+        ("actors.graph.snapshot", "actors.system"),
+        ("actors.node.node", "actors.runtime.core"),
+        ("actors.runtime.core", "actors.system"),
+        ("actors.runtime.ground", "actors.system"),
+        ("actors.runtime.life", "actors.system"),
+        ("actors.runtime.stall", "actors.system"),
+        ("actors.runtime.standard", "actors.lifecycle.node"),
+        ("actors.runtime.standard", "actors.system"),
+        ("actors.runtime.unsupervised", "actors.system"),
+        ("actors.services.services", "actors.graph.graph"),
+        ("actors.topics.channel", "actors.graph.graph"),
+        ("actors.topics.endpoint", "actors.graph.graph"),
+        ("actors.topics.handler", "actors.graph.graph"),
+        ("actors.topics.stream", "actors.graph.graph"),
+        ("actors.topics.timed_publisher", "actors.graph.graph"),
+    }
+)
+"""The exceptions, (module, module above it), none of them at module level. This list only gets shorter."""
+
+LAZY_UPWARDS = frozenset({("actors.runtime.standard", "actors.lifecycle.node")})
+"""Those of them that are imported when a function is called, and not for type checkers only."""
+
+
+def room_of(module: str) -> str:
+    return module.split(".")[1] if "." in module else ""
+
+
+def upwards() -> list[Edge]:
+    floor = {room: number for number, room in enumerate(("", *FLOORS))}
+    return [edge for edge in edges(ACTORS) if floor[room_of(edge.target)] < floor[room_of(edge.source)]]
+
+
+def test_every_room_has_its_floor_and_every_floor_its_room() -> None:
+    assert {room_of(name) for name in modules(ACTORS)} - {""} == set(FLOORS)
+
+
+def test_imports_go_down_the_floors() -> None:
+    for edge in upwards():
+        where = f"{edge.source}, line {edge.line}, imports {edge.target}, which stands above it"
+        assert edge.kind != "top", where
+        assert (edge.source, edge.target) in UPWARDS, where
+        assert edge.kind == "typing" or (edge.source, edge.target) in LAZY_UPWARDS, where
+
+
+def test_no_exception_is_left_over() -> None:
+    assert {(edge.source, edge.target) for edge in upwards()} == UPWARDS
+    assert {(edge.source, edge.target) for edge in upwards() if edge.kind == "lazy"} == LAZY_UPWARDS
+
+
+def test_no_module_imports_the_public_face() -> None:
+    assert [edge for edge in edges(ACTORS) if edge.target == "actors"] == []
+
+
+def test_only_the_robots_command_imports_the_command_line() -> None:
+    robot = [path for path in (ACTORS.parent / "robot").rglob("*.py") if path.name != "__main__.py"]
+    for path in [*ACTORS.rglob("*.py"), *robot]:
+        text = path.read_text(encoding="utf-8")
+        assert "import cli" not in text and "from cli" not in text, path
