@@ -358,7 +358,6 @@ class System:
 
     def life(self, child: Child, path: tuple[str, ...], incarnation: int) -> NodeLife:
         """A new incarnation of `child`; the inbox and the waiting messages of the last one are handed over."""
-        self.check_place(child, path)
         state = self.nodes.get(path)
         if state is None or state.child is not child or state.state == "stopped":
             identity = self._identity(child, path)
@@ -385,13 +384,6 @@ class System:
         """Whether no time is left for a clean-up."""
         incarnation = self.incarnation(core)
         return incarnation is None or incarnation.killed is not None
-
-    def check_place(self, child: Child, path: tuple[str, ...]) -> None:
-        """Refuse a child that cannot run where it is declared to."""
-        if child.process:
-            raise DeclarationError(
-                f"{'/'.join(path)}: process=True needs a transport, and this system has none: place it in this process"
-            )
 
     def running_now(self, core: Core) -> None:
         """A node is ready."""

@@ -14,7 +14,7 @@ from typing import Any, Final, NamedTuple, NoReturn, TypeAlias, cast
 
 from actors.names import names
 
-__all__ = ["ALL_NODES", "InvalidParams", "ParamValue", "ParameterOverrides", "parse_set_value", "parse_value"]
+__all__ = ["ALL_NODES", "InvalidParams", "ParamValue", "ParameterOverrides", "parse_value"]
 
 ParamValue: TypeAlias = (
     bool | int | float | str | tuple[bool, ...] | tuple[int, ...] | tuple[float, ...] | tuple[str, ...] | None
@@ -172,27 +172,6 @@ def parse_value(text: str, *, source: str = "value") -> ParamValue:
     if extra.kind != "end":
         raise InvalidParams("there is more than one value; put quotes around a text", source=source)
     return value
-
-
-def parse_set_value(text: str) -> ParamValue:
-    """The value that ``param set`` gives for a text: YAML 1.1 as PyYAML reads it, or the text where that has no type.
-
-    Differs from ``parse_value``: ``1e3`` is a string, ``1_000`` an integer; mixed lists, maps, dates and null are the
-    text itself.
-    """
-    yaml = _yaml()
-    try:
-        value: object = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError):
-        return text
-    if isinstance(value, (bool, int, float, str)):
-        return value
-    if isinstance(value, list):
-        items = cast("list[object]", value)
-        for kind in (bool, int, float, str):
-            if all(isinstance(item, kind) for item in items):
-                return cast(ParamValue, tuple(items))
-    return text
 
 
 def _scalar(text: str) -> bool | int | float | str:

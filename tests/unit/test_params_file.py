@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.parameters.files import InvalidParams, ParameterOverrides, ParamValue, parse_set_value, parse_value
+from actors.parameters.files import InvalidParams, ParameterOverrides, ParamValue, parse_value
 
 EMPTY = ParameterOverrides()
 
@@ -85,26 +85,6 @@ def test_not_a_number_is_a_double() -> None:
 def test_a_value_without_a_type_is_refused(text: str, why: str) -> None:
     with pytest.raises(InvalidParams, match=why):
         parse_value(text)
-
-
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("1e3", "1e3"),
-        ("1_000", 1000),
-        ("null", "null"),
-        ("2021-01-01", "2021-01-01"),
-        ("[1, 2.0]", "[1, 2.0]"),
-        ("[1, 2]", (1, 2)),
-        ("{a: 1}", "{a: 1}"),
-        ("[1", "[1"),
-        ("'5'", "5"),
-        ("", ""),
-        ("2021-13-45", "2021-13-45"),
-    ],
-)
-def test_param_set_types_by_the_rules_of_general_yaml(text: str, value: ParamValue) -> None:
-    assert parse_set_value(text) == value
 
 
 def test_parameters_are_nested_at_will() -> None:
@@ -257,7 +237,6 @@ def test_any_text_is_read_or_refused(text: str) -> None:
     for read in (parse_value, EMPTY.with_text, EMPTY.with_rule):
         with contextlib.suppress(InvalidParams):
             read(text)
-    parse_set_value(text)
 
 
 def test_the_repr_shows_the_entries() -> None:
