@@ -26,6 +26,7 @@ from actors.runtime import standard as derived
 from actors.runtime.core import Core
 from actors.runtime.life import NodeLife
 from actors.runtime.mailbox import Mailbox
+from actors.runtime.options import RunOptions, identity_of
 from actors.runtime.preload import preload
 from actors.runtime.stall import StallWatch
 from actors.runtime.start_watch import StartWatch
@@ -103,7 +104,14 @@ class NodeState:
 class System:
     """One running tree. Make it with `run(tree)`; everything in it lives in the event loop that made it."""
 
-    def __init__(self, *, seed: int = 0, sinks: tuple[LogSink, ...] = (structlog_sink,), level: int = INFO) -> None:
+    def __init__(
+        self,
+        *,
+        seed: int = 0,
+        sinks: tuple[LogSink, ...] = (structlog_sink,),
+        level: int = INFO,
+        options: RunOptions | None = None,
+    ) -> None:
         self.loop = asyncio.get_running_loop()
         self.thread = get_ident()
         self.seed = seed
@@ -137,6 +145,7 @@ class System:
         self.on_parameters: Callable[[Core, ParameterChange], None] | None = None
         self.graph.derive_service = lambda entry: derived.open_service(self, entry)
         self.graph.derive_topic = lambda entry: derived.open_topic(self, entry)
+        self._options = options
         self._sinks = sinks
         self._ids = self.random("ids")
         self._host: asyncio.Task[None] | None = None
@@ -236,6 +245,11 @@ class System:
         if self.supervisor is not None:
             self.supervisor.stop(number.name)
         return True
+
+    @property
+    def argv(self) -> tuple[str, ...]:
+        """What the `argv` of `run` holds for the program itself: all that is not for ROS, in order, without a program's name that it did not have."""
+        return () if self._options is None else self._options.argv
 
     @property
     def exit_code(self) -> int:
@@ -490,7 +504,7 @@ class System:
             incarnation,
             self.clock,
             self._write,
-            self.level,
+            self.level if self._options is None else self._options.level(node),
             levels=self._log_levels,
             throttle_clock=throttle_clock,
         )
@@ -560,12 +574,7 @@ class System:
         record.let_go()
 
     def _identity(self, child: Child, path: tuple[str, ...]) -> Identity:
-        remapping = None
-        if child.remap:
-            from actors.names.remapping import Remapping, Rule
-
-            remapping = Remapping([Rule.parse(f"{old}:={new}") for old, new in child.remap.items()])
-        identity = Identity(child.name, child.namespace or "", path, child.parameters, remapping)
+        identity = identity_of(child, path, self._options)
         other = self._names.get(identity.fqn)
         if other is not None and other != path:
             raise DeclarationError(
