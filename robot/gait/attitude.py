@@ -75,7 +75,7 @@ class AttitudeFilter:
             return
         gain = GRAVITY_GAIN
         if still:
-            self.bias.rest(gyro)
+            self.bias.rest(dt, gyro)
         else:
             self.bias.lean(dt, ex, ey)
         bx, by, bz = self.bias.value

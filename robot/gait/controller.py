@@ -224,7 +224,7 @@ class GaitController:
         joints = self._joint_watch.check(dt, joints, self._told)
         if self._joint_watch.lost and self._safe is None and self._mode != "sit":
             self._crouch()
-        contact = self._contact_watch.check(joints, self._estimate.legs, self._walker, contacts_silent)
+        contact = self._contact_watch.check(dt, joints, self._estimate.legs, self._walker, contacts_silent)
         if contact is None:
             return joints
         return JointSample(joints.position, joints.velocity, joints.effort, np.array(contact))

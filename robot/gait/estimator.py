@@ -4,6 +4,8 @@ Attitude comes from `AttitudeFilter`. Position and velocity come from a Kalman f
 four foot points: predicted with the accelerometer, corrected by what standing feet say (robot-domain section 6, with the
 rolling of the ball feet). The three axes share their model and noise, so one 6 x 6 covariance serves all three.
 
+All noises are densities, so that what is believed after a second does not depend on the rate of the samples.
+
 Height over flat ground cannot be observed: a prior pulls the standing feet to height zero.
 """
 
@@ -21,14 +23,16 @@ from robot.world.body import ImuSample, JointSample, Vector
 
 __all__ = ["Estimator"]
 
-PLACE_NOISE = 0.004
-"""Standard deviation (m) of a foot's place as the encoders tell it."""
-SPEED_NOISE = 0.06
-"""Standard deviation (m/s) of the body's velocity as one standing foot tells it."""
-ACCEL_NOISE = 0.6
-"""Standard deviation (m/s2) of the accelerometer in a walking body."""
-SLIDE_NOISE = 0.002
-"""How far (m per sample, standard deviation) a standing foot may creep."""
+PLACE_NOISE = 2.83e-4
+"""Noise density of a foot's place as the encoders tell it, m/sqrt(Hz): at 200 Hz a standard deviation of 4 mm."""
+LANDING_NOISE = 0.0223
+"""Standard deviation (m) of a foot's place, against the body, at the moment when it lands."""
+SPEED_NOISE = 4.24e-3
+"""Noise density of the body's velocity as one standing foot tells it, m/s/sqrt(Hz): at 200 Hz a standard deviation of 0.06 m/s."""
+ACCEL_NOISE = 0.0424
+"""Noise density of the accelerometer in a walking body, m/s2/sqrt(Hz): at 200 Hz a standard deviation of 0.6 m/s2."""
+SLIDE_NOISE = 0.0283
+"""How far a standing foot may creep, m/sqrt(s) (standard deviation of a random walk): 2 mm in 5 ms."""
 DOUBT = 31.0
 """Factor on the variance of a foot that has just landed, is about to lift or seems to slip."""
 SETTLING = 0.02
@@ -120,6 +124,11 @@ class Estimator:
         self._watch_acceleration(dt, told)
         self._watch_heading(dt, arms, roll, leaving)
 
+    @property
+    def deviation(self) -> tuple[float, float]:
+        """Standard deviations of position (m) and velocity (m/s) as the filter believes them, the same on every axis."""
+        return self._spread[0][0] ** 0.5, self._spread[1][1] ** 0.5
+
     def _begin(self, arms: list[Triple]) -> None:
         self._started = True
         height = -0.25 * sum(z for _, _, z in arms)
@@ -141,9 +150,9 @@ class Estimator:
         spread[0] = [a + dt * b for a, b in zip(spread[0], spread[1], strict=True)]
         for row in spread:
             row[0] += dt * row[1]
-        spread[1][1] += (ACCEL_NOISE * dt) ** 2
+        spread[1][1] += ACCEL_NOISE**2 * dt
         for index in range(2, 6):
-            spread[index][index] += SLIDE_NOISE**2
+            spread[index][index] += SLIDE_NOISE**2 * dt
 
     def _correct(self, dt: float, arms: list[Triple], told: list[Triple], leaving: Sequence[bool]) -> None:
         """Take in what the standing feet say, one at a time: their noises are independent, so the order does not matter."""
@@ -170,11 +179,11 @@ class Estimator:
             spread = self._spread
             pull = [row[foot] - row[0] for row in spread]
             (x, y, z), (px, py, pz), (fx, fy, fz) = arms[leg], state[0], state[foot]
-            self._learn(pull, pull[foot] - pull[0] + doubt * PLACE_NOISE**2, x + px - fx, y + py - fy, z + pz - fz)
+            self._learn(pull, pull[foot] - pull[0] + doubt * PLACE_NOISE**2 / dt, x + px - fx, y + py - fy, z + pz - fz)
             spread = self._spread
             (x, y, z), (vx, vy, vz) = told[leg], state[1]
             pull = [row[1] for row in spread]
-            self._learn(pull, pull[1] + doubt * SPEED_NOISE**2, x - vx, y - vy, z - vz)
+            self._learn(pull, pull[1] + doubt * SPEED_NOISE**2 / dt, x - vx, y - vy, z - vz)
         if standing:
             self._tidy()
         for leg in range(4):
@@ -217,7 +226,7 @@ class Estimator:
         spread[foot] = spread[0].copy()
         for row in spread:
             row[foot] = row[0]
-        spread[foot][foot] = spread[0][0] + PLACE_NOISE**2 * DOUBT
+        spread[foot][foot] = spread[0][0] + LANDING_NOISE**2
 
     def _pin_height(self, dt: float) -> None:
         """Shift body and feet together, so that nothing the filter observes changes."""

@@ -11,14 +11,17 @@ from bisect import bisect_right
 
 __all__ = [
     "ABDUCTION",
+    "BODY_INERTIA",
     "BODY_MASS",
     "CALF",
     "CALF_COM",
+    "CALF_INERTIA",
     "CALF_MASS",
     "FOOT_RADIUS",
     "GRAVITY",
     "HIPS",
     "HIP_COM",
+    "HIP_INERTIA",
     "HIP_LIMITS",
     "HIP_MASS",
     "JOINT_LIMITS",
@@ -31,8 +34,10 @@ __all__ = [
     "STAND_HEIGHT",
     "THIGH",
     "THIGH_COM",
+    "THIGH_INERTIA",
     "THIGH_MASS",
     "TORQUE_LIMIT",
+    "TRUNK",
     "knee_torque_limit",
 ]
 
@@ -69,6 +74,17 @@ HIP_COM = (-0.0054, 0.0128, 0.0)
 """Centre of the hip link in its own frame; x is mirrored on rear legs (hips lean inwards), y on right ones."""
 THIGH_COM = (0.0, 0.0, -0.121)
 CALF_COM = (0.0, 0.0, -0.180)
+
+TRUNK = (0.84, 0.22, 0.18)
+"""Full length, width and height of the trunk, m."""
+BODY_INERTIA = (
+    BODY_MASS * (TRUNK[1] ** 2 + TRUNK[2] ** 2) / 12,
+    BODY_MASS * (TRUNK[0] ** 2 + TRUNK[2] ** 2) / 12,
+    BODY_MASS * (TRUNK[0] ** 2 + TRUNK[1] ** 2) / 12,
+)
+"""Of the trunk about its centre, as a uniform box, kg m2."""
+HIP_INERTIA, THIGH_INERTIA, CALF_INERTIA = (0.0021, 0.0021, 0.0021), (0.0275, 0.0275, 0.0028), (0.0041, 0.0041, 0.00015)
+"""Of each link about its own centre of mass, link axes, kg m2: those of uniform rods and boxes of its mass."""
 
 TORQUE_LIMIT = 45.0
 """Hip and shoulder motors, N m."""

@@ -12,8 +12,8 @@ FIRST = 1e-3
 """Standard deviation of the bias before anything is known, rad/s."""
 WALK = 1.9e-5
 """How the bias wanders, rad/s per root second."""
-WHITE = 2.4e-3
-"""Standard deviation of one sample at 200 Hz, rad/s."""
+WHITE = 1.7e-4
+"""Noise density of the gyro, rad/s/sqrt(Hz): at 200 Hz one sample has a standard deviation of 2.4e-3 rad/s."""
 STILL_RATE = 0.012
 """A robot that is said to stand still and shows more than this (rad/s) does not."""
 GRAVITY_GAIN = 0.004
@@ -40,10 +40,10 @@ class GyroBias:
         for axis in range(3):
             self._variance[axis] += WALK**2 * dt
 
-    def rest(self, gyro: Triple) -> None:
-        """The robot stands still: what the gyro shows is bias and noise, unless it shows too much."""
+    def rest(self, dt: float, gyro: Triple) -> None:
+        """The robot has stood still for `dt` seconds: what the gyro shows is bias and noise, unless it shows too much."""
         if max(abs(shown - bias) for shown, bias in zip(gyro, self.value, strict=True)) < STILL_RATE:
-            x, y, z = (self._learn(axis, gyro[axis], WHITE**2) for axis in range(3))
+            x, y, z = (self._learn(axis, gyro[axis], WHITE**2 / dt) for axis in range(3))
             self.value = (x, y, z)
 
     def lean(self, dt: float, ex: float, ey: float) -> None:
@@ -69,8 +69,8 @@ class FootLine:
     A straight line is fitted through the angle over one common stance of exactly two feet; the feet's own rolling is taken out.
     """
 
-    LEAST = 20
-    """Samples that make a fit worth having."""
+    LEAST = 0.1
+    """Seconds of a common stance that make a fit worth having."""
     ANGLE_NOISE = 6e-4
     """Of one sample of the angle, rad: encoders of 5e-4 rad over 0.7 m."""
     CREEP = 2e-4
@@ -85,6 +85,8 @@ class FootLine:
     def _clear(self) -> None:
         self._first = self._rolled = 0.0
         self._count = 0
+        self._time = 0.0
+        """Seconds since the first sample of this stance."""
         self._t = self._tt = self._a = self._ta = 0.0
 
     def update(self, dt: float, pair: tuple[int, int], arm: Triple, roll: Triple) -> tuple[float, float] | None:
@@ -94,7 +96,7 @@ class FootLine:
         """
         told = None
         if pair != self._pair:
-            told = self._fit(dt)
+            told = self._fit()
             self._pair = pair
             self._clear()
         if pair[0] < 0:
@@ -104,21 +106,24 @@ class FootLine:
         if self._count == 0:
             self._first = angle
         else:
+            self._time += dt
             self._rolled += (x * roll[1] - y * roll[0]) / (x * x + y * y) * dt
         turned = (angle - self._first + pi) % tau - pi - self._rolled
-        self._t += self._count
-        self._tt += self._count * self._count
+        time = self._time
+        self._t += time
+        self._tt += time * time
         self._a += turned
-        self._ta += self._count * turned
+        self._ta += time * turned
         self._count += 1
         return told
 
-    def _fit(self, dt: float) -> tuple[float, float] | None:
+    def _fit(self) -> tuple[float, float] | None:
+        """Least squares of the angle over time: the slope, and its variance."""
         count = self._count
-        if count < self.LEAST:
+        if self._time < self.LEAST:
             return None
         spread = self._tt - self._t * self._t / count
-        rate = (self._ta - self._t * self._a / count) / spread / dt
+        rate = (self._ta - self._t * self._a / count) / spread
         if abs(rate) > self.FASTEST:
             return None
-        return rate, self.ANGLE_NOISE**2 / (spread * dt * dt) + self.CREEP**2
+        return rate, self.ANGLE_NOISE**2 / spread + self.CREEP**2

@@ -10,25 +10,23 @@ from math import atan, cos, inf, pi, sin
 
 from robot.gait.balance import distribute
 from robot.gait.drive import Targets
-from robot.gait.figures import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES
+from robot.gait.figures import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, STAND_HEIGHT
 from robot.gait.kinematics import leg_inverse
 from robot.gait.limbs import Triple, torques
+from robot.gait.mass import standing_mass
 from robot.gait.predict import Ahead
 from robot.gait.terrain import TerrainPlane
 from robot.gait.vectors import to_body, to_ground
 
-__all__ = ["COM_SHIFT", "Planted"]
+__all__ = ["Planted"]
 
-COM_SHIFT = 0.031
-"""How far the centre of mass lies behind the body origin when standing, m: the legs bend backwards and weigh 54 %."""
 SPRING, DAMPER = 120.0, 4.0
 """Joint gains, N m/rad and N m s/rad."""
 ATTITUDE_SPRING, ATTITUDE_DAMPER = 60.0, 8.0
 """Roll and pitch, 1/s2 and 1/s, times the inertia."""
 SWAY_DAMPER = 6.0
 """Force against moving sideways or forwards over the feet, 1/s times the mass."""
-INERTIA = (0.68, 2.83)
-"""Of the standing robot about its centre of mass, roll and pitch, kg m2."""
+BODY = standing_mass(STAND_HEIGHT)
 CENTRING = 0.6
 """Seconds over which the body moves above the middle of its feet."""
 
@@ -77,8 +75,9 @@ class Planted:
 
     def _forces(self, ahead: Ahead) -> list[Triple]:
         c, s = cos(ahead.yaw), sin(ahead.yaw)
-        moment_x = INERTIA[0] * (ATTITUDE_SPRING * (self._roll - ahead.roll) - ATTITUDE_DAMPER * ahead.turn[0])
-        moment_y = INERTIA[1] * (ATTITUDE_SPRING * (self._pitch - ahead.pitch) - ATTITUDE_DAMPER * ahead.turn[1])
+        inertia_x, inertia_y, _ = BODY.inertia
+        moment_x = inertia_x * (ATTITUDE_SPRING * (self._roll - ahead.roll) - ATTITUDE_DAMPER * ahead.turn[0])
+        moment_y = inertia_y * (ATTITUDE_SPRING * (self._pitch - ahead.pitch) - ATTITUDE_DAMPER * ahead.turn[1])
         vx, vy, _ = ahead.velocity
         brake = -MASS * SWAY_DAMPER
         wrench = (
@@ -96,7 +95,7 @@ class Planted:
     def _pose(self) -> list[tuple[float, float, float]]:
         """The joint angles of a body above the middle of its feet, at the present height, parallel to the ground."""
         share = 0.5 * (1.0 + cos(pi * min(1.0, self._clock / CENTRING)))
-        x0 = COM_SHIFT + (self._offset[0] - COM_SHIFT) * share
+        x0 = BODY.behind + (self._offset[0] - BODY.behind) * share
         y0 = self._offset[1] * share
         cr, sr, cp, sp = cos(self._roll), sin(self._roll), cos(self._pitch), sin(self._pitch)
         pose: list[tuple[float, float, float]] = []

@@ -15,8 +15,8 @@ from robot.gait.estimator import Estimator
 from robot.gait.figures import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, STAND_HEIGHT
 from robot.gait.kinematics import leg_inverse, leg_jacobian
 from robot.gait.limbs import torques
+from robot.gait.mass import standing_mass
 from robot.gait.pattern import Gait, GaitClock
-from robot.gait.planted import COM_SHIFT
 from robot.gait.predict import Ahead
 from robot.gait.stance import NOMINAL
 from robot.gait.sway import Sway, sway
@@ -26,8 +26,6 @@ from robot.gait.vectors import to_body, to_ground
 
 __all__ = ["Walker"]
 
-INERTIA = (0.68, 2.83, 2.95)
-"""Of the standing robot about its centre of mass, heading axes, kg m2."""
 TURN_SPRING = (180.0, 180.0, 60.0)
 TURN_DAMPER = (18.0, 18.0, 12.0)
 SPEED_GAIN, SPEED_INTEGRAL, MOST_INTEGRAL = 6.0, 3.0, 2.0
@@ -35,6 +33,7 @@ WALK_HEIGHT, CROUCH, CROUCH_SPEEDS = 0.52, 0.05, (1.0, 2.0)
 """Hip plane over the foot centres, m; how much less of it at speed, m; between which speeds it is lowered, m/s.
 
 Tall legs carry cheaply (the knee's torque falls with its bend), bent ones reach far."""
+LOW_MASS, HIGH_MASS = standing_mass(STAND_HEIGHT), standing_mass(WALK_HEIGHT)
 RISE_SPEED = 0.15
 HEIGHT_SPRING, HEIGHT_DAMPER = 60.0, 12.0
 MOST_PUSH = 5.0
@@ -104,6 +103,8 @@ class Walker:
         """What is left of the stance's length and width, seen from above, when the body leans with the slope."""
         self._heading = ahead.yaw
         self.height = STAND_HEIGHT
+        self._mass = LOW_MASS
+        """How the mass lies at that height."""
         self.caution = 0.0
         """How much higher feet are lifted since one stumbled, m."""
         self.halting = False
@@ -190,6 +191,7 @@ class Walker:
         low, high = CROUCH_SPEEDS
         height = WALK_HEIGHT - CROUCH * max(0.0, min(1.0, (speed - low) / (high - low)))
         self.height += max(-RISE_SPEED * dt, min(RISE_SPEED * dt, height - self.height))
+        self._mass = LOW_MASS.between(HIGH_MASS, (self.height - STAND_HEIGHT) / (WALK_HEIGHT - STAND_HEIGHT))
 
     def _lean_over(self, dt: float, ahead: Ahead) -> None:
         """Where the gait's sway is at the moment the motors act; it grows from nothing while all feet stand."""
@@ -311,7 +313,7 @@ class Walker:
         mx, my, mz = (
             inertia * (spring * angle + damper * rate)
             for inertia, spring, angle, damper, rate in zip(
-                INERTIA, TURN_SPRING, lean, TURN_DAMPER, (-wx, -wy, turn - wz), strict=True
+                self._mass.inertia, TURN_SPRING, lean, TURN_DAMPER, (-wx, -wy, turn - wz), strict=True
             )
         )
         return (
@@ -377,13 +379,16 @@ class Walker:
         half = 0.5 * self.clock.stance_time
         yaw = ahead.yaw + ahead.turn[2] * remaining
         c, s = cos(yaw), sin(yaw)
-        nominal_x, nominal_y = NOMINAL[index][0] * self._shorter[0] - COM_SHIFT, NOMINAL[index][1] * self._shorter[1]
+        nominal_x, nominal_y = (
+            NOMINAL[index][0] * self._shorter[0] - self._mass.behind,
+            NOMINAL[index][1] * self._shorter[1],
+        )
         rx, ry = c * nominal_x - s * nominal_y, s * nominal_x + c * nominal_y
         (fore, forward, _), (side, left, _) = self._sway
         now_c, now_s = cos(ahead.yaw), sin(ahead.yaw)
         vx = ahead.velocity[0] - (now_c * forward - now_s * left)
         vy = ahead.velocity[1] - (now_s * forward + now_c * left)
-        lean = 0.5 * WALK_HEIGHT / GRAVITY * turn
+        lean = 0.5 * self.height / GRAVITY * turn
         x = (
             ahead.position[0]
             - (now_c * fore - now_s * side)

@@ -7,14 +7,14 @@ its own schedule without a foot contact.
 from __future__ import annotations
 
 from math import isfinite
+from typing import Protocol
 
 import numpy as np
 
 from robot.gait.limbs import Limbs, Triple
-from robot.gait.walking import Walker
 from robot.world.body import ImuSample, JointSample, Vector
 
-__all__ = ["ContactWatch", "ImuWatch", "JointWatch"]
+__all__ = ["ContactWatch", "ImuWatch", "JointWatch", "SwingSchedule"]
 
 IMU_AGE = 0.05
 """Seconds for which one sample of the IMU will do, if it is slower than the encoders."""
@@ -34,6 +34,8 @@ IN_THE_AIR = (0.1, 0.38)
 """Between these shares of its swing a foot is off the ground: whatever touches during all of that time is no contact."""
 PRESSING = 40.0
 """A foot that bears so much (N) by the torques of its leg stands, whatever its contact says."""
+LOOKED = 0.0225
+"""Seconds of looking at a foot that make a verdict: five samples at 200 Hz."""
 OVERDUE = 0.04
 """Seconds after it should have landed from which on a foot is asked what it bears."""
 
@@ -148,6 +150,18 @@ class JointWatch:
         return bad
 
 
+class SwingSchedule(Protocol):
+    """When a walk has its feet in the air."""
+
+    def swing(self, leg: int) -> float:
+        """Progress of a foot in the air, 0 to 1; negative while it stands."""
+        ...
+
+    def late(self, leg: int) -> float:
+        """Seconds since a foot should have landed that has not been felt on the ground."""
+        ...
+
+
 class ContactWatch:
     """Foot contacts that are stuck: closed while the foot is in the air, or open while its leg bears weight.
 
@@ -159,10 +173,14 @@ class ContactWatch:
         self.trusted = [True] * 4
         self._touched = [True] * 4
         """Whether the contact was closed at every moment of this swing so far."""
-        self._seen = [0] * 4
-        self._pressed = [0] * 4
+        self._seen = [0.0] * 4
+        """Seconds for which the foot was looked at in the middle of this swing."""
+        self._pressed = [0.0] * 4
+        """Seconds for which its leg bore weight while the contact was open."""
 
-    def check(self, sample: JointSample, legs: Limbs, walker: Walker | None, silent: bool) -> list[bool] | None:
+    def check(
+        self, dt: float, sample: JointSample, legs: Limbs, walker: SwingSchedule | None, silent: bool
+    ) -> list[bool] | None:
         """What to believe of each foot; None: what it shows. In a walk (`walker`) a foot that is not believed stands when it ought to."""
         if walker is None:
             return [True] * 4 if silent else None
@@ -171,27 +189,34 @@ class ContactWatch:
         for leg, contact in enumerate(shown):
             progress = walker.swing(leg)
             if self._judging and not silent:
-                self._judge(leg, contact, progress, sample, legs, walker)
+                self._judge(dt, leg, contact, progress, sample, legs, walker)
             believed.append(contact if self.trusted[leg] and not silent else progress < 0.0)
         return None if believed == shown else believed
 
     def _judge(
-        self, leg: int, contact: bool, progress: float, sample: JointSample, legs: Limbs, walker: Walker
+        self,
+        dt: float,
+        leg: int,
+        contact: bool,
+        progress: float,
+        sample: JointSample,
+        legs: Limbs,
+        walker: SwingSchedule,
     ) -> None:
         if progress > IN_THE_AIR[0]:
             if progress < IN_THE_AIR[1]:
-                self._seen[leg] += 1
+                self._seen[leg] += dt
                 self._touched[leg] = self._touched[leg] and contact
-            elif self._seen[leg] >= 5:
-                self.trusted[leg] = not self._touched[leg] and (self.trusted[leg] or self._pressed[leg] == 0)
-                self._seen[leg] = 0
+            elif self._seen[leg] > LOOKED:
+                self.trusted[leg] = not self._touched[leg] and (self.trusted[leg] or self._pressed[leg] == 0.0)
+                self._seen[leg] = 0.0
         else:
-            self._seen[leg], self._touched[leg] = 0, True
+            self._seen[leg], self._touched[leg] = 0.0, True
             if contact:
-                self._pressed[leg] = 0
+                self._pressed[leg] = 0.0
             elif walker.late(leg) > OVERDUE and _bearing(leg, sample, legs) > PRESSING:
-                self._pressed[leg] += 1
-                if self._pressed[leg] >= 5:
+                self._pressed[leg] += dt
+                if self._pressed[leg] > LOOKED:
                     self.trusted[leg] = False
 
 

@@ -12,13 +12,16 @@ from math import cos, sin
 
 from robot.gait.figures import (
     ABDUCTION,
+    BODY_INERTIA,
     BODY_MASS,
     CALF,
     CALF_COM,
+    CALF_INERTIA,
     CALF_MASS,
     FOOT_RADIUS,
     GRAVITY,
     HIP_COM,
+    HIP_INERTIA,
     HIP_LIMITS,
     HIP_MASS,
     HIPS,
@@ -27,7 +30,9 @@ from robot.gait.figures import (
     SIDES,
     THIGH,
     THIGH_COM,
+    THIGH_INERTIA,
     THIGH_MASS,
+    TRUNK,
 )
 from robot.world.arm_model import arm_body, drives, thing_bodies, welds
 from robot.world.body import JOINT_NAMES, LEGS
@@ -35,8 +40,6 @@ from robot.world.scene import Box, Obstacle, Scene
 
 __all__ = ["OBSTACLE_GROUP", "Ground", "obstacle_names", "write_model"]
 
-TRUNK = (0.84, 0.22, 0.18)
-"""Full length, width and height of the trunk, m."""
 SKID_DEPTH = 0.17
 """Underside of the landing skid below the hip plane, m: sitting without power the robot rests on it, 16 mm below `sit`."""
 OBSTACLE_GROUP = 2
@@ -76,7 +79,7 @@ def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = Fa
     {_obstacles(scene)}
     <body name="body" pos="0 0 0.486" childclass="robot">
       <freejoint name="body"/>
-      {_inertial(BODY_MASS, (0.0, 0.0, 0.0), _box_inertia(BODY_MASS, TRUNK))}
+      {_inertial(BODY_MASS, (0.0, 0.0, 0.0), BODY_INERTIA)}
       <geom name="trunk" type="box" size="{_numbers(side / 2 for side in TRUNK)}"/>
       <geom name="skid" type="box" size="0.22 0.10 0.04" pos="0 0 {0.04 - SKID_DEPTH}"/>
       {_payload(ground.payload)}
@@ -131,14 +134,14 @@ def _leg(leg: int) -> str:
     return f"""
       <body name="{name}_hip" pos="{hip_x} {hip_y} 0">
         <joint name="{name}_hip" axis="1 0 0" range="{_numbers(HIP_LIMITS)}"/>
-        {_inertial(HIP_MASS, hip_com, (0.0021, 0.0021, 0.0021))}
+        {_inertial(HIP_MASS, hip_com, HIP_INERTIA)}
         <body name="{name}_thigh" pos="0 {ABDUCTION * side} 0">
           <joint name="{name}_shoulder" axis="0 1 0" range="{_numbers(SHOULDER_LIMITS)}"/>
-          {_inertial(THIGH_MASS, THIGH_COM, (0.0275, 0.0275, 0.0028))}
+          {_inertial(THIGH_MASS, THIGH_COM, THIGH_INERTIA)}
           <geom type="capsule" size="0.04" fromto="0 0 0 0 0 {-THIGH}"/>
           <body name="{name}_calf" pos="0 0 {-THIGH}">
             <joint name="{name}_knee" axis="0 1 0" range="{_numbers(KNEE_LIMITS)}"/>
-            {_inertial(CALF_MASS, CALF_COM, (0.0041, 0.0041, 0.00015))}
+            {_inertial(CALF_MASS, CALF_COM, CALF_INERTIA)}
             <geom type="capsule" size="0.02" fromto="0 0 0 0 0 {0.03 - CALF}"/>
             <geom name="{name}_foot" type="sphere" size="{FOOT_RADIUS}" pos="0 0 {-CALF}" priority="1"/>
             <site name="{name}_foot" type="sphere" size="{FOOT_RADIUS + 0.01}" pos="0 0 {-CALF}"/>
