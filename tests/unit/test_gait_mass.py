@@ -8,18 +8,18 @@ import mujoco
 import numpy as np
 import pytest
 
-from robot.gait.estimator import Estimator
-from robot.gait.figures import GRAVITY, MASS, STAND_HEIGHT
-from robot.gait.kinematics import feet, inverse
-from robot.gait.mass import standing_mass
-from robot.gait.pattern import GAITS
-from robot.gait.predict import Ahead
-from robot.gait.stance import NOMINAL, nominal_feet
-from robot.gait.terrain import TerrainPlane
-from robot.gait.walking import WALK_HEIGHT, Walker
-from robot.world.body import ImuSample, JointSample
-from robot.world.model import Ground, write_model
-from robot.world.scene import Pose2, Scene
+from robot.control.gaits import GAITS
+from robot.control.walk import WALK_HEIGHT, Walker
+from robot.estimation.leg_odometry import Estimator
+from robot.estimation.predict import Ahead
+from robot.estimation.terrain import TerrainPlane
+from robot.hardware.body import ImuSample, JointSample
+from robot.model.kinematics import feet, inverse
+from robot.model.mass import standing_mass
+from robot.model.parameters import GRAVITY, MASS, STAND_HEIGHT
+from robot.model.stance import NOMINAL, nominal_feet
+from robot.scenes.scene import Pose2, Scene
+from robot.sim.mjcf import Ground, write_model
 
 FLAT = Scene("flat", (-5.0, -5.0, 5.0, 5.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
 engine: Any = mujoco

@@ -7,17 +7,17 @@ from math import hypot
 import numpy as np
 import pytest
 
-from robot.gait.controller import GaitController
-from robot.gait.estimator import Estimator
-from robot.gait.figures import GRAVITY, STAND_HEIGHT
-from robot.gait.gyro_bias import FootLine, GyroBias
-from robot.gait.kinematics import inverse
-from robot.gait.limbs import LEVEL, limbs
-from robot.gait.stance import nominal_feet
-from robot.gait.watch import ContactWatch
-from robot.world.body import ImuSample, JointSample
-from robot.world.physics import PhysicsBody
-from robot.world.scene import Pose2, Scene
+from robot.control.gait_controller import GaitController
+from robot.estimation.gyro_bias import FootLine, GyroBias
+from robot.estimation.leg_odometry import Estimator
+from robot.estimation.plausibility import ContactWatch
+from robot.hardware.body import ImuSample, JointSample
+from robot.model.kinematics import inverse
+from robot.model.legs import LEVEL, limbs
+from robot.model.parameters import GRAVITY, STAND_HEIGHT
+from robot.model.stance import nominal_feet
+from robot.scenes.scene import Pose2, Scene
+from robot.sim.physics import PhysicsBody
 
 RATES = (100.0, 200.0, 500.0)
 STANDING = inverse(nominal_feet(STAND_HEIGHT)).joints
