@@ -27,7 +27,7 @@ from actors.testing.simulation import search as simulation_search
 from actors.testing.simulation.invariants import InvariantBroken
 from actors.testing.simulation.search import search, shrink
 from actors.testing.simulation.trial import Scenario, Trial
-from actors.topics.channel import Publisher
+from actors.topics.publisher import Publisher
 from tests.stage import COUNT, order
 from tests.suites import run_pytest
 from tests.unit import odd_systems, planted
