@@ -36,6 +36,7 @@ FLOORS = (
     "shield",
     "places",
     "errors",
+    "suggest",
     "waiting",
 )
 """The rooms from top to bottom. The face, ``actors/__init__.py``, stands above all of them, and nothing imports it."""
