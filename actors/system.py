@@ -27,6 +27,7 @@ from actors.runtime import standard
 from actors.runtime.core import Core
 from actors.runtime.life import NodeLife
 from actors.runtime.mailbox import Mailbox
+from actors.runtime.options import RunOptions, identity_of
 from actors.runtime.preload import preload
 from actors.runtime.stall import StallWatch
 from actors.runtime.start_watch import StartWatch
@@ -111,6 +112,7 @@ class System:
         sinks: tuple[LogSink, ...] = (structlog_sink,),
         level: int = INFO,
         make_graph: Callable[..., Graph] = Graph,
+        options: RunOptions | None = None,
     ) -> None:
         self.loop = asyncio.get_running_loop()
         self.thread = get_ident()
@@ -147,6 +149,7 @@ class System:
         """The newest log lines."""
         self.rosout: LogSink | None = None
         self.on_parameters: Callable[[Core, ParameterChange], None] | None = None
+        self._options = options
         self._sinks = sinks
         self._ids = self.random("ids")
         self._host: asyncio.Task[None] | None = None
@@ -246,6 +249,11 @@ class System:
         if self.supervisor is not None:
             self.supervisor.stop(number.name)
         return True
+
+    @property
+    def argv(self) -> tuple[str, ...]:
+        """What the `argv` of `run` holds for the program itself: all that is not for ROS, in order, without a program's name that it did not have."""
+        return () if self._options is None else self._options.argv
 
     @property
     def exit_code(self) -> int:
@@ -368,7 +376,6 @@ class System:
 
     def life(self, child: Child, path: tuple[str, ...], incarnation: int) -> NodeLife:
         """A new incarnation of `child`; the inbox and the waiting messages of the last one are handed over."""
-        self.check_place(child, path)
         state = self.nodes.get(path)
         if state is None or state.child is not child or state.state == "stopped":
             identity = self._identity(child, path)
@@ -395,13 +402,6 @@ class System:
         """Whether no time is left for a clean-up."""
         incarnation = self.incarnation(core)
         return incarnation is None or incarnation.killed is not None
-
-    def check_place(self, child: Child, path: tuple[str, ...]) -> None:
-        """Refuse a child that cannot run where it is declared to."""
-        if child.process:
-            raise DeclarationError(
-                f"{'/'.join(path)}: process=True needs a transport, and this system has none: place it in this process"
-            )
 
     def running_now(self, core: Core) -> None:
         """A node is ready."""
@@ -508,7 +508,7 @@ class System:
             incarnation,
             self.clock,
             self._write,
-            self.level,
+            self.level if self._options is None else self._options.level(node),
             levels=self._log_levels,
             throttle_clock=throttle_clock,
         )
@@ -578,12 +578,7 @@ class System:
         record.let_go()
 
     def _identity(self, child: Child, path: tuple[str, ...]) -> Identity:
-        remapping = None
-        if child.remap:
-            from actors.names.remapping import Remapping, Rule
-
-            remapping = Remapping([Rule.parse(f"{old}:={new}") for old, new in child.remap.items()])
-        identity = Identity(child.name, child.namespace or "", path, child.parameters, remapping)
+        identity = identity_of(child, path, self._options)
         other = self._names.get(identity.fqn)
         if other is not None and other != path:
             raise DeclarationError(

@@ -54,7 +54,7 @@ GROUPS: Mapping[str, Sequence[str]] = {
 
 INTERNAL: Mapping[str, Sequence[str]] = {
     "System": (
-        "answered", "check_place", "close_if_empty", "ended", "failed_beside", "gone", "interrupt", "join", "leave", "life", "lost", "new_id",
+        "answered", "close_if_empty", "ended", "failed_beside", "gone", "interrupt", "join", "leave", "life", "lost", "new_id",
         "node_log", "offload", "open", "random", "report", "running_now", "start", "stopping", "waiting",
     ),
     "Clock": ("loop_time", "call_at"),

@@ -74,6 +74,9 @@ class Node(Habits):
     node_name: ClassVar[str]
     """Set it to give the class a default node name other than its own in snake_case."""
 
+    allow_undeclared_parameters: ClassVar[bool] = False
+    """Whether any parameter can be given and set, which declares it: ROS 2's node option of this name."""
+
     declarations: ClassVar[Declarations]
     _core: Core | None = None
 

@@ -117,7 +117,13 @@ class Core(Ground):
         from actors.parameters import ParameterStore
 
         declarations = self.declarations
-        store = ParameterStore(self.fqn, self.identity.overrides, table=declarations.table, on_event=told)
+        store = ParameterStore(
+            self.fqn,
+            self.identity.overrides,
+            table=declarations.table,
+            allow_undeclared=self.node.allow_undeclared_parameters,
+            on_event=told,
+        )
         store.on_event = self._parameters_changed  # for who listens only later
         self._parameters = store  # the hooks may read what they are asked about
         if declarations.rates:

@@ -100,9 +100,6 @@ class SimulatedSystem(System):
         plain = super().life(child, path, incarnation)
         return plain if path[0] == "guests" else _SimulatedLife(self, child, plain.identity, plain.mailbox)
 
-    def check_place(self, child: Child, path: tuple[str, ...]) -> None:
-        """A child with ``process=True`` runs in this process: its contracts are the same, and the only clock is here."""
-
     def running_now(self, core: Core) -> None:
         super().running_now(core)
         if core.identity.path[0] != "guests":
