@@ -13,6 +13,7 @@ import os
 import signal
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from random import Random
 from threading import Lock, get_ident
 from typing import TYPE_CHECKING, Any
@@ -22,7 +23,7 @@ from actors.graph.graph import Graph
 from actors.logs import DEBUG, INFO, LogRecord, LogSink, NodeLog, structlog_sink
 from actors.names.identity import Identity
 from actors.places import place_of
-from actors.runtime import standard as derived
+from actors.runtime import standard
 from actors.runtime.core import Core
 from actors.runtime.life import NodeLife
 from actors.runtime.mailbox import Mailbox
@@ -110,6 +111,7 @@ class System:
         seed: int = 0,
         sinks: tuple[LogSink, ...] = (structlog_sink,),
         level: int = INFO,
+        make_graph: Callable[..., Graph] = Graph,
         options: RunOptions | None = None,
     ) -> None:
         self.loop = asyncio.get_running_loop()
@@ -117,7 +119,11 @@ class System:
         self.seed = seed
         self.level = level
         self.clock = Clock(self.loop, virtual=bool(getattr(self.loop, "virtual", False)))
-        self.graph = Graph(self.clock.now)
+        self.graph = make_graph(
+            self.clock.now,
+            open_standard_service=partial(standard.open_service, self),
+            open_standard_topic=partial(standard.open_topic, self),
+        )
         self.ticker = Ticker(self.loop)
         self.deadlines = Deadlines(self.loop)
         self.starts = StartWatch(self.loop, virtual=self.clock.virtual)
@@ -143,8 +149,6 @@ class System:
         """The newest log lines."""
         self.rosout: LogSink | None = None
         self.on_parameters: Callable[[Core, ParameterChange], None] | None = None
-        self.graph.derive_service = lambda entry: derived.open_service(self, entry)
-        self.graph.derive_topic = lambda entry: derived.open_topic(self, entry)
         self._options = options
         self._sinks = sinks
         self._ids = self.random("ids")
@@ -493,7 +497,7 @@ class System:
         """The graph at this instant, as a value: see `actors.graph.snapshot`."""
         from actors.graph.snapshot import take
 
-        return take(self)
+        return take(self.clock.now(), self.nodes.values(), self.graph)
 
     # -- what nodes ask -----------------------------------------------------------------------------------------------------
 

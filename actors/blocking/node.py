@@ -33,7 +33,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors.blocking.handles import BlockingGoal, BlockingStream
-from actors.errors import ActorError, NotRunning, NotStarted
+from actors.errors import ActorError, Ended, NotRunning
 from actors.logs import LogSink, structlog_sink
 from actors.node.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.running import run as running
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from actors.qos import QoS
     from actors.running.trees import Runnable
     from actors.system import System
-    from actors.topics.channel import Publisher
+    from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
 
 __all__ = ["BlockingGoal", "BlockingNode", "BlockingStream", "InsideEventLoop", "OpenBlockingNode", "open_node"]
@@ -179,7 +179,7 @@ class BlockingNode:
     """A node whose methods block until they have what they are asked for. Any thread without an event loop may use it.
 
     Ctrl-C while one of them waits cancels what it waits for. Times are seconds on the node's clock. Once the block is left, or the
-    system has ended, everything raises `NotStarted` or `NotRunning`.
+    system has ended, everything raises `Ended` or `NotRunning`.
     """
 
     def __init__(self, node: Node, loop: asyncio.AbstractEventLoop, life: Future[None]) -> None:
@@ -354,8 +354,8 @@ class BlockingNode:
         if coroutine is not None and self._loop.is_closed():
             coroutine.close()  # the loop may have ended before it began
 
-    def _over(self) -> NotStarted:
-        return NotStarted(f"{self!r}: its block has been left or its system has ended; open another one")
+    def _over(self) -> Ended:
+        return Ended(f"{self!r}: its block has been left or its system has ended; open another one")
 
     def _ended(self, life: Future[None]) -> None:
         for future in list(self._open):

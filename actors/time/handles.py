@@ -12,7 +12,7 @@ from collections.abc import Callable
 from contextvars import Context, copy_context
 from typing import Any
 
-__all__ = ["SoonHandle", "Timer", "checked_timer", "is_dead", "owner", "run_watched", "wake"]
+__all__ = ["SoonHandle", "Timer", "checked_timer", "is_dead", "owner", "run_watched"]
 
 
 class SoonHandle(asyncio.Handle):
@@ -72,12 +72,6 @@ def owner(handle: object) -> object:
 def is_dead(item: Future[None] | asyncio.TimerHandle) -> bool:
     """Whether there is nothing left to fire."""
     return item.done() if isinstance(item, Future) else item._cancelled
-
-
-def wake(future: Future[None]) -> None:
-    """Let who waits for the future go on, unless nobody does any more."""
-    if not future.done():
-        future.set_result(None)
 
 
 def checked_timer(

@@ -36,8 +36,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, TypeVarTuple, cast
 
 from actors.time import deadlock
 from actors.time.deadlock import Deadlock, Livelock, Stalled
-from actors.time.handles import SoonHandle, Timer, checked_timer, is_dead, run_watched, wake
+from actors.time.handles import SoonHandle, Timer, checked_timer, is_dead, run_watched
 from actors.time.workers import OutsideWork
+from actors.waiting import wake
 
 if TYPE_CHECKING:
     import selectors
@@ -303,7 +304,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             _, _, when, item = heappop(timers)
             self._now = max(self._now, when)
             if isinstance(item, Future):
-                self.call_soon(wake, item)
+                self.call_soon(wake, item, None)
             else:
                 self._ready.append(item)
 

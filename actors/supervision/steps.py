@@ -1,4 +1,4 @@
-"""The lane: the work of a supervisor that must be done in order, one child at a time."""
+"""Steps: the stops and starts of a supervisor that must be done in order, one child at a time. A serial work queue."""
 
 from __future__ import annotations
 
@@ -8,14 +8,17 @@ from collections.abc import Iterable
 
 from actors.supervision.entry import Entry
 
-__all__ = ["Lane"]
+__all__ = ["Steps"]
 
 
-class Lane:
-    """Stops, last child first; then, once nothing holds it back, starts, first child first.
+class Steps:
+    """Stops, last child first; then, unless something holds them back, starts, first child first.
 
-    `current` is the child that is being stopped or started. `hold` runs out when the backoff of `holder` does.
-    Entries are taken back from the lane by clearing their `marked` or `intent`: they are skipped when their turn comes.
+    Invariants:
+    - At most one step is under way: that of `current`. The next one is given out when `current` is None.
+    - No start is given out while a stop waits, nor while `hold` lasts, the timer of the backoff that `holder` waits for.
+    - `queued` is true of exactly the entries in `starts`, which lie in start order.
+    - An entry whose `marked` (stops) or `intent` (starts) was cleared meanwhile is skipped when its turn comes.
     """
 
     __slots__ = ("current", "hold", "holder", "starts", "stops")
@@ -29,6 +32,7 @@ class Lane:
 
     @property
     def busy(self) -> bool:
+        """Whether ordered work is under way, so that a start has to take its place in it."""
         return bool(self.current or self.stops or self.starts or self.hold)
 
     def plan(self, entries: Iterable[Entry]) -> None:
@@ -53,17 +57,21 @@ class Lane:
             self.starts = deque(sorted(starts, key=lambda each: each.position))
 
     def next_stop(self) -> Entry | None:
+        """Begin the next stop, and say whose it is."""
         while self.stops:
             entry = self.stops.pop()
             if entry.marked:
+                self.current = entry
                 return entry
         return None
 
     def next_start(self) -> Entry | None:
-        while self.starts:
+        """Begin the next start, and say whose it is."""
+        while self.starts and self.hold is None:
             entry = self.starts.popleft()
             entry.queued = False
             if entry.intent and entry.now is None and entry.timer is None:
+                self.current = entry
                 return entry
         return None
 
@@ -83,7 +91,10 @@ class Lane:
         self.hold = self.holder = None
 
     def clear(self) -> None:
+        """Give up all that is planned."""
         self.release()
+        for entry in self.starts:
+            entry.queued = False
         self.stops.clear()
         self.starts.clear()
         self.current = None
