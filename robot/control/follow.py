@@ -12,15 +12,14 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robot.estimation.surroundings import Surroundings
-from robot.planning.path import Path, wrap
-from robot.scenes.scene import Pose2
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Floats
+from robot.planning.path import Path
 
 __all__ = ["Command", "Follower", "Limits", "Step", "Tolerance"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

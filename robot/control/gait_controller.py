@@ -19,7 +19,8 @@ from robot.estimation.plausibility import ContactWatch, ImuWatch, JointWatch
 from robot.estimation.predict import Ahead
 from robot.estimation.terrain import TerrainPlane
 from robot.estimation.virtual_imu import felt
-from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets, Vector
+from robot.geometry.vectors import Vector
+from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
 from robot.model.kinematics import inverse
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet

@@ -9,22 +9,21 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robot.control.follow import STOP, Command, Follower, Limits, Step, Tolerance
 from robot.control.gaps import thread
 from robot.control.progress import ProgressChecker, Recovery
 from robot.estimation.surroundings import Surroundings
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 from robot.planning.errors import GoalBlocked, NavigationError, NoProgress, PathBlocked
 from robot.planning.grid import Grid
-from robot.planning.path import Path, wrap
+from robot.planning.path import Path
 from robot.planning.planner import Planner, check_finite
-from robot.scenes.scene import Pose2
 
 __all__ = ["Motion", "Navigator", "State"]
-
-Floats = NDArray[np.float64]
 
 
 class State(StrEnum):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from robot.scenes.scene import Pose2
+from robot.geometry.planar import Pose2
 
 __all__ = ["RECOVERIES", "ProgressChecker", "Recovery"]
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from robot.control.gait_controller import GaitController
 from robot.evaluate.trial import FLAT, PERIOD
-from robot.hardware.body import Body, Vector
+from robot.geometry.vectors import Vector
+from robot.hardware.body import Body
 from robot.model.arm import JOINTS, LIMITS, STOWED, forward, inverse
 from robot.planning.trajectory import ARM_LIMITS, Quintic, Stop
 from robot.sim.kinematic import KinematicBody
@@ -230,9 +231,9 @@ async def _carry(seed: int, backend: Backend) -> Errand:
     from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
     from robot.contracts import FETCH_AND_CARRY
     from robot.geometry.messages import pose_stamped
+    from robot.geometry.planar import Pose2
     from robot.interfaces.robactor_msgs.action import FetchAndCarry
     from robot.scenes.kitchen import OTHER_TABLE, kitchen
-    from robot.scenes.scene import Pose2
     from robot.sim.battery import Pack
     from robot.tree import robot_tree
 

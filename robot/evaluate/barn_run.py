@@ -19,9 +19,10 @@ from robot.control.gait_controller import GaitController
 from robot.control.navigator import Motion, State
 from robot.control.unmapped import SHEET, WALKING, unmapped_navigator
 from robot.evaluate.barn_worlds import BarnWorld
+from robot.geometry.angles import yaw_of
+from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
-from robot.scenes.scene import Pose2
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
 
@@ -86,7 +87,7 @@ class Walk:
         """Where the robot believes to be, in its own frame."""
         state = self.gait.state
         w, x, y, z = state.quaternion.tolist()
-        yaw = atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        yaw = yaw_of(w, x, y, z)
         return Pose2(float(state.position[0]), float(state.position[1]), yaw)
 
     def velocity(self) -> Command:

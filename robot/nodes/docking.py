@@ -41,12 +41,12 @@ from robot.contracts import (
     WALK,
 )
 from robot.estimation.dock_finder import find_dock
-from robot.geometry.messages import compose, from_pose, inverse, pose_stamped
+from robot.geometry.angles import wrap
+from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.planar import Pose2, compose, inverse
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.robactor_msgs.action import Dock, Dock_Feedback, Dock_Goal, Dock_Result
 from robot.interfaces.robactor_msgs.msg import DockStatus, GaitStatus, SafetyState
-from robot.planning.path import wrap
-from robot.scenes.scene import Pose2
 
 __all__ = ["Docking"]
 

@@ -15,7 +15,7 @@ from robot.hardware import body as hardware
 from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorPower
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
 from robot.model.parameters import SIT_HEIGHT
-from robot.scenes.dock import charger_connected
+from robot.sim.charger import charger_connected
 
 if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason

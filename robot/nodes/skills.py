@@ -25,6 +25,7 @@ from robot.contracts import (
     POSE,
 )
 from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.planar import Pose2
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
 from robot.interfaces.robactor_msgs.msg import GaitStatus, GripperState
@@ -32,7 +33,6 @@ from robot.interfaces.robactor_msgs.srv import ConfirmObject
 from robot.interfaces.robot_arm_control.action import MoveArm
 from robot.model.arm import STOWED
 from robot.planning.grasp import STANDING, Spot
-from robot.scenes.scene import Pose2
 
 __all__ = ["Skills", "Stalled", "TaskFailed"]
 

@@ -27,14 +27,14 @@ from robot.contracts import (
 )
 from robot.control.follow import Command, Limits
 from robot.control.navigator import Motion, Navigator, State
-from robot.geometry.messages import compose, from_pose, pose_stamped
+from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.planar import Pose2, compose
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
 from robot.planning import path as paths
 from robot.planning.energy import EnergyGuard
 from robot.planning.errors import NavigationError
 from robot.planning.grid import Grid
 from robot.planning.planner import Planner
-from robot.scenes.scene import Pose2
 
 __all__ = ["ENDED", "Walks", "verdict"]
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from actors import Supervisor
     from actors.parameters.files import ParameterOverrides
     from actors.system import System
-    from robot import Robot
+    from robot.assembly import Robot
     from robot.hardware.body import Body
     from robot.run.flight import Flight
     from robot.run.judge import Score
@@ -64,7 +64,7 @@ class Session:
     # -- what can be wrong with it, found before anything runs --------------------------------------------------------------
 
     def _robot(self) -> Robot:
-        from robot import Robot
+        from robot.assembly import Robot
         from robot.run.mission import get_mission
         from robot.scenes.worlds import UnknownWorld, get_world
         from robot.sim.physics import BackendMissing

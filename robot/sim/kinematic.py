@@ -22,13 +22,16 @@ import numpy as np
 
 from robot.control.command import CommandLimits, CommandShaper
 from robot.control.drive import joint_speeds
-from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Sample, Truth, Vector
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Triple, Vector
+from robot.hardware.beams import BEAMS, MAX_RANGE
+from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Sample, Truth
 from robot.model.kinematics import feet, inverse, leg_forward, leg_inverse, leg_jacobian, within_limits
-from robot.model.legs import Triple, limbs, torques
+from robot.model.legs import limbs, torques
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.power import STANDING, typical_motor_power
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Pose2, Scene, Thing
+from robot.scenes.scene import Scene, Thing
 from robot.sim.following import chase, pushed_body
 from robot.sim.kinematic_arm import KinematicArm
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
@@ -196,7 +199,7 @@ class KinematicBody:
             self._joints_read = (self._ticks, JointSample(position, velocity, self._static_torque(), contact))
         return self._joints_read[1]
 
-    def lidar(self, beams: int = 360, max_range: float = 10.0) -> Vector:
+    def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
         """A scan of the scene's obstacles at the height of the body origin."""
         ranges = cast(self._scene, *self._pose, beams=beams, max_range=max_range, height=self._height + FOOT_RADIUS)
         return self._lidar_noise.apply(ranges, max_range) if self._noise else ranges
