@@ -15,6 +15,7 @@ from robot.evaluate.trial import FLAT, PERIOD
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Body
 from robot.model.arm import JOINTS, LIMITS, STOWED, forward, inverse
+from robot.model.modes import Mode
 from robot.planning.trajectory import ARM_LIMITS, Quintic, Stop
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
@@ -144,7 +145,7 @@ def walked_with_arm(seed: int, *, moving: bool) -> float:
     """The rms error of the speed held at 0.5 m/s for 8 s with the arm stowed, or with it moving from pose to pose all the time, m/s; inf after a fall."""
     robot = Standing(seed, "physics")
     poses = ((0.0, -0.8, 1.2, 0.3), (1.2, -0.5, 0.9, 0.0), (-1.2, -1.5, 1.2, 0.5), (0.0, -0.1, 0.2, 0.0))
-    robot.gait.request("walk")
+    robot.gait.request(Mode.WALK)
     robot.gait.command(0.5, 0.0, 0.0)
     robot.run(3.0)
     places: list[Vector] = []
@@ -175,8 +176,8 @@ class Standing:
         self.run(0.3)
         if backend == "kinematic":
             return  # what its arm does does not depend on how it stands
-        self.gait.request("stand")
-        while self.gait.mode != "stand" and self._steps < 2000:
+        self.gait.request(Mode.STAND)
+        while self.gait.mode != Mode.STAND and self._steps < 2000:
             self.run(PERIOD)
 
     def run(self, seconds: float) -> None:

@@ -22,6 +22,7 @@ from robot.evaluate.barn_worlds import BarnWorld
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
+from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
@@ -123,8 +124,8 @@ class Walk:
             self._judge()
 
     def _stand_up(self) -> None:
-        self.gait.request("walk")
-        while self.gait.mode != "walk" and self.ended is None:
+        self.gait.request(Mode.WALK)
+        while self.gait.mode != Mode.WALK and self.ended is None:
             self._step()
             if self._ticks * PERIOD > 10.0 or self.body.truth().fallen:
                 self.ended = "fall"
@@ -134,7 +135,7 @@ class Walk:
         if self._drive is None:
             self.body.command(targets)
         else:
-            height = SIT_HEIGHT if self.gait.goal == "sit" else STAND_HEIGHT
+            height = SIT_HEIGHT if self.gait.goal == Mode.SIT else STAND_HEIGHT
             self._drive.drive(*self.gait.velocity_command, height, self.gait.goal)
         self._ticks += 1
         self.body.advance(self._ticks * PERIOD)

@@ -19,6 +19,7 @@ from robot.geometry.messages import from_pose
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Body
 from robot.interfaces.your_package.srv import SensorCalibration
+from robot.model.modes import Mode
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.sim.physics import PhysicsBody
@@ -59,7 +60,7 @@ def walk(seed: int, delay: float) -> Walked:
     rows: list[tuple[float, float, float, float]] = []
     turned = [_yaw_error(trial)]
     command = (0.0, 0.0, 0.0)
-    trial.gait.request("walk")
+    trial.gait.request(Mode.WALK)
     for step in range(round(WALK_SECONDS / PERIOD)):
         if step % round(4.0 / PERIOD) == 0:
             command = (random.uniform(0.4, 1.0), random.uniform(-0.1, 0.1), random.uniform(-0.4, 0.4))

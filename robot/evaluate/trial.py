@@ -15,6 +15,7 @@ from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.body import ImuSample, JointSample, Truth
+from robot.model.modes import Mode
 from robot.scenes.scene import Scene
 from robot.sim.physics import PhysicsBody
 
@@ -95,15 +96,15 @@ class Trial:
     def stand_up(self) -> None:
         """From the start until standing."""
         self.run(0.3)
-        self.gait.request("stand")
-        while self.gait.mode != "stand" and self._steps < 2000 and not self.fallen:
+        self.gait.request(Mode.STAND)
+        while self.gait.mode != Mode.STAND and self._steps < 2000 and not self.fallen:
             self.step()
 
     def run(self, seconds: float, command: tuple[float, float, float] | None = None) -> Record:
         """Go on for so long, walking at `command` if one is given; ends early with a fall."""
         if command is not None:
-            if self.gait.goal != "walk":
-                self.gait.request("walk")
+            if self.gait.goal != Mode.WALK:
+                self.gait.request(Mode.WALK)
             self.gait.command(*command)
         rows: list[tuple[float, ...]] = []
         touched: set[str] = set()
