@@ -21,7 +21,7 @@ from actors.errors import (
     Reject,
     WrongType,
 )
-from actors.services.services import Caller, refuse_cycle, refuse_other_type
+from actors.services.peers import Caller, refuse_cycle, refuse_other_type
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action
@@ -200,7 +200,7 @@ class Goal(Generic[R, F]):
                 )
             await entry.available()
         assert entry.server is not None
-        refuse_other_type(entry.name, entry.server.node, entry.server.action.type, self._node, self._action.type)
+        refuse_other_type(entry.name, entry.server.host, entry.server.action.type, self._node, self._action.type)
         run = GoalRun(entry.server, self._node.new_id(), self._message)
         run.on_feedback = self._on_feedback
         run.on_outcome = self._on_outcome

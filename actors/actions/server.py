@@ -15,7 +15,7 @@ from actors.actions.goals import CancelOutcome, GoalEvent, GoalRecord, GoalStatu
 from actors.contracts.contracts import Aborted, ArrivalPolicy, Done
 from actors.errors import Reject, WrongType, described
 from actors.inbox.control import Unwinding, blame
-from actors.services.services import Caller
+from actors.services.peers import Caller
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action
@@ -252,6 +252,10 @@ class ActionServer:
 
     def __repr__(self) -> str:
         return f"<server of {self.entry.name} in {self.node.fqn}: {len(self.running)} running, {len(self.waiting)} waiting>"
+
+    @property
+    def host(self) -> str:
+        return self.node.fqn
 
     def submit(self, run: GoalRun) -> None:
         """Ask for acceptance; `run.accepted` completes with None or `Reject`."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from actors.actions.server import ActionServer  # noqa: F401  # in a quoted base class
     from actors.interfaces.message import Message
     from actors.qos import Compatibility, QoS
-    from actors.services.services import Server  # noqa: F401  # in a quoted base class
+    from actors.services.server import Server  # noqa: F401  # in a quoted base class
     from actors.topics.channel import Publisher, Subscription
 
 __all__ = ["ActionEntry", "Graph", "Participant", "ServerEntry", "ServiceEntry", "Tap", "TopicEntry"]
@@ -256,6 +256,10 @@ class ServerEntry(Generic[S]):
         self.stopped = node
         self.graph.changed()
 
+    def withdraw(self) -> None:
+        """The server has gone, and may be opened again when somebody asks for it."""
+        self.server = None
+
     def forget(self, node: str) -> None:
         """`node` will not come back: it is no client any more, and a name that nobody serves or waits for is none."""
         self.clients.pop(node, None)
@@ -278,6 +282,17 @@ class ServerEntry(Generic[S]):
 
 class ServiceEntry(ServerEntry["Server"]):
     __slots__ = ()
+
+    def renewed(self, client: str) -> ServiceEntry:
+        """The entry that stands for this name now: another one, if the name has left the graph and has come back.
+
+        `client`, the full name of a node, counts among its clients. A standard service of this name is opened.
+        """
+        entry = self.graph.services.get(self.name, self)
+        if entry is not self:
+            entry.clients.setdefault(client, 0)
+        self.graph.derive_service(entry)
+        return entry
 
     async def available(self) -> None:
         self.graph.derive_service(self)

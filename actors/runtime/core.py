@@ -29,7 +29,8 @@ from actors.qos import (
 from actors.runtime.ground import Ground
 from actors.runtime.mailbox import Mailbox
 from actors.runtime.timers import NodeTimer, TimerRecord
-from actors.services.services import Client, Server
+from actors.services.client import Client
+from actors.services.server import Server
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 from actors.topics.stream import Stream, StreamSubscription
 from actors.topics.timed_publisher import publisher_for
@@ -252,8 +253,7 @@ class Core(Ground):
         entry = self.system.graph.service(self.identity.service(service.name))
         if entry.server is not None:
             self._refuse_second(entry.server, "service", entry.server.type, service.type)
-        server = Server(self, entry, service.type, label, concurrent)
-        server.handler = handler
+        server = Server(self, entry, service.type, handler, label, concurrent)
         self.mailbox.services[entry.name] = server
         entry.open(server)
 
@@ -370,6 +370,6 @@ class Core(Ground):
             queue.close()
         for server in self.derived:
             server.fail_all(self.absent)
-            server.entry.server = None
+            server.entry.withdraw()
         self.derived.clear()
         self.mailbox.park(self.fqn, self.absent)

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.inbox.inbox import Inbox
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer
-    from actors.graph.graph import ActionEntry, ServiceEntry, TopicEntry
     from actors.runtime.core import Core
     from actors.runtime.timers import TimerRecord
-    from actors.services.services import Server
+    from actors.services.server import Server
 
 __all__ = ["Mailbox"]
+
+
+class Used(Protocol):
+    """A name of the graph that an endpoint used."""
+
+    def forget(self, node: str) -> None:
+        """`node` will not come back."""
+        ...
 
 
 class Mailbox:
@@ -48,10 +55,10 @@ class Mailbox:
         self.feeds: list[HandlerSubscription[Any]] = []
         self.services: dict[str, Server] = {}
         self.actions: dict[str, ActionServer] = {}
-        self.used: set[TopicEntry | ServiceEntry | ActionEntry] | None = None
+        self.used: set[Used] | None = None
         """What ended endpoints of this node used, as far as it is known: see `forget`."""
 
-    def note(self, entries: Iterable[TopicEntry | ServiceEntry | ActionEntry]) -> None:
+    def note(self, entries: Iterable[Used]) -> None:
         """Remember what endpoints used that are about to end."""
         if self.used is None:
             self.used = set()

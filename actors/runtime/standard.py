@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.errors import Reject
-from actors.services.services import Server
+from actors.services.server import Server
 
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer
@@ -91,8 +91,7 @@ def _core_of(server: ActionServer) -> Core:
 
 
 def _serve(core: Core, entry: ServiceEntry, type: Any, handler: Any, label: str, concurrent: int) -> None:
-    server = Server(core, entry, type, label, concurrent)
-    server.handler = handler
+    server = Server(core, entry, type, handler, label, concurrent)
     core.derived.append(server)
     entry.open(server)
 

@@ -60,7 +60,7 @@ SUBJECTS: Final = {
         ),
     ),
     "services": Subject(
-        ("actors/services/services.py",),
+        ("actors/services/server.py", "actors/services/client.py", "actors/services/peers.py"),
         (
             "tests/scenarios/test_services.py",
             "tests/scenarios/test_derived.py",

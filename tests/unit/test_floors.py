@@ -52,7 +52,6 @@ UPWARDS: frozenset[tuple[str, str]] = frozenset(
         ("actors.runtime.standard", "actors.lifecycle.node"),
         ("actors.runtime.standard", "actors.system"),
         ("actors.runtime.unsupervised", "actors.system"),
-        ("actors.services.services", "actors.graph.graph"),
         ("actors.topics.channel", "actors.graph.graph"),
         ("actors.topics.endpoint", "actors.graph.graph"),
         ("actors.topics.handler", "actors.graph.graph"),
