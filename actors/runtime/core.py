@@ -37,7 +37,7 @@ from actors.topics.timed_publisher import publisher_for
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service, Topic
-    from actors.graph.graph import TopicEntry
+    from actors.graph.graph import ActionEntry, TopicEntry
     from actors.interfaces.message import Message
     from actors.node.declarations import Declarations
     from actors.node.node import Node
@@ -257,15 +257,14 @@ class Core(Ground):
         self.mailbox.services[entry.name] = server
         entry.open(server)
 
-    def serve_action(self, server: ActionServer) -> None:
-        first = server.entry.server
-        if first is not None:
-            self._refuse_second(first, "action", first.action.type, server.action.type)
-        self.mailbox.actions[server.entry.name] = server
-        server.entry.open(server)
+    def serve_action(self, entry: ActionEntry, server: ActionServer) -> None:
+        if entry.server is not None:
+            self._refuse_second(entry.server, "action", entry.server.type, server.type)
+        self.mailbox.actions[entry.name] = server
+        entry.open(server)
         graph = self.system.graph
         for part in ("status", "feedback"):  # who listened to the last incarnation's hears this one's
-            topic = graph.topics.get(f"{server.entry.name}/_action/{part}")
+            topic = graph.topics.get(f"{entry.name}/_action/{part}")
             if topic is not None and topic.subscriptions:
                 graph.derive_topic(topic)
 

@@ -150,7 +150,6 @@ def _open_rosout(system: System, entry: TopicEntry) -> None:
 
 
 def _open_action_service(core: Core, server: ActionServer, entry: ServiceEntry, verb: str) -> None:
-    from actors.actions.server import GoalRun
     from actors.interfaces import derived as types
     from actors.interfaces.action_msgs.srv import CancelGoal
     from actors.interfaces.builtin_interfaces.msg import Time
@@ -159,14 +158,11 @@ def _open_action_service(core: Core, server: ActionServer, entry: ServiceEntry, 
         return Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
 
     async def send_goal(request: Any) -> Any:
-        run = GoalRun(server, request.goal_id.uuid.tobytes(), request.goal)
-        server.submit(run)
         try:
-            await run.accepted
+            stamp_ns = await server.submit(request.goal_id.uuid.tobytes(), request.goal, None).future
         except Reject:
             return service.Response(accepted=False)
-        assert run.record is not None
-        return service.Response(accepted=True, stamp=time(run.record.stamp_ns))
+        return service.Response(accepted=True, stamp=time(stamp_ns))
 
     async def get_result(request: Any) -> Any:
         status, result = await server.result_of(request.goal_id.uuid.tobytes())
@@ -205,7 +201,7 @@ def _goal_info(goal_id: bytes, stamp: Any) -> Any:
 
 def _open_status(core: Core, server: ActionServer, entry: TopicEntry) -> None:
     """Publish the list of goals after every change; changes of one instant are told together."""
-    if server.on_change is not None:
+    if server.observers.status:
         return
     from actors.interfaces.action_msgs.msg import GoalStatus, GoalStatusArray
     from actors.interfaces.builtin_interfaces.msg import Time
@@ -239,12 +235,12 @@ def _open_status(core: Core, server: ActionServer, entry: TopicEntry) -> None:
             pending = True
             core.system.loop.call_soon(tell)
 
-    server.on_change = changed
+    server.observers.status.append(changed)
     tell()
 
 
 def _open_feedback(core: Core, server: ActionServer, entry: TopicEntry) -> None:
-    if server.on_feedback is not None:
+    if server.observers.feedback:
         return
     from actors.interfaces import derived as types
     from actors.interfaces.unique_identifier_msgs.msg import UUID
@@ -255,4 +251,4 @@ def _open_feedback(core: Core, server: ActionServer, entry: TopicEntry) -> None:
     def feed(goal_id: bytes, feedback: Any) -> None:
         publisher.publish(message(goal_id=UUID(uuid=goal_id), feedback=feedback))
 
-    server.on_feedback = feed
+    server.observers.feedback.append(feed)

@@ -8,7 +8,7 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from actors.errors import ServiceUnavailable, WrongType
-from actors.services.peers import Caller, ServedName, ServicePeer, refuse_absent, refuse_cycle, refuse_other_type
+from actors.services.peers import Caller, ServiceName, ServicePeer, refuse_absent, refuse_cycle, refuse_other_type
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Service
@@ -31,7 +31,7 @@ class Client(Generic[Req, Resp]):
 
     __slots__ = ("entry", "inbox", "node", "request", "thread", "type")
 
-    def __init__(self, node: Caller, entry: ServedName[ServicePeer], service: Service[Req, Resp]) -> None:
+    def __init__(self, node: Caller, entry: ServiceName, service: Service[Req, Resp]) -> None:
         self.node = node
         self.inbox = node.inbox
         self.entry = entry

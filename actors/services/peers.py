@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from actors.time.deadlines import Deadlines
 
 __all__ = [
-    "Answering", "Awaited", "Caller", "OpenCall", "Registration", "ServedName", "ServicePeer",
+    "Answering", "Awaited", "Caller", "OpenCall", "Registration", "ServedName", "ServiceName", "ServicePeer",
     "refuse_absent", "refuse_cycle", "refuse_other_type",
 ]  # fmt: skip
 
@@ -137,15 +137,19 @@ class ServedName(Protocol[P_co]):
         """Wait until there is a server. When this returns, there is one."""
         ...
 
-    def renewed(self, client: str) -> ServedName[P_co]:
+    def forget(self, node: str) -> None:
+        """`node` will not come back."""
+        ...
+
+
+class ServiceName(ServedName[ServicePeer], Protocol):
+    """One service name of the graph, as its clients see it."""
+
+    def renewed(self, client: str) -> ServiceName:
         """The entry that stands for the name now: another one, if the name has left the graph and has come back.
 
         `client`, the full name of a node, counts among its clients. A standard service of this name is opened.
         """
-        ...
-
-    def forget(self, node: str) -> None:
-        """`node` will not come back."""
         ...
 
 

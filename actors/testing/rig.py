@@ -363,7 +363,9 @@ class Rig:
             left += [repr(endpoint) for endpoint in (*entry.publishers, *entry.subscriptions)]
         for state in system.nodes.values():
             left += [
-                repr(run) for server in state.mailbox.actions.values() for run in (*server.running, *server.waiting)
+                server.describe(goal)
+                for server in state.mailbox.actions.values()
+                for goal in (*server.running, *server.waiting)
             ]
         return sorted(left)
 

@@ -80,7 +80,7 @@ SUBJECTS: Final = {
         ),
     ),
     "actions": Subject(
-        ("actors/actions/server.py", "actors/actions/client.py"),
+        ("actors/actions/*.py",),
         (
             "tests/scenarios/test_actions.py",
             "tests/scenarios/test_crossings.py",

@@ -36,13 +36,12 @@ FLOORS = (
     "shield",
     "places",
     "errors",
+    "waiting",
 )
 """The rooms from top to bottom. The face, ``actors/__init__.py``, stands above all of them, and nothing imports it."""
 
 UPWARDS: frozenset[tuple[str, str]] = frozenset(
     {
-        ("actors.actions.client", "actors.graph.graph"),
-        ("actors.actions.server", "actors.graph.graph"),
         ("actors.graph.snapshot", "actors.system"),
         ("actors.node.node", "actors.runtime.core"),
         ("actors.runtime.core", "actors.system"),
