@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.errors import Reject
 from actors.services.server import Server
+from actors.time.values import nanoseconds_of, stamp_of
 
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer
@@ -152,17 +153,13 @@ def _open_rosout(system: System, entry: TopicEntry) -> None:
 def _open_action_service(core: Core, server: ActionServer, entry: ServiceEntry, verb: str) -> None:
     from actors.interfaces import derived as types
     from actors.interfaces.action_msgs.srv import CancelGoal
-    from actors.interfaces.builtin_interfaces.msg import Time
-
-    def time(nanoseconds: int) -> Time:
-        return Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
 
     async def send_goal(request: Any) -> Any:
         try:
             stamp_ns = await server.submit(request.goal_id.uuid.tobytes(), request.goal, None).future
         except Reject:
             return service.Response(accepted=False)
-        return service.Response(accepted=True, stamp=time(stamp_ns))
+        return service.Response(accepted=True, stamp=stamp_of(stamp_ns))
 
     async def get_result(request: Any) -> Any:
         status, result = await server.result_of(request.goal_id.uuid.tobytes())
@@ -170,9 +167,9 @@ def _open_action_service(core: Core, server: ActionServer, entry: ServiceEntry, 
 
     async def cancel_goal(request: Any) -> Any:
         info = request.goal_info
-        stamp = info.stamp.sec * 1_000_000_000 + info.stamp.nanosec
+        stamp = nanoseconds_of(info.stamp)
         outcome = await server.cancel_goals(info.goal_id.uuid.tobytes(), stamp, "canceled by a client")
-        goals = tuple(_goal_info(record.goal_id, time(record.stamp_ns)) for record in outcome.goals)
+        goals = tuple(_goal_info(record.goal_id, stamp_of(record.stamp_ns)) for record in outcome.goals)
         return CancelGoal.Response(return_code=int(outcome.code), goals_canceling=goals)
 
     handlers: dict[str, tuple[Any, Any]] = {
@@ -204,7 +201,6 @@ def _open_status(core: Core, server: ActionServer, entry: TopicEntry) -> None:
     if server.observers.status:
         return
     from actors.interfaces.action_msgs.msg import GoalStatus, GoalStatusArray
-    from actors.interfaces.builtin_interfaces.msg import Time
 
     publisher = core.event_publisher(GoalStatusArray, entry)
     pending = False
@@ -218,10 +214,7 @@ def _open_status(core: Core, server: ActionServer, entry: TopicEntry) -> None:
             GoalStatusArray(
                 status_list=tuple(
                     GoalStatus(
-                        goal_info=_goal_info(
-                            record.goal_id,
-                            Time(sec=record.stamp_ns // 1_000_000_000, nanosec=record.stamp_ns % 1_000_000_000),
-                        ),
+                        goal_info=_goal_info(record.goal_id, stamp_of(record.stamp_ns)),
                         status=int(record.status),
                     )
                     for record in server.table.records()
