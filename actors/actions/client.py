@@ -19,7 +19,7 @@ from actors.errors import (
     Reject,
     WrongType,
 )
-from actors.services.peers import Caller, ServedName, refuse_absent, refuse_cycle, refuse_other_type
+from actors.services.peers import Caller, ServedName, refuse_cycle, refuse_other_type
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
@@ -223,11 +223,7 @@ class Goal(Generic[R, F]):
     async def _accepted(self) -> Following[F]:
         """Find the server, submit the goal, and wait until it is accepted. Raises `Reject` if it is not."""
         entry, node = self._entry, self._node
-        if entry.server is None:
-            refuse_absent(entry, "action")
-            await entry.available()
-        server = entry.server
-        assert server is not None
+        server = entry.server or await entry.require()
         refuse_other_type(entry.name, server.host, server.type, node, self._action.type)
         exclusive = node.inbox.task is asyncio.current_task()
         if exclusive:

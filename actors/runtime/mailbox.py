@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["Mailbox"]
 
 
-class Used(Protocol):
-    """A name of the graph that an endpoint used."""
+class GraphEntry(Protocol):
+    """A name in the graph, as far as a node's end matters to it."""
 
     def forget(self, node: str) -> None:
         """`node` will not come back."""
@@ -55,10 +55,10 @@ class Mailbox:
         self.feeds: list[HandlerSubscription[Any]] = []
         self.services: dict[str, Server] = {}
         self.actions: dict[str, ActionServer] = {}
-        self.used: set[Used] | None = None
+        self.used: set[GraphEntry] | None = None
         """What ended endpoints of this node used, as far as it is known: see `forget`."""
 
-    def note(self, entries: Iterable[Used]) -> None:
+    def note(self, entries: Iterable[GraphEntry]) -> None:
         """Remember what endpoints used that are about to end."""
         if self.used is None:
             self.used = set()
@@ -70,7 +70,7 @@ class Mailbox:
         inbox = self.inbox
         for feed in self.feeds:
             if isinstance(feed, ConcurrentSubscription):
-                feed.spawn = None
+                feed.pause()
         servers: list[Server | ActionServer] = [*self.services.values(), *self.actions.values()]
         for server in servers:
             server.fail_all(error)
@@ -84,7 +84,7 @@ class Mailbox:
         """A handler failed and the node goes on: what waits behind it is not to wait for the next message."""
         for feed in self.feeds:
             if isinstance(feed, ConcurrentSubscription):
-                feed.begin()
+                feed.work()
 
     def sweep(self, core: Core) -> None:
         """Forget what the last incarnation took and served and this one, `core`, does not."""

@@ -7,8 +7,8 @@ from asyncio import current_task
 from threading import get_ident
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from actors.errors import ServiceUnavailable, WrongType
-from actors.services.peers import Caller, ServiceName, ServicePeer, refuse_absent, refuse_cycle, refuse_other_type
+from actors.errors import WrongType
+from actors.services.peers import Caller, ServiceName, ServicePeer, refuse_cycle, refuse_other_type
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Service
@@ -81,17 +81,12 @@ class Client(Generic[Req, Resp]):
 
     async def _found(self, timeout: float) -> ServicePeer:
         """The server, when there is one, within `timeout` seconds; at once an error if it has ended."""
-        entry = self.entry = self.entry.renewed(self.node.fqn)
-        if entry.server is not None:
-            return entry.server
-        refuse_absent(entry, "service")
+        entry = self.entry.current
+        if entry is not self.entry:  # the name had left the graph, and has come back
+            self.entry = entry
+            entry.clients.setdefault(self.node.fqn, 0)
         try:
             async with asyncio.timeout(timeout):
-                await entry.available()
+                return await entry.require()
         except TimeoutError:
-            raise ServiceUnavailable(
-                f"nobody serves {entry.name} [{self.type.__name__}] after {timeout:g} s: start its node, or check the name "
-                "and namespace"
-            ) from None
-        assert entry.server is not None
-        return entry.server
+            raise entry.unavailable(timeout, self.type.__name__) from None

@@ -10,7 +10,7 @@ import asyncio
 from collections.abc import Coroutine
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from actors.errors import CallCycle, NodeRestarting, NotRunning, WrongType
+from actors.errors import CallCycle, WrongType
 from actors.inbox.inbox import Inbox
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Answering", "Awaited", "Caller", "OpenCall", "Registration", "ServedName", "ServiceName", "ServicePeer",
-    "refuse_absent", "refuse_cycle", "refuse_other_type",
+    "refuse_cycle", "refuse_other_type",
 ]  # fmt: skip
 
 P_co = TypeVar("P_co", covariant=True)
@@ -108,10 +108,7 @@ class ServicePeer(Answering, Protocol):
 
 
 class ServedName(Protocol[P_co]):
-    """One service or action name of the graph, as its clients see it.
-
-    At most one of `server`, `restarting` and `stopped` is set; none of them means that nobody has served the name yet.
-    """
+    """One service or action name of the graph, as its clients see it."""
 
     @property
     def name(self) -> str:
@@ -120,21 +117,14 @@ class ServedName(Protocol[P_co]):
 
     @property
     def server(self) -> P_co | None:
-        """Who serves it now."""
+        """Who serves it now; it may have gone after any await."""
         ...
 
-    @property
-    def restarting(self) -> tuple[str, int] | None:
-        """Node and incarnation of a server that has ended and whose node is going to be started again."""
-        ...
+    async def require(self) -> P_co:
+        """The server; waits for the first one, but not for one that has ended.
 
-    @property
-    def stopped(self) -> str | None:
-        """The node that served it and has stopped for good."""
-        ...
-
-    async def available(self) -> None:
-        """Wait until there is a server. When this returns, there is one."""
+        Raises `NodeRestarting` between two lives of its node, and `NotRunning` when its node has stopped for good.
+        """
         ...
 
     def forget(self, node: str) -> None:
@@ -143,13 +133,20 @@ class ServedName(Protocol[P_co]):
 
 
 class ServiceName(ServedName[ServicePeer], Protocol):
-    """One service name of the graph, as its clients see it."""
+    """One service name of the graph, as its clients see it. Those that ROS 2 gives every node are opened by `require`."""
 
-    def renewed(self, client: str) -> ServiceName:
-        """The entry that stands for the name now: another one, if the name has left the graph and has come back.
+    @property
+    def current(self) -> ServiceName:
+        """This entry, or the one by its name that has come into the graph after this one had left it."""
+        ...
 
-        `client`, the full name of a node, counts among its clients. A standard service of this name is opened.
-        """
+    @property
+    def clients(self) -> dict[str, int]:
+        """The nodes that are clients here."""
+        ...
+
+    def unavailable(self, seconds: float, type: str) -> Exception:
+        """The error of a client for whom no server, of the named type, came within `seconds`."""
         ...
 
 
@@ -181,16 +178,6 @@ class Registration(Protocol):
     def forget(self, node: str) -> None:
         """`node` will not come back."""
         ...
-
-
-def refuse_absent(entry: ServedName[object], kind: str) -> None:
-    """Raise `NodeRestarting` or `NotRunning` if the server has ended; return if nobody has served the name yet."""
-    if entry.restarting is not None:
-        raise NodeRestarting(*entry.restarting)
-    if entry.stopped is not None:
-        raise NotRunning(
-            f"{entry.stopped}, which served {entry.name}, has stopped: start it again, or ask another {kind}"
-        )
 
 
 def refuse_cycle(node: Caller, other: Caller | None) -> None:

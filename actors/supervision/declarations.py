@@ -122,9 +122,7 @@ class Child(Declaration):
     `name` is its id among its siblings and its node name; default: the factory's `node_name`, or the class name in
     snake_case. `args` are positional arguments for the factory; `namespace`, `parameters` and `remap` are those of the
     node. `stop` is the clean-up time in seconds. `significant` makes its end count for its supervisor's
-    `auto_shutdown`. `process=True` asks for a process of its own. That needs a transport between processes, which does not
-    exist yet: a child that asks for it does not start (`StartFailed`), except in a simulated trial (`@scenario`, `explore`),
-    which runs it in the trial's own process.
+    `auto_shutdown`.
     Raises `DeclarationError` naming the option that is wrong.
     """
 
@@ -135,7 +133,6 @@ class Child(Declaration):
         "name",
         "namespace",
         "parameters",
-        "process",
         "remap",
         "restart",
         "significant",
@@ -152,7 +149,6 @@ class Child(Declaration):
     stop: StopTimeout
     backoff: Backoff | None
     significant: bool
-    process: bool
 
     def __init__(
         self,
@@ -167,7 +163,6 @@ class Child(Declaration):
         stop: StopTimeout = 5.0,
         backoff: Backoff | None = None,
         significant: bool = False,
-        process: bool = False,
     ) -> None:
         where = f"Child({factory_name(factory)})"
         if not callable(factory):
@@ -186,7 +181,6 @@ class Child(Declaration):
             stop=stop,
             backoff=backoff,
             significant=checked_flag(where, "significant", significant),
-            process=checked_flag(where, "process", process),
         )
         check_place(where, self.name, namespace, self.remap)
 

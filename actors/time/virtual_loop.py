@@ -38,6 +38,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, TypeVarTuple, cast
 from actors.time import stuck
 from actors.time.handles import SoonHandle, Timer
 from actors.time.outside import OutsideWork
+from actors.waiting import wake
 
 if TYPE_CHECKING:
     import selectors
@@ -341,7 +342,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             _, _, when, item = heappop(timers)
             self._now = max(self._now, when)
             if isinstance(item, Future):
-                self.call_soon(_wake, item)
+                self.call_soon(wake, item, None)
             else:
                 self._ready.append(item)
 
@@ -426,8 +427,3 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     def _news(self, reason: str, remedy: str) -> str:
         handles = [*self._ready, *(entry[3] for entry in self._timers[:1] if entry[0] <= self._instant)]
         return stuck.report(reason, self._now, asyncio.all_tasks(self), self._stamps, handles, remedy)
-
-
-def _wake(future: Future[None]) -> None:
-    if not future.done():
-        future.set_result(None)

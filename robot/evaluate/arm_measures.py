@@ -10,13 +10,13 @@ from typing import Literal
 
 import numpy as np
 
-from robot.arm.kinematics import JOINTS, LIMITS, STOWED, forward, inverse
-from robot.arm.trajectory import ARM_LIMITS, Quintic, Stop
+from robot.control.gait_controller import GaitController
 from robot.evaluate.trial import FLAT, PERIOD
-from robot.gait.controller import GaitController
-from robot.world.body import Body, Vector
-from robot.world.kinematic import KinematicBody
-from robot.world.physics import PhysicsBody
+from robot.hardware.body import Body, Vector
+from robot.model.arm import JOINTS, LIMITS, STOWED, forward, inverse
+from robot.planning.trajectory import ARM_LIMITS, Quintic, Stop
+from robot.sim.kinematic import KinematicBody
+from robot.sim.physics import PhysicsBody
 
 __all__ = [
     "angle_error",
@@ -228,13 +228,13 @@ async def _carry(seed: int, backend: Backend) -> Errand:
     from actors import Child, GoalFailed, Node, run
     from actors.interfaces.builtin_interfaces.msg import Time
     from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
-    from robot.battery.model import Pack
     from robot.contracts import FETCH_AND_CARRY
+    from robot.geometry.messages import pose_stamped
     from robot.interfaces.robactor_msgs.action import FetchAndCarry
-    from robot.navigation.geometry import pose_stamped
+    from robot.scenes.kitchen import OTHER_TABLE, kitchen
+    from robot.scenes.scene import Pose2
+    from robot.sim.battery import Pack
     from robot.tree import robot_tree
-    from robot.world.kitchen import OTHER_TABLE, kitchen
-    from robot.world.scene import Pose2
 
     random = np.random.default_rng([seed, 45])
     cup = (2.05 + float(random.uniform(-0.09, 0.09)), 1.0 + float(random.uniform(-0.09, 0.09)))

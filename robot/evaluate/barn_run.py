@@ -14,16 +14,16 @@ from typing import Literal
 
 import numpy as np
 
+from robot.control.follow import Command
+from robot.control.gait_controller import GaitController
+from robot.control.navigator import Motion, State
+from robot.control.unmapped import SHEET, WALKING, unmapped_navigator
 from robot.evaluate.barn_worlds import BarnWorld
-from robot.gait.controller import GaitController
-from robot.gait.figures import SIT_HEIGHT, STAND_HEIGHT
-from robot.navigation.follow import Command
-from robot.navigation.navigator import Motion, State
-from robot.navigation.unmapped import SHEET, WALKING, unmapped_navigator
-from robot.world.body import Body
-from robot.world.kinematic import KinematicBody
-from robot.world.physics import PhysicsBody
-from robot.world.scene import Pose2
+from robot.hardware.body import Body
+from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
+from robot.scenes.scene import Pose2
+from robot.sim.kinematic import KinematicBody
+from robot.sim.physics import PhysicsBody
 
 __all__ = ["LIMIT", "Backend", "Ended", "Outcome", "Walk", "run"]
 

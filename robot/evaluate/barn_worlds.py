@@ -12,7 +12,7 @@ from pathlib import Path
 import msgspec
 
 from robot.run.options import UsageError
-from robot.world.scene import Cylinder, Pose2, Scene
+from robot.scenes.scene import Cylinder, Pose2, Scene
 
 __all__ = ["BarnWorld", "find_worlds", "read_world"]
 

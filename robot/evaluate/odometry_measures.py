@@ -13,15 +13,15 @@ import numpy as np
 from actors import Child, Node, execute, run
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.std_srvs.srv import Trigger
-from robot.battery.model import Pack
 from robot.contracts import CALIBRATE_SENSOR, IMU_CALIBRATION, POSE, STAND
 from robot.evaluate.trial import PERIOD, Trial, heading
+from robot.geometry.messages import from_pose
+from robot.hardware.body import Body, Vector
 from robot.interfaces.your_package.srv import SensorCalibration
-from robot.navigation.geometry import from_pose
+from robot.scenes.worlds import get_world
+from robot.sim.battery import Pack
+from robot.sim.physics import PhysicsBody
 from robot.tree import only, robot_tree
-from robot.world.body import Body, Vector
-from robot.world.physics import PhysicsBody
-from robot.world.worlds import get_world
 
 __all__ = ["OnMap", "Walked", "calibration_error", "patrol", "walk"]
 

@@ -10,11 +10,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.gait.command import CommandLimits
-from robot.gait.controller import GaitController
-from robot.world.body import ImuSample, JointSample, Truth, Vector
-from robot.world.physics import PhysicsBody
-from robot.world.scene import Pose2, Scene
+from robot.control.command import CommandLimits
+from robot.control.gait_controller import GaitController
+from robot.hardware.body import ImuSample, JointSample, Truth, Vector
+from robot.scenes.scene import Pose2, Scene
+from robot.sim.physics import PhysicsBody
 
 __all__ = ["FLAT", "PERIOD", "Record", "Spoil", "Trial", "heading"]
 

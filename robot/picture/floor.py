@@ -17,7 +17,7 @@ from robot.picture import palette
 from robot.picture.recording import Recording
 from robot.picture.solids import Colour, Floats
 from robot.picture.tracer import CHUNK
-from robot.world.scene import Pose2, Scene
+from robot.scenes.scene import Pose2, Scene
 
 __all__ = ["Layer", "floor_layers", "paint"]
 

@@ -16,12 +16,12 @@ from actors.interfaces.nav_msgs.msg import OccupancyGrid, Path
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from robot import Robot
 from robot.contracts import CMD_VEL, MAP, PATH, SCAN
-from robot.gait.figures import FOOT_RADIUS
-from robot.gait.kinematics import feet
-from robot.navigation.grid import Grid
+from robot.hardware.body import Body, Truth, Vector
+from robot.model.kinematics import feet
+from robot.model.parameters import FOOT_RADIUS
 from robot.picture.recording import Recording, rotation
-from robot.world.body import Body, Truth, Vector
-from robot.world.dock import heading
+from robot.planning.grid import Grid
+from robot.scenes.dock import heading
 
 __all__ = ["record"]
 

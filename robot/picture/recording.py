@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from robot.navigation.grid import Grid
-from robot.world.body import Truth, Vector
-from robot.world.dock import heading
-from robot.world.scene import Pose2, Scene, Thing
+from robot.hardware.body import Truth, Vector
+from robot.planning.grid import Grid
+from robot.scenes.dock import heading
+from robot.scenes.scene import Pose2, Scene, Thing
 
 __all__ = ["Recording", "rotation"]
 

@@ -10,11 +10,11 @@ import numpy as np
 from actors import Node, every
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GOAL_REPORT, SAFETY_STATE
+from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GoalReport, SafetyState
-from robot.navigation.footprint import Footprint
-from robot.navigation.grid import signed_distance
-from robot.world.body import Body
-from robot.world.dock import heading
+from robot.model.footprint import Footprint
+from robot.planning.grid import signed_distance
+from robot.scenes.dock import heading
 
 __all__ = ["Judge", "SafetyStop", "Score", "ScoredGoal"]
 

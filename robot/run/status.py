@@ -17,13 +17,13 @@ from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.logs import LogRecord, LogSink
 from actors.supervision.reasons import ExitReason
 from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, PATH, POSE
+from robot.geometry.messages import from_pose
+from robot.hardware.body import Truth
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus
-from robot.navigation.geometry import from_pose
-from robot.navigation.path import Path
+from robot.planning.path import Path
 from robot.run.judge import Score
-from robot.world.body import Truth
-from robot.world.dock import heading
-from robot.world.scene import Pose2
+from robot.scenes.dock import heading
+from robot.scenes.scene import Pose2
 
 __all__ = ["Part", "Status", "StatusLine", "final_parts"]
 

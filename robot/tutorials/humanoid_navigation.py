@@ -17,13 +17,13 @@ from robot.interfaces.your_package.action import (
     HumanoidNav_Goal,
     HumanoidNav_Result,
 )
-from robot.navigation.errors import NavigationError
-from robot.navigation.grid import Grid, signed_distance
-from robot.navigation.path import Path
-from robot.navigation.planner import Planner
+from robot.planning.errors import NavigationError
+from robot.planning.grid import Grid, signed_distance
+from robot.planning.path import Path
+from robot.planning.planner import Planner
+from robot.scenes.scene import Obstacle, Pose2, Scene
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 from robot.tutorials.strides import is_finite, turn_left, turned
-from robot.world.scene import Obstacle, Pose2, Scene
 
 __all__ = ["HUMANOID_NAVIGATE", "HumanoidNavClient", "HumanoidNavServer", "tree"]
 

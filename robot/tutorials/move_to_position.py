@@ -14,9 +14,9 @@ from robot.interfaces.my_robot_interfaces.action import (
     MoveToPosition_Goal,
     MoveToPosition_Result,
 )
+from robot.scenes.scene import Pose2
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 from robot.tutorials.strides import distance, is_finite, stride, turn_left
-from robot.world.scene import Pose2
 
 __all__ = ["MOVE_TO_POSITION", "MoveClient", "MoveServer", "tree"]
 

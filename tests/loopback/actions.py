@@ -34,7 +34,10 @@ class RemoteAction(RemoteName[ActionPeer]):
     @property
     def server(self) -> RemoteActionServer | None:
         server = self.entry.server
-        return None if server is None else RemoteActionServer(self.entry.name, server)
+        return None if server is None else RemoteActionServer(self.name, server)
+
+    async def require(self) -> RemoteActionServer:
+        return RemoteActionServer(self.name, await self.entry.require())
 
 
 class RemoteActionServer:

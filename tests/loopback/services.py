@@ -29,17 +29,6 @@ class RemoteName(Generic[P]):
     def name(self) -> str:
         return self.entry.name
 
-    @property
-    def restarting(self) -> tuple[str, int] | None:
-        return self.entry.restarting
-
-    @property
-    def stopped(self) -> str | None:
-        return self.entry.stopped
-
-    async def available(self) -> None:
-        await self.entry.available()
-
     def forget(self, node: str) -> None:
         self.entry.forget(node)
 
@@ -47,15 +36,29 @@ class RemoteName(Generic[P]):
 class RemoteService(RemoteName[ServicePeer]):
     """A service whose server is always elsewhere."""
 
-    entry: ServiceName
+    def __init__(self, entry: ServiceName) -> None:
+        super().__init__(entry)
+        self.service = entry
 
     @property
     def server(self) -> RemoteServer | None:
         server = self.entry.server
-        return None if server is None else RemoteServer(self.entry.name, server)
+        return None if server is None else RemoteServer(self.name, server)
 
-    def renewed(self, client: str) -> RemoteService:
-        return RemoteService(self.entry.renewed(client))
+    async def require(self) -> RemoteServer:
+        return RemoteServer(self.name, await self.entry.require())
+
+    @property
+    def current(self) -> RemoteService:
+        current = self.service.current
+        return self if current is self.service else RemoteService(current)
+
+    @property
+    def clients(self) -> dict[str, int]:
+        return self.service.clients
+
+    def unavailable(self, seconds: float, type: str) -> Exception:
+        return self.service.unavailable(seconds, type)
 
 
 class RemoteServer:

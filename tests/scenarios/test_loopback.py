@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from actors import Done, GoalRejected, Node, Reject, Steps
-from actors.interfaces.errors import CdrError
+from actors import Done, Node, Reject, Steps
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_srvs.srv import SetBool
-from actors.testing import Rig
-from tests.loopback import actions, services
-from tests.stage import COUNT, order, result, step
+from tests.stage import COUNT, result, step
 
 SWITCH = pytest.importorskip("actors").Service(SetBool, "switch")
 

@@ -17,6 +17,7 @@ FLOORS = (
     "running",
     "lifecycle",
     "system",
+    "transport",
     "runtime",
     "node",
     "graph",
@@ -36,14 +37,13 @@ FLOORS = (
     "shield",
     "places",
     "errors",
-    "waiting",
     "suggest",
+    "waiting",
 )
 """The rooms from top to bottom. The face, ``actors/__init__.py``, stands above all of them, and nothing imports it."""
 
 UPWARDS: frozenset[tuple[str, str]] = frozenset(
     {
-        ("actors.graph.snapshot", "actors.system"),
         ("actors.node.node", "actors.runtime.core"),
         ("actors.runtime.core", "actors.system"),
         ("actors.runtime.ground", "actors.system"),
@@ -52,11 +52,6 @@ UPWARDS: frozenset[tuple[str, str]] = frozenset(
         ("actors.runtime.standard", "actors.lifecycle.node"),
         ("actors.runtime.standard", "actors.system"),
         ("actors.runtime.unsupervised", "actors.system"),
-        ("actors.topics.channel", "actors.graph.graph"),
-        ("actors.topics.endpoint", "actors.graph.graph"),
-        ("actors.topics.handler", "actors.graph.graph"),
-        ("actors.topics.stream", "actors.graph.graph"),
-        ("actors.topics.timed_publisher", "actors.graph.graph"),
     }
 )
 """The exceptions, (module, module above it), none of them at module level. This list only gets shorter."""
