@@ -1,24 +1,37 @@
-"""Stand-ins for peers in another process, in the tests' own: whatever passes between the two sides is encoded to CDR and decoded again.
+"""A system whose nodes talk to each other as if each were in a process of its own: every message is bytes on its way.
 
-They keep to what the messages of ROS 2 can say. What gets lost on the way, as over a real wire: the reason of a rejection, of a cancellation
-and of an outcome; whether a goal had a result at all; that a caller has given up. What they know besides is what the graph of a transport
-would tell: who serves a name, and that a server is being restarted or has stopped. An error of a handler comes as an error reply.
-
-Messages of one server to one client arrive in the order in which they were sent, each in a turn of the loop of its own.
+Nodes, publishers, subscriptions, clients and servers are those of `actors`, unchanged. Between them stand peers that know of the other side
+only what has come as bytes or as an announcement; they take their place in the graph by the Protocols that a transport has to satisfy. The
+scenario tests run on it as they are (`borrowed`), and so say what a transport has to keep.
 """
 
 from __future__ import annotations
 
-from typing import TypeVar
+import inspect
+from collections.abc import Callable, Mapping
+from types import ModuleType
+from typing import Any, TypeVar
 
 from actors.interfaces.cdr import decode, encode
 from actors.interfaces.message import Message
 
-__all__ = ["carried"]
+__all__ = ["borrowed", "carried"]
 
 M = TypeVar("M", bound=Message)
 
 
 def carried(message: M) -> M:
-    """The message as the other side gets it: another object, made from its bytes."""
+    """The message as it arrives in another process: encoded and decoded."""
     return decode(type(message), encode(message))
+
+
+def borrowed(module: ModuleType, *, but: Mapping[str, str]) -> dict[str, Callable[..., Any]]:
+    """The tests of a scenario module that use `rig`, by their names; without those in `but`, name -> why it says nothing about a transport."""
+    tests = {
+        name: test
+        for name, test in vars(module).items()
+        if name.startswith("test_") and inspect.isfunction(test) and "rig" in inspect.signature(test).parameters
+    }
+    unknown = set(but) - set(tests)
+    assert not unknown, f"{module.__name__} has no such tests: {sorted(unknown)}"
+    return {name: test for name, test in tests.items() if name not in but}

@@ -1,4 +1,9 @@
-"""Actions over loop-back: a goal follows its server by the messages of ROS 2, each of them encoded."""
+"""Actions by way of bytes: a goal follows its server by the messages of ROS 2.
+
+What gets lost on the way, as over a real wire: the reason of a rejection, of a cancellation and of an outcome; whether a goal had a result
+at all; that a client has given up. The messages of a server to a client arrive in the order in which they were sent, each in a turn of the
+loop of its own.
+"""
 
 from __future__ import annotations
 

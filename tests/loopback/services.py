@@ -1,4 +1,8 @@
-"""Services over loop-back: a client talks to a stand-in, which encodes each request and each response."""
+"""Services by way of bytes: a client talks to a stand-in for its server, and a server never sees its client.
+
+What gets lost on the way, as over a real wire: that a caller has given up. What a stand-in knows besides the messages is what the graph of a
+transport would tell: who serves a name, and that a server is being restarted or has stopped. An error of a handler is an error reply.
+"""
 
 from __future__ import annotations
 

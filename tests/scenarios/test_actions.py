@@ -46,11 +46,6 @@ from actors.interfaces.tf2_msgs.action import LookupTransform
 from actors.testing import Rig
 from tests.stage import ADD, COUNT, NUMBERS, events, number, order, result, step, total, two
 
-has_reasons = pytest.mark.in_process("it compares a reason, for which ROS 2 has no field")
-counts_turns = pytest.mark.in_process("it counts turns of the loop between client and server")
-client_goes = pytest.mark.in_process("no message of ROS 2 takes back a goal that is not accepted yet")
-looks_into_the_node = pytest.mark.in_process("what a node is busy with is known in its own process only")
-
 Body = Steps[Fibonacci.Feedback, Fibonacci.Result]
 Handle = Goal[Fibonacci.Result, Fibonacci.Feedback]
 
@@ -121,7 +116,6 @@ async def test_A_01_goal_feedback_result(rig: Rig) -> None:
     assert (await goal) == answer  # it may be awaited again
 
 
-@counts_turns
 async def test_A_02_the_states_come_in_order(rig: Rig) -> None:
     await rig.start(Counter)
     handle: Handle = rig.me.start(COUNT, order(2))
@@ -181,7 +175,6 @@ async def test_two_tasks_may_await_a_goal_and_a_third_its_feedback(rig: Rig) -> 
     assert outcomes == (result(1, 2), 2, result(1, 2))
 
 
-@has_reasons
 async def test_an_outcome_can_be_had_as_a_value(rig: Rig) -> None:
     await rig.start(Counter)
     goal = await rig.start_goal(COUNT, order(5))
@@ -225,7 +218,6 @@ async def test_A_60_and_A_64_while_a_goal_runs_its_node_answers_and_ticks(rig: R
 # -- refusals --------------------------------------------------------------------------------------------------------
 
 
-@has_reasons
 async def test_A_03_and_A_65_a_server_may_reject_a_goal_with_a_reason_before_it_runs(rig: Rig) -> None:
     class Careful(Counter):
         @COUNT.accepts
@@ -243,7 +235,6 @@ async def test_A_03_and_A_65_a_server_may_reject_a_goal_with_a_reason_before_it_
         assert await goal == result(1)
 
 
-@has_reasons
 async def test_an_acceptance_check_may_take_its_time_and_one_that_fails_rejects(rig: Rig) -> None:
     class Slow(Counter):
         @COUNT.accepts
@@ -331,7 +322,6 @@ async def test_a_cancel_check_that_fails_refuses_and_is_logged(rig: Rig) -> None
     assert line.fields["at"].endswith("Broken.may_cancel")
 
 
-@pytest.mark.in_process("that a node waits for itself is known in its own process only")
 async def test_a_node_that_cancels_its_own_goal_has_its_turn_already(rig: Rig) -> None:
     class Owner(Counter):
         canceled = False
@@ -443,7 +433,6 @@ async def test_S_35_a_goal_of_another_type_than_is_served_is_refused_with_both_t
 # -- cancellation ----------------------------------------------------------------------------------------------------
 
 
-@has_reasons
 async def test_A_05_a_cancel_takes_effect_at_the_await_and_no_feedback_follows(rig: Rig) -> None:
     await rig.start(Counter)
     goal = await rig.start_goal(COUNT, order(10))
@@ -469,7 +458,6 @@ async def test_A_06_a_finished_goal_cannot_be_canceled(rig: Rig) -> None:
     assert goal.status is GoalStatus.SUCCEEDED
 
 
-@has_reasons
 async def test_a_second_cancel_changes_nothing(rig: Rig) -> None:
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         try:
@@ -526,7 +514,6 @@ async def test_A_66_a_cancel_after_the_last_word_comes_too_late(rig: Rig) -> Non
     assert rig.now == 1.0
 
 
-@counts_turns
 @pytest.mark.task_order("an eager goal begins in the moment of its acceptance")
 async def test_a_goal_canceled_in_the_very_moment_of_its_acceptance_is_canceled_and_blocks_nobody(rig: Rig) -> None:
     await rig.start(Counter)
@@ -539,7 +526,6 @@ async def test_a_goal_canceled_in_the_very_moment_of_its_acceptance_is_canceled_
     assert await (await rig.start_goal(COUNT, order(2))) == result(1, 2)
 
 
-@has_reasons
 async def test_A_63_leaving_the_block_cancels_and_waits_for_the_clean_up(rig: Rig) -> None:
     await rig.start(Counter)
     async with rig.me.start(COUNT, order(10)) as goal:
@@ -597,7 +583,6 @@ async def test_leaving_the_block_waits_five_seconds_for_a_clean_up_and_no_longer
     assert rig.now == 8.0
 
 
-@client_goes
 async def test_a_client_that_is_canceled_while_its_goal_is_considered_leaves_nothing_behind(rig: Rig) -> None:
     class Slow(Counter):
         @COUNT.accepts
@@ -615,7 +600,6 @@ async def test_a_client_that_is_canceled_while_its_goal_is_considered_leaves_not
     assert not server_of(rig).requests
 
 
-@client_goes
 async def test_a_client_that_goes_while_its_goal_is_considered_preempts_nobody(rig: Rig) -> None:
     class Slow(Node):
         async def check(self, goal: Fibonacci.Goal) -> None:
@@ -630,7 +614,6 @@ async def test_a_client_that_goes_while_its_goal_is_considered_preempts_nobody(r
     assert await first == result(1, 2, 3, 4, 5)
 
 
-@counts_turns
 @pytest.mark.task_order("the client counts the steps to the acceptance")
 async def test_a_client_that_is_canceled_in_the_moment_of_acceptance_cancels_its_goal(rig: Rig) -> None:
     await rig.start(Counter)
@@ -668,7 +651,6 @@ async def ended(rig: Rig, body: Callable[[Node, Fibonacci.Goal], Body], *, cance
     return await goal.ended()
 
 
-@has_reasons
 async def test_D2_the_bodys_own_timeout_fires_inside_it(rig: Rig) -> None:
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         with anyio.fail_after(1.0):
@@ -775,7 +757,6 @@ async def test_D2_done_inside_a_scope_is_resumed_to_the_end_not_closed_inside_it
     assert rig.now == 0.5
 
 
-@has_reasons
 async def test_D2_a_body_that_swallows_cancellations_is_closed_and_reported(rig: Rig) -> None:
     class Deaf(Node):
         swallowed = 0
@@ -837,7 +818,6 @@ async def test_D2_a_second_item_after_done_is_an_error_at_that_yield(rig: Rig) -
     assert heard[0].startswith("Server.count yielded again after its last item Done(")
 
 
-@has_reasons
 async def test_D2_a_body_that_insists_on_wrong_items_is_closed_and_blocks_nobody(rig: Rig) -> None:
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         while True:
@@ -870,7 +850,6 @@ async def test_D2_a_canceled_body_may_hand_over_what_it_has(rig: Rig) -> None:
     assert rig.now == 1.5
 
 
-@has_reasons
 async def test_D3_aborted_hands_over_a_result_and_a_reason(rig: Rig) -> None:
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         yield Aborted(result(1), "the way is blocked")
@@ -882,7 +861,6 @@ async def test_D3_aborted_hands_over_a_result_and_a_reason(rig: Rig) -> None:
     assert (caught.value.result, caught.value.reason) == (result(1), "the way is blocked")
 
 
-@has_reasons
 async def test_D3_a_body_without_a_last_item_aborts_its_goal(rig: Rig) -> None:
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         yield step(1)
@@ -893,7 +871,6 @@ async def test_D3_a_body_without_a_last_item_aborts_its_goal(rig: Rig) -> None:
     assert len(events(rig.logs, "an action body ended without Done or Aborted")) == 1
 
 
-@has_reasons
 async def test_D3_a_body_that_swallows_its_cancellation_and_just_ends_aborts_its_goal(rig: Rig) -> None:
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         try:
@@ -907,7 +884,6 @@ async def test_D3_a_body_that_swallows_its_cancellation_and_just_ends_aborts_its
     assert outcome.reason.startswith("canceled by its client, but its body ended without a result")
 
 
-@has_reasons
 async def test_A_08_an_exception_in_the_body_aborts_the_goal_and_a_retry_may_succeed(rig: Rig) -> None:
     class Moody(Node):
         attempts = 0
@@ -928,7 +904,6 @@ async def test_A_08_an_exception_in_the_body_aborts_the_goal_and_a_retry_may_suc
     assert rig.incarnation(Moody) == 1
 
 
-@has_reasons
 async def test_an_exception_in_a_clean_up_aborts_the_canceled_goal(rig: Rig) -> None:
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         try:
@@ -941,7 +916,6 @@ async def test_an_exception_in_a_clean_up_aborts_the_canceled_goal(rig: Rig) -> 
     assert (outcome.status, outcome.reason) == (GoalStatus.ABORTED, "OSError: cannot park")
 
 
-@has_reasons
 async def test_a_reject_out_of_the_body_aborts_the_goal_with_its_reason(rig: Rig) -> None:
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         raise Reject("too late to say no")
@@ -966,7 +940,6 @@ async def test_a_result_of_the_wrong_type_is_an_error_at_that_yield_so_the_body_
     assert where[0].startswith("Server.count ends with Fibonacci_Result, not Fibonacci_Feedback ")
 
 
-@has_reasons
 async def test_a_body_that_awaits_something_canceled_aborts_its_goal_only(rig: Rig) -> None:
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         task = asyncio.ensure_future(asyncio.sleep(1.0))
@@ -1015,7 +988,6 @@ async def test_a_body_may_raise_Stop_to_end_its_node(rig: Rig) -> None:
 # -- arrivals --------------------------------------------------------------------------------------------------------
 
 
-@has_reasons
 async def test_arrivals_reject_refuses_while_another_goal_runs(rig: Rig) -> None:
     await rig.start(Counter)
     first = await rig.start_goal(COUNT, order(2))
@@ -1025,7 +997,6 @@ async def test_arrivals_reject_refuses_while_another_goal_runs(rig: Rig) -> None
     assert await (await rig.start_goal(COUNT, order(1))) == result(1)
 
 
-@has_reasons
 async def test_A_07_arrivals_preempt_cancels_cleans_up_then_starts(rig: Rig) -> None:
     class Driver(Node):
         def __init__(self) -> None:
@@ -1064,7 +1035,6 @@ async def test_A_07_goals_that_arrive_together_preempt_each_other_and_the_last_o
     assert rig.now == 1.0
 
 
-@has_reasons
 async def test_arrivals_queue_runs_one_after_another_and_rejects_beyond_its_size(rig: Rig) -> None:
     await rig.start(serving(Counter.count, queue(2), note=lambda self, what: None))
     goals = [await rig.start_goal(COUNT, order(index)) for index in (1, 2, 3)]
@@ -1077,7 +1047,6 @@ async def test_arrivals_queue_runs_one_after_another_and_rejects_beyond_its_size
     assert ends == [1.0, 3.0, 6.0]
 
 
-@has_reasons
 async def test_arrivals_parallel_runs_at_once_and_rejects_beyond_its_size(rig: Rig) -> None:
     await rig.start(serving(Counter.count, parallel(2), note=lambda self, what: None))
     goals = [await rig.start_goal(COUNT, order(2)) for _ in range(2)]
@@ -1090,7 +1059,6 @@ async def test_arrivals_parallel_runs_at_once_and_rejects_beyond_its_size(rig: R
 # -- the end of the server's node ------------------------------------------------------------------------------------
 
 
-@has_reasons
 async def test_a_restart_of_the_server_aborts_its_goals_after_their_clean_up(rig: Rig) -> None:
     await rig.start(Child(serving(Counter.count, queue(5), note=lambda self, what: None), name="server"))
     running, waiting = await rig.start_goal(COUNT, order(9)), await rig.start_goal(COUNT, order(9))
@@ -1103,7 +1071,6 @@ async def test_a_restart_of_the_server_aborts_its_goals_after_their_clean_up(rig
     assert await (await rig.start_goal(COUNT, order(1))) == result(1)
 
 
-@has_reasons
 async def test_a_stop_of_the_server_aborts_its_goals_and_keeps_what_they_hand_over(rig: Rig) -> None:
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         try:
@@ -1121,7 +1088,6 @@ async def test_a_stop_of_the_server_aborts_its_goals_and_keeps_what_they_hand_ov
     assert caught.value.result == result(5)
 
 
-@has_reasons
 async def test_a_stop_leaves_the_outcome_of_a_goal_that_was_canceled_or_had_its_last_word(rig: Rig) -> None:
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         if goal.order == 1:
@@ -1142,7 +1108,6 @@ async def test_a_stop_leaves_the_outcome_of_a_goal_that_was_canceled_or_had_its_
     assert repr(await canceled.ended()) == "<CANCELED: not needed>"
 
 
-@has_reasons
 async def test_a_server_that_is_killed_aborts_its_goals(rig: Rig) -> None:
     await rig.start(Child(Counter, stop="kill"))
     goal = await rig.start_goal(COUNT, order(9))
@@ -1168,7 +1133,6 @@ class Sleepy(Node):
         yield Done(result(goal.order))
 
 
-@looks_into_the_node
 async def test_D15_a_goal_that_a_busy_node_does_not_answer_says_with_what_it_is_busy(rig: Rig) -> None:
     await rig.start(Sleepy)
     rig.publish(NUMBERS, number(1))
@@ -1181,7 +1145,6 @@ async def test_D15_a_goal_that_a_busy_node_does_not_answer_says_with_what_it_is_
         await rig.start_goal(COUNT, order(1))
 
 
-@looks_into_the_node
 async def test_D15_a_goal_that_a_node_does_not_answer_while_it_starts_says_so(rig: Rig) -> None:
     class Slow(Sleepy):
         async def on_start(self) -> None:

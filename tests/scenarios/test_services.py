@@ -38,8 +38,6 @@ from actors.supervision.declarations import Restart
 from actors.testing import Rig
 from tests.stage import ADD, COUNT, NUMBERS, events, number, order, total, two
 
-knows_who_waits = pytest.mark.in_process("who waits for whom is known in one process only")
-
 RING = [Service(AddTwoInts, f"ring_{index}") for index in range(3)]
 PING = Service(Trigger, "ping")
 
@@ -245,7 +243,6 @@ async def test_S_07_a_late_answer_is_dropped_and_the_next_call_gets_its_own(rig:
     assert rig.now == 6.0
 
 
-@pytest.mark.in_process("no message of ROS 2 takes back a request")
 async def test_a_caller_that_is_canceled_is_forgotten_its_request_is_not_worked_for_nobody(rig: Rig) -> None:
     class Counting(Node):
         calls = 0
@@ -270,7 +267,6 @@ async def test_a_caller_that_is_canceled_is_forgotten_its_request_is_not_worked_
 # -- servers that fail -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.in_process("the error itself does not leave its process, only its type and text")
 async def test_S_06_an_exception_in_the_handler_is_that_callers_the_server_lives(rig: Rig) -> None:
     await rig.start(Adder)
     with pytest.raises(
@@ -568,7 +564,6 @@ class Link(Node):
         return await self.call(self.ask, request, timeout=100.0)
 
 
-@knows_who_waits
 @pytest.mark.parametrize("length", [1, 2, 3])
 async def test_a_cycle_of_calls_is_refused_at_once_and_named(rig: Rig, length: int) -> None:
     await rig.start(
@@ -581,7 +576,6 @@ async def test_a_cycle_of_calls_is_refused_at_once_and_named(rig: Rig, length: i
     assert " waits for ".join([*names, names[0]]) in str(caught.value)
 
 
-@knows_who_waits
 async def test_two_handlers_that_call_each_other_at_the_same_time_are_a_cycle_too(rig: Rig) -> None:
     class Peer(Node):
         def __init__(self, index: int) -> None:
@@ -683,7 +677,6 @@ async def test_a_call_back_into_a_caller_whose_service_is_concurrent_is_no_cycle
     assert (await rig.call(RING[0], two(1, 2))).sum == 3
 
 
-@knows_who_waits
 async def test_a_node_that_calls_itself_while_it_starts_or_stops_is_told_so(rig: Rig) -> None:
     class Selfish(Adder):
         heard: list[str] = []
@@ -712,7 +705,6 @@ async def test_a_node_that_calls_itself_while_it_starts_or_stops_is_told_so(rig:
     )
 
 
-@knows_who_waits
 async def test_a_handler_that_starts_a_goal_of_its_own_node_is_told_so(rig: Rig) -> None:
     from actors import Done, Steps
     from actors.interfaces.example_interfaces.action import Fibonacci

@@ -14,7 +14,7 @@ from actors.errors import CallCycle
 from actors.graph.graph import Graph
 from actors.inbox.control import Failure
 from actors.interfaces.message import Message
-from actors.places import USER, owner_of
+from actors.places import USER, chain_of, owner_of
 from actors.runtime.core import Core
 from actors.runtime.life import NodeLife
 from actors.services.client import Client
@@ -22,7 +22,6 @@ from actors.system import System
 from actors.testing.faults import CLOCK, Fault, Profile
 from actors.testing.simulation.links import Link, interceptor
 from actors.testing.simulation.steps import Death, Steps, Watched
-from actors.time.stuck import chain_of
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service

@@ -1,4 +1,4 @@
-"""The stand-ins of the loop-back scenarios: what comes over is made from bytes, and what ROS 2 has no field for gets lost."""
+"""Services by way of bytes: that they are, and every scenario of services and restarts once more."""
 
 from __future__ import annotations
 
@@ -6,25 +6,22 @@ import asyncio
 
 import pytest
 
-from actors import CallTimeout, Done, GoalCanceled, GoalRejected, Node, Reject, Service, Steps
+from actors import CallTimeout, Node, Service
 from actors.interfaces.errors import CdrError
-from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_srvs.srv import SetBool
 from actors.testing import Rig
-from tests.loopback import actions, services
-from tests.stage import COUNT, order, result, step
+from tests.loopback import borrowed, services
+from tests.scenarios import test_restarts, test_services
 
 SWITCH = Service(SetBool, "switch")
 
 
 class Server(Node):
-    """Keeps what it was given, and what it gave."""
+    """Keeps what it was asked, and what it answered."""
 
     def __init__(self) -> None:
         self.request: SetBool.Request | None = None
         self.response = SetBool.Response(message="done")
-        self.goal: Fibonacci.Goal | None = None
-        self.feedback, self.result = step(1), result(1, 2)
 
     @SWITCH.serve()
     async def switch(self, request: SetBool.Request) -> SetBool.Response:
@@ -32,23 +29,10 @@ class Server(Node):
         await self.clock.sleep(1.0 if request.data else 0.0)
         return self.response
 
-    @COUNT.accepts
-    def check(self, goal: Fibonacci.Goal) -> None:
-        if goal.order < 0:
-            raise Reject("too few")
-
-    @COUNT.serve()
-    async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
-        self.goal = goal
-        yield self.feedback
-        await self.clock.sleep(float(goal.order))
-        yield Done(self.result)
-
 
 @pytest.fixture(autouse=True)
 def linked(monkeypatch: pytest.MonkeyPatch) -> None:
     services.install(monkeypatch)
-    actions.install(monkeypatch)
 
 
 async def test_requests_and_responses_are_other_objects_of_the_same_value(rig: Rig) -> None:
@@ -79,26 +63,20 @@ async def test_a_late_response_is_dropped(rig: Rig) -> None:
     assert (await rig.call(SWITCH, SetBool.Request())).message == "done"
 
 
-async def test_goals_feedback_and_results_are_other_objects_of_the_same_value(rig: Rig) -> None:
-    await rig.start(Server)
-    sent = order(1)
-    goal = rig.me.start(COUNT, sent)
-    async with goal:
-        feedback = [one async for one in goal]
-        answer = await goal
-    server = rig.node(Server)
-    assert (server.goal, feedback, answer) == (sent, [server.feedback], server.result)
-    assert server.goal is not sent
-    assert feedback[0] is not server.feedback
-    assert answer is not server.result
+TAKEN_BACK = "no message of ROS 2 takes back a request"
+CAUSE = "the error itself does not leave its process, only its type and text"
+CYCLE = "who waits for whom is known in one process only"
+LOCAL = {
+    "test_a_caller_that_is_canceled_is_forgotten_its_request_is_not_worked_for_nobody": TAKEN_BACK,
+    "test_S_06_an_exception_in_the_handler_is_that_callers_the_server_lives": CAUSE,
+    "test_a_cycle_of_calls_is_refused_at_once_and_named": CYCLE,
+    "test_two_handlers_that_call_each_other_at_the_same_time_are_a_cycle_too": CYCLE,
+    "test_a_node_that_calls_itself_while_it_starts_or_stops_is_told_so": CYCLE,
+    "test_a_handler_that_starts_a_goal_of_its_own_node_is_told_so": CYCLE,
+}
+"""Scenario tests that a wire with the messages of ROS 2 cannot carry, and why."""
 
-
-async def test_the_reasons_of_a_rejection_and_of_a_cancellation_get_lost(rig: Rig) -> None:
-    await rig.start(Server)
-    with pytest.raises(GoalRejected) as rejected:
-        await rig.start_goal(COUNT, order(-1))
-    goal = await rig.start_goal(COUNT, order(5))
-    assert await goal.cancel("changed my mind")
-    with pytest.raises(GoalCanceled) as canceled:
-        await goal
-    assert (rejected.value.reason, canceled.value.reason) == ("", "")
+for module, but in ((test_services, LOCAL), (test_restarts, {})):
+    tests = borrowed(module, but=but)
+    assert not tests.keys() & globals().keys()
+    globals().update(tests)
