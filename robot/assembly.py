@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from robot.battery.model import Pack
-from robot.tasks.carrier import Delivery
+from robot.geometry.planar import Pose2
+from robot.hardware.body import Body
+from robot.nodes.carrier import Delivery
+from robot.scenes.scene import Scene
+from robot.scenes.worlds import get_world
+from robot.sim.battery import Pack
 from robot.tree import robot_tree
-from robot.world.body import Body
-from robot.world.scene import Pose2, Scene
-from robot.world.worlds import get_world
 
 if TYPE_CHECKING:
     from actors import Supervisor
@@ -76,10 +77,10 @@ class Robot:
 def make_body(scene: Scene, kind: BodyKind, *, seed: int = 0, motor_delay: float = 0.004, arm: bool = False) -> Body:
     """A body in a scene. Raises `BackendMissing` when MuJoCo is asked for and not installed."""
     if kind == "kinematic":
-        from robot.world.kinematic import KinematicBody
+        from robot.sim.kinematic import KinematicBody
 
         return KinematicBody(scene, seed=seed, arm=arm)
-    from robot.world.physics import PhysicsBody
+    from robot.sim.physics import PhysicsBody
 
     return PhysicsBody(scene, seed=seed, delay=motor_delay, arm=arm)
 

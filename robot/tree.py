@@ -17,31 +17,31 @@ from typing import TYPE_CHECKING
 
 from actors import Child, Intensity, Supervisor, rest_for_one
 from actors.suggest import did_you_mean
-from robot.battery.model import Pack
-from robot.battery.node import Battery
-from robot.frames.node import Frames
-from robot.gait.node import Gait
-from robot.navigation.docking import Docking
-from robot.navigation.grid import Grid
-from robot.navigation.localizer import Localizer
-from robot.navigation.map_server import MapServer
-from robot.navigation.node import Navigation
-from robot.safety.node import SafetyMonitor
-from robot.sensors.calibration import Calibration
-from robot.sensors.camera.node import Camera
-from robot.sensors.detector import Detector
-from robot.sensors.lidar import Lidar
-from robot.sensors.proprioception import Proprioception
-from robot.tasks.patrol import Patrol
-from robot.teleop.node import RobotController
-from robot.teleop.status import RobotStatus
-from robot.world.body import Body
-from robot.world.dock import has_station
-from robot.world.motors import Motors
-from robot.world.scene import Pose2
+from robot.geometry.planar import Pose2
+from robot.hardware.body import Body
+from robot.nodes.battery import Battery
+from robot.nodes.calibration import Calibration
+from robot.nodes.camera import Camera
+from robot.nodes.detector import Detector
+from robot.nodes.docking import Docking
+from robot.nodes.frames import Frames
+from robot.nodes.gait import Gait
+from robot.nodes.lidar import Lidar
+from robot.nodes.localizer import Localizer
+from robot.nodes.map_server import MapServer
+from robot.nodes.motors import Motors
+from robot.nodes.navigation import Navigation
+from robot.nodes.patrol import Patrol
+from robot.nodes.proprioception import Proprioception
+from robot.nodes.safety import SafetyMonitor
+from robot.nodes.status import RobotStatus
+from robot.nodes.teleop import RobotController
+from robot.planning.grid import Grid
+from robot.scenes.dock import has_station
+from robot.sim.battery import Pack
 
 if TYPE_CHECKING:
-    from robot.tasks.carrier import Delivery
+    from robot.nodes.carrier import Delivery
 
 __all__ = ["UnknownNode", "only", "robot_tree"]
 
@@ -85,7 +85,7 @@ def robot_tree(
         clock = [Child(ClockPublisher, args=(publish_clock,))]
     mission: list[Child] = []
     if delivery is not None:
-        from robot.tasks.carrier import Carrier
+        from robot.nodes.carrier import Carrier
 
         mission = [Child(Carrier, args=(delivery,))]
     elif waypoints is not None:
@@ -128,10 +128,10 @@ def _handling(body: Body) -> list[Child]:
     """What a robot with an arm has more than others."""
     if body.arm is None:
         return []
-    from robot.arm.node import ArmDriver
-    from robot.tasks.confirm import ObjectConfirmation
-    from robot.tasks.fetch import Fetch
-    from robot.tasks.objects import looks_of
+    from robot.nodes.arm import ArmDriver
+    from robot.nodes.confirm import ObjectConfirmation
+    from robot.nodes.fetch import Fetch
+    from robot.scenes.objects import looks_of
 
     looks = looks_of(body.scene.things)
     return [

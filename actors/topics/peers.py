@@ -80,7 +80,10 @@ class PublisherPeer(Peer, Protocol):
 
     @property
     def latched(self) -> list[Any]:
-        """The messages that late joiners would get now, oldest first; empty for a volatile publisher."""
+        """The messages that late joiners would get now, oldest first; empty for a volatile publisher.
+
+        A message that was delivered before is the same object here, so that nobody gets it twice.
+        """
         ...
 
     def replay(self, target: Target, depth: int) -> None:

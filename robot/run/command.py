@@ -14,10 +14,10 @@ from robot.run.options import Crash, Options, UsageError, parse
 if TYPE_CHECKING:
     from actors import Supervisor
     from actors.system import System
-    from robot import Robot
+    from robot.assembly import Robot
+    from robot.hardware.body import Body
     from robot.run.flight import Flight
     from robot.run.judge import Score
-    from robot.world.body import Body
 
 __all__ = ["main"]
 
@@ -62,10 +62,10 @@ class Session:
     # -- what can be wrong with it, found before anything runs --------------------------------------------------------------
 
     def _robot(self) -> Robot:
-        from robot import Robot
+        from robot.assembly import Robot
         from robot.run.mission import get_mission
-        from robot.world.physics import BackendMissing
-        from robot.world.worlds import UnknownWorld, get_world
+        from robot.scenes.worlds import UnknownWorld, get_world
+        from robot.sim.physics import BackendMissing
 
         options = self.options
         try:
@@ -162,8 +162,8 @@ class Session:
         """Let the time pass: crashes that were ordered, the end of the mission, the end of the duration, or the end of the tree."""
         import asyncio
 
-        from robot.tasks.carrier import Carrier
-        from robot.tasks.patrol import Patrol
+        from robot.nodes.carrier import Carrier
+        from robot.nodes.patrol import Patrol
 
         duration = self.options.duration
         crashes = {

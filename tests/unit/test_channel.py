@@ -15,7 +15,7 @@ from actors.qos import QoS
 from actors.qos.events import Matched
 from actors.qos.policies import History
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
-from actors.topics.peers import SubscriptionPeer, Target
+from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream, StreamSubscription
 from actors.topics.subscription import Subscription
@@ -465,3 +465,43 @@ async def test_D23_a_subscription_that_is_collected_while_a_publisher_comes_is_n
     out = publisher(entry)
     assert out.peers == (first, last)
     assert entry.subscriptions == [first, last]
+
+
+async def test_to_part_from_a_peer_that_is_not_matched_is_nothing() -> None:
+    entry = topic()
+    out, queue = publisher(entry), subscription(entry)
+    other, stranger = publisher(topic()), subscription(topic())
+    told = (out.events(), queue.events())
+    out.part(stranger)
+    queue.part(other)
+    assert [events.take() for events in told] == [[], []]
+    assert (out.peers, queue.publishers) == ((queue,), [out])
+
+
+async def test_a_publisher_and_a_subscription_that_leave_are_forgotten_by_the_other_side() -> None:
+    entry = topic()
+    out, queue = publisher(entry), subscription(entry)
+    second = publisher(entry)
+    assert queue.publishers == [out, second]
+    out.close()
+    assert queue.publishers == [second]
+    queue.close()
+    assert (queue.publishers, second.peers) == ([], ())
+    assert queue.status.matched_total == 2
+
+
+async def test_peers_that_share_a_target_are_reached_by_one_call() -> None:
+    entry = topic()
+    out = publisher(entry)
+    seen: list[Int32] = []
+
+    class StandIn(StreamSubscription[Int32]):
+        def target(self, publisher: PublisherPeer) -> Target:
+            return seen.append
+
+    local = subscription(entry)
+    for _ in range(3):
+        entry.add_subscription(StandIn(ME, entry, Int32, qos.DEFAULT))
+    out(number(1))
+    assert (out.subscription_count, len(out.targets)) == (4, 2)
+    assert values(seen) == values(local.messages) == [1]

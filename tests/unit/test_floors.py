@@ -17,6 +17,7 @@ FLOORS = (
     "running",
     "lifecycle",
     "system",
+    "transport",
     "runtime",
     "node",
     "graph",

@@ -305,3 +305,17 @@ async def test_a_publisher_that_leaves_is_neither_alive_nor_lost() -> None:
     out.close()
     await asyncio.sleep(5.0)
     assert changed.take()[1:] == [LivelinessChanged(0, -1, 0, 0)]
+
+
+async def test_a_message_with_a_lifespan_counts_for_the_deadline_of_its_subscription() -> None:
+    entry = topic()
+    out, queue = timed(entry, SHORT.replace(deadline=0.5)), subscription(entry, QoS(depth=10, deadline=1.0))
+    for value in range(3):
+        await asyncio.sleep(0.8)
+        out(number(value))
+    assert queue.status.deadline_missed == 0
+    await asyncio.sleep(1.5)
+    assert queue.status.deadline_missed == 1
+    stream = Stream(queue)
+    with pytest.raises(CallTimeout):  # all of them have expired
+        await stream.next(timeout=0.0)
