@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
 from robot.nodes.carrier import Delivery
-from robot.scenes.scene import Pose2, Scene
+from robot.scenes.scene import Scene
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.tree import robot_tree

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from actors import Child, Intensity, Supervisor, rest_for_one
 from actors.suggest import did_you_mean
+from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
 from robot.nodes.battery import Battery
 from robot.nodes.calibration import Calibration
@@ -37,7 +38,6 @@ from robot.nodes.status import RobotStatus
 from robot.nodes.teleop import RobotController
 from robot.planning.grid import Grid
 from robot.scenes.dock import has_station
-from robot.scenes.scene import Pose2
 from robot.sim.battery import Pack
 
 if TYPE_CHECKING:

@@ -19,6 +19,7 @@ __all__ = [
     "Adopt",
     "Answer",
     "AnswerAtEnd",
+    "BookAct",
     "CloseWhenReady",
     "Confirm",
     "Drop",
@@ -179,7 +180,9 @@ class AnswerAtEnd(msgspec.Struct, frozen=True):
     child: str
 
 
+BookAct: TypeAlias = Forget | Drop | CloseWhenReady | Add | Due | Update | Adopt | Answer | AnswerAtEnd
+"""What changes no more than the books, or is for the caller of a request."""
+
 Act: TypeAlias = (
-    Tell | Confirm | Start | Restart | RestartGroup | Stop | Kill | Forget | Gone | Drop | EndHold | ShutDown | StopNext
-    | CloseWhenReady | Add | Due | Update | Adopt | Answer | AnswerAtEnd
-)  # fmt: skip
+    Tell | Confirm | Start | Restart | RestartGroup | Stop | Kill | Gone | EndHold | ShutDown | StopNext | BookAct
+)

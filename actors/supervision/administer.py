@@ -34,7 +34,6 @@ from actors.supervision.errors import (
 )
 from actors.supervision.events import (
     DeleteChild,
-    Reconfigure,
     ReplaceFactory,
     Request,
     RestartChild,
@@ -65,7 +64,7 @@ def administer(request: Request, children: Children) -> Sequence[Act]:
             return (Forget(_stopped(request.child, children).spec.name), Answer())
         case ReplaceFactory():
             return _replace(request, children)
-        case Reconfigure():
+        case _:
             return _reconfigure(request.spec, children)
 
 

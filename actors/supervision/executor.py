@@ -8,39 +8,18 @@ import contextvars
 from collections import deque
 from collections.abc import Callable
 from itertools import count
-from typing import TypeAlias, TypeVarTuple
+from typing import Any, TypeAlias, TypeVarTuple
 
 from actors.shield import see_through, shield
-from actors.supervision.acts import (
-    Act,
-    Add,
-    Adopt,
-    Answer,
-    AnswerAtEnd,
-    CloseWhenReady,
-    Confirm,
-    Drop,
-    Due,
-    EndHold,
-    Forget,
-    Gone,
-    Kill,
-    Restart,
-    RestartGroup,
-    ShutDown,
-    Start,
-    Stop,
-    StopNext,
-    Tell,
-    Update,
-)
+from actors.supervision import acts
+from actors.supervision.acts import Act, BookAct
 from actors.supervision.child_task import ChildTask, LeakedChild
 from actors.supervision.children import Children
 from actors.supervision.decide import decide
 from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
 from actors.supervision.entry import Entry
 from actors.supervision.errors import StartFailed
-from actors.supervision.events import AllReady, Ended, Event, KillAsked, Ready, StopAsked
+from actors.supervision.events import AllReady, Ended, Event, KillAsked, Ready, Request, StopAsked
 from actors.supervision.policy import Backoff
 from actors.supervision.reasons import ExitReason
 from actors.supervision.refs import ChildRef, Down
@@ -92,7 +71,7 @@ class Executor:
         self._killed = killed
         self._nest = nest
         self._context = contextvars.copy_context()
-        self._inbox: deque[tuple[Event | Callable[[], None], Caller | None]] = deque()
+        self._inbox: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
         self._busy = False
         self._over: asyncio.Future[None] = self.loop.create_future()
         self._failure: Exception | None = None
@@ -118,7 +97,7 @@ class Executor:
         if self._killed() or self._children.phase == "over":
             return
         self._over = self.loop.create_future()
-        self.post(StopAsked("its task was canceled by somebody else"))
+        self.stop("its task was canceled by somebody else")
         with shield():
             while not self._killed() and not self._over.done():
                 with contextlib.suppress(asyncio.CancelledError):
@@ -129,16 +108,16 @@ class Executor:
         if self._children.phase == "over":
             return
         self._over = self.loop.create_future()
-        self.post(KillAsked())
+        self.post(self._handle, KillAsked())
         with contextlib.suppress(asyncio.CancelledError):
             await see_through(self._over)
         self._over.exception()  # if it broke once more, the first exception says why
 
     # ------------------------------------------------------------------ events
 
-    def post(self, event: Event | Callable[[], None], caller: Caller | None = None) -> None:
+    def post(self, handler: Callable[[*Args], None], *args: *Args) -> None:
         """Put an event, or a step that was put off, into the inbox, and handle what is in it unless that is under way."""
-        self._inbox.append((event, caller))
+        self._inbox.append((handler, args))
         if not self._busy:
             self._busy = True
             try:
@@ -146,39 +125,47 @@ class Executor:
             finally:
                 self._busy = False
 
+    def stop(self, why: str) -> None:
+        """Ask for the supervisor's orderly end."""
+        self.post(self._handle, StopAsked(why))
+
+    def serve(self, request: Request) -> Caller:
+        """Handle a request in its turn. That, or a later event, completes the future."""
+        caller: Caller = self.loop.create_future()
+        self.post(self._serve, request, caller)
+        return caller
+
     def _handle_all(self) -> None:
         while self._inbox:
-            event, caller = self._inbox.popleft()
+            handler, args = self._inbox.popleft()
             try:
-                if isinstance(event, Ended):
-                    self._handle_end(event)
-                elif not callable(event):
-                    self._handle(event, caller)
-                else:
-                    event()
+                handler(*args)
             except Exception as error:  # what we know may be wrong now, so we do not go on
                 if not self._over.done():
                     self._over.set_exception(error)
 
-    def _handle(self, event: Event, caller: Caller | None) -> None:
+    def _handle(self, event: Event) -> None:
+        for act in decide(event, self._children):
+            self._carry_out(act, None)
+
+    def _serve(self, request: Request, caller: Caller) -> None:
         try:
-            acts = decide(event, self._children)
+            answer = decide(request, self._children)
         except Exception as refusal:
-            if caller is None:
-                raise
-            _refuse(caller, refusal)
+            if not caller.done():
+                caller.set_exception(refusal)
             return
-        for act in acts:
+        for act in answer:
             self._carry_out(act, caller)
 
     def _handle_end(self, event: Ended) -> None:
         entry = self._children[event.life.ref.id]
-        life, entry.now = entry.now, None
-        acts = decide(event, self._children)
+        life, entry.now = self._life(entry.spec.name), None
+        answer = decide(event, self._children)
         entry.marked = False
-        for act in acts:
+        for act in answer:
             self._carry_out(act, None)
-        if life is not None and life.watchers:
+        if life.watchers:
             down = Down(life.ref, event.reason)
             for watcher in list(life.watchers):
                 watcher(down)
@@ -188,70 +175,67 @@ class Executor:
 
     def _carry_out(self, act: Act, caller: Caller | None) -> None:
         match act:
-            case Confirm():
+            case acts.Confirm():
                 self._confirm(self._children[act.child])
-            case StopNext():
+            case acts.StopNext():
                 self._stop_next()
-            case Start():
+            case acts.Start():
                 self._start_in_turn(self._children[act.child])
-            case Stop():
+            case acts.Stop():
                 self._ask(self._children[act.child], act.why)
-            case Restart():
+            case acts.Restart():
                 self._restart(act)
-            case RestartGroup():
+            case acts.RestartGroup():
                 self._restart_group(act)
-            case Tell():
+            case acts.Tell():
                 self._report(act)
-            case Gone():
+            case acts.Gone():
                 self._guard("gone()", self._runtime.gone, (*self._children.path, act.child), act.kept)
-            case Kill():
-                if (life := self._children[act.child].now) is not None:
-                    life.kill()
-            case ShutDown():
+            case acts.Kill():
+                self._life(act.child).kill()
+            case acts.ShutDown():
                 self._shut_down(act)
-            case EndHold():
+            case acts.EndHold():
                 self._end_hold()
             case _:
                 self._enter(act, caller)
 
-    def _enter(
-        self,
-        act: Forget | Drop | CloseWhenReady | Add | Due | Update | Adopt | Answer | AnswerAtEnd,
-        caller: Caller | None,
-    ) -> None:
-        """Acts that change no more than the books, and what a caller hears."""
+    def _enter(self, act: BookAct, caller: Caller | None) -> None:
         children = self._children
         match act:
-            case Forget():
+            case acts.Forget():
                 del children.entries[act.child]
-            case Drop():
+            case acts.Drop():
                 self._drop(children[act.child], act.error)
                 children[act.child].parked |= act.park
-            case CloseWhenReady():
+            case acts.CloseWhenReady():
                 children.closing = children.closing or act.end
-            case Add():
+            case acts.Add():
                 children.add(act.spec, act.given).fresh = True
                 children.numbered = max(children.numbered, act.numbered)
-            case Due():
+            case acts.Due():
                 entry = children[act.child]
                 entry.intent, entry.parked, entry.answer = "start", False, caller
-            case Update():
+            case acts.Update():
                 children[act.child].spec = act.spec
-            case Adopt():
+            case acts.Adopt():
                 children.adopt(act.spec)
-            case Answer():
+            case acts.Answer():
                 _reply(caller)
-            case AnswerAtEnd():
-                life = children[act.child].now
-                assert life is not None
-                life.watch(lambda _: _reply(caller))
+            case _:
+                self._life(act.child).watch(lambda _: _reply(caller))
+
+    def _life(self, name: str) -> ChildTask:
+        """The present life of a child that has one."""
+        life = self._children[name].now
+        assert life is not None
+        return life
 
     def _confirm(self, entry: Entry) -> None:
-        life = entry.now
-        assert life is not None
+        life = self._life(entry.spec.name)
         life.ready = True
         entry.intent, entry.fresh, entry.ready_at = "", False, self.loop.time()
-        self._report(Tell("progress", life))
+        self._report(acts.Tell("progress", life))
         if answer := entry.take_answer():
             answer.set_result(life.ref)
         self._step_done(entry)
@@ -279,11 +263,11 @@ class Executor:
         else:
             self._start(entry)
 
-    def _restart(self, act: Restart) -> None:
+    def _restart(self, act: acts.Restart) -> None:
         entry = self._children[act.child]
         self._children.restart(entry, act.at, act.earlier)
         if delay := self._delay(entry.spec.backoff, act.earlier):
-            entry.timer = self.loop.call_later(delay, self.post, lambda: self._retry(entry))
+            entry.timer = self.loop.call_later(delay, self.post, self._retry, entry)
         else:
             self._start(entry)
 
@@ -291,7 +275,7 @@ class Executor:
         entry.timer = None
         self._start(entry)
 
-    def _restart_group(self, act: RestartGroup) -> None:
+    def _restart_group(self, act: acts.RestartGroup) -> None:
         children, entry = self._children, self._children[act.child]
         children.restart(entry, act.at, act.earlier)
         delay = self._delay(entry.spec.backoff, act.earlier)
@@ -305,8 +289,7 @@ class Executor:
 
     def _ask(self, entry: Entry, why: str) -> None:
         entry.marked = False
-        if entry.now is not None:
-            entry.now.stop(why, entry.spec.stop)
+        self._life(entry.spec.name).stop(why, entry.spec.stop)
 
     # ------------------------------------------------------------------ what is done in order
 
@@ -326,7 +309,7 @@ class Executor:
         elif children.phase == "starting" and not steps.busy:
             children.phase = "running"
             self._guard("started()", self._started)
-            self._handle(AllReady(), None)
+            self._handle(AllReady())
 
     def _step_done(self, entry: Entry) -> None:
         if self._children.steps.current is entry:
@@ -337,7 +320,7 @@ class Executor:
         self._children.steps.release()
         self._advance()
 
-    def _shut_down(self, act: ShutDown) -> None:
+    def _shut_down(self, act: acts.ShutDown) -> None:
         children = self._children
         self._failure = act.failure
         children.shut_down(act.why)
@@ -364,10 +347,10 @@ class Executor:
         return self._nest(spec, ref.path, lambda: task.killed is not None)
 
     def ready(self, task: ChildTask, /) -> None:
-        self.post(Ready(task))
+        self.post(self._handle, Ready(task))
 
     def ended(self, task: ChildTask, reason: ExitReason, /) -> None:
-        self.post(Ended(task, reason, self.loop.time()))
+        self.post(self._handle_end, Ended(task, reason, self.loop.time()))
 
     def abandoned(self, task: ChildTask, /) -> None:
         leaked = LeakedChild(task.ref, task.task)
@@ -376,7 +359,7 @@ class Executor:
 
     # ------------------------------------------------------------------ telling the system
 
-    def _report(self, act: Tell) -> None:
+    def _report(self, act: acts.Tell) -> None:
         life = act.life
         report = Report(
             act.context, self._children.path, life.ref, life.entry.spec.restart, self.loop.time(), act.reason, act.note
@@ -395,8 +378,3 @@ class Executor:
 def _reply(caller: Caller | None) -> None:
     if caller is not None and not caller.done():
         caller.set_result(None)
-
-
-def _refuse(caller: Caller, refusal: Exception) -> None:
-    if not caller.done():
-        caller.set_exception(refusal)

@@ -20,7 +20,6 @@ from actors.supervision.events import (
     RestartChild,
     Spawn,
     StartChild,
-    StopAsked,
     TerminateChild,
 )
 from actors.supervision.executor import Executor
@@ -115,7 +114,7 @@ class RunningSupervisor:
         if self._executor is None:
             self._children.why = reason or "shutdown"
         else:
-            self._executor.post(StopAsked(reason))
+            self._executor.stop(reason)
 
     def _nest(
         self, spec: Supervisor | DynamicSupervisor, path: tuple[str, ...], killed: Callable[[], bool]
@@ -256,9 +255,7 @@ class RunningSupervisor:
             raise WrongThread(
                 f"supervisor {self.name} was asked from a foreign event loop: ask it by asyncio.run_coroutine_threadsafe(..., loop)"
             )
-        answer: asyncio.Future[ChildRef | None] = executor.loop.create_future()
-        executor.post(request, answer)
-        return await answer
+        return await executor.serve(request)
 
     # ------------------------------------------------------------------ watching
 

@@ -3,30 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from robot.hardware.body import Vector
+from robot.hardware.arm import ArmBusy, ArmState
 from robot.model.arm import STOWED, check_angles
 from robot.planning.trajectory import Motion, Point, Quintic, Stop
 
-__all__ = ["Arm", "ArmBusy", "ArmState"]
-
-
-class ArmBusy(RuntimeError):
-    """The arm is moving and cannot take another target."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ArmState:
-    """The arm at one instant: rad and rad/s, shape (4,), order of `robot.model.arm.JOINTS`."""
-
-    position: Vector
-    velocity: Vector
-    moving: bool
-    progress: float
-    """Share of the way of the latest motion, 0..1; never falls during a motion, and stays when it is cancelled."""
+__all__ = ["Arm"]
 
 
 class Arm:

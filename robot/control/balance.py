@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot, sqrt
 
+from robot.geometry.vectors import Triple
+
 __all__ = ["distribute"]
 
-Triple = tuple[float, float, float]
 
 IMPORTANCE = (1.0, 1.0, 9.0, 100.0, 100.0, 16.0)
 """Squared weights of force x, y, z (N) and moment x, y, z (N m) in the least-squares fit."""

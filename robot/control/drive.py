@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from robot.geometry.vectors import Rows, Triple
 from robot.hardware.body import MotorTargets
-from robot.model.legs import Rows, Triple
 
 __all__ = ["Targets", "joint_speeds"]
 

@@ -9,18 +9,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robot.estimation.surroundings import Surroundings
-from robot.planning.path import Path, wrap
-from robot.scenes.scene import Pose2
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Floats
+from robot.planning.path import Path
 
-__all__ = ["Command", "Follower", "Limits", "Step", "Tolerance"]
-
-Floats = NDArray[np.float64]
+__all__ = ["Command", "Follower", "Limits", "Phase", "Step", "Tolerance"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,13 +88,30 @@ class Tolerance:
     yaw: float = 0.04
 
 
+class Phase(StrEnum):
+    """What a step is doing."""
+
+    TURNING = "turning"
+    """On the spot, towards the path."""
+    FOLLOWING = "following"
+    THREADING = "threading"
+    """From pose to pose through a narrow place."""
+    AVOIDING = "avoiding"
+    """Not as the path wants it: that would come too near to something."""
+    EVADING = "evading"
+    """Out of the way of something that comes."""
+    APPROACHING = "approaching"
+    """The last steps to the goal, sideways and backward as need be."""
+    ARRIVED = "arrived"
+    BLOCKED = "blocked"
+
+
 @dataclass(frozen=True, slots=True)
 class Step:
     """One control step: the command, what it is doing, how far is left, and how near the body is to anything."""
 
     command: Command
-    phase: str
-    """``turning``, ``following``, ``threading``, ``avoiding``, ``evading``, ``approaching``, ``arrived`` or ``blocked``."""
+    phase: Phase
     remaining: float
     """Along the path, m."""
     clearance: float
@@ -225,23 +242,23 @@ class Follower:
         turn_left = wrap(self._goal.yaw - pose.yaw)
         if near and to_goal <= self.tolerance.position and abs(turn_left) <= self.tolerance.yaw:
             self._last = STOP
-            return Step(STOP, "arrived", to_goal, clearance, off)
+            return Step(STOP, Phase.ARRIVED, to_goal, clearance, off)
         aim = self._next_pose(pose) or (self._goal if near else None)
         if self._poses is not None and aim is not None:
-            wish, phase = self._toward(pose, aim, min(self.limits.pace(clearance), _THREADING)), "threading"
+            wish, phase = self._toward(pose, aim, min(self.limits.pace(clearance), _THREADING)), Phase.THREADING
         elif near:
-            wish, phase = self._toward(pose, self._goal, 0.35), "approaching"
+            wish, phase = self._toward(pose, self._goal, 0.35), Phase.APPROACHING
         else:
             wish, phase = self._pursue(pose, clearance)
         command, phase = self._checked(wish, phase, pose, around, clearance, aim)
-        self._avoiding = phase == "avoiding"
+        self._avoiding = phase == Phase.AVOIDING
         command = self.limits.ramp(command, self._last, dt)
         self._last = command
         return Step(command, phase, max(remaining, to_goal), clearance, off)
 
     # --- what it would like -----------------------------------------------------------------------------------------
 
-    def _pursue(self, pose: Pose2, clearance: float) -> tuple[Command, str]:
+    def _pursue(self, pose: Pose2, clearance: float) -> tuple[Command, Phase]:
         """Head for a point ahead on the path: turn on the spot when it lies far to the side."""
         assert self.path is not None
         speed = abs(self._last.vx)
@@ -250,14 +267,14 @@ class Follower:
         self._turning = abs(bearing) > (0.2 if self._turning else 0.7)
         wz = 1.8 * bearing
         if self._turning:
-            return self.limits.clip(0.0, 0.0, wz), "turning"
+            return self.limits.clip(0.0, 0.0, wz), Phase.TURNING
         foot_x, foot_y = self.path.at(self._along)
         left = -math.sin(pose.yaw) * (foot_x - pose.x) + math.cos(pose.yaw) * (foot_y - pose.y)
         end = math.hypot(self._goal.x - pose.x, self._goal.y - pose.y)
         # With room to spare round the goal it need not come to rest before the far side of that room.
         braking = math.sqrt(2.0 * 0.4 * max(end + self.tolerance.position - 0.21, 0.02))
         vx = min(self.limits.vx_max * max(math.cos(1.4 * bearing), 0.2), self.limits.pace(clearance), braking)
-        return self.limits.clip(vx, 0.8 * left, wz), "following"
+        return self.limits.clip(vx, 0.8 * left, wz), Phase.FOLLOWING
 
     def _next_pose(self, pose: Pose2) -> Pose2 | None:
         """The pose to thread toward: some 25 cm (or as much turning) ahead. None, and done with them, at the last one."""
@@ -297,11 +314,11 @@ class Follower:
     # --- what it may ------------------------------------------------------------------------------------------------
 
     def _checked(
-        self, wish: Command, phase: str, pose: Pose2, around: Surroundings, clearance: float, aim: Pose2 | None
-    ) -> tuple[Command, str]:
+        self, wish: Command, phase: Phase, pose: Pose2, around: Surroundings, clearance: float, aim: Pose2 | None
+    ) -> tuple[Command, Phase]:
         """The wish itself if it keeps clear, else the best command of the fan; a stop when there is none."""
         tried = np.array([[wish.vx, wish.vy, wish.wz]])
-        threading = phase == "threading"
+        threading = phase == Phase.THREADING
         touch = _TOUCH if aim is None else _SQUEEZE
         comfort = (
             self._offered(around) if aim is None else touch + 0.02 if threading else min(_COMFORT, clearance + 0.02)
@@ -320,12 +337,12 @@ class Follower:
         allowed[0] &= bool(least[0] >= touch)
         if not allowed.any():
             if not around.movers.moving:
-                return STOP, "blocked"
+                return STOP, Phase.BLOCKED
             # Something comes and every command ends near it: standing still is not safe, so go where most room is left,
             # but into nothing that stands.
             standing = clear[:, : len(instants)].min(axis=1)
             room = np.where(standing >= min(touch, clearance - 0.01), least, -np.inf)
-            return self.limits.clip(*(float(v) for v in fan[int(room.argmax())])), "evading"
+            return self.limits.clip(*(float(v) for v in fan[int(room.argmax())])), Phase.EVADING
         price = self._price(x[:, -1], y[:, -1], yaw[:, -1], aim)
         price += 1.5 * (np.maximum(comfort - least, 0.0) / comfort) ** 2
         last = self._last
@@ -335,8 +352,8 @@ class Follower:
         best = int(price.argmin())
         chosen = self.limits.clip(*(float(v) for v in fan[best]))
         if chosen == STOP:
-            return STOP, "blocked"
-        return chosen, phase if best == 0 else "avoiding"
+            return STOP, Phase.BLOCKED
+        return chosen, phase if best == 0 else Phase.AVOIDING
 
     def _offered(self, around: Surroundings) -> float:
         """The clearance (m) to insist on: a little less than the body has when it slides along the path as drawn.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import cos, hypot, inf, sin
-from typing import Literal
 
 import numpy as np
 
@@ -19,15 +18,14 @@ from robot.estimation.plausibility import ContactWatch, ImuWatch, JointWatch
 from robot.estimation.predict import Ahead
 from robot.estimation.terrain import TerrainPlane
 from robot.estimation.virtual_imu import felt
-from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets, Vector
+from robot.geometry.vectors import Vector
+from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
 from robot.model.kinematics import inverse
+from robot.model.modes import GOALS, Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
 
-__all__ = ["GaitController", "GaitState", "Goal", "Mode"]
-
-Mode = Literal["sit", "rising", "stand", "walk", "stopping", "lowering"]
-Goal = Literal["sit", "stand", "walk"]
+__all__ = ["GaitController", "GaitState"]
 
 RISE_TIME = 2.0
 """Seconds from sitting to standing and back."""
@@ -97,8 +95,8 @@ class GaitController:
         self._commands = CommandShaper(limits or CommandLimits())
         self._estimate = Estimator()
         self._terrain = TerrainPlane()
-        self._mode: Mode = "sit"
-        self._goal: Goal = "sit"
+        self._mode: Mode = Mode.SIT
+        self._goal: Mode = Mode.SIT
         self._planted: Planted | None = None
         self._walker: Walker | None = None
         self._sitting: Vector = inverse(nominal_feet(SIT_HEIGHT)).joints
@@ -113,7 +111,7 @@ class GaitController:
 
     def __repr__(self) -> str:
         x, y, _ = self._estimate.position
-        return f"GaitController(mode={self._mode!r}, gait={self._gait.name!r}, position=({x:.2f}, {y:.2f}))"
+        return f"GaitController(mode={self._mode.value!r}, gait={self._gait.name!r}, position=({x:.2f}, {y:.2f}))"
 
     @property
     def mode(self) -> Mode:
@@ -121,16 +119,16 @@ class GaitController:
         return self._mode
 
     @property
-    def goal(self) -> Goal:
+    def goal(self) -> Mode:
         """The mode asked for last."""
         return self._goal
 
     @property
-    def aim(self) -> Goal:
+    def aim(self) -> Mode:
         """The mode it goes to: the one asked for, as far as the sensors allow."""
         if self._joint_watch.lost:
-            return "sit"
-        return "stand" if self._goal == "walk" and self._imu_watch.lost else self._goal
+            return Mode.SIT
+        return Mode.STAND if self._goal == Mode.WALK and self._imu_watch.lost else self._goal
 
     @property
     def lost(self) -> tuple[str, ...]:
@@ -180,12 +178,13 @@ class GaitController:
         """
         return self._commands.ask(vx, vy, wz)
 
-    def request(self, mode: Goal) -> None:
+    def request(self, mode: str) -> None:
         """Ask for `sit`, `stand` or `walk`; the controller goes there by way of the modes between. Raises ValueError for others."""
-        if mode not in ("sit", "stand", "walk"):
+        goal = next((known for known in GOALS if known == mode), None)
+        if goal is None:
             raise ValueError(f"The gait controller has no mode {mode!r}: ask for 'sit', 'stand' or 'walk'.")
-        self._goal = mode
-        if mode != "walk":
+        self._goal = goal
+        if goal is not Mode.WALK:
             self._commands.ask(0.0, 0.0, 0.0)
 
     def select_gait(self, gait: str) -> None:
@@ -213,7 +212,7 @@ class GaitController:
         if imu is None:
             slope = (self._terrain.slope_x, self._terrain.slope_y)
             imu = felt(estimate.legs, joints, estimate.rotation, slope)
-        if self._safe is None and self._mode != "sit" and estimate.rotation[2][2] < UPRIGHT:
+        if self._safe is None and self._mode != Mode.SIT and estimate.rotation[2][2] < UPRIGHT:
             self._crouch()
         targets = self._act(dt, imu, joints)
         self._told = targets.position if self._walker is None else None
@@ -222,7 +221,7 @@ class GaitController:
     def _check(self, dt: float, joints: JointSample, contacts_silent: bool) -> JointSample:
         """The joint sample with what cannot be believed replaced; without an encoder the safe stop takes over."""
         joints = self._joint_watch.check(dt, joints, self._told)
-        if self._joint_watch.lost and self._safe is None and self._mode != "sit":
+        if self._joint_watch.lost and self._safe is None and self._mode != Mode.SIT:
             self._crouch()
         contact = self._contact_watch.check(dt, joints, self._estimate.legs, self._walker, contacts_silent)
         if contact is None:
@@ -231,7 +230,7 @@ class GaitController:
 
     def _crouch(self) -> None:
         """Give up whatever goes on, and sit down by the safe stop."""
-        self._goal, self._mode = "sit", "lowering"
+        self._goal, self._mode = Mode.SIT, Mode.LOWERING
         self._walker = self._planted = None
         self._commands.halt()
         self._safe = SafeStop()
@@ -239,14 +238,16 @@ class GaitController:
     def _act(self, dt: float, imu: ImuSample, joints: JointSample) -> MotorTargets:
         estimate = self._estimate
         walker = self._walker
-        still = self._mode == "sit" or (self._mode == "stand" and self._planted is not None and self._planted.arrived)
+        still = self._mode == Mode.SIT or (
+            self._mode == Mode.STAND and self._planted is not None and self._planted.arrived
+        )
         estimate.update(dt, imu, joints, walker.leaving() if walker else (False,) * 4, still)
-        if self._mode in ("walk", "stopping"):
+        if self._mode in (Mode.WALK, Mode.STOPPING):
             self._terrain.update(dt, estimate.contacts)
         acceleration = walker.acceleration if walker else _ZERO
         ahead = Ahead(estimate, joints, self._delay + 0.5 * dt, acceleration)
         self._change_mode(dt, ahead, joints)
-        command = self._commands.advance(dt, self._mode == "walk", *self._bounds())
+        command = self._commands.advance(dt, self._mode == Mode.WALK, *self._bounds())
         if self._walker is not None:
             return self._walker.step(dt, estimate, ahead, self._terrain, command).freeze()
         if self._planted is not None:
@@ -283,50 +284,50 @@ class GaitController:
         if self._safe is not None:
             if self._safe.done:
                 self._safe = None
-                self._mode, self._held, self._lying = "sit", joints.position.copy(), 0.0
-        elif mode == "sit":
+                self._mode, self._held, self._lying = Mode.SIT, joints.position.copy(), 0.0
+        elif mode == Mode.SIT:
             if (
-                goal != "sit"
+                goal != Mode.SIT
                 and self._held is not None
                 and self._lying >= REST_TIME
                 and np.abs(joints.position - self._sitting).max() < GATHERED
             ):
-                self._plant("rising", ahead, STAND_HEIGHT, weight=0.0)
-        elif mode in ("rising", "lowering") and planted is not None:
-            if goal == "sit" and mode == "rising":
-                self._mode = "lowering"
+                self._plant(Mode.RISING, ahead, STAND_HEIGHT, weight=0.0)
+        elif mode in (Mode.RISING, Mode.LOWERING) and planted is not None:
+            if goal == Mode.SIT and mode == Mode.RISING:
+                self._mode = Mode.LOWERING
                 planted.go(SIT_HEIGHT, RISE_TIME)
-            elif goal != "sit" and mode == "lowering":
-                self._mode = "rising"
+            elif goal != Mode.SIT and mode == Mode.LOWERING:
+                self._mode = Mode.RISING
                 planted.go(STAND_HEIGHT, RISE_TIME)
             elif planted.arrived:
-                self._mode = "stand" if mode == "rising" else "sit"
-                if mode == "lowering":
+                self._mode = Mode.STAND if mode == Mode.RISING else Mode.SIT
+                if mode == Mode.LOWERING:
                     self._planted, self._held, self._lying = None, joints.position.copy(), 0.0
-        elif mode == "stand" and planted is not None:
-            if goal == "sit":
-                self._mode = "lowering"
+        elif mode == Mode.STAND and planted is not None:
+            if goal == Mode.SIT:
+                self._mode = Mode.LOWERING
                 planted.go(SIT_HEIGHT, RISE_TIME)
-            elif goal == "walk":
-                self._mode, self._planted = "walk", None
+            elif goal == Mode.WALK:
+                self._mode, self._planted = Mode.WALK, None
                 self._walker = Walker(self._gait, ahead)
                 self._terrain.update(inf, self._estimate.contacts)
-        elif mode in ("walk", "stopping") and self._walker is not None:
+        elif mode in (Mode.WALK, Mode.STOPPING) and self._walker is not None:
             self._walk_on(dt, ahead, self._walker)
 
     def _walk_on(self, dt: float, ahead: Ahead, walker: Walker) -> None:
         """Keep walking, change the gait, or come to rest and plant the feet."""
-        if self.aim == "walk":
-            self._mode, self._stopping_for, walker.halting = "walk", 0.0, False
+        if self.aim == Mode.WALK:
+            self._mode, self._stopping_for, walker.halting = Mode.WALK, 0.0, False
             self._change_gait(dt, self._chosen(dt, walker), ahead, walker)
             return
-        self._mode = "stopping"
+        self._mode = Mode.STOPPING
         self._stopping_for += dt
         if walker.halting:
             if not walker.swinging:
                 self._walker, self._stopping_for = None, 0.0
                 self._commands.halt()
-                self._plant("stand", ahead, STAND_HEIGHT, weight=1.0)
+                self._plant(Mode.STAND, ahead, STAND_HEIGHT, weight=1.0)
         elif max(abs(part) for part in self._commands.velocity) < 1e-6:
             speed = _speed(ahead, walker)
             feet = np.array(ahead.legs.feet)[:, :2] - np.array(NOMINAL)
@@ -362,7 +363,7 @@ class GaitController:
     def _plant(self, mode: Mode, ahead: Ahead, height: float, weight: float) -> None:
         self._mode = mode
         self._planted = Planted(ahead, weight)
-        self._planted.go(height, RISE_TIME if mode == "rising" else SETTLE_TIME)
+        self._planted.go(height, RISE_TIME if mode == Mode.RISING else SETTLE_TIME)
 
 
 def _speed(ahead: Ahead, walker: Walker) -> float:

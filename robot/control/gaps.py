@@ -11,17 +11,17 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robot.control.follow import Limits
 from robot.estimation.surroundings import Surroundings
-from robot.planning.path import Path, wrap
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Floats
+from robot.planning.path import Path
 from robot.planning.wavefront import Nodes, spread
-from robot.scenes.scene import Pose2
 
 __all__ = ["thread"]
 
-Floats = NDArray[np.float64]
 
 _AVERSION = 4.0
 _AHEAD = 1.6

@@ -9,22 +9,21 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robot.control.follow import STOP, Command, Follower, Limits, Step, Tolerance
+from robot.control.follow import STOP, Command, Follower, Limits, Phase, Step, Tolerance
 from robot.control.gaps import thread
-from robot.control.progress import ProgressChecker, Recovery
+from robot.control.progress import Manoeuvre, ProgressChecker, Recovery
 from robot.estimation.surroundings import Surroundings
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 from robot.planning.errors import GoalBlocked, NavigationError, NoProgress, PathBlocked
 from robot.planning.grid import Grid
-from robot.planning.path import Path, wrap
+from robot.planning.path import Path
 from robot.planning.planner import Planner, check_finite
-from robot.scenes.scene import Pose2
 
 __all__ = ["Motion", "Navigator", "State"]
-
-Floats = NDArray[np.float64]
 
 
 class State(StrEnum):
@@ -54,7 +53,7 @@ class Motion:
     failure: NavigationError | None = None
     """Why, when the state is ``failed``."""
     detail: str = ""
-    """The phase or the recovery at work: ``turning``, ``following``, ``avoiding``, ``approaching``, ``back_up``, ..."""
+    """The phase or the manoeuvre at work, or why there is neither."""
     clearance: float = math.inf
     """From the body's outline to the nearest thing now, m."""
 
@@ -279,7 +278,7 @@ class Navigator:
         if not self._straight:
             self._thread(now, pose)
         step = self.follower.step(pose, self.around, dt)
-        if step.phase == "arrived":
+        if step.phase is Phase.ARRIVED:
             self.state = State.ARRIVED
             return self._motion(STOP, step)
         if step.off_path > 0.6:
@@ -287,7 +286,7 @@ class Navigator:
         if self._recovered_at is not None and _apart(pose, self._recovered_at) > 1.0:
             self._recovery.reset()
             self._recovered_at = None
-        held = step.phase == "blocked"
+        held = step.phase is Phase.BLOCKED
         if held and self._held_since is not None and now - self._held_since > 1.0:
             self.follower.unthread()
         self._held_since = (now if self._held_since is None else self._held_since) if held else None
@@ -328,7 +327,7 @@ class Navigator:
         if name is None:
             return self._fail()
         self.state, self._recovered_at = State.RECOVERING, pose
-        if name == "clear":
+        if name is Manoeuvre.CLEAR:
             self.around.forget()
         return self._motion(STOP, detail=name)
 

@@ -4,12 +4,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import StrEnum
 
-from robot.scenes.scene import Pose2
+from robot.geometry.planar import Pose2
 
-__all__ = ["RECOVERIES", "ProgressChecker", "Recovery"]
+__all__ = ["RECOVERIES", "Manoeuvre", "ProgressChecker", "Recovery"]
 
-RECOVERIES = ("clear", "back_up", "turn", "wait")
+
+class Manoeuvre(StrEnum):
+    """What can be tried when the robot does not get anywhere."""
+
+    CLEAR = "clear"
+    """Forget what was seen: it may be gone."""
+    BACK_UP = "back_up"
+    TURN = "turn"
+    WAIT = "wait"
+
+
+RECOVERIES = (Manoeuvre.CLEAR, Manoeuvre.BACK_UP, Manoeuvre.TURN, Manoeuvre.WAIT)
 """What is tried, in this order, before a goal is aborted."""
 
 
@@ -34,17 +46,19 @@ class ProgressChecker:
 
 
 @dataclass(frozen=True, slots=True)
-class _Manoeuvre:
+class _Motion:
+    """A constant velocity (m/s, rad/s) for so many seconds."""
+
     vx: float
     wz: float
     seconds: float
 
 
-_MANOEUVRES = {
-    "clear": _Manoeuvre(0.0, 0.0, 0.5),
-    "back_up": _Manoeuvre(-0.15, 0.0, 2.0),  # nav2: 0.30 m at 0.15 m/s
-    "turn": _Manoeuvre(0.0, 0.6, 2.6),  # nav2: 1.57 rad
-    "wait": _Manoeuvre(0.0, 0.0, 5.0),
+_MOTIONS = {
+    Manoeuvre.CLEAR: _Motion(0.0, 0.0, 0.5),
+    Manoeuvre.BACK_UP: _Motion(-0.15, 0.0, 2.0),  # nav2: 0.30 m at 0.15 m/s
+    Manoeuvre.TURN: _Motion(0.0, 0.6, 2.6),  # nav2: 1.57 rad
+    Manoeuvre.WAIT: _Motion(0.0, 0.0, 5.0),
 }
 
 
@@ -54,10 +68,10 @@ class Recovery:
     def __init__(self) -> None:
         self._tried = 0
         self._until = -math.inf
-        self.current: str | None = None
+        self.current: Manoeuvre | None = None
 
     @property
-    def tried(self) -> tuple[str, ...]:
+    def tried(self) -> tuple[Manoeuvre, ...]:
         """What has been tried so far, in order."""
         return RECOVERIES[: self._tried]
 
@@ -65,13 +79,13 @@ class Recovery:
         """Begin again from the first, after the robot moved on."""
         self._tried, self._until, self.current = 0, -math.inf, None
 
-    def begin(self, now: float) -> str | None:
+    def begin(self, now: float) -> Manoeuvre | None:
         """Start the next recovery and return its name, or None when all were tried."""
         if self._tried == len(RECOVERIES):
             return None
         self.current = RECOVERIES[self._tried]
         self._tried += 1
-        self._until = now + _MANOEUVRES[self.current].seconds
+        self._until = now + _MOTIONS[self.current].seconds
         return self.current
 
     def command(self, now: float) -> tuple[float, float] | None:
@@ -79,8 +93,8 @@ class Recovery:
         if self.current is None or now >= self._until:
             self.current = None
             return None
-        manoeuvre = _MANOEUVRES[self.current]
-        return manoeuvre.vx, manoeuvre.wz
+        motion = _MOTIONS[self.current]
+        return motion.vx, motion.wz
 
     def give_up(self) -> None:
         """End the running manoeuvre early: there is no room for it."""

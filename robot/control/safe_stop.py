@@ -12,9 +12,10 @@ from math import cos, hypot, pi
 
 from robot.control.balance import distribute
 from robot.control.drive import Targets
+from robot.geometry.vectors import Triple
 from robot.hardware.body import JointSample, MotorTargets
 from robot.model.kinematics import leg_inverse
-from robot.model.legs import LEVEL, Limbs, Triple, foot_velocities, limbs, torques
+from robot.model.legs import LEVEL, Limbs, foot_velocities, limbs, torques
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT
 from robot.model.stance import NOMINAL
 

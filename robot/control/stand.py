@@ -12,9 +12,9 @@ from robot.control.balance import distribute
 from robot.control.drive import Targets
 from robot.estimation.predict import Ahead
 from robot.estimation.terrain import TerrainPlane
-from robot.geometry.vectors import to_body, to_ground
+from robot.geometry.vectors import Triple, to_body, to_ground
 from robot.model.kinematics import leg_inverse
-from robot.model.legs import Triple, torques
+from robot.model.legs import torques
 from robot.model.mass import standing_mass
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, STAND_HEIGHT
 

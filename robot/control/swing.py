@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import cos, pi, sin, tau
 
-__all__ = ["Triple", "swing_path"]
+from robot.geometry.vectors import Triple
 
-Triple = tuple[float, float, float]
+__all__ = ["swing_path"]
 
 
 def swing_path(start: Triple, end: Triple, progress: float, duration: float, clearance: float) -> tuple[Triple, Triple]:

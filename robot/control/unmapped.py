@@ -8,9 +8,9 @@ import numpy as np
 
 from robot.control.follow import Limits, Tolerance
 from robot.control.navigator import Navigator
+from robot.geometry.planar import Pose2
 from robot.model.footprint import Footprint
 from robot.planning.grid import Grid
-from robot.scenes.scene import Pose2
 
 __all__ = ["SHEET", "WALKING", "unmapped_grid", "unmapped_navigator"]
 

@@ -13,11 +13,11 @@ from robot.control.command import CommandLimits
 from robot.control.drive import Targets, joint_speeds
 from robot.control.gaits import Gait, GaitClock
 from robot.control.sway import Sway, sway
-from robot.control.swing import Triple, swing_path
+from robot.control.swing import swing_path
 from robot.estimation.leg_odometry import Estimator
 from robot.estimation.predict import Ahead
 from robot.estimation.terrain import TerrainPlane
-from robot.geometry.vectors import to_body, to_ground
+from robot.geometry.vectors import Triple, to_body, to_ground
 from robot.model.kinematics import leg_inverse, leg_jacobian
 from robot.model.legs import torques
 from robot.model.mass import standing_mass

@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import asin, atan2, cos, sin, sqrt
 
 from robot.estimation.gyro_bias import GyroBias
-from robot.model.legs import Triple
+from robot.geometry.vectors import Triple
 from robot.model.parameters import GRAVITY
 
 __all__ = ["AttitudeFilter"]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from enum import Enum
 
+from robot.hardware.battery import PackState
 from robot.model.battery import EMPTY_VOLTAGE
-from robot.sim.battery import PackState
 
 __all__ = ["CRITICAL", "LOW", "ChargeLevel", "LevelMonitor"]
 

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from robot.model.battery import EMPTY_VOLTAGE, GAUGE_CELLS, PackDesign
-from robot.sim.battery import HEAT_CAPACITY, THERMAL_RESISTANCE, PackState
+from robot.hardware.battery import PackState
+from robot.model.battery import EMPTY_VOLTAGE, GAUGE_CELLS, HEAT_CAPACITY, THERMAL_RESISTANCE, PackDesign
 
 __all__ = ["MeanLoad", "RuntimeEstimator"]
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robot.geometry.messages import compose, inverse
+from robot.geometry.planar import Pose2, compose, inverse
+from robot.geometry.vectors import Floats
+from robot.hardware.beams import MAX_RANGE, beam_angles
 from robot.scenes.dock import FACE_AHEAD, FACE_WIDTH
-from robot.scenes.scene import Pose2
-from robot.sim.rays import beam_angles
 
 __all__ = ["find_dock"]
 
-Floats = NDArray[np.float64]
 
 _WINDOW = 0.10
 """A return this near to where the face should be may be the face, m; what stands behind the station is 0.15 m farther."""
@@ -30,7 +28,7 @@ _CROOKED = 0.4
 """A face turned farther than this from where it should be is none, rad."""
 
 
-def find_dock(ranges: Floats, here: Pose2, dock: Pose2, max_range: float = 10.0) -> Pose2 | None:
+def find_dock(ranges: Floats, here: Pose2, dock: Pose2, max_range: float = MAX_RANGE) -> Pose2 | None:
     """The robot's pose in the frame of the dock (x ahead, the docked robot at zero), or None when the station's face is not seen.
 
     `ranges` (m) as in a scan: beam i looks along yaw - pi + i 2 pi / n. `here` and `dock` are in one frame, and `here` is known to

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import atan2, pi, tau
 
-from robot.model.legs import Triple
+from robot.geometry.vectors import Triple
 
 __all__ = ["FootLine", "GyroBias"]
 

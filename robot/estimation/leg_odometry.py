@@ -16,9 +16,9 @@ from math import dist, exp
 
 from robot.estimation.attitude import AttitudeFilter
 from robot.estimation.gyro_bias import FootLine
-from robot.geometry.vectors import to_body, to_ground
-from robot.hardware.body import ImuSample, JointSample, Vector
-from robot.model.legs import LEVEL, Limbs, Rows, Triple, foot_velocities, limbs
+from robot.geometry.vectors import Rows, Triple, Vector, to_body, to_ground
+from robot.hardware.body import ImuSample, JointSample
+from robot.model.legs import LEVEL, Limbs, foot_velocities, limbs
 from robot.model.parameters import FOOT_RADIUS, GRAVITY
 
 __all__ = ["Estimator"]

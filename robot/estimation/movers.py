@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.geometry.vectors import Floats
+
 __all__ = ["Mover", "Movers"]
 
-Floats = NDArray[np.float64]
 
 _GAP = 0.3
 """Neighboring hits farther apart than this belong to two things, m."""

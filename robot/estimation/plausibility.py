@@ -11,8 +11,9 @@ from typing import Protocol
 
 import numpy as np
 
-from robot.hardware.body import ImuSample, JointSample, Vector
-from robot.model.legs import Limbs, Triple
+from robot.geometry.vectors import Triple, Vector
+from robot.hardware.body import ImuSample, JointSample
+from robot.model.legs import Limbs
 
 __all__ = ["ContactWatch", "ImuWatch", "JointWatch", "SwingSchedule"]
 

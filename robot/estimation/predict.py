@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from math import asin, atan2
 
 from robot.estimation.leg_odometry import Estimator
-from robot.geometry.vectors import to_ground
+from robot.geometry.vectors import Rows, Triple, to_ground
 from robot.hardware.body import JointSample
-from robot.model.legs import Limbs, Rows, Triple, limbs
+from robot.model.legs import Limbs, limbs
 
 __all__ = ["Ahead"]
 

@@ -11,16 +11,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Floats
+from robot.hardware.beams import MAX_RANGE, beam_angles
 from robot.planning.grid import Grid
-from robot.planning.path import wrap
-from robot.scenes.scene import Pose2
-from robot.sim.rays import beam_angles
 
 __all__ = ["ACCEPTED", "ScanMatcher"]
 
-Floats = NDArray[np.float64]
 
 ACCEPTED = 0.6
 """A quality below this means: the scan did not fit, and the prior came back unchanged."""
@@ -40,7 +39,7 @@ _PRIOR = np.array([0.3, 0.3, 0.2])
 class ScanMatcher:
     """Corrects poses on one map. About 1 ms per scan of 360 beams."""
 
-    def __init__(self, grid: Grid, max_range: float = 10.0) -> None:
+    def __init__(self, grid: Grid, max_range: float = MAX_RANGE) -> None:
         self.max_range = max_range
         self._resolution = grid.resolution
         self._origin = grid.middle(0, 0)

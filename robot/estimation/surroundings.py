@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot.estimation.movers import Movers
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Floats
+from robot.hardware.beams import MAX_RANGE, beam_angles
 from robot.model.footprint import Footprint
 from robot.planning.grid import Grid, distance_to
-from robot.scenes.scene import Pose2
-from robot.sim.rays import beam_angles
 
 __all__ = ["Surroundings"]
 
-Floats = NDArray[np.float64]
 
 _REACH = 3.0
 """Half side of the square around the robot in which motion is checked, m."""
@@ -37,7 +37,7 @@ class Surroundings:
     """
 
     def __init__(
-        self, grid: Grid, footprint: Footprint | None = None, max_range: float = 10.0, memory: float = 30.0
+        self, grid: Grid, footprint: Footprint | None = None, max_range: float = MAX_RANGE, memory: float = 30.0
     ) -> None:
         self.grid = grid
         self.footprint = footprint or Footprint()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import exp
 
-from robot.model.legs import Triple
+from robot.geometry.vectors import Triple
 
 __all__ = ["TerrainPlane", "plane"]
 

@@ -8,9 +8,9 @@ from math import sqrt
 import numpy as np
 
 from robot.estimation.terrain import plane
-from robot.geometry.vectors import to_body
-from robot.hardware.body import ImuSample, JointSample, Vector
-from robot.model.legs import Limbs, Rows, Triple, foot_velocities
+from robot.geometry.vectors import Rows, Triple, Vector, to_body
+from robot.hardware.body import ImuSample, JointSample
+from robot.model.legs import Limbs, foot_velocities
 from robot.model.parameters import GRAVITY
 
 __all__ = ["felt"]

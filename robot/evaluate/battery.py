@@ -14,9 +14,10 @@ from robot.estimation.battery_gauge import BatteryGauge, health, percentage, run
 from robot.estimation.battery_levels import LevelMonitor
 from robot.estimation.battery_runtime import RuntimeEstimator
 from robot.evaluate.levels import Metric, conclude, measure, parser
+from robot.hardware.battery import SupplyStatus
 from robot.model.battery import EMPTY_VOLTAGE, PackDesign
 from robot.model.power import HOTEL_LOAD
-from robot.sim.battery import Pack, SupplyStatus
+from robot.sim.battery import Pack
 
 __all__ = ["charge_minutes", "formula_error", "gauge_error", "level_changes", "main", "metrics", "runtime_error"]
 

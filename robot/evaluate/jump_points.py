@@ -18,11 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot.planning.errors import GoalBlocked, StartBlocked, Unreachable
+from robot.planning.grid import Cell
 
-__all__ = ["Cell", "GridPath", "OctileSearch"]
-
-Cell = tuple[int, int]
-"""(row, column)."""
+__all__ = ["GridPath", "OctileSearch"]
 
 _SQRT2 = 2.0**0.5
 _DIAGONAL_EXTRA = _SQRT2 - 1.0

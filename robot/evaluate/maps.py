@@ -20,9 +20,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.evaluate.jump_points import Cell, GridPath, OctileSearch
+from robot.evaluate.jump_points import GridPath, OctileSearch
 from robot.evaluate.levels import machine
 from robot.planning.errors import NavigationError
+from robot.planning.grid import Cell
 from robot.planning.path import pull
 from robot.run.options import Parser, UsageError
 

@@ -18,10 +18,10 @@ from actors.interfaces.geometry_msgs.msg import Quaternion, TransformStamped, Ve
 from actors.interfaces.geometry_msgs.msg import Transform as TransformMessage
 from actors.interfaces.std_msgs.msg import Header
 from robot.geometry.errors import InvalidTransform
+from robot.geometry.vectors import Triple
 
 __all__ = ["Transform", "stamped"]
 
-Triple = tuple[float, float, float]
 Quad = tuple[float, float, float, float]
 
 NEARLY_UNIT = 1e-3

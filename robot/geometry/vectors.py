@@ -1,10 +1,19 @@
-"""Turning a vector from the body's axes into those of the ground and back, in plain floats."""
+"""Vectors: their types, and turning them from the body's axes into those of the ground and back, in plain floats."""
 
 from __future__ import annotations
 
-from robot.model.legs import Rows, Triple
+import numpy as np
+from numpy.typing import NDArray
 
-__all__ = ["to_body", "to_ground"]
+__all__ = ["Floats", "Rows", "Triple", "Vector", "to_body", "to_ground"]
+
+Floats = NDArray[np.float64]
+"""An array of any shape."""
+Vector = NDArray[np.float64]
+"""An array of one dimension, or a few of them stacked."""
+Triple = tuple[float, float, float]
+Rows = tuple[Triple, Triple, Triple]
+"""A 3 x 3 matrix by its rows."""
 
 
 def to_ground(rotation: Rows, vector: Triple) -> Triple:

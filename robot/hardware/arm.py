@@ -7,12 +7,40 @@ Instants are the body's; advance the body to the present before asking or tellin
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
-from robot.control.arm import ArmState
-from robot.sim.gripper import GripperState
+from robot.geometry.vectors import Vector
 
-__all__ = ["ArmDevice"]
+__all__ = ["ArmBusy", "ArmDevice", "ArmState", "GripperState"]
+
+
+class ArmBusy(RuntimeError):
+    """The arm is moving and cannot take another target."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmState:
+    """The arm at one instant: rad and rad/s, shape (4,), order of `robot.model.arm.JOINTS`."""
+
+    position: Vector
+    velocity: Vector
+    moving: bool
+    progress: float
+    """Share of the way of the latest motion, 0..1; never falls during a motion, and stays when it is cancelled."""
+
+
+@dataclass(frozen=True, slots=True)
+class GripperState:
+    """What the gripper's own sensors tell; what it holds they do not know."""
+
+    opening: float
+    """Between the jaws, m."""
+    closing: bool
+    """What it was told last: to close, or to open."""
+    moving: bool
+    gripping: bool
+    """The jaws were stopped by something between them, and press on it."""
 
 
 class ArmDevice(Protocol):
@@ -21,7 +49,7 @@ class ArmDevice(Protocol):
     def move(self, target: Sequence[float]) -> float:
         """Begin a motion to four joint angles (rad); returns how long it takes, s.
 
-        Raises `robot.control.arm.ArmBusy` while a motion lasts, `ValueError` for angles that the arm cannot take.
+        Raises `ArmBusy` while a motion lasts, `ValueError` for angles that the arm cannot take.
         """
         ...
 

@@ -15,14 +15,16 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.scenes.scene import Pose2, Scene, Thing
+from robot.geometry.angles import yaw_of
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Vector
+from robot.hardware.beams import BEAMS, MAX_RANGE
+from robot.scenes.scene import Scene, Thing
 
 if TYPE_CHECKING:
     from robot.hardware.arm import ArmDevice
 
-__all__ = ["JOINT_NAMES", "LEGS", "Body", "ImuSample", "JointSample", "MotorTargets", "Sample", "Truth", "Vector"]
-
-Vector = NDArray[np.float64]
+__all__ = ["JOINT_NAMES", "LEGS", "Body", "ImuSample", "JointSample", "MotorTargets", "Sample", "Truth"]
 
 LEGS = ("fl", "fr", "rl", "rr")
 JOINT_NAMES = tuple(f"{leg}_{joint}" for leg in LEGS for joint in ("hip", "shoulder", "knee"))
@@ -91,6 +93,12 @@ class Truth:
     power: float
     """Electrical motor power now: sum(max(tau qd, 0)) + k_cu sum(tau^2), W (robot-domain section 7), without hotel load."""
 
+    @property
+    def yaw(self) -> float:
+        """Of the attitude, rad."""
+        w, x, y, z = self.quaternion.tolist()
+        return yaw_of(w, x, y, z)
+
 
 class Body(Protocol):
     """One simulated robot in one scene."""
@@ -137,7 +145,7 @@ class Body(Protocol):
 
     def joints(self) -> JointSample: ...
 
-    def lidar(self, beams: int = 360, max_range: float = 10.0) -> Vector:
+    def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
         """Ranges (m) from the body origin, beam i at angle -pi + i 2 pi / beams in the body's yaw frame; `max_range` means no return."""
         ...
 

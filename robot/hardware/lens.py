@@ -9,14 +9,13 @@ from math import radians, tan
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from actors.interfaces.sensor_msgs.msg import CameraInfo
 from actors.interfaces.std_msgs.msg import Header
+from robot.geometry.vectors import Floats
 
 __all__ = ["CX", "CY", "FOCAL", "HEIGHT", "WIDTH", "camera_info", "column_slopes", "deproject", "project", "row_slopes"]
 
-Floats = NDArray[np.float64]
 
 WIDTH: Final = 640
 HEIGHT: Final = 480

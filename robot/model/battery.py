@@ -12,14 +12,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robot.hardware.body import Vector
+from robot.geometry.vectors import Vector
 
-__all__ = ["EMPTY_VOLTAGE", "FULL_CELL_VOLTAGE", "GAUGE_CELLS", "PackDesign"]
+__all__ = ["EMPTY_VOLTAGE", "FULL_CELL_VOLTAGE", "GAUGE_CELLS", "HEAT_CAPACITY", "THERMAL_RESISTANCE", "PackDesign"]
 
 NOMINAL_CELL_VOLTAGE = 3.7
 FULL_CELL_VOLTAGE = 4.2
 GAUGE_CELLS = 3
 """The battery gauge and the 10.0 V limit are written for a pack of three cells."""
+HEAT_CAPACITY = 3000.0
+"""J/K."""
+THERMAL_RESISTANCE = 2.0
+"""K/W to the ambient air."""
 EMPTY_VOLTAGE = 10.0
 """Of a pack of three cells, under load: the robot stops here."""
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+
+from robot.geometry.vectors import Floats
 
 __all__ = ["Footprint"]
 
-Floats = NDArray[np.float64]
 
 _SPACING = 0.2
 """Outline points at most this far apart, m: a post of 15 cm between two of them is still seen at 11 cm when it touches.

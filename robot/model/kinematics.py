@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robot.hardware.body import Vector
+from robot.geometry.vectors import Triple, Vector
 from robot.model.parameters import ABDUCTION, CALF, HIPS, JOINT_LIMITS, SIDES, THIGH
 
 __all__ = [
@@ -30,7 +30,6 @@ __all__ = [
     "within_limits",
 ]
 
-Triple = tuple[float, float, float]
 
 _SHORTEST = 1e-4
 """Least height (m) of the leg plane that the inverse works with: closer to the hip axis the hip angle is undefined."""

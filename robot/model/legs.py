@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from math import cos, sin
 from typing import NamedTuple
 
+from robot.geometry.vectors import Rows, Triple
 from robot.model.parameters import (
     ABDUCTION,
     CALF,
@@ -28,11 +29,8 @@ from robot.model.parameters import (
 
 __all__ = ["LEVEL", "Limbs", "foot_velocities", "limbs", "torques"]
 
-Triple = tuple[float, float, float]
-
 LEVEL: Triple = (0.0, 0.0, 1.0)
 """The vertical of a level body, body axes."""
-Rows = tuple[Triple, Triple, Triple]
 
 _THIGH_MASS_POINT = -THIGH_COM[2]
 _CALF_MASS_POINT = -CALF_COM[2]

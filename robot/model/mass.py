@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robot.hardware.body import Vector
+from robot.geometry.vectors import Triple, Vector
 from robot.model.kinematics import inverse
-from robot.model.legs import Triple
 from robot.model.parameters import (
     ABDUCTION,
     BODY_INERTIA,

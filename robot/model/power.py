@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from robot.hardware.body import Vector
+from robot.geometry.vectors import Vector
 
 __all__ = ["HOTEL_LOAD", "electrical_power", "motor_power", "typical_motor_power"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robot.hardware.body import Vector
+from robot.geometry.vectors import Vector
 from robot.model.parameters import ABDUCTION, HIPS, SIDES
 
 __all__ = ["NOMINAL", "nominal_feet"]

@@ -43,8 +43,7 @@ from robot.model.arm import JOINTS, check_angles
 
 if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
-    from robot.control.arm import ArmState
-    from robot.hardware.arm import ArmDevice
+    from robot.hardware.arm import ArmDevice, ArmState
     from robot.hardware.body import Body
 
 __all__ = ["ArmDriver"]

@@ -9,6 +9,7 @@ from robot.contracts import BATTERY_STATE, BATTERY_STATUS, GET_BATTERY_STATUS, M
 from robot.estimation.battery_gauge import BatteryGauge, UnknownRobot
 from robot.estimation.battery_levels import CRITICAL, ChargeLevel, LevelMonitor
 from robot.estimation.battery_runtime import RuntimeEstimator
+from robot.hardware.battery import SupplyStatus
 from robot.interfaces.my_robot_interfaces.srv import (
     GetBatteryStatus,
     GetBatteryStatus_Request,
@@ -16,7 +17,7 @@ from robot.interfaces.my_robot_interfaces.srv import (
 )
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
 from robot.model.power import electrical_power
-from robot.sim.battery import Pack, SupplyStatus
+from robot.sim.battery import Pack
 
 __all__ = ["Battery"]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import degrees
 from typing import Final, TypeVar
 
@@ -20,6 +20,7 @@ from robot.interfaces.your_package.srv import (
     SensorCalibration_Request,
     SensorCalibration_Response,
 )
+from robot.model.modes import Mode
 
 __all__ = ["NOT_CALIBRATED", "Calibration"]
 
@@ -32,7 +33,11 @@ NOT_CALIBRATED: Final = {
 }
 """The sensors that have nothing to calibrate here, and why."""
 SENSORS: Final = ("imu", *NOT_CALIBRATED)
-DOING: Final = {"walk": "walking", "stopping": "coming to a halt", "lowering": "sitting down"}
+DOING: Final[Mapping[str, str]] = {
+    Mode.WALK: "walking",
+    Mode.STOPPING: "coming to a halt",
+    Mode.LOWERING: "sitting down",
+}
 """Modes of the gait, as one says them."""
 
 
@@ -103,7 +108,7 @@ class Calibration(Node):
 
     def _check_gait(self) -> None:
         """A robot that rises, lowers itself or walks is not at rest, however slowly it does it. Raises `NotAtRest`."""
-        if self._mode not in ("", "sit", "stand"):
+        if self._mode not in ("", Mode.SIT, Mode.STAND):
             raise NotAtRest(
                 f"the robot is {DOING.get(self._mode, self._mode)}: let it sit or stand still for {AT_REST:g} s"
             )

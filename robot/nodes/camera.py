@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from math import atan2, cos, sin
+from math import cos, sin
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -13,6 +13,7 @@ from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from robot.contracts import CAMERA_DEPTH, CAMERA_INFO, CAMERA_POINTS, CAMERA_RGB, CAPTURE_PHOTO
+from robot.geometry.angles import yaw_of
 from robot.hardware import mounts
 from robot.hardware.lens import HEIGHT, WIDTH, camera_info
 from robot.nodes.point_clouds import pack_points, points_of_depth
@@ -94,7 +95,7 @@ def eye_of(body: Body) -> Eye:
     """Where the camera of this body is: on its gimbal, which follows the body's place and heading."""
     truth = body.truth()
     w, x, y, z = truth.quaternion.tolist()
-    yaw = atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    yaw = yaw_of(w, x, y, z)
     px, py, pz = truth.position.tolist()
     ahead, left, up = mounts.CAMERA.translation
     c, s = cos(yaw), sin(yaw)

@@ -14,13 +14,13 @@ from robot.contracts import CONFIRM_OBJECT, DETECTIONS
 from robot.frames.listen import TfListener
 from robot.geometry.errors import FrameError
 from robot.geometry.transform import Transform
+from robot.geometry.vectors import Triple
 from robot.interfaces.robactor_msgs.msg import Detection
 from robot.interfaces.robactor_msgs.srv import ConfirmObject, ConfirmObject_Request, ConfirmObject_Response
 from robot.scenes.objects import Look
 
 __all__ = ["ObjectConfirmation"]
 
-Triple = tuple[float, float, float]
 
 FRAME = "base_link"
 AGREED = 0.05

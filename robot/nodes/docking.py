@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import AsyncGenerator, Callable
 from contextlib import aclosing
 from dataclasses import dataclass, field
+from enum import Enum, StrEnum, auto
 from math import cos, hypot, sin
 
 from actors import (
@@ -41,17 +42,17 @@ from robot.contracts import (
     WALK,
 )
 from robot.estimation.dock_finder import find_dock
-from robot.geometry.messages import compose, from_pose, inverse, pose_stamped
+from robot.geometry.angles import wrap
+from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.planar import Pose2, compose, inverse
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.robactor_msgs.action import Dock, Dock_Feedback, Dock_Goal, Dock_Result
 from robot.interfaces.robactor_msgs.msg import DockStatus, GaitStatus, SafetyState
-from robot.planning.path import wrap
-from robot.scenes.scene import Pose2
+from robot.model.modes import Mode
+from robot.scenes.dock import BEFORE
 
 __all__ = ["Docking"]
 
-BEFORE = Pose2(-0.8, 0.0, 0.0)
-"""Where the final approach begins, in the frame of the dock, m."""
 PERIOD = 0.05
 """Between two commands of the final approach, s."""
 CLOSE, STRAIGHT = 0.025, 0.04
@@ -67,6 +68,32 @@ LOST = 1.0
 RISING, SITTING, CONTACT = 10.0, 8.0, 3.0
 """How long to wait for walking, for sitting, and for the charger to be felt, s."""
 STOP = Twist()
+
+
+class Task(Enum):
+    """What was asked for last."""
+
+    DOCK = auto()
+    UNDOCK = auto()
+
+
+class Stage(StrEnum):
+    """What goes on in it: the feedback's words."""
+
+    GOING = "going"
+    LOOKING = "looking"
+    APPROACHING = "approaching"
+    SITTING = "sitting"
+    RISING = "rising"
+    LEAVING = "leaving"
+
+
+class State(StrEnum):
+    """What dock_status tells."""
+
+    UNDOCKED = "UNDOCKED"
+    DOCKING = "DOCKING"
+    DOCKED = "DOCKED"
 
 
 class _Failed(Exception):
@@ -112,11 +139,11 @@ class Docking(Node):
         self._mode = ""
         self._charging = False
         self._outcome = self._stopped = ""
-        self._busy: str | None = None
-        self._leaving = False
+        self._stage: Stage | None = None
+        self._task = Task.DOCK
         self._sight = _Sight()
         self._others_path = -1.0
-        self._state = ""
+        self._state: State | None = None
         self._report()
 
     # -- what it hears -----------------------------------------------------------------------------------------------
@@ -146,7 +173,7 @@ class Docking(Node):
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:
         """Compare what the map says with what is seen of the station, while that matters."""
-        if self._busy not in ("looking", "approaching") or not self._visible or self._pose is None:
+        if self._stage not in (Stage.LOOKING, Stage.APPROACHING) or not self._visible or self._pose is None:
             return
         seen = find_dock(message.ranges.astype(float), self._pose, self._dock)
         if seen is None:
@@ -173,7 +200,7 @@ class Docking(Node):
         if self._charging:
             yield Done(Dock.Result(success=True, outcome="docked", message="already docked and charging"))
             return
-        self._leaving = False
+        self._task = Task.DOCK
         async with aclosing(self._attempts()) as stages:
             async for item in self._conclude(stages, goal, "docked", "docked and charging"):
                 yield item
@@ -184,7 +211,7 @@ class Docking(Node):
 
     @UNDOCK.serve()
     async def undock(self, goal: Dock_Goal) -> Steps[Dock_Feedback, Dock_Result]:
-        self._leaving = True
+        self._task = Task.UNDOCK
         async with aclosing(self._leave()) as stages:
             async for item in self._conclude(stages, goal, "undocked", "up, and in front of the dock"):
                 yield item
@@ -196,8 +223,8 @@ class Docking(Node):
             )
         if self._stopped:
             raise Reject(f"safety stop: {self._stopped}")
-        if self._busy is not None:
-            raise Reject(f"busy {self._busy}: cancel that first")
+        if self._stage is not None:
+            raise Reject(f"busy {self._stage}: cancel that first")
 
     async def _conclude(
         self, stages: AsyncGenerator[Dock_Feedback, None], goal: Dock_Goal, outcome: str, message: str
@@ -211,7 +238,7 @@ class Docking(Node):
                     raise _Failed("not reached", f"safety stop: {self._stopped}")
                 if self.clock.now() > deadline:
                     raise _Failed("timed out", f"not finished within {goal.timeout or self.time_limit:g} s")
-                self._busy = feedback.stage
+                self._stage = Stage(feedback.stage)
                 self._report()
                 yield feedback
             success = True
@@ -220,9 +247,9 @@ class Docking(Node):
         except asyncio.CancelledError:
             outcome, message = "canceled", "canceled on the way"
         finally:
-            if self._busy in ("approaching", "leaving"):
+            if self._stage in (Stage.APPROACHING, Stage.LEAVING):
                 self.cmd(STOP)
-            self._busy, self._outcome = None, outcome
+            self._stage, self._outcome = None, outcome
             self._report()
         result = Dock.Result(success=success, outcome=outcome, message=message)
         yield Done(result) if success or outcome == "canceled" else Aborted(result, f"{outcome}: {message}")
@@ -233,26 +260,26 @@ class Docking(Node):
                 yield feedback
             async for feedback in self._look():
                 yield feedback
-            async for feedback in self._drive_to(Pose2(0.0, 0.0, 0.0), "approaching"):
+            async for feedback in self._drive_to(Pose2(0.0, 0.0, 0.0), Stage.APPROACHING):
                 yield feedback
-            yield Dock.Feedback(stage="sitting")
+            yield Dock.Feedback(stage=Stage.SITTING.value)
             await self.call(SIT, Trigger.Request())
-            await self._until(lambda: self._mode == "sit", SITTING)
+            await self._until(lambda: self._mode == Mode.SIT, SITTING)
             await self._until(lambda: self._charging, CONTACT)
             if self._charging:
                 return
             self.log.warning("docked, but the charger's contacts do not touch", attempt=attempt, tries=self.tries)
-            yield Dock.Feedback(stage="rising")
+            yield Dock.Feedback(stage=Stage.RISING.value)
             await self._rise()
         raise _Failed("misaligned", f"the charger's contacts did not close in {self.tries} approaches")
 
     async def _leave(self) -> AsyncGenerator[Dock_Feedback, None]:
-        yield Dock.Feedback(stage="rising")
+        yield Dock.Feedback(stage=Stage.RISING.value)
         await self._rise()
         if self._pose is None or hypot(*self._place()[:2]) > -BEFORE.x / 2:
             return  # it stood elsewhere
         self._sight = _Sight()
-        async for feedback in self._drive_to(BEFORE, "leaving"):
+        async for feedback in self._drive_to(BEFORE, Stage.LEAVING):
             yield feedback
 
     async def _go(self) -> AsyncGenerator[Dock_Feedback, None]:
@@ -262,7 +289,7 @@ class Docking(Node):
         try:
             async with self.start(NAVIGATE_TO_GOAL, goal) as going:
                 async for feedback in going:
-                    yield Dock.Feedback(stage="going", distance_remaining=feedback.distance_remaining)
+                    yield Dock.Feedback(stage=Stage.GOING.value, distance_remaining=feedback.distance_remaining)
                 await going
         except GoalRejected as error:
             raise _Failed("dock not found", f"no way to the front of the dock: {error.reason}") from None
@@ -272,20 +299,20 @@ class Docking(Node):
     async def _look(self) -> AsyncGenerator[Dock_Feedback, None]:
         """Stand in front of it until it has been seen often enough. Navigation has let go of the robot by then."""
         self._sight, begun = _Sight(), self.clock.now()
-        yield Dock.Feedback(stage="looking", distance_remaining=-BEFORE.x)
+        yield Dock.Feedback(stage=Stage.LOOKING.value, distance_remaining=-BEFORE.x)
         while self.clock.now() < begun + 1.0 or (self._visible and self._sight.count < LOOKS):
             if self.clock.now() > begun + FINDING:
                 raise _Failed("dock not found", f"no station seen within {FINDING:g} s where the map has the dock")
             await self.clock.sleep(PERIOD)
 
-    async def _drive_to(self, target: Pose2, stage: str) -> AsyncGenerator[Dock_Feedback, None]:
+    async def _drive_to(self, target: Pose2, stage: Stage) -> AsyncGenerator[Dock_Feedback, None]:
         """Slowly to a pose in the dock's frame, forward, backward and sideways as need be."""
         await self._walking()
         begun = self._sight.at = self.clock.now()
         while True:
             if self._others_path >= begun:
                 raise _Failed("preempted", "another goal took the robot away")
-            if stage == "approaching" and self._visible and self.clock.now() - self._sight.at > LOST:
+            if stage is Stage.APPROACHING and self._visible and self.clock.now() - self._sight.at > LOST:
                 raise _Failed("dock lost", f"the station has been out of sight for {LOST:g} s")
             x, y, yaw = self._place()
             ahead, left, turn = target.x - x, target.y - y, wrap(target.yaw - yaw)
@@ -297,7 +324,7 @@ class Docking(Node):
             slow = max(1.0, abs(vx) / 0.25, abs(vy) / 0.12)
             wz = min(max(1.5 * turn, -0.4), 0.4)
             self.cmd(Twist(linear=Vector3(x=vx / slow, y=vy / slow), angular=Vector3(z=wz)))
-            yield Dock.Feedback(stage=stage, distance_remaining=hypot(ahead, left))
+            yield Dock.Feedback(stage=stage.value, distance_remaining=hypot(ahead, left))
             await self.clock.sleep(PERIOD)
 
     def _place(self) -> tuple[float, float, float]:
@@ -312,14 +339,14 @@ class Docking(Node):
         reply = await self.call(STAND, Trigger.Request())
         if not reply.success:
             raise _Failed("not reached", reply.message)
-        await self._until(lambda: self._mode == "stand", RISING)
+        await self._until(lambda: self._mode == Mode.STAND, RISING)
 
     async def _walking(self) -> None:
         try:
             reply = await self.call(WALK, Trigger.Request())
         except ActorError as error:
             raise _Failed("not reached", str(error)) from None
-        if not reply.success or not await self._until(lambda: self._mode == "walk", RISING):
+        if not reply.success or not await self._until(lambda: self._mode == Mode.WALK, RISING):
             raise _Failed("not reached", reply.message if not reply.success else "the robot does not walk")
 
     async def _until(self, true: Callable[[], bool], seconds: float) -> bool:
@@ -330,11 +357,16 @@ class Docking(Node):
         return true()
 
     def _report(self) -> None:
-        state = (
-            "DOCKING" if self._busy is not None and not self._leaving else "DOCKED" if self._charging else "UNDOCKED"
-        )
+        state = state_of(self._task, self._stage, self._charging)
         if state != self._state:
             self._state = state
             self.status(
-                DockStatus(stamp=self.clock.stamp(), state=state, outcome=self._outcome, charging=self._charging)
+                DockStatus(stamp=self.clock.stamp(), state=state.value, outcome=self._outcome, charging=self._charging)
             )
+
+
+def state_of(task: Task, stage: Stage | None, charging: bool) -> State:
+    """What dock_status tells: a robot that leaves its dock is docked as long as the charger is felt."""
+    if task is Task.DOCK and stage is not None:
+        return State.DOCKING
+    return State.DOCKED if charging else State.UNDOCKED

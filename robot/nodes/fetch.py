@@ -19,6 +19,7 @@ from actors import Aborted, Done, Reject, Steps, parameter
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from robot.contracts import FETCH_AND_CARRY, NAVIGATE_AND_GRAB
 from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.planar import Pose2
 from robot.interfaces.proposed_interfaces.action import (
     NavigateAndGrab,
     NavigateAndGrab_Feedback,
@@ -37,7 +38,6 @@ from robot.nodes.story import Story, Told
 from robot.planning.grasp import Spot, approach, stands
 from robot.planning.reach import GRASP_DISTANCE
 from robot.scenes.objects import Look
-from robot.scenes.scene import Pose2
 
 __all__ = ["Fetch"]
 

@@ -7,7 +7,7 @@ map -> odom -> base_link -> imu_link
 from __future__ import annotations
 
 from collections import deque
-from math import atan2, cos, sin
+from math import cos, sin
 
 from actors import Node
 from actors.interfaces.builtin_interfaces.msg import Time
@@ -15,6 +15,7 @@ from actors.interfaces.geometry_msgs.msg import Pose, PoseStamped
 from actors.interfaces.nav_msgs.msg import Odometry
 from robot.contracts import ODOMETRY, POSE
 from robot.frames.broadcast import StaticTfBroadcaster, TfBroadcaster
+from robot.geometry.angles import yaw_of
 from robot.geometry.transform import Transform, stamped
 from robot.hardware import mounts
 
@@ -70,7 +71,7 @@ def leveled(base: Transform) -> Transform:
 
 def _heading(pose: Transform) -> float:
     w, x, y, z = pose.rotation
-    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return yaw_of(w, x, y, z)
 
 
 def _transform(pose: Pose) -> Transform:

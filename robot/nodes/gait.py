@@ -34,10 +34,11 @@ from robot.contracts import (
     STAND,
     WALK,
 )
-from robot.control.gait_controller import GaitController, Goal
+from robot.control.gait_controller import GaitController
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.interfaces.robactor_msgs.msg import BodyDrive, FootContacts, GaitStatus
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
+from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 
 __all__ = ["Gait"]
@@ -129,7 +130,7 @@ class Gait(Node):
 
     @CMD_VEL.on()
     def command(self, message: Twist) -> None:
-        if self._controller.goal != "walk":
+        if self._controller.goal != Mode.WALK:
             if not self._ignored:
                 self.log.warning("Not in walk mode, ignoring cmd_vel")
             self._ignored = True
@@ -142,15 +143,15 @@ class Gait(Node):
 
     @STAND.serve()
     async def stand(self, request: Trigger_Request) -> Trigger_Response:
-        return self._ask("stand", "Robot is now standing")
+        return self._ask(Mode.STAND, "Robot is now standing")
 
     @SIT.serve()
     async def sit(self, request: Trigger_Request) -> Trigger_Response:
-        return self._ask("sit", "Robot is now sitting")
+        return self._ask(Mode.SIT, "Robot is now sitting")
 
     @WALK.serve()
     async def walk(self, request: Trigger_Request) -> Trigger_Response:
-        return self._ask("walk", "Robot is now walking")
+        return self._ask(Mode.WALK, "Robot is now walking")
 
     @BATTERY_STATE.on()
     def battery(self, message: BatteryState) -> None:
@@ -162,7 +163,7 @@ class Gait(Node):
         if charge < CRITICAL and not charging and not self._critical:
             self._critical = True
             self.log.error("battery critical: sitting down", percent=round(100 * charge, 1), gauge="coulomb count")
-            self._controller.request("sit")
+            self._controller.request(Mode.SIT)
         elif self._critical and charge > RECOVERED:
             self._critical = False
 
@@ -179,10 +180,10 @@ class Gait(Node):
     def _encoders_silent(self) -> bool:
         return self._joints_heard >= 0.0 and self.clock.now() - self._joints_heard > SENSOR_LIFE
 
-    def _ask(self, mode: Goal, text: str) -> Trigger_Response:
-        if self._critical and mode != "sit":
+    def _ask(self, mode: Mode, text: str) -> Trigger_Response:
+        if self._critical and mode != Mode.SIT:
             return Trigger.Response(success=False, message=f"battery critical: refusing to {mode}")
-        if mode == "walk" and "imu" in self._lost:
+        if mode == Mode.WALK and "imu" in self._lost:
             return Trigger.Response(success=False, message="no IMU: refusing to walk")
         self._controller.request(mode)
         return Trigger.Response(success=True, message=text)
@@ -214,9 +215,16 @@ class Gait(Node):
             )
             return
         goal = self._controller.aim
-        vx, vy, wz = self._controller.velocity_command if goal == "walk" else (0.0, 0.0, 0.0)
+        vx, vy, wz = self._controller.velocity_command if goal == Mode.WALK else (0.0, 0.0, 0.0)
         self.drive(
-            BodyDrive(stamp=stamp, vx=vx, vy=vy, wz=wz, height=SIT_HEIGHT if goal == "sit" else STAND_HEIGHT, mode=goal)
+            BodyDrive(
+                stamp=stamp,
+                vx=vx,
+                vy=vy,
+                wz=wz,
+                height=SIT_HEIGHT if goal == Mode.SIT else STAND_HEIGHT,
+                mode=goal.value,
+            )
         )
 
     def _odometry(self, header: Header) -> Odometry:
@@ -239,8 +247,8 @@ class Gait(Node):
         self.status(
             GaitStatus(
                 stamp=self.clock.stamp(),
-                mode=self._controller.mode,
-                goal=self._controller.goal,
+                mode=self._controller.mode.value,
+                goal=self._controller.goal.value,
                 height=float(self._controller.state.position[2]),
                 sensors_ok=not {"imu", "joints"}.intersection(self._lost) and not self._encoders_silent(),
                 gait=self._used_gait,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,15 +10,13 @@ from actors import Node, every, publishes
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Header
 from robot.contracts import LIDAR_POINTS, SCAN
+from robot.hardware.beams import BEAMS, MAX_RANGE
 from robot.nodes.point_clouds import pack_points, points_of_scan
 
 if TYPE_CHECKING:
     from robot.hardware.body import Body
 
-__all__ = ["BEAMS", "MAX_RANGE", "Lidar"]
-
-BEAMS: Final = 360
-MAX_RANGE: Final = 10.0
+__all__ = ["Lidar"]
 
 
 class Lidar(Node):

@@ -7,10 +7,10 @@ from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from robot.contracts import GET_ROBOT_POSE, ODOMETRY, POSE, SCAN
 from robot.estimation.scan_match import ACCEPTED, ScanMatcher
-from robot.geometry.messages import compose, from_pose, inverse, pose_stamped, seconds
+from robot.geometry.messages import from_pose, pose_stamped, seconds
+from robot.geometry.planar import Pose2, compose, inverse
 from robot.interfaces.proposed_interfaces.srv import GetRobotPose, GetRobotPose_Request, GetRobotPose_Response
 from robot.planning.grid import Grid
-from robot.scenes.scene import Pose2
 
 __all__ = ["Localizer"]
 

@@ -11,9 +11,9 @@ from actors.interfaces.std_msgs.msg import Header
 from actors.suggest import did_you_mean
 from robot.contracts import GET_PLACE, MAP
 from robot.geometry.messages import pose_stamped
+from robot.geometry.planar import Pose2
 from robot.interfaces.robactor_msgs.srv import GetPlace, GetPlace_Request, GetPlace_Response
 from robot.planning.grid import Grid
-from robot.scenes.scene import Pose2
 
 __all__ = ["MapServer"]
 

@@ -14,8 +14,9 @@ from robot.control.safe_stop import SafeStop
 from robot.hardware import body as hardware
 from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorPower
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
+from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT
-from robot.scenes.dock import charger_connected
+from robot.sim.charger import charger_connected
 
 if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
@@ -79,7 +80,7 @@ class Motors(Node):
         if self._kinematic is None:
             return
         self._listen()
-        self._kinematic.drive(message.vx, message.vy, message.wz, message.height, message.mode)  # type: ignore[arg-type]
+        self._kinematic.drive(message.vx, message.vy, message.wz, message.height, message.mode)
 
     async def on_stop(self, reason: ExitReason) -> None:
         """Brake and sit, then let go. After a failure of this node itself its next life, or the drives, take over."""
@@ -111,7 +112,7 @@ class Motors(Node):
                 "no motor targets: sitting down", silence=round(self.clock.now() - max(self._heard, 0.0), 3)
             )
         if self._kinematic is not None:
-            self._kinematic.drive(0.0, 0.0, 0.0, SIT_HEIGHT, "sit")
+            self._kinematic.drive(0.0, 0.0, 0.0, SIT_HEIGHT, Mode.SIT)
             self._safe.step(dt, self._body.joints())
         else:
             self._body.command(self._safe.step(dt, self._body.joints()))

@@ -11,7 +11,9 @@ import numpy as np
 from actors import Aborted, Done, Reject, Steps
 from robot.contracts import HUMANOID_NAVIGATE, MOVE_TO_POSITION, NAVIGATE_TO_GOAL, PLAN_PATH
 from robot.control.navigator import Motion
+from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.planar import Pose2
 from robot.interfaces.humanoid_control_interfaces.action import (
     NavigateToGoal,
     NavigateToGoal_Feedback,
@@ -33,8 +35,6 @@ from robot.interfaces.your_package.action import (
 )
 from robot.nodes.walks import Walks, verdict
 from robot.planning.errors import NavigationError
-from robot.planning.path import wrap
-from robot.scenes.scene import Pose2
 
 __all__ = ["Navigation"]
 

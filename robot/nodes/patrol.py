@@ -24,12 +24,13 @@ from robot.contracts import (
     WALK,
 )
 from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.planar import Pose2
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.robactor_msgs.action import Dock
 from robot.interfaces.robactor_msgs.msg import GaitStatus, GoalReport, SafetyState
+from robot.model.modes import Mode
 from robot.planning.grid import Grid
 from robot.planning.path import line_cells
-from robot.scenes.scene import Pose2
 
 __all__ = ["Patrol"]
 
@@ -77,7 +78,7 @@ class Patrol(Node):
     @GAIT_STATUS.on()
     def gait(self, message: GaitStatus) -> None:
         """Say that the robot stands when it does: the answer to the request comes two seconds before."""
-        if self._rising and message.mode in ("stand", "walk"):
+        if self._rising and message.mode in (Mode.STAND, Mode.WALK):
             self._rising = False
             self.log.info("Robot is now standing")
 

@@ -30,6 +30,7 @@ from robot.contracts import (
 from robot.control.stop_causes import StopLatch
 from robot.interfaces.my_robot_interfaces.msg import SensorData
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
+from robot.model.modes import Mode
 
 __all__ = ["SafetyMonitor"]
 
@@ -119,7 +120,7 @@ class SafetyMonitor(Node):
     def gait(self, message: GaitStatus) -> None:
         self._quiet["gait_status"] = 0
         self._blind = 0 if message.sensors_ok else max(self._blind, 1)
-        if self._latch.stopped and message.goal == "walk" and not self._asking:
+        if self._latch.stopped and message.goal == Mode.WALK and not self._asking:
             self._ask(STAND)
 
     @BATTERY_STATUS.on()

@@ -25,14 +25,15 @@ from robot.contracts import (
     POSE,
 )
 from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.planar import Pose2
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
 from robot.interfaces.robactor_msgs.msg import GaitStatus, GripperState
 from robot.interfaces.robactor_msgs.srv import ConfirmObject
 from robot.interfaces.robot_arm_control.action import MoveArm
 from robot.model.arm import STOWED
+from robot.model.modes import Mode
 from robot.planning.grasp import STANDING, Spot
-from robot.scenes.scene import Pose2
 
 __all__ = ["Skills", "Stalled", "TaskFailed"]
 
@@ -188,7 +189,7 @@ class Skills(Node):
 
     async def _still(self) -> None:
         deadline = self.clock.now() + STILL_TIMEOUT
-        while self._gait != "stand":
+        while self._gait != Mode.STAND:
             if self.clock.now() > deadline:
                 raise TaskFailed("navigate", f"the robot has arrived but does not stand: its gait is {self._gait!r}")
             await self.clock.sleep(0.1)

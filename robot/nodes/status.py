@@ -9,6 +9,7 @@ from actors.interfaces.geometry_msgs.msg import Point, PoseStamped
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from robot.contracts import BATTERY_STATUS, GAIT_STATUS, GET_STATUS, POSE, RESTORE_CONFIG, SAVE_CONFIG
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus
+from robot.model.modes import Mode
 from robot.nodes.settings import load, save
 
 __all__ = ["RobotStatus"]
@@ -45,7 +46,7 @@ class RobotStatus(Node):
         battery = f"{self._charge:.1f}%" if self._charge is not None else "unknown"
         here = self._position
         position = f"x={here.x:.1f}, y={here.y:.1f}, z={here.z:.1f}" if here is not None else "unknown"
-        walking = str(self._mode == "walk") if self._mode is not None else "unknown"
+        walking = str(self._mode == Mode.WALK) if self._mode is not None else "unknown"
         lines = ("Robot Status:", f"- Battery: {battery}", f"- Position: {position}", f"- Walking: {walking}")
         return Trigger.Response(success=True, message="\n".join(lines))
 

@@ -27,14 +27,16 @@ from robot.contracts import (
 )
 from robot.control.follow import Command, Limits
 from robot.control.navigator import Motion, Navigator, State
-from robot.geometry.messages import compose, from_pose, pose_stamped
+from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.planar import Pose2, compose
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
+from robot.model.modes import Mode
 from robot.planning import path as paths
 from robot.planning.energy import EnergyGuard
 from robot.planning.errors import NavigationError
 from robot.planning.grid import Grid
 from robot.planning.planner import Planner
-from robot.scenes.scene import Pose2
+from robot.scenes.dock import BEFORE
 
 __all__ = ["ENDED", "Walks", "verdict"]
 
@@ -44,8 +46,6 @@ RISING_TIMEOUT = 10.0
 HALTED = 3.0
 """Seconds after which a goal ends when the robot does not walk any more: sat down by somebody, or without its sensors."""
 CRITICAL = 0.10
-BEFORE_DOCK = Pose2(-0.8, 0.0, 0.0)
-"""A place to walk to from which the dock is near, in the frame of the dock, m."""
 STOP = Twist()
 
 
@@ -116,7 +116,7 @@ class Walks(Node):
     @every(hz=20)
     def steer(self) -> None:
         """One step of the navigator, while a goal owns it."""
-        if self._owner is None or self._pose is None or self._gait != "walk":
+        if self._owner is None or self._pose is None or self._gait != Mode.WALK:
             return
         scan, self._ranges = self._ranges, None
         ranges = scan.ranges.astype(float) if scan is not None else None
@@ -144,7 +144,7 @@ class Walks(Node):
                 await self.clock.sleep(0.1)
                 if self._stopped:
                     raise Reject(f"safety stop: {self._stopped}")
-                if self._gait == "walk":
+                if self._gait == Mode.WALK:
                     walked = self.clock.now()
                 elif self.clock.now() - walked > HALTED:
                     raise Reject(f"the robot has stopped walking: its gait is {self._gait!r}")
@@ -169,7 +169,7 @@ class Walks(Node):
         if not reply.success:
             raise Reject(reply.message)
         deadline = self.clock.now() + RISING_TIMEOUT
-        while self._gait != "walk":
+        while self._gait != Mode.WALK:
             if self.clock.now() > deadline:
                 raise RuntimeError(
                     f"the robot is not walking {RISING_TIMEOUT:g} s after it was asked to: its gait is {self._gait!r}"
@@ -179,7 +179,7 @@ class Walks(Node):
     async def _rest(self) -> None:
         """After a goal, unless something else was asked meanwhile: stand, a third of the power of stepping in place."""
         await self.clock.sleep(0.5)
-        if self._owner is None and self._gait_goal == "walk":
+        if self._owner is None and self._gait_goal == Mode.WALK:
             with suppress(ActorError):  # a gait that is away will not walk either
                 await self.call(STAND, Trigger.Request())
 
@@ -208,7 +208,7 @@ class Walks(Node):
         """How far it is from `goal` to the place before the dock, m; 0 without a dock."""
         if self._dock is None:
             return 0.0
-        before = compose(self._dock, BEFORE_DOCK)
+        before = compose(self._dock, BEFORE)
         try:
             return self._planner.plan(goal, before).length
         except NavigationError:

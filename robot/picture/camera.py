@@ -8,7 +8,7 @@ from math import radians, tan
 
 import numpy as np
 
-from robot.hardware.body import Vector
+from robot.geometry.vectors import Vector
 from robot.picture.solids import Floats
 
 __all__ = ["Camera"]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from robot.picture.options import Options, UsageError, parse
 
 if TYPE_CHECKING:
-    from robot import Robot
+    from robot.assembly import Robot
     from robot.picture.recording import Recording
     from robot.png import Image
     from robot.scenes.scene import Scene
@@ -74,7 +74,7 @@ def _at(options: Options, scene: Scene) -> float:
 
 
 def _robot(options: Options) -> Robot:
-    from robot import Robot
+    from robot.assembly import Robot
     from robot.run.mission import get_mission
     from robot.scenes.worlds import UnknownWorld, get_world
     from robot.sim.physics import BackendMissing

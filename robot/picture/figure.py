@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robot.hardware.body import Truth, Vector
+from robot.geometry.vectors import Vector
+from robot.hardware.body import Truth
 from robot.model.arm import FORE, MOUNT, TOOL, UPPER
 from robot.model.kinematics import leg_forward
 from robot.model.parameters import ABDUCTION, CALF, FOOT_RADIUS, HIPS, SIDES, THIGH

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from robot.hardware.body import Vector
+from robot.geometry.vectors import Vector
 from robot.picture import palette
 from robot.picture.camera import Camera
 from robot.picture.recording import Recording

@@ -7,7 +7,7 @@ from math import cos, sin
 
 import numpy as np
 
-from robot.hardware.body import Vector
+from robot.geometry.vectors import Vector
 from robot.picture import palette
 from robot.picture.solids import Solid, box, stick
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene, Thing

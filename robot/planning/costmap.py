@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 
 __all__ = ["Inflation"]
 
-Floats = NDArray[np.float64]
 
 TURNING_ROOM = 0.25
 """What a body that turns on the spot should have to spare, m; chosen: the sway of its legs, and half as much again for the estimate."""

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from math import cos, pi, sin
 from typing import NamedTuple
 
+from robot.geometry.planar import Pose2
 from robot.model.arm import MOUNT, Angles, OutOfReach, Tip, inverse
 from robot.model.parameters import FOOT_RADIUS, STAND_HEIGHT
 from robot.planning.reach import reach_ring, standing_place
-from robot.scenes.scene import Pose2
 
 __all__ = ["STANDING", "Approach", "Spot", "approach", "stands"]
 

@@ -16,12 +16,15 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robot.geometry.vectors import Floats
 from robot.planning.errors import InvalidPose
 from robot.scenes.scene import Box, Obstacle, Scene
 
-__all__ = ["FREE", "OCCUPIED", "UNKNOWN", "Grid", "block_mean", "distance_to", "signed_distance"]
+__all__ = ["FREE", "OCCUPIED", "UNKNOWN", "Cell", "Grid", "block_mean", "distance_to", "signed_distance"]
 
-Floats = NDArray[np.float64]
+
+Cell = tuple[int, int]
+"""Row and column."""
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """Values of an OccupancyGrid message's cells."""

@@ -10,14 +10,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Path", "line_cells", "pull", "wrap"]
+from robot.geometry.vectors import Floats
 
-Floats = NDArray[np.float64]
-
-
-def wrap(angle: float) -> float:
-    """The same angle in (-pi, pi]."""
-    return math.pi - (math.pi - angle) % (2.0 * math.pi)
+__all__ = ["Path", "line_cells", "pull"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,20 +6,18 @@ import math
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robot.evaluate.jump_points import Cell
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 from robot.planning.costmap import Inflation
 from robot.planning.errors import GoalBlocked, InvalidPose, StartBlocked, Unreachable
-from robot.planning.grid import Grid, block_mean
+from robot.planning.grid import Cell, Grid, block_mean
 from robot.planning.path import Path, pull
 from robot.planning.wavefront import Wavefront
-from robot.scenes.scene import Pose2
 
 __all__ = ["Planner", "check_finite"]
 
-Floats = NDArray[np.float64]
 
 _ROOMY, _TIGHT = 0.09, 0.01
 """Margins beside a body that walks straight on, m: first with room to turn a little on the way; where that finds no way, with 1 cm."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 from math import atan2, cos, hypot, sin
 
+from robot.geometry.planar import Pose2
 from robot.model.arm import MOUNT, OutOfReach, Tip, inverse
-from robot.scenes.scene import Pose2
 
 __all__ = ["GRASP_DISTANCE", "Ring", "in_arm_frame", "reach_ring", "standing_place"]
 

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from robot.hardware.body import Vector
+from robot.geometry.vectors import Vector
 
 __all__ = ["ARM_LIMITS", "Motion", "MotionLimits", "Point", "Quintic", "Stop"]
 

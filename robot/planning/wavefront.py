@@ -12,11 +12,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.evaluate.jump_points import Cell
+from robot.geometry.vectors import Floats
+from robot.planning.grid import Cell
 
 __all__ = ["Wavefront", "spread"]
 
-Floats = NDArray[np.float64]
 Nodes = NDArray[np.intp]
 
 _SQRT2 = 2.0**0.5

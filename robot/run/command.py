@@ -14,7 +14,7 @@ from robot.run.options import Crash, Options, UsageError, parse
 if TYPE_CHECKING:
     from actors import Supervisor
     from actors.system import System
-    from robot import Robot
+    from robot.assembly import Robot
     from robot.hardware.body import Body
     from robot.run.flight import Flight
     from robot.run.judge import Score
@@ -62,7 +62,7 @@ class Session:
     # -- what can be wrong with it, found before anything runs --------------------------------------------------------------
 
     def _robot(self) -> Robot:
-        from robot import Robot
+        from robot.assembly import Robot
         from robot.run.mission import get_mission
         from robot.scenes.worlds import UnknownWorld, get_world
         from robot.sim.physics import BackendMissing

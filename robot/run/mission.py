@@ -10,12 +10,13 @@ import numpy as np
 
 from actors.suggest import did_you_mean
 from robot.control.navigator import Navigator
+from robot.geometry.planar import Pose2
 from robot.nodes.carrier import Delivery
 from robot.planning.errors import NavigationError
 from robot.planning.grasp import Spot, stands
 from robot.planning.grid import Grid, signed_distance
 from robot.run.options import Fetch, Goal, Options, UsageError
-from robot.scenes.scene import Pose2, Scene, Thing
+from robot.scenes.scene import Scene, Thing
 from robot.scenes.worlds import WORLDS, get_world
 
 if TYPE_CHECKING:

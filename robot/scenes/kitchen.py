@@ -8,7 +8,8 @@ from __future__ import annotations
 from math import pi
 from types import MappingProxyType
 
-from robot.scenes.scene import Box, Cylinder, Pose2, Scene, Thing
+from robot.geometry.planar import Pose2
+from robot.scenes.scene import Box, Cylinder, Scene, Thing
 
 __all__ = ["kitchen"]
 

@@ -7,7 +7,6 @@ from colorsys import rgb_to_hsv
 from dataclasses import dataclass
 
 from robot.scenes.scene import Thing
-from robot.sim.things import thickness
 
 __all__ = ["Look", "color_name", "looks_of"]
 
@@ -34,4 +33,4 @@ def color_name(color: tuple[int, int, int]) -> str:
 
 def looks_of(things: Iterable[Thing]) -> Mapping[str, Look]:
     """How the things of a scene look, by name."""
-    return {thing.name: Look(color_name(thing.color), thickness(thing), thing.shape.height) for thing in things}
+    return {thing.name: Look(color_name(thing.color), thing.thickness, thing.shape.height) for thing in things}

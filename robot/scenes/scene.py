@@ -9,16 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-__all__ = ["Box", "Cylinder", "Obstacle", "Pose2", "Scene", "Thing"]
+from robot.geometry.planar import Pose2
 
-
-@dataclass(frozen=True, slots=True)
-class Pose2:
-    """A place on the floor: x and y in metres, yaw in radians."""
-
-    x: float
-    y: float
-    yaw: float = 0.0
+__all__ = ["Box", "Cylinder", "Obstacle", "Scene", "Thing"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +49,12 @@ class Thing:
     """Red, green, blue; 0..255 each."""
     z: float = 0.0
     """Height of its underside over the floor, m."""
+
+    @property
+    def thickness(self) -> float:
+        """How far a gripper's jaws stay open around it, m."""
+        shape = self.shape
+        return min(shape.length, shape.width) if isinstance(shape, Box) else 2.0 * shape.radius
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,9 +12,10 @@ from collections.abc import Callable
 from types import MappingProxyType
 
 from actors.suggest import did_you_mean
+from robot.geometry.planar import Pose2
 from robot.scenes.dock import station
 from robot.scenes.kitchen import kitchen
-from robot.scenes.scene import Box, Cylinder, Obstacle, Pose2, Scene
+from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
 
 __all__ = ["WORLDS", "UnknownWorld", "get_world"]
 

@@ -11,62 +11,15 @@ Equations (robot-domain section 7), current I positive when discharging:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from enum import IntEnum
 
-from robot.model.battery import GAUGE_CELLS, PackDesign
+from robot.hardware.battery import PackState, SupplyStatus
+from robot.model.battery import HEAT_CAPACITY, THERMAL_RESISTANCE, PackDesign
 
-__all__ = ["Pack", "PackState", "SupplyStatus"]
+__all__ = ["Pack"]
 
 RELAXATION_TIME = 30.0
 CHARGE_EFFICIENCY = 0.995
-HEAT_CAPACITY = 3000.0
-"""J/K."""
-THERMAL_RESISTANCE = 2.0
-"""K/W to the ambient air."""
 LONGEST_STEP = 1.0
-
-
-class SupplyStatus(IntEnum):
-    """What the pack is doing, with the numbers of ``sensor_msgs/BatteryState.power_supply_status``."""
-
-    UNKNOWN = 0
-    CHARGING = 1
-    DISCHARGING = 2
-    NOT_CHARGING = 3
-    FULL = 4
-
-
-@dataclass(frozen=True, slots=True)
-class PackState:
-    """What the pack's own electronics report at one instant."""
-
-    voltage: float
-    """At the terminals, V."""
-    current: float
-    """A; negative when discharging, as in ``sensor_msgs/BatteryState``."""
-    charge: float
-    """Ah left by coulomb count."""
-    capacity: float
-    """Ah that a full pack would hold at this temperature."""
-    temperature: float
-    """Degrees Celsius."""
-    soc: float
-    """State of charge by coulomb count, 0..1."""
-    status: SupplyStatus
-    supplied: bool
-    """Whether the load got all the power it asked for; false when the pack is empty or overloaded."""
-    cells: int
-
-    @property
-    def percent(self) -> float:
-        """State of charge by coulomb count, 0..100. It is not the reading of the voltage gauge."""
-        return 100.0 * self.soc
-
-    @property
-    def gauge_voltage(self) -> float:
-        """The voltage a pack of three cells would show, V: voltage gauge and 10.0 V limit are written for it."""
-        return self.voltage * GAUGE_CELLS / self.cells
 
 
 class Pack:

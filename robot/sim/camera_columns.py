@@ -12,12 +12,12 @@ from math import cos, hypot, sin
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.geometry.vectors import Floats
 from robot.hardware.lens import CX, FOCAL, WIDTH, column_slopes
 from robot.scenes.scene import Box, Cylinder, Obstacle
 
 __all__ = ["Eye", "Hits", "Prisms", "columns_of"]
 
-Floats = NDArray[np.float64]
 
 NEAREST = 0.05
 """Nothing is seen nearer than this, m."""

@@ -7,13 +7,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.geometry.vectors import Floats
 from robot.hardware.lens import CY, FOCAL, HEIGHT, row_slopes
 from robot.scenes.scene import Thing
 from robot.sim.camera_columns import Eye, Prisms, columns_of
 
 __all__ = ["paint_thing", "paint_top"]
 
-Floats = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
 Depths = NDArray[np.uint16]
 

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robot.hardware.body import MotorTargets, Vector
+from robot.geometry.vectors import Vector
+from robot.hardware.body import MotorTargets
 from robot.model.legs import foot_velocities, limbs
 from robot.sim.stepping import Planar
 

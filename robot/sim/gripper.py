@@ -2,27 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from robot.hardware.arm import GripperState
 
-__all__ = ["SPEED", "WIDEST", "Gripper", "GripperState"]
+__all__ = ["SPEED", "WIDEST", "Gripper"]
 
 WIDEST = 0.12
 """Opening of the jaws when open: thicker things cannot be gripped, m."""
 SPEED = 0.4
 """How fast the opening changes, m/s: 0.3 s from open to closed."""
-
-
-@dataclass(frozen=True, slots=True)
-class GripperState:
-    """What the gripper's own sensors tell; what it holds they do not know."""
-
-    opening: float
-    """Between the jaws, m."""
-    closing: bool
-    """What it was told last: to close, or to open."""
-    moving: bool
-    gripping: bool
-    """The jaws were stopped by something between them, and press on it."""
 
 
 class Gripper:

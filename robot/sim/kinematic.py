@@ -16,19 +16,23 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, exp, isfinite, sin
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from robot.control.command import CommandLimits, CommandShaper
 from robot.control.drive import joint_speeds
-from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Sample, Truth, Vector
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Triple, Vector
+from robot.hardware.beams import BEAMS, MAX_RANGE
+from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Sample, Truth
 from robot.model.kinematics import feet, inverse, leg_forward, leg_inverse, leg_jacobian, within_limits
-from robot.model.legs import Triple, limbs, torques
+from robot.model.legs import limbs, torques
+from robot.model.modes import GOALS, Mode
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.power import STANDING, typical_motor_power
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Pose2, Scene, Thing
+from robot.scenes.scene import Scene, Thing
 from robot.sim.following import chase, pushed_body
 from robot.sim.kinematic_arm import KinematicArm
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
@@ -40,9 +44,7 @@ from robot.sim.touch import Outline
 if TYPE_CHECKING:
     from robot.hardware.arm import ArmDevice
 
-__all__ = ["KinematicBody", "Mode", "NotAchievable"]
-
-Mode = Literal["sit", "stand", "walk"]
+__all__ = ["KinematicBody", "NotAchievable"]
 
 TICK = 0.0005
 """Every instant of a body is a whole number of these, s."""
@@ -132,7 +134,7 @@ class KinematicBody:
         """The scene's things, where they are now."""
         return self._arm.things() if self._arm is not None else self._scene.things
 
-    def drive(self, vx: float, vy: float, wz: float, height: float, mode: Mode) -> None:
+    def drive(self, vx: float, vy: float, wz: float, height: float, mode: str) -> None:
         """Walk at (vx, vy) m/s forward and left, turning wz rad/s, with the hips `height` m above the foot centres.
 
         Velocities are clipped and slewed like those of the gait controller and count only in mode ``walk``. In
@@ -142,7 +144,7 @@ class KinematicBody:
 
         Raises `ValueError` for an unknown mode or a height that is not a number.
         """
-        if mode not in ("sit", "stand", "walk") or not isfinite(height):
+        if mode not in GOALS or not isfinite(height):
             raise ValueError(
                 f"A kinematic body cannot take mode {mode!r} at height {height!r} m: "
                 "give 'sit', 'stand' or 'walk' and a height in metres, such as 0.45."
@@ -150,7 +152,7 @@ class KinematicBody:
         if self._targets is not None:
             self._replant()
         self._shaper.ask(vx, vy, wz)
-        self._asked_height, self._mode = height, mode
+        self._asked_height, self._mode = height, Mode(mode)
         self._commanded, self._powered = self._ticks, True
 
     def command(self, targets: MotorTargets) -> None:
@@ -196,7 +198,7 @@ class KinematicBody:
             self._joints_read = (self._ticks, JointSample(position, velocity, self._static_torque(), contact))
         return self._joints_read[1]
 
-    def lidar(self, beams: int = 360, max_range: float = 10.0) -> Vector:
+    def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
         """A scan of the scene's obstacles at the height of the body origin."""
         ranges = cast(self._scene, *self._pose, beams=beams, max_range=max_range, height=self._height + FOOT_RADIUS)
         return self._lidar_noise.apply(ranges, max_range) if self._noise else ranges
@@ -270,7 +272,7 @@ class KinematicBody:
         if self._targets is not None:
             self._replant()
         self._shaper.ask(0.0, 0.0, 0.0)
-        self._asked_height, self._mode, self._powered = SIT_HEIGHT, "sit", False
+        self._asked_height, self._mode, self._powered = SIT_HEIGHT, Mode.SIT, False
 
     def _replant(self) -> None:
         """All feet on the floor below where they are, and the legs are ours again."""
@@ -307,13 +309,13 @@ class KinematicBody:
     def _step_body(self, dt: float) -> float:
         """The body follows its command and the feet keep up; returns the new height."""
         high_enough = self._height >= WALKING_HEIGHT
-        walking = self._mode == "walk" and high_enough
+        walking = self._mode == Mode.WALK and high_enough
         self._glide(dt, Planar(*self._shaper.advance(dt, walking)))
         moving = max(abs(speed) for speed in (*self._twist, *self._shaper.velocity)) > STILL
         self._stepping = walking or (moving and high_enough)
         self._footwork.advance(dt, self._pose, self._twist, stepping=self._stepping)
         self._contact = self._footwork.contact
-        if self._mode != "walk" and (moving or not self._footwork.standing):
+        if self._mode != Mode.WALK and (moving or not self._footwork.standing):
             return self._height
         rise = (self._asked_height - self._height) * (1.0 - exp(-dt / LAG))
         return self._height + max(-SINK * dt, min(CLIMB * dt, rise))

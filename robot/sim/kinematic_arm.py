@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from robot.control.arm import Arm, ArmState
-from robot.hardware.body import Vector
+from robot.control.arm import Arm
+from robot.geometry.vectors import Vector
+from robot.hardware.arm import ArmState, GripperState
 from robot.scenes.scene import Scene, Thing
-from robot.sim.gripper import Gripper, GripperState
-from robot.sim.things import Things, centre, thickness, tool_point
+from robot.sim.gripper import Gripper
+from robot.sim.things import Things, centre, tool_point
 
 __all__ = ["KinematicArm"]
 
@@ -67,7 +68,7 @@ class KinematicArm:
         if not self._gripper.moving:
             return
         index = self._things.near(self._tip()) if self._gripper.state.closing else None
-        self._gripper.step(seconds, None if index is None else thickness(self._things[index]))
+        self._gripper.step(seconds, None if index is None else self._things[index].thickness)
         if index is not None and self._gripper.gripping:
             self._held, self._offset = index, self._tip() - centre(self._things[index])
 

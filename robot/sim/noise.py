@@ -13,7 +13,8 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.hardware.body import ImuSample, Vector
+from robot.geometry.vectors import Vector
+from robot.hardware.body import ImuSample
 
 __all__ = ["BiasedNoise", "ContactNoise", "EncoderNoise", "ImuNoise", "LidarNoise", "sensor_generator"]
 

@@ -7,16 +7,20 @@ from __future__ import annotations
 
 from collections import deque
 from importlib import import_module
-from math import atan2, ceil, cos, sin, sqrt
+from math import ceil, cos, sin, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robot.hardware.body import ImuSample, JointSample, MotorTargets, Sample, Truth, Vector
+from robot.geometry.angles import yaw_of
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Vector
+from robot.hardware.beams import BEAMS, MAX_RANGE
+from robot.hardware.body import ImuSample, JointSample, MotorTargets, Sample, Truth
 from robot.model.kinematics import inverse
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, KNEE_TORQUE, SIT_HEIGHT, TORQUE_LIMIT
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Pose2, Scene, Thing
+from robot.scenes.scene import Scene, Thing
 from robot.sim.mjcf import OBSTACLE_GROUP, Ground, obstacle_names, write_model
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
 from robot.sim.physics_arm import PhysicsArm
@@ -152,7 +156,7 @@ class PhysicsBody:
             self._joints_read = (self._ticks, JointSample(position, velocity, self._torque.copy(), contact))
         return self._joints_read[1]
 
-    def lidar(self, beams: int = 360, max_range: float = 10.0) -> Vector:
+    def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
         """A scan of the scene's obstacles at the height of the body origin; the robot's own legs are never seen."""
         angles = _yaw(self._qpos[3:7]) - np.pi + np.arange(beams) * (2 * np.pi / beams)
         rays = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(beams)))
@@ -313,4 +317,4 @@ def _engine() -> Any:
 
 def _yaw(quaternion: Vector) -> float:
     w, x, y, z = quaternion.tolist()
-    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return yaw_of(w, x, y, z)

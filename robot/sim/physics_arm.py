@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from robot.control.arm import Arm, ArmState
-from robot.hardware.body import Vector
+from robot.control.arm import Arm
+from robot.geometry.vectors import Vector
+from robot.hardware.arm import ArmState, GripperState
 from robot.model.arm import JOINTS, STOWED
 from robot.scenes.scene import Scene, Thing
 from robot.sim.arm_mjcf import HAND, TOOL_SITE, TORQUES, thing_name
-from robot.sim.gripper import Gripper, GripperState
-from robot.sim.things import Things, thickness
+from robot.sim.gripper import Gripper
+from robot.sim.things import Things
 
 __all__ = ["PhysicsArm"]
 
@@ -104,7 +105,7 @@ class PhysicsArm:
             return
         places = self._places()
         index = places.near(self._tip) if self._gripper.state.closing else None
-        self._gripper.step(seconds, None if index is None else thickness(places[index]))
+        self._gripper.step(seconds, None if index is None else places[index].thickness)
         if index is not None and self._gripper.gripping:
             self._weld(index)
 

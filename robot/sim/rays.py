@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robot.geometry.vectors import Floats
+from robot.hardware.beams import BEAMS, MAX_RANGE, beam_angles
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
 
-__all__ = ["beam_angles", "cast"]
-
-Floats = NDArray[np.float64]
+__all__ = ["cast"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,14 +38,6 @@ def _shapes(obstacles: tuple[Obstacle, ...]) -> _Shapes:
         cylinders=np.array([(c.x, c.y, c.radius) for c in cylinders], dtype=np.float64).reshape(-1, 3),
         cylinder_heights=np.array([c.height for c in cylinders], dtype=np.float64),
     )
-
-
-@lru_cache(maxsize=8)
-def beam_angles(beams: int = 360) -> Floats:
-    """Angle of every beam in the sensor's frame, read-only, shape (beams,): beam i looks along -pi + i 2 pi / beams."""
-    angles: Floats = -math.pi + np.arange(beams, dtype=np.float64) * (2 * math.pi / beams)
-    angles.setflags(write=False)
-    return angles
 
 
 def _box_hits(boxes: Floats, x: float, y: float, dx: Floats, dy: Floats) -> Floats:
@@ -79,7 +70,7 @@ def _cylinder_hits(cylinders: Floats, x: float, y: float, dx: Floats, dy: Floats
 
 
 def cast(
-    scene: Scene, x: float, y: float, yaw: float, beams: int = 360, max_range: float = 10.0, height: float = 0.0
+    scene: Scene, x: float, y: float, yaw: float, beams: int = BEAMS, max_range: float = MAX_RANGE, height: float = 0.0
 ) -> Floats:
     """Ranges (m), shape (beams,), from (x, y) to the scene's obstacles; beam i looks along yaw - pi + i 2 pi / beams.
 

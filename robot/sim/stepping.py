@@ -6,7 +6,8 @@ from math import cos, hypot, sin
 from typing import NamedTuple
 
 from robot.control.gaits import GAITS, GaitClock
-from robot.control.swing import Triple, swing_path
+from robot.control.swing import swing_path
+from robot.geometry.vectors import Triple
 from robot.model.parameters import FOOT_RADIUS
 from robot.model.stance import NOMINAL
 

@@ -7,12 +7,12 @@ from math import cos, sin
 
 import numpy as np
 
-from robot.hardware.body import Vector
+from robot.geometry.vectors import Vector
 from robot.model.arm import MOUNT, forward
 from robot.planning.reach import GRASP_DISTANCE
 from robot.scenes.scene import Box, Obstacle, Scene, Thing
 
-__all__ = ["Things", "centre", "thickness", "tool_point"]
+__all__ = ["Things", "centre", "tool_point"]
 
 STEP = 0.02
 """A thing that is let go comes to rest on a surface that is at most this much higher than its underside, m."""
@@ -21,12 +21,6 @@ STEP = 0.02
 def centre(thing: Thing) -> Vector:
     """The middle of a thing in the world, where a gripper takes it; m."""
     return np.array([thing.shape.x, thing.shape.y, thing.z + thing.shape.height / 2])
-
-
-def thickness(thing: Thing) -> float:
-    """How far the jaws stay open around it, m."""
-    shape = thing.shape
-    return min(shape.length, shape.width) if isinstance(shape, Box) else 2.0 * shape.radius
 
 
 def tool_point(position: Vector, quaternion: Vector, angles: Vector) -> Vector:

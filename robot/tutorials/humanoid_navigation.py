@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from actors import Aborted, Action, Done, GoalFailed, GoalRejected, Node, Reject, Steps, Supervisor, parameter
+from robot.geometry.planar import Pose2
 from robot.interfaces.your_package.action import (
     HumanoidNav,
     HumanoidNav_Feedback,
@@ -21,7 +22,7 @@ from robot.planning.errors import NavigationError
 from robot.planning.grid import Grid, signed_distance
 from robot.planning.path import Path
 from robot.planning.planner import Planner
-from robot.scenes.scene import Obstacle, Pose2, Scene
+from robot.scenes.scene import Obstacle, Scene
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 from robot.tutorials.strides import is_finite, turn_left, turned
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 import asyncio
 
 from actors import Action, Done, GoalFailed, GoalRejected, Node, Reject, Steps, Supervisor, parameter
+from robot.geometry.planar import Pose2
 from robot.interfaces.my_robot_interfaces.action import (
     MoveToPosition,
     MoveToPosition_Feedback,
     MoveToPosition_Goal,
     MoveToPosition_Result,
 )
-from robot.scenes.scene import Pose2
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 from robot.tutorials.strides import distance, is_finite, stride, turn_left
 

@@ -8,8 +8,8 @@ from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
 from actors.interfaces.std_msgs.msg import Header
 from actors.testing import Rig
 from robot.geometry.messages import pose_stamped
+from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
-from robot.scenes.scene import Pose2
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.tree import robot_tree

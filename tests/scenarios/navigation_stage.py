@@ -15,8 +15,10 @@ from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.std_srvs.srv import Trigger_Request, Trigger_Response
 from actors.testing import Rig
 from robot.contracts import AUTONOMY_CMD, BATTERY_STATE, GAIT_STATUS, ODOMETRY, POSE, SIT, STAND, WALK
-from robot.geometry.messages import compose, inverse, to_pose
-from robot.hardware.body import Truth, Vector
+from robot.geometry.messages import to_pose
+from robot.geometry.planar import Pose2, compose, inverse
+from robot.geometry.vectors import Vector
+from robot.hardware.body import Truth
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.my_robot_interfaces.action import MoveToPosition
 from robot.interfaces.robactor_msgs.msg import GaitStatus
@@ -28,10 +30,11 @@ from robot.nodes.localizer import Localizer
 from robot.nodes.map_server import MapServer
 from robot.nodes.navigation import Navigation
 from robot.planning.grid import Grid
-from robot.scenes.dock import charger_connected, has_station, heading, station
-from robot.scenes.scene import Obstacle, Pose2, Scene
+from robot.scenes.dock import has_station, station
+from robot.scenes.scene import Obstacle, Scene
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
+from robot.sim.charger import charger_connected
 from robot.sim.kinematic import KinematicBody, Mode
 from robot.sim.touch import Outline
 from robot.tree import robot_tree
@@ -80,7 +83,7 @@ class ChangingBody(KinematicBody):
 def true_pose(body: KinematicBody) -> Pose2:
     """Where the body really is."""
     truth = body.truth()
-    return Pose2(float(truth.position[0]), float(truth.position[1]), heading(truth))
+    return Pose2(float(truth.position[0]), float(truth.position[1]), truth.yaw)
 
 
 def speed(body: KinematicBody) -> float:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from robot import Robot
 from robot.geometry.messages import pose_stamped
-from robot.scenes.scene import Pose2
+from robot.geometry.planar import Pose2
 from robot.scenes.worlds import get_world
 
 if TYPE_CHECKING:

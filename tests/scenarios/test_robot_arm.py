@@ -32,6 +32,7 @@ from robot.contracts import (
     MOVE_ARM,
     SAFETY_STATE,
 )
+from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import SafetyState
 from robot.interfaces.robot_arm_control.action import MoveArm
@@ -39,7 +40,7 @@ from robot.interfaces.robot_arm_control.srv import GetPosition
 from robot.model.arm import MOUNT, STOWED, Tip, forward, inverse
 from robot.nodes.arm import ArmDriver
 from robot.planning.trajectory import ARM_LIMITS
-from robot.scenes.scene import Box, Cylinder, Pose2, Scene, Thing
+from robot.scenes.scene import Box, Cylinder, Scene, Thing
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
 from robot.sim.things import centre

@@ -11,8 +11,8 @@ import robot
 from actors.testing import Rig
 from robot import Robot
 from robot.contracts import BATTERY_STATE, GAIT_STATUS, GOAL_REPORT
+from robot.geometry.planar import Pose2
 from robot.nodes.carrier import Delivery
-from robot.scenes.scene import Pose2
 from robot.scenes.worlds import UnknownWorld, get_world
 
 

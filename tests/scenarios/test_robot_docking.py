@@ -11,11 +11,10 @@ from actors import GoalAborted, GoalCanceled, GoalRejected
 from actors.testing import Rig
 from robot.contracts import AUTONOMY_CMD, DOCK, DOCK_STATUS, NAVIGATE_TO_GOAL, UNDOCK
 from robot.estimation.dock_finder import find_dock
-from robot.geometry.messages import compose
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2, compose
 from robot.interfaces.robactor_msgs.action import Dock
-from robot.planning.path import wrap
 from robot.scenes.dock import station
-from robot.scenes.scene import Pose2
 from robot.scenes.worlds import get_world
 from robot.sim.rays import cast
 from tests.scenarios.navigation_stage import ChangingBody, navigate, speed, standing_robot, true_pose

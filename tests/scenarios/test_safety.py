@@ -47,12 +47,12 @@ from robot.contracts import (
     VOICE,
     WALK,
 )
+from robot.geometry.planar import Pose2
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.my_robot_interfaces.msg import SensorData
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus
 from robot.nodes.safety import SafetyMonitor
 from robot.nodes.teleop import RobotController
-from robot.scenes.scene import Pose2
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.sim.kinematic import KinematicBody

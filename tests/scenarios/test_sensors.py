@@ -35,6 +35,7 @@ from robot.contracts import (
     SCAN,
 )
 from robot.frames import TfListener
+from robot.geometry.planar import Pose2
 from robot.hardware.lens import HEIGHT, WIDTH, project
 from robot.nodes import camera as camera_node
 from robot.nodes.camera import Camera
@@ -44,7 +45,7 @@ from robot.nodes.lidar import Lidar
 from robot.nodes.motors import Motors
 from robot.nodes.point_clouds import pack_points, unpack_points
 from robot.nodes.proprioception import Proprioception
-from robot.scenes.scene import Box, Cylinder, Pose2, Scene, Thing
+from robot.scenes.scene import Box, Cylinder, Scene, Thing
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.sim.kinematic import KinematicBody

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from robot.control.follow import Command
 from robot.control.navigator import Motion, Navigator, State
-from robot.scenes.scene import Box, Cylinder, Obstacle, Pose2, Scene
+from robot.geometry.planar import Pose2
+from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
 from robot.sim.rays import cast
 
 LENGTH, WIDTH = 1.1, 0.5

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot.control.arm import Arm, ArmBusy
-from robot.hardware.body import Vector
+from robot.control.arm import Arm
+from robot.geometry.vectors import Vector
+from robot.hardware.arm import ArmBusy
 from robot.model.arm import LIMITS, STOWED, Angles
 from robot.planning.trajectory import ARM_LIMITS, Motion, Quintic, Stop
 

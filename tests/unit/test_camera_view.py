@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from robot.estimation.detect import find_blobs
+from robot.geometry.planar import Pose2
 from robot.hardware.lens import CX, CY, FOCAL, HEIGHT, WIDTH, deproject, project
-from robot.scenes.scene import Box, Cylinder, Obstacle, Pose2, Scene, Thing
+from robot.scenes.scene import Box, Cylinder, Obstacle, Scene, Thing
 from robot.scenes.worlds import get_world
 from robot.sim.camera_columns import Eye
 from robot.sim.camera_view import RANGE, Frame, View

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from robot.estimation.virtual_imu import CATCH_UP, felt
 from robot.evaluate.trial import Trial
 from robot.evaluate.walk_faults import FAULTS
-from robot.hardware.body import JointSample, Vector
+from robot.geometry.vectors import Rows, Vector
+from robot.hardware.body import JointSample
 from robot.model.kinematics import inverse
-from robot.model.legs import Limbs, Rows, foot_velocities, limbs
+from robot.model.legs import Limbs, foot_velocities, limbs
 from robot.model.parameters import GRAVITY, STAND_HEIGHT
 from robot.model.stance import nominal_feet
 

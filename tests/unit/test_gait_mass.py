@@ -13,12 +13,13 @@ from robot.control.walk import WALK_HEIGHT, Walker
 from robot.estimation.leg_odometry import Estimator
 from robot.estimation.predict import Ahead
 from robot.estimation.terrain import TerrainPlane
+from robot.geometry.planar import Pose2
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.kinematics import feet, inverse
 from robot.model.mass import standing_mass
 from robot.model.parameters import GRAVITY, MASS, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
-from robot.scenes.scene import Pose2, Scene
+from robot.scenes.scene import Scene
 from robot.sim.mjcf import Ground, write_model
 
 FLAT = Scene("flat", (-5.0, -5.0, 5.0, 5.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))

@@ -15,11 +15,12 @@ from robot.control.gaits import GAITS, GaitClock
 from robot.control.sway import sway
 from robot.estimation.leg_odometry import Estimator
 from robot.evaluate.trial import PERIOD, Trial
+from robot.geometry.planar import Pose2
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.model.kinematics import inverse
 from robot.model.parameters import GRAVITY, STAND_HEIGHT
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Box, Pose2, Scene
+from robot.scenes.scene import Box, Scene
 
 SLOW = pytest.mark.slow
 

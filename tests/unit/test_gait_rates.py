@@ -11,12 +11,13 @@ from robot.control.gait_controller import GaitController
 from robot.estimation.gyro_bias import FootLine, GyroBias
 from robot.estimation.leg_odometry import Estimator
 from robot.estimation.plausibility import ContactWatch
+from robot.geometry.planar import Pose2
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.kinematics import inverse
 from robot.model.legs import LEVEL, limbs
 from robot.model.parameters import GRAVITY, STAND_HEIGHT
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Pose2, Scene
+from robot.scenes.scene import Scene
 from robot.sim.physics import PhysicsBody
 
 RATES = (100.0, 200.0, 500.0)

@@ -14,12 +14,14 @@ from hypothesis import strategies as st
 
 from robot.control.gaits import GAITS, GaitClock
 from robot.control.swing import swing_path
-from robot.hardware.body import Body, MotorTargets, Vector
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Vector
+from robot.hardware.body import Body, MotorTargets
 from robot.model.kinematics import feet, inverse
 from robot.model.legs import foot_velocities, limbs
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, MASS, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
-from robot.scenes.scene import Box, Cylinder, Pose2, Scene
+from robot.scenes.scene import Box, Cylinder, Scene
 from robot.sim.kinematic import KinematicBody, Mode
 
 EMPTY = Scene("empty", (-50, -50, 50, 50), (), start=Pose2(1.0, -2.0, 0.5), dock=Pose2(0, 0))

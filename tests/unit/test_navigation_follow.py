@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 
 from robot.control.follow import Command, Follower, Limits
 from robot.estimation.surroundings import Surroundings
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2
 from robot.model.footprint import Footprint
 from robot.planning.grid import Grid
-from robot.planning.path import Path, wrap
-from robot.scenes.scene import Box, Pose2, Scene
+from robot.planning.path import Path
+from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import get_world
 from robot.sim.rays import cast
 from tests.unit.navigation_sim import Walker

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from robot.estimation.scan_match import ACCEPTED, ScanMatcher
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2
 from robot.planning.grid import Grid
-from robot.planning.path import wrap
-from robot.scenes.scene import Box, Pose2, Scene
+from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import get_world
 from robot.sim.rays import cast
 

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from robot.control.navigator import Navigator
 from robot.estimation.movers import Movers
 from robot.estimation.surroundings import Surroundings
+from robot.geometry.planar import Pose2
 from robot.planning.grid import Grid
-from robot.scenes.scene import Cylinder, Pose2, Scene
+from robot.scenes.scene import Cylinder, Scene
 from robot.scenes.worlds import get_world
 from robot.sim.rays import cast
 

@@ -11,6 +11,8 @@ import pytest
 
 from robot.control.follow import Command, Limits
 from robot.control.navigator import Motion, Navigator, State
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2
 from robot.model.footprint import Footprint
 from robot.planning.errors import (
     GoalBlocked,
@@ -22,9 +24,9 @@ from robot.planning.errors import (
     Unreachable,
 )
 from robot.planning.grid import Grid
-from robot.planning.path import Path, wrap
+from robot.planning.path import Path
 from robot.planning.planner import Planner
-from robot.scenes.scene import Box, Cylinder, Pose2, Scene
+from robot.scenes.scene import Box, Cylinder, Scene
 from robot.scenes.worlds import get_world
 from tests.unit.navigation_sim import Walker, body_clearance, random_scene, walk
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robot.control.progress import RECOVERIES, ProgressChecker, Recovery
-from robot.scenes.scene import Pose2
+from robot.geometry.planar import Pose2
 
 
 def test_half_a_meter_in_ten_seconds_is_progress() -> None:

@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from robot.evaluate import maps
-from robot.evaluate.jump_points import Cell, OctileSearch
+from robot.evaluate.jump_points import OctileSearch
 from robot.planning.errors import GoalBlocked, StartBlocked, Unreachable
+from robot.planning.grid import Cell
 from robot.planning.path import line_cells, pull
 from robot.planning.wavefront import Wavefront
 from robot.run.options import UsageError

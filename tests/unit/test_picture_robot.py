@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from robot.geometry.planar import Pose2
 from robot.model.arm import MOUNT, STOWED, TOOL, forward
 from robot.model.kinematics import feet
 from robot.model.parameters import CALF, FOOT_RADIUS, THIGH
@@ -19,7 +20,7 @@ from robot.picture.stage import stage_solids, thing_solids
 from robot.picture.tracer import nearest
 from robot.picture.viewpoint import viewpoint
 from robot.png import encode
-from robot.scenes.scene import Box, Obstacle, Pose2
+from robot.scenes.scene import Box, Obstacle
 from robot.scenes.worlds import WORLDS, get_world
 from tests.unit.picture_kit import rays_through, recorded, standing
 

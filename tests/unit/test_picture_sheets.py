@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from robot.geometry.planar import Pose2
 from robot.picture.axis import spanning
 from robot.picture.canvas import Canvas
 from robot.picture.map_view import BODY, OCCUPIED, draw_map
 from robot.picture.plots import ASKED, TRUE, draw_plots
 from robot.picture.strokes import GLYPHS, strokes, width
 from robot.png import Image, encode
-from robot.scenes.scene import Pose2
 from robot.scenes.worlds import get_world
 from tests.unit.picture_kit import decoded, recorded
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
-from robot.scenes.scene import Pose2, Scene
+from robot.scenes.scene import Scene
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
 from robot.sim.sampling import KEPT

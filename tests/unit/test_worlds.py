@@ -7,9 +7,9 @@ import math
 
 import pytest
 
+from robot.geometry.planar import Pose2
 from robot.planning.grid import Grid
 from robot.planning.planner import Planner
-from robot.scenes.scene import Pose2
 from robot.scenes.worlds import WORLDS, UnknownWorld, get_world
 from tests.unit.navigation_sim import body_clearance
 

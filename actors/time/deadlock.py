@@ -1,29 +1,34 @@
-"""Which task waits for what, at which line and since when: the text of `Deadlock`, `Livelock` and `Stalled`."""
+"""`Deadlock`, `Livelock` and `Stalled`, and their text: which task waits for what, at which line and since when."""
 
 from __future__ import annotations
 
 import asyncio
-import gc
 import linecache
 import os
 import re
 from collections.abc import Collection, Iterable, Mapping
-from types import AsyncGeneratorType, CoroutineType, FrameType, GeneratorType
+from types import FrameType
 from typing import Any
 
 import anyio
 
-from actors.places import owner_of
+from actors.places import Place, parked, users_own
 from actors.time.handles import owner
 
-__all__ = ["DEADLOCK", "LIVELOCK", "NO_INPUT", "STALLED", "chain_of", "parked", "parked_frames", "report", "seconds"]
+__all__ = [
+    "DEADLOCK",
+    "LIVELOCK",
+    "NO_INPUT",
+    "STALLED",
+    "Deadlock",
+    "Livelock",
+    "Stalled",
+    "parked_frames",
+    "report",
+    "seconds",
+]
 
 _LIBRARIES = tuple(os.path.join(os.path.abspath(path), "") for path in (*asyncio.__path__, *anyio.__path__))
-_ATTRIBUTES: dict[type, tuple[str, str]] = {
-    CoroutineType: ("cr_frame", "cr_await"),
-    AsyncGeneratorType: ("ag_frame", "ag_await"),
-    GeneratorType: ("gi_frame", "gi_yieldfrom"),
-}
 _MOST = 20
 """So many tasks are described; a report of hundreds would hide the one that matters."""
 
@@ -37,6 +42,18 @@ STALLED = (
     "run on the real clock; if it is only slow, raise loop.patience."
 )
 NO_INPUT = "For live input set loop.wait_for_io = True; if the peer is only slow, raise loop.patience."
+
+
+class Deadlock(RuntimeError):
+    """Every task is parked, and no timer, thread, process or socket can ever wake one."""
+
+
+class Livelock(RuntimeError):
+    """Callbacks keep rescheduling each other while virtual time stands still."""
+
+
+class Stalled(RuntimeError):
+    """Outside work (thread, process, socket) did not report back within `VirtualLoop.patience` real seconds."""
 
 
 def report(
@@ -69,34 +86,9 @@ def parked_frames(task: asyncio.Task[Any]) -> list[FrameType]:
     return [frame for _, frame in parked(task)]
 
 
-def parked(task: asyncio.Task[Any]) -> list[tuple[object, FrameType]]:
-    """The same, each frame with the coroutine or generator that it belongs to."""
-    return chain_of(task.get_coro())
-
-
-def chain_of(awaited: Any) -> list[tuple[object, FrameType]]:
-    """The same of a suspended coroutine or generator."""
-    chain: list[tuple[object, FrameType]] = []
-    while awaited is not None:
-        if type(awaited) not in _ATTRIBUTES:
-            awaited = _wrapped(awaited)
-            continue
-        owner = awaited
-        frame, awaited = (getattr(owner, attribute) for attribute in _ATTRIBUTES[type(owner)])
-        if frame is None or any(frame is known for _, known in chain):  # finished, or an awaitable that refers back
-            break
-        chain.append((owner, frame))
-    return chain
-
-
 def seconds(time: float) -> str:
     """A time as people write it: `12.5 s`."""
     return f"{time:.9f}".rstrip("0").rstrip(".") + " s"
-
-
-def _wrapped(awaitable: object) -> Any:
-    """What an awaitable without a frame stands for: `agen.asend(x)` and `coro.__await__()` hide it from Python code."""
-    return next((inner for inner in gc.get_referents(awaitable) if type(inner) in _ATTRIBUTES), None)
 
 
 def _describe(task: asyncio.Task[Any], since: float | None, runs: bool) -> str:
@@ -111,7 +103,7 @@ def _describe(task: asyncio.Task[Any], since: float | None, runs: bool) -> str:
     own = [frame for frame in frames if not frame.f_code.co_filename.startswith(_LIBRARIES)]
     if not own:
         return head
-    return f"{head}\n      at {_place(min(reversed(own), key=lambda frame: owner_of(frame.f_code.co_filename)))}"
+    return f"{head}\n      at {_shown(users_own(own))}"
 
 
 def _awaited(task: asyncio.Task[Any], frames: list[FrameType]) -> str:
@@ -123,11 +115,11 @@ def _awaited(task: asyncio.Task[Any], frames: list[FrameType]) -> str:
     return "a future"
 
 
-def _place(frame: FrameType) -> str:
-    path, line = frame.f_code.co_filename, frame.f_lineno
-    source = linecache.getline(path, line).strip()
-    shown = os.path.relpath(path) if path.startswith(os.getcwd() + os.sep) else path
-    return f"{shown}:{line} in {frame.f_code.co_qualname}" + (f": {source}" if source else "")
+def _shown(place: Place) -> str:
+    source = linecache.getline(place.file, place.line).strip()
+    inside = place.file.startswith(os.getcwd() + os.sep)
+    shown = place._replace(file=os.path.relpath(place.file)) if inside else place
+    return f"{shown}: {source}" if source else str(shown)
 
 
 def _natural(name: str) -> list[tuple[int, str]]:

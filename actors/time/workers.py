@@ -17,7 +17,7 @@ from anyio import to_process
 from anyio._backends import _asyncio as anyio_backend
 from anyio.lowlevel import _run_vars
 
-from actors.time.stuck import parked_frames
+from actors.time.deadlock import parked_frames
 
 __all__ = ["OutsideWork"]
 
