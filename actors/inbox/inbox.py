@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["HOLDING_SECONDS", "STEP_SECONDS", "Inbox", "Item"]
 
 HOLDING_SECONDS = 0.5
-"""A plain handler that keeps the others waiting for longer than this is reported once (architecture section 5)."""
+"""A plain handler that keeps the others waiting for longer than this is reported once, s."""
 
 STEP_SECONDS = 0.01
 """An item that runs for at least so long without an await is made known: it may have delayed somebody's timer."""

@@ -231,6 +231,6 @@ def _bearing(leg: int, sample: JointSample, legs: Limbs) -> float:
 
 
 def _solve(rows: tuple[Triple, Triple, Triple], right: Triple) -> Triple:
-    """Three equations; zero if they are singular."""
+    """Three equations; of a leg that is nearly singular the least solution, without the direction that cannot be told."""
     x, y, z = np.linalg.lstsq(np.array(rows), np.array(right), rcond=1e-3)[0].tolist()
     return (x, y, z)

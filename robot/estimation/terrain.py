@@ -1,4 +1,4 @@
-"""The plane under the robot, fitted through the places its feet stood on last."""
+"""The plane under the robot, fitted through the last contact point of each foot (docs/control.md#terrain-plane)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["TerrainPlane", "plane"]
 
 STEEPEST = 0.6
 SETTLE = 0.25
-"""Time constant (s) with which the plane follows the feet."""
+"""Time constant of the low-pass on the slopes, s."""
 
 
 def plane(feet: Sequence[Triple]) -> tuple[Triple, tuple[float, float] | None]:
