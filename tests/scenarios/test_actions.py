@@ -621,7 +621,7 @@ async def test_a_client_that_is_canceled_in_the_moment_of_acceptance_cancels_its
     await asyncio.sleep(0)
     server = server_of(rig)
     (run,) = server.arriving
-    rig.state(Counter).mailbox.inbox.put_control(Moment(starting.cancel))  # before the client can look at the answer
+    rig.state(Counter).inbox.put_control(Moment(starting.cancel))  # before the client can look at the answer
     await rig.advance(10.0)
     assert starting.cancelled()
     assert run.outcome.status is GoalStatus.CANCELED
@@ -633,7 +633,7 @@ async def test_a_client_that_is_canceled_in_the_moment_of_rejection_just_ends(ri
     await rig.start_goal(COUNT, order(5))
     starting = asyncio.create_task(rig.start_goal(COUNT, order(1)))
     await asyncio.sleep(0)
-    rig.state(Counter).mailbox.inbox.put_control(Moment(starting.cancel))
+    rig.state(Counter).inbox.put_control(Moment(starting.cancel))
     await rig.quiet()
     assert starting.cancelled()
 

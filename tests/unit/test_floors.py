@@ -44,14 +44,6 @@ UPWARDS: frozenset[tuple[str, str]] = frozenset(
         ("actors.actions.client", "actors.graph.graph"),
         ("actors.actions.server", "actors.graph.graph"),
         ("actors.graph.snapshot", "actors.system"),
-        ("actors.node.node", "actors.runtime.core"),
-        ("actors.runtime.core", "actors.system"),
-        ("actors.runtime.ground", "actors.system"),
-        ("actors.runtime.life", "actors.system"),
-        ("actors.runtime.stall", "actors.system"),
-        ("actors.runtime.standard", "actors.lifecycle.node"),
-        ("actors.runtime.standard", "actors.system"),
-        ("actors.runtime.unsupervised", "actors.system"),
         ("actors.services.services", "actors.graph.graph"),
         ("actors.topics.channel", "actors.graph.graph"),
         ("actors.topics.endpoint", "actors.graph.graph"),
@@ -62,7 +54,7 @@ UPWARDS: frozenset[tuple[str, str]] = frozenset(
 )
 """The exceptions, (module, module above it), none of them at module level. This list only gets shorter."""
 
-LAZY_UPWARDS = frozenset({("actors.runtime.standard", "actors.lifecycle.node")})
+LAZY_UPWARDS: frozenset[tuple[str, str]] = frozenset()
 """Those of them that are imported when a function is called, and not for type checkers only."""
 
 

@@ -15,7 +15,7 @@ from actors.interfaces.message import Message
 from actors.testing.faults import Fault, Profile
 
 if TYPE_CHECKING:
-    from actors.runtime.core import Core
+    from actors.runtime.incarnation import Incarnation
     from actors.topics.channel import Subscription
 
 M = TypeVar("M", bound=Message)
@@ -97,7 +97,7 @@ class Link:
 
 def is_guest(queue: Subscription[Any]) -> bool:
     """Whether a subscription belongs to a node beside the tree: a test's own eyes, which no drawn fault may cloud."""
-    return cast("Core", queue.node).identity.path[0] == "guests"
+    return not cast("Incarnation", queue.node).record.supervised
 
 
 def entrance(
