@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from actors.suggest import did_you_mean
+
 __all__ = [
     "ActionUnavailable",
     "ActorError",
     "CallCycle",
     "CallTimeout",
     "DeclarationError",
+    "Ended",
     "GoalAborted",
     "GoalCanceled",
     "GoalFailed",
@@ -37,14 +40,11 @@ def _meant(error: BaseException) -> str:
     """``; did you mean 'speed'?`` for an attribute that is missing where one of nearly that name is not."""
     if type(error) is not AttributeError or not error.name:
         return ""
-    from difflib import get_close_matches
-
     try:
         known = [name for name in dir(error.obj) if name.startswith("_") <= error.name.startswith("_")]
     except Exception:  # an object that does not even say what it has
         return ""
-    close = get_close_matches(error.name, known, n=1)
-    return f"; did you mean {close[0]!r}?" if close else ""
+    return did_you_mean(error.name, known)
 
 
 class ActorError(Exception):
@@ -56,7 +56,11 @@ class DeclarationError(TypeError):
 
 
 class NotStarted(ActorError):
-    """A part of a node was used before its system started it (or after it ended)."""
+    """A node, a system or a part of one was used before it was started."""
+
+
+class Ended(ActorError):
+    """A node, or a part of one, was used after its end. It does not come back; a restarted node is another incarnation."""
 
 
 class WrongType(ActorError, TypeError):

@@ -23,6 +23,7 @@ from actors.runtime.runtime import Runtime
 if TYPE_CHECKING:
     from actors.graph.snapshot import Snapshot
     from actors.node.node import Node
+    from actors.runtime.options import RunOptions
     from actors.runtime.record import NodeRecord
     from actors.runtime.unsupervised import UnsupervisedNode
     from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
@@ -46,15 +47,13 @@ class System:
         seed: int = 0,
         sinks: tuple[LogSink, ...] = (structlog_sink,),
         level: int = INFO,
+        options: RunOptions | None = None,
         make_runtime: Callable[..., Runtime] = Runtime,
     ) -> None:
-        self.runtime = runtime = make_runtime(seed=seed, sinks=sinks, level=level)
+        self.runtime = runtime = make_runtime(seed=seed, sinks=sinks, level=level, options=options)
         self._tree = runtime.tree
-        self.seed = seed
-        self.loop = runtime.loop
-        self.clock = runtime.clock
-        self.graph = runtime.graph
-        self.log = runtime.log
+        self.seed, self.loop = seed, runtime.loop
+        self.clock, self.graph, self.log = runtime.clock, runtime.graph, runtime.log
         self.nodes: dict[tuple[str, ...], NodeRecord] = runtime.directory.records
         """The record of every node, by its path in the tree; of nodes beside the tree, too."""
         self.records: deque[LogRecord] = runtime.journal.records
@@ -64,8 +63,6 @@ class System:
 
     def __repr__(self) -> str:
         return repr(self._tree)
-
-    # -- life ---------------------------------------------------------------------------------------------------------------
 
     def open(self) -> None:
         """Let `open_node` find this system."""
@@ -123,6 +120,11 @@ class System:
         return self._tree.failure
 
     @property
+    def argv(self) -> tuple[str, ...]:
+        """What the `argv` of `run` holds for the program itself: all that is not for ROS, in order, without a program's name that it did not have."""
+        return () if self.runtime.options is None else self.runtime.options.argv
+
+    @property
     def exit_code(self) -> int:
         """What a program should exit with: 0, 3 after its supervisor gave up, 128 and the number of the signal, or what `sys.exit` was given."""
         return self._tree.exit_code
@@ -176,7 +178,7 @@ class System:
         """The graph at this instant, as a value: see `actors.graph.snapshot`."""
         from actors.graph.snapshot import take
 
-        return take(self)
+        return take(self.clock.now(), self.nodes.values(), self.graph)
 
 
 _open: Final[OpenSystems[System]] = OpenSystems()

@@ -45,7 +45,7 @@ GROUPS: Mapping[str, Sequence[str]] = {
     ),
     "Snapshots and logs": ("actors.graph.snapshot:Snapshot", "actors.logs:console_sink", "actors.logs:json_sink", "actors.node.retry:retry"),
     "Errors": (
-        "ActorError", "DeclarationError", "NotStarted", "WrongType", "WrongThread", "ServiceUnavailable", "CallTimeout", "NotRunning",
+        "ActorError", "DeclarationError", "NotStarted", "Ended", "WrongType", "WrongThread", "ServiceUnavailable", "CallTimeout", "NotRunning",
         "NodeRestarting", "CallCycle", "ServiceFailed", "ActionUnavailable", "Reject", "GoalRejected", "GoalFailed", "GoalCanceled",
         "GoalAborted", "TransitionRefused", "TickMissed", "StartFailed", "SupervisorGaveUp", "ProgramExit",
     ),
@@ -54,17 +54,19 @@ GROUPS: Mapping[str, Sequence[str]] = {
 
 INTERNAL: Mapping[str, Sequence[str]] = {
     "System": (
-        "answered", "check_place", "close_if_empty", "ended", "failed_beside", "gone", "interrupt", "join", "leave", "life", "lost", "new_id",
+        "answered", "close_if_empty", "ended", "failed_beside", "gone", "interrupt", "join", "leave", "life", "lost", "new_id",
         "node_log", "offload", "open", "random", "report", "running_now", "start", "stopping", "waiting",
     ),
     "Clock": ("loop_time", "call_at"),
     "Node": ("core", "managed"),
     "Publisher": (
-        "alive", "due", "due_alive", "end_events", "gated", "happening", "history", "join", "latched", "leave", "matched", "part", "peers",
-        "replay", "resume", "suspend", "tapped", "taps", "targets", "tell",
+        "add_tap", "alive", "count_incompatible_qos", "count_incompatible_type", "due", "due_alive", "end_events", "gated", "history", "join",
+        "keep_events", "kept_events", "latched", "leave", "matched", "notify", "part", "peers", "replay", "resume", "suspend", "taps",
+        "targets",
     ),
     "Probe": (
-        "aging", "deliver", "due", "end_events", "full", "happening", "inlet", "join", "made_room", "publishers", "room", "taken", "tell",
+        "catch_up", "count_incompatible_qos", "count_incompatible_type", "deliver", "due", "end_events", "full", "join", "keep_events",
+        "leave", "notify", "part", "publishers", "room", "target", "unwrap", "waiting", "wrapped",
     ),
     "RunningSupervisor": (
         "abandoned", "ended", "grace_of", "is_supervisor", "life", "make_life", "name", "post", "ready", "run", "stop",

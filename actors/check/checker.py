@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
-from actors.names.identity import Identity
 from actors.names.names import lint_name
 from actors.node.node import Node
-from actors.parameters.unknown import hint
 from actors.qos import compatible
+from actors.runtime.options import identity_of
+from actors.suggest import did_you_mean
 from actors.supervision.declarations import Child, Spec, Supervisor
 
 if TYPE_CHECKING:
@@ -96,12 +96,7 @@ class _Tree:
             return  # a factory function: what it makes is known when it runs
         if self.each_node:
             self.found += check_node(node)
-        remapping = None
-        if child.remap:
-            from actors.names.remapping import Remapping, Rule
-
-            remapping = Remapping([Rule.parse(f"{old}:={new}") for old, new in child.remap.items()])
-        identity = Identity(child.name, child.namespace or "", path, child.parameters, remapping)
+        identity = identity_of(child, path)
         self.names[identity.fqn].append(where)
         declarations = node.declarations
         for published in declarations.publishers:
@@ -120,7 +115,7 @@ class _Tree:
                 Finding(
                     where,
                     f"it is given a parameter {name!r} that {node.__name__} does not declare",
-                    f"declare it, or take it away{hint(name, known)}",
+                    f"declare it, or take it away{did_you_mean(name, known)}",
                 )
             )
 
@@ -154,7 +149,7 @@ class _Tree:
                         Finding(
                             where,
                             f"it takes {name}, which nobody publishes",
-                            f"publish it, remap it, or name it as external{hint(name, self.publishers)}",
+                            f"publish it, remap it, or name it as external{did_you_mean(name, self.publishers)}",
                         )
                     )
                 for other, offered_topic, offered in writers:

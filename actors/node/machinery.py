@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 if TYPE_CHECKING:
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from actors.services.services import Client
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
-    from actors.topics.channel import Publisher
-    from actors.topics.handler import HandlerSubscription
+    from actors.topics.handler import Handler, HandlerSubscription
+    from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
 
 __all__ = ["Host", "JumpSource", "Kept", "Machinery", "Offloading"]
@@ -96,7 +96,7 @@ class Machinery(Protocol):
     def check_use(self) -> None: ...
     def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]: ...
     def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]: ...
-    def handle(self, topic: Topic[M], qos: QoS, handler: Callable[[M], Awaitable[None] | None], label: str) -> None: ...
+    def handle(self, topic: Topic[M], qos: QoS, handler: Handler[M], label: str) -> None: ...
     def own(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]: ...
     def publisher(self, topic: Topic[M], qos: QoS) -> Publisher[M]: ...
     def request_stop(self, reason: str) -> None: ...

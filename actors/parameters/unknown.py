@@ -2,33 +2,30 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable
+from collections.abc import Container
 from typing import TYPE_CHECKING
 
 from actors.errors import DeclarationError
 from actors.parameters.declare import NO_PARAMETERS
+from actors.suggest import did_you_mean
 
 if TYPE_CHECKING:
     from actors.parameters.store import ParameterStore
 
-__all__ = ["hint", "refuse_unknown"]
+__all__ = ["refuse_unknown"]
 
 
-def refuse_unknown(store: ParameterStore, owner: str) -> None:
-    """Raise `DeclarationError` for the first override that the node, of class `owner`, has not declared and does not allow undeclared."""
+def refuse_unknown(store: ParameterStore, owner: str, optional: Container[str] = ()) -> None:
+    """Raise `DeclarationError` for the first override that the node, of class `owner`, has not declared and does not allow undeclared.
+
+    Those that are `optional` it may lack.
+    """
     if store.allow_undeclared:
         return
     for name in store.overrides:
-        if not store.has(name):
+        if name not in optional and not store.has(name):
             known = sorted(set(store.values) - set(NO_PARAMETERS.values))
             raise DeclarationError(
-                f"{store.node} has no parameter {name!r}{hint(name, store.values) or ': correct the name, or declare it'} "
+                f"{store.node} has no parameter {name!r}{did_you_mean(name, store.values) or ': correct the name, or declare it'} "
                 f"({owner} declares {', '.join(known) or 'none'})"
             )
-
-
-def hint(name: str, known: Iterable[str]) -> str:
-    """``; did you mean 'speed'?``, if something of nearly that name is known."""
-    close = difflib.get_close_matches(name, list(known), n=1)
-    return f"; did you mean {close[0]!r}?" if close else ""

@@ -6,11 +6,14 @@ import asyncio
 from typing import TYPE_CHECKING, Any
 
 from actors.errors import DeclarationError
-from actors.names.identity import Identity
+from actors.runtime.options import identity_of
 from actors.runtime.record import Books, NodeRecord
+from actors.suggest import did_you_mean
 
 if TYPE_CHECKING:
+    from actors.names.identity import Identity
     from actors.runtime.incarnation import Incarnation
+    from actors.runtime.options import RunOptions
     from actors.runtime.stall import StallWatch
     from actors.supervision.declarations import Child
 
@@ -24,9 +27,10 @@ class Directory:
     one path at most; a node that has ended for good has given up its name, and keeps its record until it is removed.
     """
 
-    def __init__(self, books: Books, loop: asyncio.AbstractEventLoop) -> None:
+    def __init__(self, books: Books, loop: asyncio.AbstractEventLoop, options: RunOptions | None) -> None:
         self.records: dict[tuple[str, ...], NodeRecord] = {}
         self._books = books
+        self._options = options
         self._loop = loop
         self._paths: dict[str, tuple[str, ...]] = {}
 
@@ -88,25 +92,16 @@ class Directory:
         known = (
             ", ".join(sorted(_introduced(record) for record in self.records.values() if record.supervised)) or "none"
         )
-        raise LookupError(f"no node in this system is {asked}{self._meant(node)}; there are: {known}")
+        raise LookupError(f"no node in this system is {asked}; there are: {known}{self._meant(node)}")
 
     def _meant(self, node: type | str) -> str:
-        from difflib import get_close_matches  # late: 1 ms that `import actors` need not take
-
-        asked = node if isinstance(node, str) else node.__name__
         identities = [record.identity for record in self.records.values()]
         candidates = [name for one in identities for name in (one.name, one.fqn)]
         candidates += [kind.__name__ for record in self.records.values() if (kind := class_of(record)) is not None]
-        close = get_close_matches(asked, candidates, n=1)
-        return f" (did you mean {close[0]!r}?)" if close else ""
+        return did_you_mean(node if isinstance(node, str) else node.__name__, candidates)
 
     def _identity(self, child: Child, path: tuple[str, ...], before: NodeRecord | None) -> Identity:
-        remapping = None
-        if child.remap:
-            from actors.names.remapping import Remapping, Rule
-
-            remapping = Remapping([Rule.parse(f"{old}:={new}") for old, new in child.remap.items()])
-        identity = Identity(child.name, child.namespace or "", path, child.parameters, remapping)
+        identity = identity_of(child, path, self._options)
         other = self._paths.get(identity.fqn)
         if other is not None and other != path:
             raise DeclarationError(

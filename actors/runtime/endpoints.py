@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 from actors.actions.server import ActionServer
@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from actors.graph.graph import TopicEntry
     from actors.interfaces.message import Message
     from actors.runtime.incarnation import Incarnation
-    from actors.topics.channel import Publisher
+    from actors.topics.handler import Handler
+    from actors.topics.publisher import Publisher
 
 __all__ = ["close_all", "event_publisher", "handle", "open_declared_endpoints", "serve", "serve_concurrently"]
 
@@ -76,32 +77,24 @@ def handle(
     life: Incarnation,
     topic: Topic[M],
     qos: QoS,
-    handler: Callable[[M], Awaitable[None] | None],
+    handler: Handler[M],
     label: str,
     concurrent: int = 0,
 ) -> None:
     """Let `handler` take the messages of `topic`; a subscription that is left over from the last incarnation is taken over."""
     life.check_use()
-    record = life.record
     entry = life.runtime.graph.topic(life.identity.topic(topic.name))
     subscription = _left_over(life, entry, topic.type, label, concurrent)
-    fresh = subscription is None
-    if subscription is None:
-        qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
-        if concurrent:
-            subscription = ConcurrentSubscription(life, entry, topic.type, qos, record.inbox, label, concurrent)
-        else:
-            subscription = HandlerSubscription(life, entry, topic.type, qos, record.inbox, label)
-        record.subscriptions.append(subscription)
-    subscription.node = life
-    subscription.handler = handler
-    if isinstance(subscription, ConcurrentSubscription):
-        subscription.active = 0
-        subscription.spawn = life.spawn if life.serving else None
-    if fresh:
-        entry.add_subscription(subscription)
-    elif subscription.qos.transient_local:
-        subscription.renew()
+    if subscription is not None:
+        subscription.take_over(life, handler)
+        return
+    qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
+    if concurrent:
+        subscription = ConcurrentSubscription(life, entry, topic.type, qos, life.inbox, label, handler, concurrent)
+    else:
+        subscription = HandlerSubscription(life, entry, topic.type, qos, life.inbox, label, handler)
+    life.record.subscriptions.append(subscription)
+    entry.add_subscription(subscription)
 
 
 def _left_over(
@@ -143,7 +136,7 @@ def _serve_action(life: Incarnation, server: ActionServer) -> None:
     for part in ("status", "feedback"):  # those who subscribed to the last incarnation's hear this one's
         topic = graph.topics.get(f"{server.entry.name}/_action/{part}")
         if topic is not None and topic.subscriptions:
-            graph.derive_topic(topic)
+            graph.open_standard_topic(topic)
 
 
 def _refuse_second(
@@ -162,8 +155,7 @@ def serve_concurrently(life: Incarnation) -> None:
     life.serving = True
     for subscription in life.record.subscriptions:
         if isinstance(subscription, ConcurrentSubscription):
-            subscription.spawn = life.spawn
-            subscription.begin()
+            subscription.start(life.spawn)
     for server in life.record.services.values():
         server.begin()
 

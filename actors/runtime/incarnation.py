@@ -6,12 +6,12 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Callable, Coroutine
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
 from actors.actions.client import Goal
-from actors.errors import DeclarationError, NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread
+from actors.errors import DeclarationError, Ended, NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread
 from actors.inbox.control import Failure, StopRequest, blame
 from actors.logs import WARN
 from actors.qos import QoS, resolve_publisher, resolve_subscription
@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from actors.services.services import Server
     from actors.time.clock import Clock
     from actors.time.deadlines import Deadlines
-    from actors.topics.channel import Publisher
-    from actors.topics.handler import HandlerSubscription
+    from actors.topics.handler import Handler, HandlerSubscription
+    from actors.topics.publisher import Publisher
 
 __all__ = ["Incarnation", "Phase", "incarnation_of"]
 
@@ -215,8 +215,8 @@ class Incarnation:
         if self.ended:
             raise self._over()
 
-    def _over(self) -> NotStarted:
-        return NotStarted(f"{self.fqn}, incarnation {self.incarnation}, has ended: ask its successor, if there is one")
+    def _over(self) -> Ended:
+        return Ended(f"{self.fqn}, incarnation {self.incarnation}, has ended: ask its successor, if there is one")
 
     # -- endpoints ----------------------------------------------------------------------------------------------------------
 
@@ -234,11 +234,9 @@ class Incarnation:
     def subscribe(self, topic: Topic[M], qos: QoS) -> Stream[M]:
         self.check_use()
         entry = self.runtime.graph.topic(self.identity.topic(topic.name))
-        subscription = StreamSubscription(
-            self, entry, topic.type, resolve_subscription(qos, [one.qos for one in entry.publishers])
-        )
+        requested = resolve_subscription(qos, [one.qos for one in entry.publishers])
+        subscription = StreamSubscription(self, entry, topic.type, requested, self._stream_closed)
         self.streams.append(subscription)
-        subscription.on_close = self._stream_closed
         entry.add_subscription(subscription)
         return Stream(subscription, self.runtime.loop)
 
@@ -270,7 +268,7 @@ class Incarnation:
         self.record.note((entry,))
         return Goal(self, entry, action, message, timeout)
 
-    def handle(self, topic: Topic[M], qos: QoS, handler: Callable[[M], Awaitable[None] | None], label: str) -> None:
+    def handle(self, topic: Topic[M], qos: QoS, handler: Handler[M], label: str) -> None:
         """Let `handler` take the messages of `topic` from now on."""
         endpoints.handle(self, topic, qos, handler, label)
 

@@ -14,6 +14,7 @@ from actors.supervision.reasons import cause_of
 if TYPE_CHECKING:
     from actors.logs.levels import NanosecondClock
     from actors.runtime.observers import Observers
+    from actors.runtime.options import RunOptions
     from actors.supervision.report import Report
     from actors.time.clock import Clock
 
@@ -27,7 +28,14 @@ class Journal:
     and every sink sees it before the next line. An error is shown with its traceback in one line only: the first that tells of it.
     """
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, clock: Clock, level: int, observers: Observers) -> None:
+    def __init__(
+        self,
+        loop: asyncio.AbstractEventLoop,
+        clock: Clock,
+        level: int,
+        observers: Observers,
+        options: RunOptions | None,
+    ) -> None:
         self.level = level
         """Lines below this level are not written, unless a node's log was given another one."""
         self.records: deque[LogRecord] = deque(maxlen=1000)
@@ -35,6 +43,7 @@ class Journal:
         self._loop = loop
         self._clock = clock
         self._observers = observers
+        self._options = options
         self._levels: dict[str, int] = {}
         self._errors: dict[tuple[type[BaseException], str], int] = {}
         self._last_error: BaseException | None = None
@@ -46,7 +55,7 @@ class Journal:
             incarnation,
             self._clock,
             self.write,
-            self.level,
+            self.level if self._options is None else self._options.level(node),
             levels=self._levels,
             throttle_clock=throttle_clock,
         )

@@ -134,7 +134,7 @@ async def _start(life: Incarnation) -> None:
     if life.identity.overrides and type(node) is not Node:  # a script's node may declare its own at any time
         from actors.parameters.unknown import refuse_unknown
 
-        refuse_unknown(life.parameters, type(node).__name__)
+        refuse_unknown(life.parameters, type(node).__name__, life.identity.optional)
     life.runtime.lost(life.fqn, record.sweep(life))
     if not node.managed:
         start_timers(life)

@@ -26,7 +26,12 @@ def make_store(life: Incarnation, *, announce: bool) -> ParameterStore:
         _changed(life, change)
 
     return ParameterStore(
-        life.fqn, life.identity.overrides, table=life.declarations.table, on_event=changed, announce=announce
+        life.fqn,
+        life.identity.overrides,
+        table=life.declarations.table,
+        allow_undeclared=life.node.allow_undeclared_parameters,
+        on_event=changed,
+        announce=announce,
     )
 
 

@@ -11,7 +11,6 @@ from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer
-    from actors.graph.graph import ActionEntry, ServiceEntry, TopicEntry
     from actors.inbox.load import Load
     from actors.names.identity import Identity
     from actors.node.node import Node
@@ -34,6 +33,14 @@ class Books(Protocol):
     """Where the states of all nodes are stored: with those that start and stop them."""
 
     def state_of(self, path: tuple[str, ...], /) -> ChildState: ...
+
+
+class GraphEntry(Protocol):
+    """A name in the graph, as far as a node's end matters to it."""
+
+    def forget(self, node: str) -> None:
+        """`node` will not come back."""
+        ...
 
 
 class NodeRecord:
@@ -92,7 +99,7 @@ class NodeRecord:
         self.subscriptions: list[HandlerSubscription[Any]] = []
         self.services: dict[str, Server] = {}
         self.actions: dict[str, ActionServer] = {}
-        self.used: set[TopicEntry | ServiceEntry | ActionEntry] | None = None
+        self.used: set[GraphEntry] | None = None
         """What ended endpoints of this node used, as far as it is known: see `forget`."""
 
     def __repr__(self) -> str:
@@ -136,7 +143,7 @@ class NodeRecord:
         self.restarts.append((at, why))
         del self.restarts[:-KEPT_RESTARTS]
 
-    def note(self, entries: Iterable[TopicEntry | ServiceEntry | ActionEntry]) -> None:
+    def note(self, entries: Iterable[GraphEntry]) -> None:
         """Remember what endpoints used that are about to end."""
         if self.used is None:
             self.used = set()
@@ -148,7 +155,7 @@ class NodeRecord:
         """The incarnation has ended: fail those who wait for an answer, keep the messages, and let callers know."""
         for subscription in self.subscriptions:
             if isinstance(subscription, ConcurrentSubscription):
-                subscription.spawn = None
+                subscription.pause()
         for server in self._servers():
             server.fail_all(error)
             if server.entry.server is server:
@@ -162,7 +169,7 @@ class NodeRecord:
         """A handler failed and the node goes on: what waits behind it is not to wait for the next message."""
         for subscription in self.subscriptions:
             if isinstance(subscription, ConcurrentSubscription):
-                subscription.begin()
+                subscription.work()
 
     def sweep(self, life: Incarnation) -> int:
         """Close what the last incarnation took and served and this one, `life`, does not. Returns how many messages that has cost."""

@@ -8,7 +8,6 @@ from random import Random
 from threading import get_ident
 from typing import TYPE_CHECKING
 
-from actors.errors import DeclarationError
 from actors.graph.graph import Graph
 from actors.logs import structlog_sink
 from actors.runtime.directory import Directory
@@ -29,6 +28,7 @@ from actors.time.ticker import Ticker
 if TYPE_CHECKING:
     from actors.logs import LogSink
     from actors.node.node import Node
+    from actors.runtime.options import RunOptions
     from actors.runtime.record import NodeRecord
     from actors.supervision.child_task import ChildTask
     from actors.supervision.declarations import Child
@@ -40,8 +40,8 @@ __all__ = ["Runtime"]
 class Runtime:
     """Everything of one system that its nodes share. For the supervisors it is the `supervision.seam.Runtime`.
 
-    `incarnations` makes the life of a node: a simulation has one that dies on demand. `one_process`: a child with ``process=True`` runs in this
-    process, which only a simulation wants.
+    `options` are what this run says of its nodes besides the tree. `make_graph` and `incarnations` make the graph and the lives of nodes: a
+    simulation has a graph that loses messages, and lives that end on demand.
 
     Invariants: it belongs to the event loop and the thread that made it. What it hands out depends on `seed` and the keys asked for only, and
     never on the order of events. After `close` nothing of it is used any more but what reports read.
@@ -53,8 +53,9 @@ class Runtime:
         seed: int,
         sinks: tuple[LogSink, ...],
         level: int,
+        options: RunOptions | None = None,
+        make_graph: Callable[..., Graph] = Graph,
         incarnations: Callable[[Runtime, NodeRecord, Node], Incarnation] = Incarnation,
-        one_process: bool = False,
     ) -> None:
         self.loop = loop = asyncio.get_running_loop()
         self.thread = get_ident()
@@ -67,21 +68,23 @@ class Runtime:
         self.rng = self.random("supervision")
         self._ids = self.random("ids")
         self.observers = Observers(sinks)
-        self.journal = Journal(loop, self.clock, level, self.observers)
+        self.options = options
+        self.journal = Journal(loop, self.clock, level, self.observers, options)
         self.log = self.journal.log("system", 1)
-        self.graph = Graph(self.clock.now)
         standard = StandardEndpoints(self)
-        self.graph.derive_service = standard.open_service
-        self.graph.derive_topic = standard.open_topic
+        self.graph = make_graph(
+            self.clock.now,
+            open_standard_service=standard.open_service,
+            open_standard_topic=standard.open_topic,
+        )
         self.tree = RunningTree(self)
-        self.directory = Directory(self.tree, loop)
+        self.directory = Directory(self.tree, loop, options)
         self.starts = StartWatch(loop, virtual=self.clock.virtual)
         self.stalls: StallWatch | None = None
         """Finds out who blocks the loop: on the real clock only, while the system is open."""
         self.dead_letters = 0
         """Messages that waited for a node's next life, which never came, or for a handler that it no longer has."""
         self._incarnations = incarnations
-        self._one_process = one_process
 
     def open(self) -> None:
         """Begin to watch the loop; before the first node starts."""
@@ -135,10 +138,6 @@ class Runtime:
 
     def enter(self, child: Child, path: tuple[str, ...]) -> NodeRecord:
         """The record of the child at `path`. Raises `DeclarationError` when it cannot run there."""
-        if child.process and not self._one_process:
-            raise DeclarationError(
-                f"{'/'.join(path)}: process=True needs a transport, and this system has none: place it in this process"
-            )
         return self.directory.enter(child, path, self.stalls)
 
     def incarnate(self, child: Child, record: NodeRecord) -> Incarnation:

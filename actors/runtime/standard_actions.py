@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.errors import Reject
 from actors.runtime.endpoints import event_publisher
 from actors.services.services import Server
+from actors.time.values import nanoseconds_of, stamp_of
 
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer
     from actors.graph.graph import ServiceEntry, TopicEntry
     from actors.runtime.incarnation import Incarnation
-    from actors.topics.channel import Publisher
+    from actors.topics.publisher import Publisher
 
 __all__ = ["ACTION_SERVICES", "ACTION_TOPICS", "serve_standard"]
 
@@ -32,17 +33,11 @@ def serve_standard(life: Incarnation, entry: ServiceEntry, type: Any, handler: A
     entry.open(server)
 
 
-def _time(nanoseconds: int) -> Any:
-    from actors.interfaces.builtin_interfaces.msg import Time
-
-    return Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
-
-
 def _goal_info(goal_id: bytes, stamp_ns: int) -> Any:
     from actors.interfaces.action_msgs.msg import GoalInfo
     from actors.interfaces.unique_identifier_msgs.msg import UUID
 
-    return GoalInfo(goal_id=UUID(uuid=goal_id), stamp=_time(stamp_ns))
+    return GoalInfo(goal_id=UUID(uuid=goal_id), stamp=stamp_of(stamp_ns))
 
 
 # -- services -------------------------------------------------------------------------------------------------------------------
@@ -62,7 +57,7 @@ def _send_goal(server: ActionServer) -> Handlers:
         except Reject:
             return service.Response(accepted=False)
         assert run.record is not None
-        return service.Response(accepted=True, stamp=_time(run.record.stamp_ns))
+        return service.Response(accepted=True, stamp=stamp_of(run.record.stamp_ns))
 
     return service, send_goal
 
@@ -84,7 +79,7 @@ def _cancel_goal(server: ActionServer) -> Handlers:
 
     async def cancel_goal(request: Any) -> Any:
         info = request.goal_info
-        stamp = info.stamp.sec * 1_000_000_000 + info.stamp.nanosec
+        stamp = nanoseconds_of(info.stamp)
         outcome = await server.cancel_goals(info.goal_id.uuid.tobytes(), stamp, "canceled by a client")
         goals = tuple(_goal_info(record.goal_id, record.stamp_ns) for record in outcome.goals)
         return CancelGoal.Response(return_code=int(outcome.code), goals_canceling=goals)

@@ -12,7 +12,6 @@ from actors.places import place_of
 from actors.runtime.record import BESIDE
 from actors.shield import see_through
 from actors.supervision.child_task import GRACE, ChildTask
-from actors.supervision.entry import Entry
 from actors.supervision.reasons import ExitReason, Leaked, Stop
 from actors.supervision.refs import ChildRef
 
@@ -37,12 +36,17 @@ class UnsupervisedNode:
 
     __slots__ = ("leaving", "over", "record", "run", "started")
 
-    def __init__(self, owner: UnsupervisedNodes, child: Child, record: NodeRecord, ref: ChildRef) -> None:
+    def __init__(self, owner: UnsupervisedNodes, record: NodeRecord, ref: ChildRef) -> None:
         self.record = record
         self.started: asyncio.Future[None] = owner.loop.create_future()
         self.over: asyncio.Future[None] = owner.loop.create_future()
         self.leaving = False
-        self.run = ChildTask(owner, Entry(child, 0), ref)
+        self.run = ChildTask(owner, self, ref)
+
+    @property
+    def spec(self) -> Child:
+        """What it was declared as."""
+        return self.record.child
 
     def __repr__(self) -> str:
         return f"<unsupervised node {self.record.identity.fqn}>"
@@ -106,7 +110,7 @@ class UnsupervisedNodes:
         except Exception:
             runtime.tree.close_if_empty()
             raise
-        joined = UnsupervisedNode(self, child, record, ChildRef(path, 1, next(self._serials)))
+        joined = UnsupervisedNode(self, record, ChildRef(path, 1, next(self._serials)))
         self._nodes[joined] = None
         self._places[path] = joined
         try:

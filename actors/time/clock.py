@@ -7,6 +7,9 @@ import math
 import time
 from typing import TYPE_CHECKING
 
+from actors.time.values import stamp_of
+from actors.waiting import wake
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -60,10 +63,7 @@ class Clock:
 
     def stamp(self, now: float | None = None) -> TimeMessage:
         """`wall()` as a ``builtin_interfaces/msg/Time``, for message headers; with `now`, of the instant at which `now()` was that."""
-        from actors.interfaces.builtin_interfaces.msg import Time
-
-        nanoseconds = self.wall_ns() if now is None else self.wall_ns_at(now)
-        return Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
+        return stamp_of(self.wall_ns() if now is None else self.wall_ns_at(now))
 
     def loop_time(self, now: float) -> float:
         """The event loop's time at which this clock shows `now`."""
@@ -99,15 +99,10 @@ class Clock:
         if self._future_at is not None:  # a virtual loop's, at half the price
             await self._future_at(when)
             return True
-        future = loop.create_future()
-        timer = loop.call_at(when, _wake, future)
+        future: asyncio.Future[None] = loop.create_future()
+        timer = loop.call_at(when, wake, future, None)
         try:
             await future
         finally:
             timer.cancel()
         return True
-
-
-def _wake(future: asyncio.Future[None]) -> None:
-    if not future.done():
-        future.set_result(None)

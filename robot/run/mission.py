@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from difflib import get_close_matches
 from math import cos, hypot, inf, pi, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot.navigation.errors import NavigationError
-from robot.navigation.grid import Grid, signed_distance
-from robot.navigation.navigator import Navigator
+from actors.suggest import did_you_mean
+from robot.control.navigator import Navigator
+from robot.geometry.planar import Pose2
+from robot.nodes.carrier import Delivery
+from robot.planning.errors import NavigationError
+from robot.planning.grasp import Spot, stands
+from robot.planning.grid import Grid, signed_distance
 from robot.run.options import Fetch, Goal, Options, UsageError
-from robot.tasks.carrier import Delivery
-from robot.tasks.grasp import Spot, stands
-from robot.world.scene import Pose2, Scene, Thing
-from robot.world.worlds import WORLDS, get_world
+from robot.scenes.scene import Scene, Thing
+from robot.scenes.worlds import WORLDS, get_world
 
 if TYPE_CHECKING:
     from robot.assembly import Mission
+    from robot.hardware.body import Body
     from robot.run.judge import Score
-    from robot.world.body import Body
 
 __all__ = ["failure", "get_mission"]
 
@@ -84,8 +85,7 @@ def _where_else(name: str, scene: Scene) -> str:
     others = [world for world in WORLDS if any(thing.name == name for thing in get_world(world).things)]
     if not others:
         names = [thing.name for thing in scene.things]
-        close = get_close_matches(name.lower(), names, n=1)
-        hint = f"did you mean {close[0]}?" if close else f"there is {', '.join(names) or 'nothing'}"
+        hint = did_you_mean(name.lower(), names, "did", quoted=False) or f"there is {', '.join(names) or 'nothing'}"
         return f"the world {scene.name!r} has no such thing; {hint}"
     return f"the world {scene.name!r} has no {name}; the world {others[0]!r} has one: add --world {others[0]}"
 

@@ -189,9 +189,9 @@ async def test_goal_ids_come_from_the_seed(rig: Rig) -> None:
     ids = [(await rig.start_goal(COUNT, order(1))).goal_id for _ in range(3)]
     assert len(set(ids)) == 3
     again = System(seed=7)
-    assert ids == [again.new_id() for _ in range(3)]
+    assert ids == [again.runtime.new_id() for _ in range(3)]
     assert all(uuid.UUID(bytes=goal_id).version == 4 for goal_id in ids)
-    assert System(seed=8).new_id() not in ids
+    assert System(seed=8).runtime.new_id() not in ids
 
 
 async def test_A_60_and_A_64_while_a_goal_runs_its_node_answers_and_ticks(rig: Rig) -> None:

@@ -240,7 +240,7 @@ def test_D19_nodes_in_a_loop_whose_main_ends_are_stopped_all_the_same() -> None:
     with asyncio.Runner(loop_factory=VirtualLoop) as runner:
         assert runner.run(main()) == "main ends"
         loop = runner.get_loop()
-    assert loop not in actors.system._systems
+    assert actors.system._open.of(loop) == ()
     assert sorted(Motor.diary) == sorted(IN_ORDER)
     assert tasks[0].cancelled()
 

@@ -11,7 +11,7 @@ from actors import qos
 from actors.graph.graph import Graph
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos import QoS
-from actors.topics.channel import Publisher
+from actors.topics.publisher import Publisher
 from actors.topics.stream import StreamSubscription
 from tests.stage import number, values
 from tests.unit.test_channel import Someone

@@ -28,7 +28,7 @@ from actors.testing.simulation import search as simulation_search
 from actors.testing.simulation.invariants import InvariantBroken
 from actors.testing.simulation.search import search, shrink
 from actors.testing.simulation.trial import Scenario, Trial
-from actors.topics.channel import Publisher
+from actors.topics.publisher import Publisher
 from tests.stage import COUNT, order
 from tests.suites import run_pytest
 from tests.unit import odd_systems, planted
@@ -284,11 +284,11 @@ async def _source_and_supervisor(rig: Rig) -> tuple[NodeRecord, RunningSuperviso
 
 
 def _forget_the_child(state: NodeRecord, supervisor: RunningSupervisor) -> None:
-    supervisor._entries.clear()
+    supervisor._children.entries.clear()
 
 
 def _count_the_dead(state: NodeRecord, supervisor: RunningSupervisor) -> None:
-    entry = supervisor._entries["source"]
+    entry = supervisor._children["source"]
     done: asyncio.Future[None] = asyncio.get_running_loop().create_future()
     done.set_result(None)
     assert entry.now is not None
@@ -296,7 +296,7 @@ def _count_the_dead(state: NodeRecord, supervisor: RunningSupervisor) -> None:
 
 
 def _lose_the_incarnation(state: NodeRecord, supervisor: RunningSupervisor) -> None:
-    supervisor._entries["source"].now = None
+    supervisor._children["source"].now = None
 
 
 def _count_a_restart_too_many(state: NodeRecord, supervisor: RunningSupervisor) -> None:
@@ -304,7 +304,7 @@ def _count_a_restart_too_many(state: NodeRecord, supervisor: RunningSupervisor) 
 
 
 def _allow_too_many(state: NodeRecord, supervisor: RunningSupervisor) -> None:
-    supervisor._window.times.extend([0.5] * 4)
+    supervisor._children.window.times.extend([0.5] * 4)
 
 
 @pytest.mark.parametrize(
@@ -521,15 +521,6 @@ def test_a_fault_that_comes_while_a_tree_ends_by_itself_is_no_failure() -> None:
     awaits = plain.profile.awaits["/listener"]
     for nth in range(1, awaits + 1):
         assert Scenario(body).run(0, shuffled=False, faults=parse(f"crash:/listener#{nth}")).error is None
-
-
-def test_a_child_of_another_process_runs_in_this_one() -> None:
-    async def body(rig: Rig) -> None:
-        await rig.start(odd_systems.elsewhere())
-        await rig.advance(1.0)
-        assert rig.node(Source).count == 10
-
-    assert Scenario(body).run(0).error is None
 
 
 def test_a_system_without_a_tree_has_nothing_to_count() -> None:

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from actors.actions.client import Goal
 from actors.errors import CallCycle
+from actors.graph.graph import Graph
 from actors.interfaces.message import Message
-from actors.places import USER, owner_of
+from actors.places import USER, chain_of, owner_of
 from actors.runtime.incarnation import Incarnation
 from actors.runtime.runtime import Runtime
 from actors.services.services import Client
 from actors.system import System
 from actors.testing.faults import CLOCK, Fault, Profile
-from actors.testing.simulation.links import Link, entrance
+from actors.testing.simulation.links import Link, interceptor
 from actors.testing.simulation.steps import Death, Steps, Watched
-from actors.time.stuck import chain_of
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from actors.services.services import Server
     from actors.supervision.report import Report
     from actors.time.virtual_loop import VirtualLoop
-    from actors.topics.channel import Subscription
     from actors.topics.handler import HandlerSubscription
+    from actors.topics.peers import SubscriptionPeer
 
 __all__ = ["InjectedCrash", "Simulation"]
 
@@ -55,7 +55,7 @@ class Simulation:
     def __init__(self, faults: Sequence[Fault], profile: Profile, **options: Any) -> None:
         self.faults = tuple(faults)
         self.profile = profile
-        self.links: dict[Subscription[Any], Link] = {}
+        self.links: dict[SubscriptionPeer, Link] = {}
         self.bereaved: dict[Incarnation, float] = {}
         """Incarnations that ended before their tasks -> when that was."""
         self.reported = 0
@@ -66,9 +66,9 @@ class Simulation:
         """How many nodes have died without a clean-up."""
         self.interrupted: dict[tuple[str, ...], str] = {}
         """Path of a node that was to end and was canceled -> where it waited then."""
-        make_runtime = partial(Runtime, incarnations=self._incarnation, one_process=True)
+        make_graph = partial(Graph, intercept=interceptor(self.links, faults, profile))
+        make_runtime = partial(Runtime, make_graph=make_graph, incarnations=self._incarnation)
         self.system = system = System(make_runtime=make_runtime, **options)
-        system.graph.entrance = entrance(self.links, faults, profile)
         system.observe(reports=self._reported)
         observers = system.runtime.observers
         observers.ready.append(self._ready)
