@@ -129,8 +129,6 @@ class System:
         """What a program should exit with: 0, 3 after its supervisor gave up, 128 and the number of the signal, or what `sys.exit` was given."""
         return self._tree.exit_code
 
-    # -- its nodes ----------------------------------------------------------------------------------------------------------
-
     @overload
     def node(self, node: type[N]) -> N: ...
     @overload
@@ -160,8 +158,6 @@ class System:
         """End a node that joined, within its stop timeout. Raises the error that ended it before, if one did."""
         await self._tree.unsupervised.leave(node, reason)
 
-    # -- what there is to see -----------------------------------------------------------------------------------------------
-
     def observe(
         self,
         *,
@@ -173,6 +169,11 @@ class System:
         tree has ended, however. They must not block; only `lines` may raise, and loses that line then.
         """
         self.runtime.observers.add(reports=reports, lines=lines, end=end)
+
+    @property
+    def dead_letters(self) -> int:
+        """Messages that waited for a node's next life, which never came, or for a handler that it no longer has."""
+        return self.runtime.dead_letters
 
     def snapshot(self) -> Snapshot:
         """The graph at this instant, as a value: see `actors.graph.snapshot`."""

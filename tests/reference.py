@@ -54,11 +54,10 @@ GROUPS: Mapping[str, Sequence[str]] = {
 
 INTERNAL: Mapping[str, Sequence[str]] = {
     "System": (
-        "answered", "close_if_empty", "ended", "failed_beside", "gone", "interrupt", "join", "leave", "life", "lost", "new_id",
-        "node_log", "offload", "open", "random", "report", "running_now", "start", "stopping", "waiting",
+        "join", "leave", "open", "start",
     ),
     "Clock": ("loop_time", "call_at"),
-    "Node": ("core", "managed"),
+    "Node": ("managed",),
     "Publisher": (
         "add_tap", "alive", "count_incompatible_qos", "count_incompatible_type", "due", "due_alive", "end_events", "gated", "history", "join",
         "keep_events", "kept_events", "latched", "leave", "matched", "notify", "part", "peers", "replay", "resume", "suspend", "taps",

@@ -16,7 +16,6 @@ from actors.qos import (
     QoS,
     resolve_subscription,
 )
-from actors.runtime.answers import tell_holding
 from actors.services.services import Server
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 from actors.topics.timed_publisher import publisher_for
@@ -47,7 +46,7 @@ def open_declared_endpoints(life: Incarnation) -> None:
     """Make what the class declares. From here on messages queue up; they are handled once the node has started."""
     node, declarations, inbox = life.node, life.declarations, life.inbox
     inbox.on_error = life.on_error
-    inbox.on_holding = lambda item, seconds: tell_holding(life, item, seconds)
+    inbox.on_holding = life.on_holding
     for published in declarations.publishers:
         setattr(node, published.attribute, life.publisher(published.topic, published.qos))
     for stream in declarations.streams:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from random import Random
 
     from actors.contracts.contracts import Action, Service, Topic
+    from actors.inbox.inbox import Item
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
     from actors.node.node import ErrorVerdict, Node
@@ -319,6 +320,10 @@ class Incarnation:
         if verdict == "continue":
             self.record.work_on()
         return verdict
+
+    def on_holding(self, item: Item, seconds: float) -> None:
+        """A handler keeps the node's other handlers waiting."""
+        answers.tell_holding(self, item, seconds)
 
     def absent(self) -> Exception:
         """The error for those who wait for an answer of this incarnation when it ends."""

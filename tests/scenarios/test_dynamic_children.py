@@ -236,7 +236,7 @@ async def test_what_waited_for_a_life_that_never_came_is_counted_as_dead_letters
         for k in range(4):
             rig.publish(NUMBERS, number(k))
         await rig.advance(1.0)
-    assert system.runtime.dead_letters == 3
+    assert system.dead_letters == 3
     assert rig.node(Office).sum == 6
     (line,) = [record for record in rig.logs if record.event == "dead letters"]
     assert line.fields == {"node_name": "/choking", "messages": 3}
@@ -248,6 +248,6 @@ async def test_what_waited_for_a_handler_that_the_next_life_has_not_is_a_dead_le
     for k in range(3):
         rig.publish(NUMBERS, number(k))
     await system.supervisor.replace("choking", Deaf)
-    assert system.runtime.dead_letters == 3
+    assert system.dead_letters == 3
     (line,) = [record for record in rig.logs if record.event == "dead letters"]
     assert line.fields == {"node_name": "/choking", "messages": 3}
