@@ -6,6 +6,7 @@ import asyncio
 from typing import TYPE_CHECKING, Any
 
 from actors.errors import DeclarationError
+from actors.inbox.inbox import Inbox
 from actors.runtime.options import identity_of
 from actors.runtime.record import Books, NodeRecord
 from actors.suggest import did_you_mean
@@ -44,9 +45,8 @@ class Directory:
             return record
         identity = self._identity(child, path, record)
         if record is None:
-            record = self.records[path] = NodeRecord(child, identity, self._books, self._loop)
-            if stalls is not None:
-                record.inbox.on_step = stalls.ran
+            inbox = Inbox(self._loop, None if stalls is None else stalls.ran)
+            record = self.records[path] = NodeRecord(child, identity, self._books, inbox)
         record.child, record.identity = child, identity
         return record
 

@@ -44,9 +44,7 @@ _EVENT_QOS: Final = {
 
 def open_declared_endpoints(life: Incarnation) -> None:
     """Make what the class declares. From here on messages queue up; they are handled once the node has started."""
-    node, declarations, inbox = life.node, life.declarations, life.inbox
-    inbox.on_error = life.on_error
-    inbox.on_holding = life.on_holding
+    node, declarations = life.node, life.declarations
     for published in declarations.publishers:
         setattr(node, published.attribute, life.publisher(published.topic, published.qos))
     for stream in declarations.streams:

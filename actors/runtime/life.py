@@ -93,7 +93,7 @@ async def _live(life: Incarnation, started: Callable[[], None]) -> None:
         if life.asked is not None:
             life.request_stop(life.asked)
         serve_concurrently(life)
-        await life.inbox.serve()
+        await life.inbox.serve(life.on_error, life.on_holding)
     except StopServing as request:
         try:
             await _clean_up(life, Stopped(request.reason))

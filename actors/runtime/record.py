@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from actors.inbox.inbox import Inbox
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer
+    from actors.inbox.inbox import Inbox
     from actors.inbox.load import Load
     from actors.names.identity import Identity
     from actors.node.node import Node
@@ -75,11 +74,11 @@ class NodeRecord:
         "used",
     )
 
-    def __init__(self, child: Child, identity: Identity, books: Books, loop: asyncio.AbstractEventLoop) -> None:
+    def __init__(self, child: Child, identity: Identity, books: Books, inbox: Inbox) -> None:
         self._books = books
         self.child = child
         self.identity = identity
-        self.inbox = Inbox(loop)
+        self.inbox = inbox
         self.incarnation = 0
         """How many lives have begun; the number of the present or last one."""
         self.life: Incarnation | None = None
@@ -162,7 +161,6 @@ class NodeRecord:
                 server.entry.pause(self.identity.fqn, self.incarnation)
         inbox = self.inbox
         inbox.clear(keep=lambda item: isinstance(item, HandlerSubscription))
-        inbox.on_error = inbox.on_holding = None
         inbox.leave()
 
     def work_on(self) -> None:

@@ -10,7 +10,7 @@ import inspect
 from array import array
 from collections import deque
 from collections.abc import Awaitable, Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.errors import ActorError
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from actors.inbox.inbox import Inbox
     from actors.node.declarations import Late
     from actors.runtime.incarnation import Incarnation
+    from actors.runtime.stall import StallWatch
 
 __all__ = [
     "Lateness",
@@ -288,13 +289,7 @@ def _arguments(function: Callable[..., Any]) -> int:
 def start_timers(life: Incarnation) -> None:
     """Let every `@every` of the node's class tick from now on."""
     node, labels, runtime = life.node, life.declarations.labels, life.runtime
-    stalls = runtime.stalls
-
-    def on_late(timer: NodeTimer, seconds: float, lost: int) -> None:
-        """The event loop was late for a tick by a period or more: see who held it up."""
-        if stalls is not None:
-            stalls.delayed(life.fqn, 1.0 / timer.hz, seconds, lost)
-
+    on_late = None if runtime.stalls is None else partial(_tell_late, runtime.stalls, life.fqn)
     for declared in life.declarations.timers:
         hz = life.parameters.value(declared.hz) if isinstance(declared.hz, str) else declared.hz
         record = life.record.timers.get(declared.attribute)
@@ -302,12 +297,17 @@ def start_timers(life: Incarnation) -> None:
             record = life.record.timers[declared.attribute] = TimerRecord(hz)
         record.hz = hz
         handler, label = getattr(node, declared.attribute), labels[declared.attribute]
-        timer = NodeTimer(life.inbox, handler, hz, declared.late, label, record, None if stalls is None else on_late)
+        timer = NodeTimer(life.inbox, handler, hz, declared.late, label, record, on_late)
         life.timers.append(timer)
         if life.sim is None:
             timer.begin(runtime.ticker)
         else:
             life.sim.begin(timer)
+
+
+def _tell_late(stalls: StallWatch, node: str, timer: NodeTimer, seconds: float, lost: int) -> None:
+    """The event loop was late for a tick by a period or more: see who held it up."""
+    stalls.delayed(node, 1.0 / timer.hz, seconds, lost)
 
 
 def retime(life: Incarnation, name: str, hz: float) -> None:

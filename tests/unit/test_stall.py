@@ -369,8 +369,8 @@ async def test_row_7_a_step_is_made_known_only_if_the_loop_did_not_turn_meanwhil
     async def awaits() -> None:
         await asyncio.sleep(0.02)
 
-    inbox = Inbox(asyncio.get_running_loop())
-    inbox.on_step = lambda inbox, label, seconds: heard.append(f"{label} {seconds >= 0.02}")
+    loop = asyncio.get_running_loop()
+    inbox = Inbox(loop, lambda inbox, label, seconds: heard.append(f"{label} {seconds >= 0.02}"))
     jobs: dict[str, Callable[[], Any]] = {"plain": lambda: time.sleep(0.02), "blocks": blocks, "awaits": awaits}
     for label, act in jobs.items():
         inbox.put(Job(label, act))
