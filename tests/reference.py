@@ -57,6 +57,7 @@ INTERNAL: Mapping[str, Sequence[str]] = {
         "join", "leave", "open", "start",
     ),
     "Clock": ("loop_time", "call_at"),
+    "Rig": ("leaks",),
     "Node": ("managed",),
     "Publisher": (
         "add_tap", "alive", "count_incompatible_qos", "count_incompatible_type", "due", "due_alive", "end_events", "gated", "history", "join",

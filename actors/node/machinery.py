@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from actors.names.identity import Identity
     from actors.parameters import ParameterStore
     from actors.qos import QoS
-    from actors.services.services import Client
+    from actors.services.client import Client
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
     from actors.topics.handler import Handler, HandlerSubscription

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
+from actors.actions.driver import GoalHandlers
 from actors.actions.server import ActionServer
 from actors.errors import DeclarationError
 from actors.qos import (
@@ -16,13 +17,13 @@ from actors.qos import (
     QoS,
     resolve_subscription,
 )
-from actors.services.services import Server
+from actors.services.server import Server
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 from actors.topics.timed_publisher import publisher_for
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Service, Topic
-    from actors.graph.graph import TopicEntry
+    from actors.graph.graph import ActionEntry, TopicEntry
     from actors.interfaces.message import Message
     from actors.runtime.incarnation import Incarnation
     from actors.topics.handler import Handler
@@ -60,14 +61,13 @@ def open_declared_endpoints(life: Incarnation) -> None:
         serve(life, service.service, getattr(node, service.attribute), labels[service.attribute], service.concurrent)
     for action in declarations.actions:
         entry = life.runtime.graph.action(life.identity.service(action.action.name))
-        server = ActionServer(
-            life, entry, action.action, action.arrivals, action.result_timeout, labels[action.attribute]
+        hooks = {
+            hook.verb: getattr(node, hook.attribute) for hook in declarations.hooks if hook.action is action.action
+        }
+        handlers = GoalHandlers(labels[action.attribute], getattr(node, action.attribute), **hooks)
+        _serve_action(
+            life, entry, ActionServer(life, entry, action.action, handlers, action.arrivals, action.result_timeout)
         )
-        server.handler = getattr(node, action.attribute)
-        for hook in declarations.hooks:
-            if hook.action is action.action:
-                setattr(server, hook.verb, getattr(node, hook.attribute))
-        _serve_action(life, server)
 
 
 def handle(
@@ -117,21 +117,19 @@ def serve(
     entry = life.runtime.graph.service(life.identity.service(service.name))
     if entry.server is not None:
         _refuse_second(life, entry.server, "service", entry.server.type, service.type)
-    server = Server(life, entry, service.type, label, concurrent)
-    server.handler = handler
+    server = Server(life, entry, service.type, handler, label, concurrent)
     life.record.services[entry.name] = server
     entry.open(server)
 
 
-def _serve_action(life: Incarnation, server: ActionServer) -> None:
-    first = server.entry.server
-    if first is not None:
-        _refuse_second(life, first, "action", first.action.type, server.action.type)
-    life.record.actions[server.entry.name] = server
-    server.entry.open(server)
+def _serve_action(life: Incarnation, entry: ActionEntry, server: ActionServer) -> None:
+    if entry.server is not None:
+        _refuse_second(life, entry.server, "action", entry.server.type, server.type)
+    life.record.actions[entry.name] = server
+    entry.open(server)
     graph = life.runtime.graph
     for part in ("status", "feedback"):  # those who subscribed to the last incarnation's hear this one's
-        topic = graph.topics.get(f"{server.entry.name}/_action/{part}")
+        topic = graph.topics.get(f"{entry.name}/_action/{part}")
         if topic is not None and topic.subscriptions:
             graph.open_standard_topic(topic)
 
@@ -182,5 +180,5 @@ def close_all(life: Incarnation) -> None:
         subscription.close()
     for server in life.standard_services:
         server.fail_all(life.absent)
-        server.entry.server = None
+        server.entry.withdraw()
     life.standard_services.clear()

@@ -17,7 +17,7 @@ from actors.logs import WARN
 from actors.qos import QoS, resolve_publisher, resolve_subscription
 from actors.runtime import answers, endpoints, life, owned_tasks
 from actors.runtime.node_parameters import check_store, make_store
-from actors.services.services import Client
+from actors.services.client import Client
 from actors.supervision.reasons import Stop
 from actors.topics.stream import Stream, StreamSubscription
 from actors.topics.timed_publisher import publisher_for
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from actors.runtime.runtime import Runtime
     from actors.runtime.sim_time import SimTime
     from actors.runtime.timers import NodeTimer
-    from actors.services.services import Server
+    from actors.services.server import Server
     from actors.time.clock import Clock
     from actors.time.deadlines import Deadlines
     from actors.topics.handler import Handler, HandlerSubscription

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from actors.node.node import Node
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.timers import TimerRecord
-    from actors.services.services import Server
+    from actors.services.server import Server
     from actors.supervision.declarations import Child
     from actors.supervision.refs import ChildState
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import Reject
 from actors.runtime.endpoints import event_publisher
-from actors.services.services import Server
+from actors.services.server import Server
 from actors.time.values import nanoseconds_of, stamp_of
 
 if TYPE_CHECKING:
@@ -27,8 +27,7 @@ Handlers = tuple[Any, Any]
 
 def serve_standard(life: Incarnation, entry: ServiceEntry, type: Any, handler: Any, concurrent: int = 0) -> None:
     """Serve `entry` from now until the end of this incarnation, besides what its node declares."""
-    server = Server(life, entry, type, entry.name, concurrent)
-    server.handler = handler
+    server = Server(life, entry, type, handler, entry.name, concurrent)
     life.standard_services.append(server)
     entry.open(server)
 
@@ -44,20 +43,16 @@ def _goal_info(goal_id: bytes, stamp_ns: int) -> Any:
 
 
 def _send_goal(server: ActionServer) -> Handlers:
-    from actors.actions.server import GoalRun
     from actors.interfaces import derived as types
 
     service: Any = types.send_goal_service(server.action.type)
 
     async def send_goal(request: Any) -> Any:
-        run = GoalRun(server, request.goal_id.uuid.tobytes(), request.goal)
-        server.submit(run)
         try:
-            await run.accepted
+            stamp_ns = await server.submit(request.goal_id.uuid.tobytes(), request.goal, None).future
         except Reject:
             return service.Response(accepted=False)
-        assert run.record is not None
-        return service.Response(accepted=True, stamp=stamp_of(run.record.stamp_ns))
+        return service.Response(accepted=True, stamp=stamp_of(stamp_ns))
 
     return service, send_goal
 
@@ -100,7 +95,7 @@ ACTION_SERVICES: Final[dict[str, Callable[[ActionServer], Handlers]]] = {
 
 def _open_status(life: Incarnation, server: ActionServer, entry: TopicEntry) -> None:
     """Publish the list of goals after every change; changes of one instant are told together."""
-    if server.on_change is not None:
+    if server.observers.status:
         return
     from actors.interfaces.action_msgs.msg import GoalStatus, GoalStatusArray
 
@@ -127,12 +122,12 @@ def _open_status(life: Incarnation, server: ActionServer, entry: TopicEntry) -> 
             pending = True
             life.runtime.loop.call_soon(tell)
 
-    server.on_change = changed
+    server.observers.status.append(changed)
     tell()
 
 
 def _open_feedback(life: Incarnation, server: ActionServer, entry: TopicEntry) -> None:
-    if server.on_feedback is not None:
+    if server.observers.feedback:
         return
     from actors.interfaces import derived as types
     from actors.interfaces.unique_identifier_msgs.msg import UUID
@@ -143,7 +138,7 @@ def _open_feedback(life: Incarnation, server: ActionServer, entry: TopicEntry) -
     def feed(goal_id: bytes, feedback: Any) -> None:
         publisher.publish(message(goal_id=UUID(uuid=goal_id), feedback=feedback))
 
-    server.on_feedback = feed
+    server.observers.feedback.append(feed)
 
 
 ACTION_TOPICS: Final[dict[str, Callable[[Incarnation, ActionServer, TopicEntry], None]]] = {

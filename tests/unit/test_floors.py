@@ -42,13 +42,7 @@ FLOORS = (
 )
 """The rooms from top to bottom. The face, ``actors/__init__.py``, stands above all of them, and nothing imports it."""
 
-UPWARDS: frozenset[tuple[str, str]] = frozenset(
-    {
-        ("actors.actions.client", "actors.graph.graph"),
-        ("actors.actions.server", "actors.graph.graph"),
-        ("actors.services.services", "actors.graph.graph"),
-    }
-)
+UPWARDS: frozenset[tuple[str, str]] = frozenset()
 """The exceptions, (module, module above it), none of them at module level. This list only gets shorter."""
 
 LAZY_UPWARDS: frozenset[tuple[str, str]] = frozenset()

@@ -16,7 +16,7 @@ from actors.interfaces.message import Message
 from actors.places import USER, chain_of, owner_of
 from actors.runtime.incarnation import Incarnation
 from actors.runtime.runtime import Runtime
-from actors.services.services import Client
+from actors.services.client import Client
 from actors.system import System
 from actors.testing.faults import CLOCK, Fault, Profile
 from actors.testing.simulation.links import Link, interceptor
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from actors.node.node import Node
     from actors.runtime.record import NodeRecord
     from actors.runtime.timers import NodeTimer
-    from actors.services.services import Server
+    from actors.services.server import Server
     from actors.supervision.report import Report
     from actors.time.virtual_loop import VirtualLoop
     from actors.topics.handler import HandlerSubscription

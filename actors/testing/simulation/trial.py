@@ -130,7 +130,7 @@ class Scenario:
             for watch in watches:
                 watch.look(loop.time())
             if any(simulation.deaths for simulation in simulations):
-                rig._forgive_threads()
+                rig.leaks.forgive_threads()
         except BaseException as error:
             await _close_after(rig, error)
             raise
