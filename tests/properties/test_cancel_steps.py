@@ -301,7 +301,7 @@ def what_is_open(rig: Rig) -> list[str]:
     if core is None:
         return ["the server has ended"]
     actions, services, inbox = core.record.actions.values(), core.record.services.values(), core.inbox
-    problems = [repr(each) for each in actions if each.running or each.waiting or each.arriving or each.questions]
+    problems = [repr(each) for each in actions if each.running or each.waiting or each.requests]
     problems += [repr(each) for each in services if each.open() or each.waiting]
     if inbox.items or inbox.control or inbox.current:
         problems.append(f"in the inbox: {inbox.current}, {list(inbox.control)}, {list(inbox.items)}")
