@@ -351,7 +351,7 @@ class Executor:
     # ------------------------------------------------------------------ which act is carried out how
     # Tables, because a chain of `isinstance` would cost more than all the rest of a start.
 
-    _carry_out: ClassVar[Mapping[type[Act], Callable[[Executor, Any], object]]] = {
+    _carry_out: ClassVar[Mapping[type[Act], Callable[..., object]]] = {
         acts.Confirm: _confirm,
         acts.Stop: lambda self, act: self._ask(self._children.entries[act.child], act.why),
         acts.StopNext: lambda self, act: self._stop_next(),
@@ -369,7 +369,7 @@ class Executor:
         acts.Update: lambda self, act: setattr(self._children.entries[act.child], "spec", act.spec),
         acts.Adopt: lambda self, act: self._children.adopt(act.spec),
     }
-    _for_caller: ClassVar[Mapping[type[Act], Callable[[Executor, Any, Caller], object]]] = {
+    _for_caller: ClassVar[Mapping[type[Act], Callable[..., object]]] = {
         acts.Add: _add,
         acts.Due: _due,
         acts.Answer: lambda self, act, caller: _reply(caller),
