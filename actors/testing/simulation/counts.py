@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from actors.supervision.child_task import is_child_task
+from actors.supervision.child_task import ChildTask
 
 if TYPE_CHECKING:
     from actors.runtime.record import NodeRecord
@@ -41,7 +41,7 @@ def miscounts(system: System) -> Iterator[str]:
             if record is not None:
                 yield from _miscounted(record, status, record.path in leaked)
     for task in asyncio.all_tasks(system.loop) - known:
-        if is_child_task(task):
+        if ChildTask.runs_in(task):
             yield f"{task.get_name()} runs, and no supervisor counts it among its children"
 
 
