@@ -38,6 +38,7 @@ from actors.lifecycle.machine import HookResult, LifecycleState, TransitionRefus
 from actors.lifecycle.node import LifecycleNode, bring_down, bring_up
 from actors.node.declarations import background, every, publishes, subscribes
 from actors.node.node import ErrorVerdict, Node
+from actors.node.retry import retry
 from actors.parameters import Parameter, SetResult, parameter
 from actors.qos import QoS
 from actors.running.run import execute, open_node, run
@@ -137,6 +138,7 @@ __all__ = [
     "qos",
     "queue",
     "rest_for_one",
+    "retry",
     "run",
     "subscribes",
     "temporary",

@@ -62,7 +62,10 @@ KEPT_RESTARTS = 100
 
 
 class NodeState:
-    """What the system knows of one node over all its incarnations: for reports and tools."""
+    """What the system knows of one node over all its incarnations: for reports and tools.
+
+    It has no public constructor: `System.nodes` holds them.
+    """
 
     __slots__ = (
         "child", "core", "ended_at", "identity", "mailbox", "node_class", "path", "restart_count", "restarts", "state"
@@ -101,7 +104,10 @@ class NodeState:
 
 
 class System:
-    """One running tree. Make it with `run(tree)`; everything in it lives in the event loop that made it."""
+    """One running tree. Make it with `run(tree)`; everything in it lives in the event loop that made it.
+
+    It has no public constructor: `run` gives one.
+    """
 
     def __init__(self, *, seed: int = 0, sinks: tuple[LogSink, ...] = (structlog_sink,), level: int = INFO) -> None:
         self.loop = asyncio.get_running_loop()

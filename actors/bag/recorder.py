@@ -246,7 +246,10 @@ class FlightRecorder:
 
 
 class FlightRecord:
-    """What a recorder held at one instant: `entries`, in the order in which they happened, and before them `latched`, what was still valid then."""
+    """What a recorder held at one instant: `entries`, in the order in which they happened, and before them `latched`, what was still valid then.
+
+    It has no public constructor: `FlightRecorder.freeze` gives one.
+    """
 
     __slots__ = ("entries", "latched", "lost", "seconds", "system")
 

@@ -37,7 +37,10 @@ _END = _End()
 
 
 class BlockingStream(Generic[M]):
-    """A subscription to iterate from a thread, as a `Stream` is from a coroutine. It ends with `close()` and with its node."""
+    """A subscription to iterate from a thread, as a `Stream` is from a coroutine. It ends with `close()` and with its node.
+
+    It has no public constructor: `BlockingNode.subscribe` gives one.
+    """
 
     def __init__(self, do: Do, stream: Stream[M]) -> None:
         self._do = do
@@ -77,7 +80,10 @@ class BlockingStream(Generic[M]):
 
 
 class BlockingGoal(Generic[R, F]):
-    """One goal as a thread sees it: enter it, iterate it for feedback, and ask for its `result()`; see `Goal`."""
+    """One goal as a thread sees it: enter it, iterate it for feedback, and ask for its `result()`; see `Goal`.
+
+    It has no public constructor: `BlockingNode.start` gives one.
+    """
 
     def __init__(self, do: Do, goal: Goal[R, F]) -> None:
         self._do = do

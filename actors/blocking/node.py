@@ -100,7 +100,10 @@ def open_node(
 
 
 class OpenBlockingNode:
-    """What `open_node` returns: a context manager, to be entered once."""
+    """What `open_node` returns: a context manager, to be entered once.
+
+    It has no public constructor: `open_node` gives one.
+    """
 
     def __init__(
         self,
@@ -181,6 +184,8 @@ class BlockingNode:
 
     Ctrl-C while one of them waits cancels what it waits for. Times are seconds on the node's clock. Once the block is left, or the
     system has ended, everything raises `NotStarted` or `NotRunning`.
+
+    It has no public constructor: `open_node` gives one.
     """
 
     def __init__(self, node: Node, loop: asyncio.AbstractEventLoop, life: Future[None]) -> None:

@@ -27,7 +27,10 @@ __all__ = ["Finding", "check_node", "check_tree"]
 
 
 class Finding(msgspec.Struct, frozen=True, order=True):
-    """One thing found: `where` it is, `what` it is, and the `remedy`. A warning works but will surprise; an error will not work."""
+    """One thing found: `where` it is, `what` it is, and the `remedy`. A warning works but will surprise; an error will not work.
+
+    It has no public constructor: `check_tree` and `check_node` give them.
+    """
 
     where: str
     what: str

@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NoReturn, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NoReturn, TypeAlias, TypeVar, get_args, get_origin
 
 import msgspec
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 else:
     StructMeta = type(msgspec.Struct)
 
-__all__ = ["ActionType", "Message", "ServiceType"]
+__all__ = ["ActionType", "InterfaceClass", "Message", "ServiceType"]
 
 
 class MessageBase(msgspec.Struct, frozen=True, kw_only=True, gc=False):
@@ -345,3 +345,7 @@ def _tie(cls: type[Any], base: Any, parts: tuple[str, ...]) -> None:
                 f"name the class {cls.__name__}_{part} (a message to share goes into a field of it)"
             )
     register(cls)
+
+
+InterfaceClass: TypeAlias = type[Message] | type[ServiceType[Any, Any]] | type[ActionType[Any, Any, Any]]
+"""The class of a message, a service or an action."""

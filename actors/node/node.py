@@ -16,7 +16,7 @@ import asyncio
 import inspect
 from collections.abc import Callable, Coroutine, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
 from actors.errors import ActionUnavailable, DeclarationError, NotStarted, ServiceUnavailable
 from actors.node.declarations import Declarations
@@ -58,7 +58,8 @@ CALL_TIMEOUT = 1.0
 GOAL_TIMEOUT = 5.0
 """Seconds a goal waits for its acceptance unless told otherwise. Its execution has no limit of its own."""
 
-ErrorVerdict = Literal["continue", "fail"] | None
+ErrorVerdict: TypeAlias = Literal["continue", "fail"] | None
+"""What `Node.on_error` decides: the node lives on, its incarnation ends, or the default for that handler."""
 
 
 class Node(Habits):

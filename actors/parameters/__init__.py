@@ -19,7 +19,7 @@ from actors.parameters.errors import (
     ParameterNotDeclared,
     ParameterUninitialized,
 )
-from actors.parameters.hooks import ParameterHook, on_set, post_set, pre_set
+from actors.parameters.hooks import on_set, post_set, pre_set
 from actors.parameters.store import ParameterStore
 from actors.parameters.values import Parameter, ParameterChange, ParameterNames, ParameterType, SetResult, Value
 
@@ -42,7 +42,6 @@ __all__ = [
     "ParameterDeclaration",
     "ParameterDescriptor",
     "ParameterError",
-    "ParameterHook",
     "ParameterImmutable",
     "ParameterNames",
     "ParameterNotDeclared",

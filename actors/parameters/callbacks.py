@@ -18,7 +18,10 @@ Kind: TypeAlias = Literal["pre", "on", "post"]
 
 
 class CallbackHandle:
-    """One registered callback; `remove()` takes it off its chain (a second time does nothing)."""
+    """One registered callback; `remove()` takes it off its chain (a second time does nothing).
+
+    It has no public constructor: the `add_*_callback` methods of a `ParameterStore` give one.
+    """
 
     __slots__ = ("_chains", "callback", "kind")
 

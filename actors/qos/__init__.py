@@ -8,6 +8,20 @@ field's own names (``qos.SENSOR_DATA``, ``qos.COMMANDS``, ...), the matching rul
 
 from __future__ import annotations
 
+from actors.qos.events import (
+    DeadlineMissed,
+    IncompatibleQoS,
+    IncompatibleType,
+    LivelinessChanged,
+    LivelinessLost,
+    Matched,
+    MessageLost,
+    PublisherEvent,
+    PublisherStatus,
+    SubscriptionEvent,
+    SubscriptionStatus,
+)
+from actors.qos.policies import Changes
 from actors.qos.profiles import (
     ACTION_FEEDBACK,
     ACTION_STATUS,
@@ -70,15 +84,27 @@ __all__ = [
     "SYSTEM_DEFAULT",
     "TRANSITION_EVENT",
     "UNKNOWN",
+    "Changes",
     "Compatibility",
+    "DeadlineMissed",
     "Durability",
     "History",
+    "IncompatibleQoS",
+    "IncompatibleType",
     "InvalidQoS",
     "Liveliness",
+    "LivelinessChanged",
+    "LivelinessLost",
+    "Matched",
+    "MessageLost",
     "Policy",
+    "PublisherEvent",
+    "PublisherStatus",
     "QoS",
     "QoSWarning",
     "Reliability",
+    "SubscriptionEvent",
+    "SubscriptionStatus",
     "compatible",
     "of",
     "profile",

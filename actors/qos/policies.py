@@ -90,6 +90,8 @@ class Liveliness(Policy):
 
 
 class Changes(TypedDict, total=False):
+    """The policies that `QoS.replace` changes, by name."""
+
     history: History
     depth: int
     reliability: Reliability
@@ -247,7 +249,7 @@ class QoS:
     def __delattr__(self, name: str) -> NoReturn:
         raise AttributeError("a QoS never changes; use qos.replace(...) to make another")
 
-    def __reduce__(self) -> tuple[object, tuple[tuple["_Field", ...]]]:
+    def __reduce__(self) -> tuple[object, tuple[object]]:
         return _rebuild, (self._fields(),)
 
     def __copy__(self) -> "QoS":

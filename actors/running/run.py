@@ -54,7 +54,10 @@ def run(
 
 
 class Run:
-    """What `run` returns: an async context manager."""
+    """What `run` returns: an async context manager.
+
+    It has no public constructor: `run` gives one.
+    """
 
     def __init__(
         self,
@@ -174,7 +177,10 @@ def open_node(
 
 
 class OpenNode:
-    """What `open_node` returns: an async context manager."""
+    """What `open_node` returns: an async context manager.
+
+    It has no public constructor: `open_node` gives one.
+    """
 
     def __init__(self, child: Child, system: System | None, seed: int, sinks: tuple[LogSink, ...]) -> None:
         self._child = child

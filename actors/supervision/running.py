@@ -23,6 +23,8 @@ class RunningSupervisor(Requests):
     All requests answer at once, also while children are starting or restarting; those that start or stop a child wait
     for just that child. They must come from the event loop's own thread. A caller that is cancelled takes nothing back:
     the child goes on starting or stopping. Before `run`, and once it is stopping, requests raise `SupervisorDown`.
+
+    It has no public constructor: `System.supervisor` gives one.
     """
 
     # ------------------------------------------------------------------ looking

@@ -46,6 +46,8 @@ class ExpectedFailure:
     """A failure that a test expects: from where it says so to its end, or within the ``with`` block that it opens.
 
     `errors` are those that came. The test fails when none has come by the end of the block, or of the test.
+
+    It has no public constructor: `Rig.expect_failure` gives one.
     """
 
     def __init__(self, watch: FailureWatch, kinds: Kinds, node: type | str | None, match: str) -> None:

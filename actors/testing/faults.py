@@ -27,6 +27,7 @@ __all__ = [
 Kind: TypeAlias = Literal[
     "lose", "delay", "duplicate", "swap", "freeze", "nan", "crash", "kill", "slow-start", "slow-handler", "slow-step", "clock-jump"
 ]  # fmt: skip
+"""The kinds of faults, by the names that they have in text."""
 CLOCK = "clock"
 SOON = 5.0
 """Seconds within which crashes come that come soon after one another: the window of restarts of a supervisor that says nothing else."""
@@ -73,6 +74,9 @@ class Fault:
             "slow-step": f"step {nth} of {second} in {first} is {by} late",
             "clock-jump": f"the time of day jumps by {by}, {nth / 1000:g} s after the start",
         }[self.kind]
+
+
+"""The kinds of faults, by the names that they have in text."""
 
 
 def parse(text: str) -> tuple[Fault, ...]:
@@ -300,6 +304,7 @@ KINDS: Final[Mapping[Kind, Possible]] = MappingProxyType(
         "clock-jump": ClockJump(),
     }
 )  # fmt: skip
+"""Every kind of fault by the name that it has in text."""
 ALL: Final[tuple[Possible, ...]] = tuple(KINDS.values())
 """Every kind of fault, anywhere; of crashes, two at most."""
 

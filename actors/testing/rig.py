@@ -69,7 +69,10 @@ class Leak(AssertionError):
 
 
 class Probe(Subscription[M], Generic[M]):
-    """Everything that was published on a topic since the probe was made, with the times."""
+    """Everything that was published on a topic since the probe was made, with the times.
+
+    It has no public constructor: `Rig.probe` gives one.
+    """
 
     __slots__ = ("_now", "times")
 

@@ -40,6 +40,8 @@ class Publisher(Endpoint["PublisherEvent"], Generic[M]):
     """One node's right to publish on one topic. Call it, or `publish`.
 
     `count` is the number of messages published so far, `status` what else has happened, `events()` tells it as it happens.
+
+    It has no public constructor: `publishes` and `Node.publisher` give one.
     """
 
     __slots__ = (

@@ -188,6 +188,8 @@ class EventStream(Generic[E]):
     It tells what happens from the moment it was made; `status` of the endpoint says what was before. Happenings of one kind that nobody
     took are told as one event, so a slow listener falls behind by at most one event of each kind. It ends with `close()`, with its
     endpoint, and when nobody refers to it any more. At most one task may wait on it.
+
+    It has no public constructor: `events()` of an endpoint gives one.
     """
 
     __slots__ = ("_endpoint", "_happenings", "_kept", "_listener", "_ready", "_told")

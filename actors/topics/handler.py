@@ -23,7 +23,10 @@ M = TypeVar("M", bound="Message")
 
 
 class HandlerSubscription(Subscription[M]):
-    """A subscription that feeds a handler through its node's inbox. As an inbox item it stands for one waiting message."""
+    """A subscription that feeds a handler through its node's inbox. As an inbox item it stands for one waiting message.
+
+    It has no public constructor: `Node.subscription` gives one.
+    """
 
     __slots__ = ("ages", "handler", "inbox", "label", "stamps")
 

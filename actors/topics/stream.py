@@ -67,6 +67,8 @@ class Stream(Generic[M]):
 
     Listening starts when the stream is made. It ends (and the subscription leaves the topic) with `close()`, with the end of an
     ``async with`` block, when nobody refers to the stream any more, and with its node; then iteration stops. At most one task may wait on it.
+
+    It has no public constructor: `subscribes` and `Node.subscribe` give one.
     """
 
     __slots__ = ("_loop", "_queue", "_thread")
