@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from actors.suggest import did_you_mean
+
 __all__ = [
     "ActionUnavailable",
     "ActorError",
@@ -37,14 +39,11 @@ def _meant(error: BaseException) -> str:
     """``; did you mean 'speed'?`` for an attribute that is missing where one of nearly that name is not."""
     if type(error) is not AttributeError or not error.name:
         return ""
-    from difflib import get_close_matches
-
     try:
         known = [name for name in dir(error.obj) if name.startswith("_") <= error.name.startswith("_")]
     except Exception:  # an object that does not even say what it has
         return ""
-    close = get_close_matches(error.name, known, n=1)
-    return f"; did you mean {close[0]!r}?" if close else ""
+    return did_you_mean(error.name, known)
 
 
 class ActorError(Exception):

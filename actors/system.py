@@ -32,9 +32,9 @@ from actors.runtime.start_watch import StartWatch
 from actors.runtime.unsupervised import UnsupervisedNodes
 from actors.shield import see_through
 from actors.supervision.errors import NotFound
+from actors.supervision.log_lines import log_line
 from actors.supervision.reasons import cause_of
 from actors.supervision.running import RunningSupervisor
-from actors.supervision.words import in_words
 from actors.time.clock import Clock
 from actors.time.deadlines import Deadlines
 from actors.time.ticker import Ticker
@@ -466,7 +466,7 @@ class System:
             state.note_restart(self.clock.now(), str(report.reason))
         if report.context == "progress" and report.child.incarnation == 1 and self.level > DEBUG:
             return  # what every node says once, and hardly anybody hears
-        level, event, fields = in_words(report, None if state is None else state.ended_at)
+        level, event, fields = log_line(report, None if state is None else state.ended_at)
         if level < self.level:
             return
         error, times = None, 1

@@ -42,10 +42,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         from robot.picture import main as picture_main
 
         return picture_main(rest)
-    import difflib
+    from actors.suggest import did_you_mean  # late, as all else
 
-    close = difflib.get_close_matches(command, ("run", "evaluate", "picture"), n=1)
-    hint = f"; did you mean {close[0]}?" if close else ""
+    hint = did_you_mean(command, ("run", "evaluate", "picture"), quoted=False)
     print(f"robot: there is no command {command!r}{hint} (see python -m robot --help)", file=sys.stderr)
     return 2
 

@@ -13,10 +13,10 @@ allows (3 restarts within 5 s) ends the whole tree: everything stops in reverse 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from actors import Child, Intensity, Node, Supervisor, rest_for_one
+from actors.suggest import did_you_mean
 from robot.battery.model import Pack
 from robot.battery.node import Battery
 from robot.frames.node import Frames
@@ -56,9 +56,8 @@ def only(tree: Supervisor, names: Sequence[str]) -> Supervisor:
     known = [child.name for child in tree.children]
     wanted = {name.lstrip("/") for name in names}
     for name in sorted(wanted.difference(known)):
-        close = get_close_matches(name, known, n=3, cutoff=0.5)
-        there_are = f"did you mean {' or '.join(close)}?" if close else f"there are: {', '.join(known)}"
-        raise UnknownNode(f"there is no node {name!r}; {there_are}")
+        near = did_you_mean(name, known, "did", most=3, cutoff=0.5, quoted=False)
+        raise UnknownNode(f"there is no node {name!r}; {near or 'there are: ' + ', '.join(known)}")
     return tree.replace(children=[child for child in tree.children if child.name in wanted])
 
 

@@ -1,5 +1,7 @@
 """What all tests share: the virtual clock and the `rig` of `actors.testing`, also where the package is not installed."""
 
+import signal
+
 pytest_plugins = ["actors.testing.plugin", "pytester"]
 
 from hypothesis import settings  # noqa: E402  # after the environment is set
@@ -9,3 +11,8 @@ settings.register_profile("explore", derandomize=False, max_examples=1000)
 settings.load_profile(
     "repeatable"
 )  # the suite run twice gives the same result; pytest --hypothesis-profile=explore looks further
+
+if (
+    signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+):  # a shell's background job ignores the interrupt key; a program that is tested does not
+    signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -8,6 +8,7 @@ from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.message import Message
 from actors.interfaces.types import default, string, uint32
 from actors.logs import printable
+from actors.time.values import stamp_of
 
 if TYPE_CHECKING:
     from actors.supervision.report import Report
@@ -34,7 +35,7 @@ class SupervisorEvent(Message, frozen=True, kw_only=True):
 def event_message(report: Report, nanoseconds: int) -> SupervisorEvent:
     """The message for a report of this wall time. It keeps the words of an error, not the error and all that hangs on it."""
     return SupervisorEvent(
-        stamp=Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000),
+        stamp=stamp_of(nanoseconds),
         supervisor="/".join(report.supervisor),
         context=report.context,
         child="/".join(report.child.path),

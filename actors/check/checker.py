@@ -15,8 +15,8 @@ import msgspec
 from actors.names.identity import Identity
 from actors.names.names import lint_name
 from actors.node.node import Node
-from actors.parameters.unknown import hint
 from actors.qos import compatible
+from actors.suggest import did_you_mean
 from actors.supervision.declarations import Child, Spec, Supervisor
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ class _Tree:
                 Finding(
                     where,
                     f"it is given a parameter {name!r} that {node.__name__} does not declare",
-                    f"declare it, or take it away{hint(name, known)}",
+                    f"declare it, or take it away{did_you_mean(name, known)}",
                 )
             )
 
@@ -157,7 +157,7 @@ class _Tree:
                         Finding(
                             where,
                             f"it takes {name}, which nobody publishes",
-                            f"publish it, remap it, or name it as external{hint(name, self.publishers)}",
+                            f"publish it, remap it, or name it as external{did_you_mean(name, self.publishers)}",
                         )
                     )
                 for other, offered_topic, offered in writers:

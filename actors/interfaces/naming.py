@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Final, Literal, TypeAlias
 
 from actors.interfaces.errors import BadDeclaration, UnknownInterface
+from actors.suggest import did_you_mean
 
 Kind: TypeAlias = Literal["msg", "srv", "action"]
 """The kinds of interfaces, by the folders in which a package keeps their definitions."""
@@ -86,7 +87,4 @@ def own_type_name(module: str, name: str) -> str:
 
 def closest(name: str, known: Iterable[str]) -> str:
     """` Did you mean 'x' or 'y'?`, or nothing where nothing is close. To be put at the end of an error."""
-    from difflib import get_close_matches
-
-    found = get_close_matches(name, list(known), n=3, cutoff=0.6)
-    return f" Did you mean {' or '.join(repr(match) for match in found)}?" if found else ""
+    return did_you_mean(name, known, " Did", most=3)

@@ -14,6 +14,7 @@ from typing import IO, TYPE_CHECKING, Any, Final, TypeAlias, cast
 from actors.errors import described
 from actors.logs.levels import CallSites, Level, NanosecondClock
 from actors.places import Place, place_of, traceback_of, users_trace
+from actors.time.values import stamp_of
 
 if TYPE_CHECKING:
     from traceback import TracebackException
@@ -248,12 +249,11 @@ def printable(text: str) -> str:
 
 def log_message(record: LogRecord, nanoseconds: int) -> Log:
     """The line as it goes to `/rosout`: stamped with this wall time, its fields in the text."""
-    from actors.interfaces.builtin_interfaces.msg import Time
     from actors.interfaces.rcl_interfaces.msg import Log
 
     fields = "".join(f" {key}={value}" for key, value in record.fields.items())
     return Log(
-        stamp=Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000),
+        stamp=stamp_of(nanoseconds),
         level=int(record.level),
         name=record.node.lstrip("/").replace("/", "."),
         msg=printable(

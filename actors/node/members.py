@@ -14,6 +14,7 @@ from weakref import WeakKeyDictionary
 
 from actors.contracts.declaration import declarations_of, positional
 from actors.errors import DeclarationError
+from actors.suggest import nearest
 
 __all__ = ["check_assigned", "check_members", "members_of"]
 
@@ -151,9 +152,7 @@ def _check_spelling(where: str, name: str, function: FunctionType, hooks: Mappin
             f"{where} is a hook of LifecycleNode, and {where.rpartition('.')[0]} is none: derive it from LifecycleNode"
             f"{', write on_stop' if name == 'on_shutdown' else ''}, or choose another name"
         )
-    from difflib import get_close_matches  # late: 1 ms that `import actors` need not take
-
-    for meant in get_close_matches(name, hooks, n=1, cutoff=0.85):
+    for meant in nearest(name, hooks, cutoff=0.85):
         hook = hooks[meant]
         if inspect.iscoroutinefunction(function) is hook.is_async and _takes(function, hook):
             raise DeclarationError(

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from actors.errors import ActorError
+from actors.suggest import did_you_mean
 
 
 class ParameterError(ActorError):
@@ -26,12 +27,9 @@ class ParameterNotDeclared(ParameterError, LookupError):
     @classmethod
     def among(cls, node: str, names: Iterable[str], declared: Iterable[str]) -> ParameterNotDeclared:
         """The error for `names`, with the nearest declared name as a hint."""
-        import difflib  # only when something is already wrong
-
         missing = tuple(names)
         known = sorted(declared)
-        near = difflib.get_close_matches(missing[0], known, n=1)
-        hint = f"did you mean {near[0]!r}?" if near else f"declared are: {', '.join(known)}."
+        hint = did_you_mean(missing[0], known, "did") or f"declared are: {', '.join(known)}."
         shown = ", ".join(repr(name) for name in missing)
         return cls(
             f"node {node} has not declared {shown}; {hint} "

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final, NamedTuple
 
+from actors.errors import described
 from actors.interfaces import ServiceType, type_name
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rcl_interfaces import msg, srv
@@ -214,7 +215,7 @@ def _set(store: ParameterStore, parameters: Iterable[msg.Parameter], on_error: O
     except Exception as error:  # a callback of the node failed: the client hears of it, and the node's owner does
         if on_error is not None:
             on_error(error)
-        return SetResult(False, f"a parameter callback of node {store.node} failed: {type(error).__name__}: {error}")
+        return SetResult(False, f"a parameter callback of node {store.node} failed: {described(error)}")
 
 
 class ParameterService(NamedTuple):

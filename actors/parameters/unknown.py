@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from actors.errors import DeclarationError
 from actors.parameters.declare import NO_PARAMETERS
+from actors.suggest import did_you_mean
 
 if TYPE_CHECKING:
     from actors.parameters.store import ParameterStore
 
-__all__ = ["hint", "refuse_unknown"]
+__all__ = ["refuse_unknown"]
 
 
 def refuse_unknown(store: ParameterStore, owner: str) -> None:
@@ -23,12 +22,6 @@ def refuse_unknown(store: ParameterStore, owner: str) -> None:
         if not store.has(name):
             known = sorted(set(store.values) - set(NO_PARAMETERS.values))
             raise DeclarationError(
-                f"{store.node} has no parameter {name!r}{hint(name, store.values) or ': correct the name, or declare it'} "
+                f"{store.node} has no parameter {name!r}{did_you_mean(name, store.values) or ': correct the name, or declare it'} "
                 f"({owner} declares {', '.join(known) or 'none'})"
             )
-
-
-def hint(name: str, known: Iterable[str]) -> str:
-    """``; did you mean 'speed'?``, if something of nearly that name is known."""
-    close = difflib.get_close_matches(name, list(known), n=1)
-    return f"; did you mean {close[0]!r}?" if close else ""

@@ -30,6 +30,7 @@ from actors.time.clock import Clock
 from actors.time.ros_clock import JumpHandle, JumpThreshold, RosClock, TimeJump
 from actors.time.sim_ticker import SimTick, SimTicker
 from actors.time.ticker import TickHandle
+from actors.time.values import nanoseconds_of
 from actors.topics.stream import StreamSubscription
 
 if TYPE_CHECKING:
@@ -275,7 +276,7 @@ class SimTime:
 
     def _step(self, message: ClockMessage) -> None:
         stamp = message.clock
-        nanoseconds = stamp.sec * 1_000_000_000 + stamp.nanosec
+        nanoseconds = nanoseconds_of(stamp)
         if nanoseconds < 0:
             if not self._warned:
                 self._warned = True

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.errors import Reject
 from actors.services.services import Server
+from actors.time.values import nanoseconds_of, stamp_of
 
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer
@@ -154,10 +155,6 @@ def _open_action_service(core: Core, server: ActionServer, entry: ServiceEntry, 
     from actors.actions.server import GoalRun
     from actors.interfaces import derived as types
     from actors.interfaces.action_msgs.srv import CancelGoal
-    from actors.interfaces.builtin_interfaces.msg import Time
-
-    def time(nanoseconds: int) -> Time:
-        return Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
 
     async def send_goal(request: Any) -> Any:
         run = GoalRun(server, request.goal_id.uuid.tobytes(), request.goal)
@@ -167,7 +164,7 @@ def _open_action_service(core: Core, server: ActionServer, entry: ServiceEntry, 
         except Reject:
             return service.Response(accepted=False)
         assert run.record is not None
-        return service.Response(accepted=True, stamp=time(run.record.stamp_ns))
+        return service.Response(accepted=True, stamp=stamp_of(run.record.stamp_ns))
 
     async def get_result(request: Any) -> Any:
         status, result = await server.result_of(request.goal_id.uuid.tobytes())
@@ -175,9 +172,9 @@ def _open_action_service(core: Core, server: ActionServer, entry: ServiceEntry, 
 
     async def cancel_goal(request: Any) -> Any:
         info = request.goal_info
-        stamp = info.stamp.sec * 1_000_000_000 + info.stamp.nanosec
+        stamp = nanoseconds_of(info.stamp)
         outcome = await server.cancel_goals(info.goal_id.uuid.tobytes(), stamp, "canceled by a client")
-        goals = tuple(_goal_info(record.goal_id, time(record.stamp_ns)) for record in outcome.goals)
+        goals = tuple(_goal_info(record.goal_id, stamp_of(record.stamp_ns)) for record in outcome.goals)
         return CancelGoal.Response(return_code=int(outcome.code), goals_canceling=goals)
 
     handlers: dict[str, tuple[Any, Any]] = {
@@ -209,7 +206,6 @@ def _open_status(core: Core, server: ActionServer, entry: TopicEntry) -> None:
     if server.on_change is not None:
         return
     from actors.interfaces.action_msgs.msg import GoalStatus, GoalStatusArray
-    from actors.interfaces.builtin_interfaces.msg import Time
 
     publisher = core.event_publisher(GoalStatusArray, entry)
     pending = False
@@ -223,10 +219,7 @@ def _open_status(core: Core, server: ActionServer, entry: TopicEntry) -> None:
             GoalStatusArray(
                 status_list=tuple(
                     GoalStatus(
-                        goal_info=_goal_info(
-                            record.goal_id,
-                            Time(sec=record.stamp_ns // 1_000_000_000, nanosec=record.stamp_ns % 1_000_000_000),
-                        ),
+                        goal_info=_goal_info(record.goal_id, stamp_of(record.stamp_ns)),
                         status=int(record.status),
                     )
                     for record in server.table.records()

@@ -160,9 +160,6 @@ class UnsupervisedNodes:
     def make_life(self, incarnation: ChildTask, /) -> Life:
         return self._of(incarnation).life
 
-    def is_supervisor(self, life: Life, /) -> bool:
-        return False
-
     def grace_of(self, life: Life | None, /) -> float:
         return GRACE
 

@@ -151,9 +151,6 @@ class Base(ABC):
     @abstractmethod
     def _on_ended(self, incarnation: ChildTask, reason: ExitReason) -> None: ...
 
-    def is_supervisor(self, life: Life, /) -> bool:
-        return isinstance(life, Base)
-
     def grace_of(self, life: Life | None, /) -> float:
         """Seconds from the kill of a child to its abandonment: a supervisor needs one more than its slowest child."""
         if not isinstance(life, Base):

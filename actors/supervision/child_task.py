@@ -5,18 +5,18 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from actors.supervision.errors import SupervisorGaveUp
 from actors.supervision.policy import StopTimeout
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
 from actors.supervision.refs import ChildRef, Down
+from actors.supervision.seam import Life
 
 if TYPE_CHECKING:
     from actors.supervision.entry import Entry
-    from actors.supervision.seam import Life
 
-__all__ = ["GRACE", "ChildTask", "LeakedChild", "Owner"]
+__all__ = ["GRACE", "ChildTask", "LeakedChild", "Owner", "is_child_task"]
 
 GRACE = 1.0
 """Seconds between the kill and the verdict `Leaked`."""
@@ -41,7 +41,6 @@ class Owner(Protocol):
     loop: asyncio.AbstractEventLoop
 
     def make_life(self, incarnation: ChildTask, /) -> Life: ...
-    def is_supervisor(self, life: Life, /) -> bool: ...
     def grace_of(self, life: Life | None, /) -> float: ...
     def ready(self, incarnation: ChildTask, /) -> None: ...
     def ended(self, incarnation: ChildTask, reason: ExitReason, /) -> None: ...
@@ -99,6 +98,21 @@ class ChildTask:
 
     def __repr__(self) -> str:
         return f"<incarnation {self.ref}>"
+
+    @property
+    def ending(self) -> bool:
+        """Whether its end has begun: it was asked for, or came by itself and is in its clean-up."""
+        by_others = self.asked is not None or self.imposed is not None or self.killed is not None
+        return by_others or self.cleans_up or self.over
+
+    @property
+    def state(self) -> Literal["starting", "running", "stopping", "stopped"]:
+        """The state of this one life."""
+        if self.over:
+            return "stopped"
+        if self.ending:
+            return "stopping"
+        return "running" if self.ready else "starting"
 
     async def _live(self) -> None:
         if not self.made:
@@ -166,7 +180,7 @@ class ChildTask:
             self.kill()
             return
         # A supervisor knows how to take its start back, and whose start has failed is in its clean-up.
-        if not self.ready and not self.cleans_up and not self.owner.is_supervisor(self.life):
+        if not self.ready and not self.cleans_up and self.entry.spec.kind != "supervisor":
             self.task.cancel()
 
     def _watch_task(self) -> None:
@@ -213,3 +227,8 @@ class ChildTask:
         if self.asked is not None:
             return Stopped(self.asked)
         return Killed(None) if task.cancelled() else Returned()
+
+
+def is_child_task(task: asyncio.Task[Any]) -> bool:
+    """Whether this task runs the life of a child."""
+    return getattr(task.get_coro(), "cr_code", None) is ChildTask._live.__code__

@@ -73,6 +73,11 @@ class Entry:
         return "running" if now.ready and now.asked is None and now.imposed is None else "stopping"
 
     @property
+    def task(self) -> asyncio.Task[None] | None:
+        """The task of its present life, None between lives."""
+        return None if self.now is None else self.now.task
+
+    @property
     def info(self) -> ChildInfo:
         state = self.state
         ref = self.now.ref if self.now is not None and state == "running" else None

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 
+from actors.supervision.base import Phase
 from actors.supervision.child_task import ChildTask, LeakedChild
 from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
 from actors.supervision.errors import NotFound
 from actors.supervision.reasons import Gone
-from actors.supervision.refs import ChildInfo, ChildRef, Counts, Down
+from actors.supervision.refs import ChildInfo, ChildRef, ChildState, Counts, Down
 from actors.supervision.requests import Path, Requests
-from actors.supervision.seam import Life
+from actors.supervision.seam import ChildStatus, Life
 from actors.supervision.watching import complete_on_end, share_fate
 
 __all__ = ["LeakedChild", "RunningSupervisor"]
@@ -61,6 +62,42 @@ class RunningSupervisor(Requests):
     def incarnation(self, path: Path) -> ChildTask | None:
         """A descendant as its supervisor sees it, while it runs, starts or stops. Raises `NotFound`."""
         return self._walk(path)
+
+    def state_of(self, path: Path) -> ChildState:
+        """The state of a descendant, to show: "stopping" also while it cleans up after an end of its own.
+
+        Of one whose own supervisor does not run, it is that supervisor's; of one that is not known, "stopped".
+        """
+        first, *rest = path.split("/") if isinstance(path, str) else path
+        entry = self._entries.get(first)
+        if entry is None:
+            return "stopped"
+        now = entry.now
+        if rest and now is not None and isinstance(now.life, RunningSupervisor):
+            return now.life.state_of(rest)
+        state = entry.state
+        return "stopping" if state == "running" and now is not None and now.ending else state
+
+    @property
+    def phase(self) -> Phase:
+        """What the supervisor itself does: it is new, starting, running, stopping or over."""
+        return self._phase
+
+    @property
+    def recent_restarts(self) -> int:
+        """How many restarts the window of its intensity held at the last restart."""
+        return len(self._window.times)
+
+    def statuses(self) -> dict[str, ChildStatus]:
+        """What the books say of each child, in start order."""
+        return dict(self._entries)
+
+    def below(self) -> Iterator[RunningSupervisor]:
+        """This supervisor, and all running ones below it."""
+        yield self
+        for entry in self._entries.values():
+            if entry.now is not None and isinstance(entry.now.life, RunningSupervisor):
+                yield from entry.now.life.below()
 
     # ------------------------------------------------------------------ changing
 

@@ -1,15 +1,41 @@
-"""The seam between a supervisor and the system around it: what a child's life is, and where lives come from."""
+"""The seam between a supervisor and the system around it: what a child's life is, where lives come from, and what the
+supervisor's books say of a child.
+
+A seam is the place where two parts meet through Protocols only, so that either can be replaced (Feathers). A child's state
+is stored in one place, its supervisor's books; whoever shows it derives it from there: `RunningSupervisor.state_of`.
+"""
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from random import Random
 from typing import Protocol
 
 from actors.supervision.declarations import Child
+from actors.supervision.refs import ChildState
 from actors.supervision.report import Report
 
-__all__ = ["Life", "Runtime"]
+__all__ = ["ChildStatus", "Life", "Runtime"]
+
+
+class ChildStatus(Protocol):
+    """What the books of a supervisor say of one child, to read: always as it is at the moment."""
+
+    @property
+    def state(self) -> ChildState:
+        """As `children()` tells it."""
+        ...
+
+    @property
+    def number(self) -> int:
+        """How many lives it has had since its supervisor began to run, the present one counted."""
+        ...
+
+    @property
+    def task(self) -> asyncio.Task[None] | None:
+        """The task of its present life; None between lives."""
+        ...
 
 
 class Life(Protocol):

@@ -7,6 +7,8 @@ import math
 import time
 from typing import TYPE_CHECKING
 
+from actors.time.values import stamp_of
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -62,10 +64,7 @@ class Clock:
 
     def stamp(self, now: float | None = None) -> TimeMessage:
         """`wall()` as a ``builtin_interfaces/msg/Time``, for message headers; with `now`, of the instant at which `now()` was that."""
-        from actors.interfaces.builtin_interfaces.msg import Time
-
-        nanoseconds = self.wall_ns() if now is None else self.wall_ns_at(now)
-        return Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
+        return stamp_of(self.wall_ns() if now is None else self.wall_ns_at(now))
 
     def loop_time(self, now: float) -> float:
         """The event loop's time at which this clock shows `now`."""

@@ -16,6 +16,8 @@ __all__ = [
     "Duration",
     "SecNanosec",
     "Time",
+    "nanoseconds_of",
+    "stamp_of",
 ]
 
 NANOSECONDS: Final = 1_000_000_000
@@ -45,6 +47,18 @@ def _total(what: str, seconds: float, nanoseconds: float) -> int:
     if not _INT64_MIN <= total <= _INT64_MAX:
         raise OverflowError(f"{what} of {total} ns does not fit into 64 bits; it must stay within about 292 years")
     return total
+
+
+def stamp_of(nanoseconds: int) -> TimeMessage:
+    """The ``builtin_interfaces/msg/Time`` of so many nanoseconds."""
+    from actors.interfaces.builtin_interfaces.msg import Time as Message
+
+    return Message(sec=nanoseconds // NANOSECONDS, nanosec=nanoseconds % NANOSECONDS)
+
+
+def nanoseconds_of(stamp: SecNanosec) -> int:
+    """The whole nanoseconds that a stamp or a duration of a message holds."""
+    return stamp.sec * NANOSECONDS + stamp.nanosec
 
 
 class Duration:
@@ -81,7 +95,7 @@ class Duration:
     @classmethod
     def from_msg(cls, msg: SecNanosec) -> Duration:
         """The span that a ``builtin_interfaces/msg/Duration`` holds."""
-        return cls(nanoseconds=msg.sec * NANOSECONDS + msg.nanosec)
+        return cls(nanoseconds=nanoseconds_of(msg))
 
     def __add__(self, other: Duration) -> Duration:
         if not isinstance(cast(object, other), Duration):
@@ -168,15 +182,12 @@ class Time:
 
     def to_msg(self) -> TimeMessage:
         """The instant as ``builtin_interfaces/msg/Time``; the clock type is not part of it."""
-        from actors.interfaces.builtin_interfaces.msg import Time as Message
-
-        sec, nanosec = self.sec_nanosec()
-        return Message(sec=sec, nanosec=nanosec)
+        return stamp_of(self.nanoseconds)
 
     @classmethod
     def from_msg(cls, msg: SecNanosec, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
         """The instant that a ``builtin_interfaces/msg/Time`` holds, by default on the ROS clock."""
-        return cls(nanoseconds=msg.sec * NANOSECONDS + msg.nanosec, clock_type=clock_type)
+        return cls(nanoseconds=nanoseconds_of(msg), clock_type=clock_type)
 
     def __add__(self, other: Duration) -> Time:
         if not isinstance(cast(object, other), Duration):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
 import sys
 from collections.abc import Sequence
 from typing import Final
 
+from actors.suggest import did_you_mean
 from robot.run.options import UsageError
 
 __all__ = ["main"]
@@ -32,8 +32,7 @@ def main(argv: Sequence[str]) -> int:
         return 0 if argv else 2
     name, rest = argv[0], list(argv[1:])
     if name not in MEASUREMENTS:
-        close = difflib.get_close_matches(name, MEASUREMENTS, n=1)
-        hint = f"; did you mean {close[0]}?" if close else f"; there are: {', '.join(MEASUREMENTS)}"
+        hint = did_you_mean(name, MEASUREMENTS, quoted=False) or f"; there are: {', '.join(MEASUREMENTS)}"
         print(f"robot evaluate: nothing is called {name!r}{hint}", file=sys.stderr)
         return 2
     try:

@@ -5,10 +5,10 @@ What ROS calls a tf buffer. It knows nothing of nodes and topics: see `robot.fra
 
 from __future__ import annotations
 
-import difflib
-
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import TransformStamped
+from actors.suggest import did_you_mean
+from actors.time.values import nanoseconds_of, stamp_of
 from robot.frames.errors import Extrapolation, InvalidTransform, NotATree, NotConnected, UnknownFrame
 from robot.frames.track import Track
 from robot.frames.transform import Transform
@@ -61,7 +61,7 @@ class FrameTree:
         track = self._tracks.get(child)
         if track is None or track.static != static or track.parent != parent:
             track = self._new_track(parent, child, static, track)
-        if not track.add(nanoseconds(message.header.stamp), transform):
+        if not track.add(nanoseconds_of(message.header.stamp), transform):
             self.outdated += 1
 
     def lookup(self, target: str, source: str, at: Time | None = None) -> Transform:
@@ -70,14 +70,14 @@ class FrameTree:
         Raises `UnknownFrame`, `NotConnected`, and `Extrapolation` when a transform on the way is not known at that time.
         """
         up, down = self._way(target, source)
-        instant = self._latest((*up, *down)) if at is None else nanoseconds(at)
+        instant = self._latest((*up, *down)) if at is None else nanoseconds_of(at)
         return _climb(down, instant).inverse() @ _climb(up, instant)
 
     def latest(self, target: str, source: str) -> Time | None:
         """The instant that `lookup` without a time answers for; None when only static transforms lie between. Raises as `lookup`."""
         up, down = self._way(target, source)
         tracks = [track for track in (*up, *down) if not track.static]
-        return _stamp(self._latest(tracks)) if tracks else None
+        return stamp_of(self._latest(tracks)) if tracks else None
 
     def clear(self) -> None:
         """Forget what moves; what is static stays. For a clock that was set back."""
@@ -104,10 +104,8 @@ class FrameTree:
 
     def _check(self, frame: str) -> None:
         if frame not in self._names:
-            close = difflib.get_close_matches(frame, self._names, n=2)
-            hint = (
-                f"did you mean {' or '.join(close)}?" if close else f"there are: {', '.join(self.frames) or 'none yet'}"
-            )
+            near = did_you_mean(frame, self._names, "did", most=2, quoted=False)
+            hint = near or f"there are: {', '.join(self.frames) or 'none yet'}"
             raise UnknownFrame(f"there is no frame {frame!r}; {hint}")
 
     def _chain(self, frame: str) -> list[Track]:
@@ -148,15 +146,6 @@ class FrameTree:
                 f"{late.parent} -> {late.child} begins at {late.span[0] * 1e-9:.6f} s"
             )
         return newest
-
-
-def nanoseconds(stamp: Time) -> int:
-    """A stamp as whole nanoseconds."""
-    return stamp.sec * 1_000_000_000 + stamp.nanosec
-
-
-def _stamp(instant: int) -> Time:
-    return Time(sec=instant // 1_000_000_000, nanosec=instant % 1_000_000_000)
 
 
 def _climb(way: list[Track], instant: int) -> Transform:

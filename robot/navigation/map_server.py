@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 
 from actors import Node, publishes
 from actors.interfaces.geometry_msgs.msg import Pose
 from actors.interfaces.nav_msgs.msg import MapMetaData, OccupancyGrid
 from actors.interfaces.std_msgs.msg import Header
+from actors.suggest import did_you_mean
 from robot.contracts import GET_PLACE, MAP
 from robot.interfaces.robactor_msgs.srv import GetPlace, GetPlace_Request, GetPlace_Response
 from robot.navigation.geometry import pose_stamped
@@ -47,6 +47,6 @@ class MapServer(Node):
     def _unknown(self, name: str) -> str:
         if not self._places:
             return f"the map has no place called {name!r}: it has no named places at all"
-        close = difflib.get_close_matches(name, self._places, n=3, cutoff=0.5)
-        hint = f"did you mean {' or '.join(close)}?" if close else f"there are: {', '.join(self._places)}"
+        near = did_you_mean(name, self._places, "did", most=3, cutoff=0.5, quoted=False)
+        hint = near or f"there are: {', '.join(self._places)}"
         return f"the map has no place called {name!r}; {hint}"

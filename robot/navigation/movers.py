@@ -74,7 +74,7 @@ class Movers:
 
     @property
     def moving(self) -> tuple[Mover, ...]:
-        """What moves now."""
+        """What moves, as far as is known since the latest `update` or `age`."""
         return tuple(
             Mover(t.x, t.y, t.vx, t.vy, t.radius)
             for t in self._tracks
@@ -88,12 +88,17 @@ class Movers:
         """Start anew."""
         self._tracks = []
 
+    def age(self, now: float) -> None:
+        """Forget what no scan has shown for more than 0.6 s, whether it has left or scans have stopped coming."""
+        self._tracks = [track for track in self._tracks if now - track.seen <= _LOST]
+
     def update(self, now: float, x: Floats, y: Floats, known: NDArray[np.bool_]) -> None:
         """Take in the unmapped hits of one scan, in beam order (m); `known`: the hit's place was already marked a while
-        ago.
+        ago. A scan without such hits counts, too: it shows that what was followed is gone.
         """
+        self.age(now)
         clusters = _clusters(x, y)
-        free = [t for t in self._tracks if now - t.seen <= _LOST]
+        free = self._tracks
         fresh: list[_Track] = []
         for part in clusters:
             cx, cy = float(x[part].mean()), float(y[part].mean())

@@ -59,10 +59,8 @@ class Motion:
     """From the body's outline to the nearest thing now, m."""
 
 
-_BLOCKED = 0.26
-"""A path whose middle line comes this near to something is blocked, m."""
-_TIGHT = 0.55
-"""A path that comes this near to something seen is worth planning anew, m."""
+_NEAR = 0.30
+"""A path on which the body's side comes this near to something seen is worth planning anew, m."""
 _GAIN = 0.85
 """A new path must cost less than this share of the old one."""
 _MISFITS, _CONTACT = 2, 0.05
@@ -135,7 +133,7 @@ class Navigator:
 
     def update_map(self, grid: Grid) -> None:
         """Use another map from now on; a running goal is planned anew at the next step."""
-        self.planner = Planner(grid)
+        self.planner = Planner(grid, self._footprint)
         self.around = Surroundings(grid, self._footprint)
         self._planned_at = -math.inf
         self._planned_changes = -1
@@ -193,6 +191,7 @@ class Navigator:
         """
         if scan is not None:
             self.around.look(now, pose, scan)
+        self.around.advance(now)
         if self.state not in (State.FOLLOWING, State.WAITING, State.RECOVERING):
             return self._motion(STOP)
         if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
@@ -227,7 +226,9 @@ class Navigator:
             return False
         ahead = self.follower.ahead(2.5)
         least = float(self.around.clearance(ahead[:, 0], ahead[:, 1]).min())
-        return least < _BLOCKED or (least < _TIGHT and now - self._planned_at >= 1.0)
+        if least < self.planner.tightest:
+            return True
+        return least < self._footprint.inscribed + _NEAR and now - self._planned_at >= 1.0
 
     def _replan(self, now: float, pose: Pose2) -> bool:
         """Plan with what is seen now; on failure wait, and remember why. True on success."""
@@ -345,7 +346,7 @@ class Navigator:
         return self._motion(STOP, detail=detail)
 
     def _fail(self, failure: NavigationError | None = None) -> Motion:
-        tried = ", ".join(self._recovery.tried) or "nothing, as it was asked to go straight"
+        tried = self._tried()
         assert self.goal is not None
         where = f"the goal ({self.goal.x:.2f}, {self.goal.y:.2f})"
         if failure is not None:
@@ -357,6 +358,14 @@ class Navigator:
         self.state = State.FAILED
         self.follower.halt()
         return self._motion(STOP)
+
+    def _tried(self) -> str:
+        """What was done before giving up, in words."""
+        if self._straight:
+            return "nothing, as it was asked to go straight"
+        if self._recoveries > _MOST_RECOVERIES:
+            return f"{_MOST_RECOVERIES} recoveries in all"
+        return ", ".join(self._recovery.tried)
 
     # --- answers ----------------------------------------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from robot.navigation.costmap import Inflation
 from robot.navigation.errors import GoalBlocked, InvalidPose, StartBlocked, Unreachable
+from robot.navigation.footprint import Footprint
 from robot.navigation.grid import Grid, block_mean
 from robot.navigation.path import Path, pull
 from robot.navigation.search import Cell
@@ -20,8 +21,8 @@ __all__ = ["Planner", "check_finite"]
 
 Floats = NDArray[np.float64]
 
-_ROOMY, _TIGHT = Inflation(inscribed=0.34), Inflation(inscribed=0.26)
-"""First with room to turn a little on the way; where that finds no way, with 1 cm."""
+_ROOMY, _TIGHT = 0.09, 0.01
+"""Margins beside a body that walks straight on, m: first with room to turn a little on the way; where that finds no way, with 1 cm."""
 _COARSE = 0.1
 """Cells of the first try, m."""
 _ESCAPE = 0.5
@@ -35,14 +36,18 @@ def check_finite(pose: Pose2, what: str) -> None:
 
 
 class Planner:
-    """Plans for the middle of the robot: on cells of about 10 cm with room to spare, else on the map's own cells
+    """Plans for the middle of a body with this footprint: on cells of about 10 cm with room to spare, else on the map's own cells
     without.
     """
 
-    def __init__(self, grid: Grid) -> None:
+    def __init__(self, grid: Grid, footprint: Footprint | None = None) -> None:
+        body = footprint or Footprint()
         factor = max(1, round(_COARSE / grid.resolution))
         self.grid = grid
-        self._levels = (_Level(grid, factor, _ROOMY), _Level(grid, 1, _TIGHT))
+        self._levels = (
+            _Level(grid, factor, Inflation.for_footprint(body, _ROOMY)),
+            _Level(grid, 1, Inflation.for_footprint(body, _TIGHT)),
+        )
 
     def __repr__(self) -> str:
         return f"Planner({self.grid!r})"
@@ -60,6 +65,11 @@ class Planner:
             return roomy.plan(start, goal, extra)
         except (StartBlocked, GoalBlocked, Unreachable):
             return tight.plan(start, goal, extra)
+
+    @property
+    def tightest(self) -> float:
+        """The least clearance of the body's middle with which a path is ever planned, m."""
+        return self._levels[-1].inflation.inscribed
 
     def price(self, points: Floats, extra: Floats | None = None) -> float:
         """What walking along points (n, 2) not far apart costs, in metres of open floor; inf where it leads into something."""

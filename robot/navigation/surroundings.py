@@ -71,6 +71,10 @@ class Surroundings:
         self._window = None
         self.changes += 1
 
+    def advance(self, now: float) -> None:
+        """Time passes, with or without a scan: what moved and has not been seen for a while is forgotten."""
+        self.movers.age(now)
+
     # --- looking ----------------------------------------------------------------------------------------------------
 
     def look(self, now: float, pose: Pose2, ranges: Floats) -> None:
@@ -101,8 +105,6 @@ class Surroundings:
         # beam.
         unexplained = grid.clearance[rows, columns] > 0.10 + 0.02 * ranges[inside]
         rows, columns = rows[unexplained], columns[unexplained]
-        if not len(rows) and not self._marked.any():
-            return
         known = self._known(now, rows, columns)
         self.movers.update(now, x[inside][unexplained], y[inside][unexplained], known)
         self._since[rows, columns] = np.minimum(self._since[rows, columns], now)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from difflib import get_close_matches
 from math import cos, hypot, inf, pi, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from actors.suggest import did_you_mean
 from robot.navigation.errors import NavigationError
 from robot.navigation.grid import Grid, signed_distance
 from robot.navigation.navigator import Navigator
@@ -84,8 +84,7 @@ def _where_else(name: str, scene: Scene) -> str:
     others = [world for world in WORLDS if any(thing.name == name for thing in get_world(world).things)]
     if not others:
         names = [thing.name for thing in scene.things]
-        close = get_close_matches(name.lower(), names, n=1)
-        hint = f"did you mean {close[0]}?" if close else f"there is {', '.join(names) or 'nothing'}"
+        hint = did_you_mean(name.lower(), names, "did", quoted=False) or f"there is {', '.join(names) or 'nothing'}"
         return f"the world {scene.name!r} has no such thing; {hint}"
     return f"the world {scene.name!r} has no {name}; the world {others[0]!r} has one: add --world {others[0]}"
 

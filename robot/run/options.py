@@ -6,10 +6,10 @@ import argparse
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from math import isfinite, nan, radians
 from typing import Any, Literal, NoReturn
 
+from actors.suggest import did_you_mean
 from robot.world.worlds import WORLDS
 
 __all__ = [
@@ -36,10 +36,8 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         if message.startswith("unrecognized arguments: "):
             known = [option for action in self._actions for option in action.option_strings]
-            close = [
-                near for word in message.split()[2:] for near in get_close_matches(word.partition("=")[0], known, n=1)
-            ]
-            message += f"; did you mean {close[0]}?" if close else ""
+            near = (did_you_mean(word.partition("=")[0], known, quoted=False) for word in message.split()[2:])
+            message += next(filter(None, near), "")
         raise UsageError(f"{message} (see {self.prog} --help)")
 
 

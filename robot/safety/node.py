@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import acos, degrees, hypot, isfinite
 
 from actors import ActorError, Node, Service, every, parameter, publishes
-from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.std_srvs.srv import (
@@ -16,6 +15,7 @@ from actors.interfaces.std_srvs.srv import (
     Trigger_Request,
     Trigger_Response,
 )
+from actors.time.values import nanoseconds_of, stamp_of
 from robot.contracts import (
     BATTERY_STATUS,
     CMD_VEL,
@@ -34,7 +34,7 @@ from robot.safety.causes import StopLatch
 __all__ = ["SafetyMonitor"]
 
 RATE = 20.0
-SECOND = JUMP = 1_000_000_000
+JUMP = 1_000_000_000
 """ns; a clock that goes back by more has been set."""
 ROUNDING = 1e-6
 TILTING = 10
@@ -182,11 +182,11 @@ class SafetyMonitor(Node):
     def _publish(self) -> None:
         """Stamps rise from message to message, also within one instant: so it shows which word is the last."""
         latch, stamp = self._latch, self.clock.stamp()
-        now = SECOND * stamp.sec + stamp.nanosec
+        now = nanoseconds_of(stamp)
         if self._stamped - JUMP < now <= self._stamped:
             now = self._stamped + 1
         self._stamped = now
-        stamp = Time(sec=now // SECOND, nanosec=now % SECOND)
+        stamp = stamp_of(now)
         self.state(SafetyState(stamp=stamp, stopped=latch.stopped, reasons=latch.reasons, present=latch.present))
 
     def _sit(self, why: str) -> None:

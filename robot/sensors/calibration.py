@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable
 from math import degrees
 from typing import Final, TypeVar
@@ -12,6 +11,7 @@ from actors.interfaces.geometry_msgs.msg import Vector3
 from actors.interfaces.message import Message
 from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.sensor_msgs.msg import Imu
+from actors.suggest import did_you_mean
 from robot.contracts import CALIBRATE_SENSOR, GAIT_STATUS, IMU_CALIBRATION, IMU_RAW, ODOMETRY
 from robot.interfaces.robactor_msgs.msg import GaitStatus, ImuCalibration
 from robot.interfaces.your_package.srv import (
@@ -155,9 +155,8 @@ def _answer(success: bool, message: str) -> SensorCalibration_Response:
 def _unknown(name: str) -> str:
     if not name:
         return f"Name the sensor to calibrate: there are {', '.join(SENSORS)}"
-    close = difflib.get_close_matches(name, SENSORS, n=1)
-    hint = f"did you mean {close[0]}? " if close else ""
-    return f"There is no sensor called {name!r}; {hint}there are {', '.join(SENSORS)}"
+    near = did_you_mean(name, SENSORS, quoted=False)
+    return f"There is no sensor called {name!r}{near or ';'} there are {', '.join(SENSORS)}"
 
 
 def _vector3(values: list[float]) -> Vector3:

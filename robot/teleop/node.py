@@ -10,6 +10,7 @@ from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, SetBool_Request, SetBool_Response
+from actors.time.values import nanoseconds_of
 from robot.contracts import AUTONOMY_CMD, CMD_VEL, DRIVE_STATUS, ENABLE, JOY_CMD, SAFETY_STATE, TELEOP_CMD, VOICE
 from robot.interfaces.robactor_msgs.msg import DriveStatus, SafetyState
 from robot.teleop.arbiter import STILL, Source, Velocity, VelocityArbiter, VelocityLimits, Verdict
@@ -165,7 +166,7 @@ class RobotController(Node):
             self._show()
 
     def _is_old(self, stamp: Time) -> bool:
-        said, newest = 1_000_000_000 * stamp.sec + stamp.nanosec, self._safety_stamp
+        said, newest = nanoseconds_of(stamp), self._safety_stamp
         if newest - JUMP < said <= newest and said > 0:
             return True
         self._safety_stamp = said

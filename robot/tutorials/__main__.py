@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import ast
-import difflib
 import importlib
 import pkgutil
 import sys
 from collections.abc import Sequence
 from importlib.resources import files
 
+from actors.suggest import did_you_mean
 from robot import tutorials
 
 __all__ = ["main", "summaries"]
@@ -29,8 +29,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     name = arguments[0].removeprefix("robot.tutorials.")
     if name not in known:
-        close = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean {close[0]}?" if close else "python -m robot.tutorials lists all of them"
+        hint = did_you_mean(name, known, "did", quoted=False) or "python -m robot.tutorials lists all of them"
         print(f"robot.tutorials: there is no tutorial {arguments[0]!r}; {hint}", file=sys.stderr)
         return 2
     from robot.tutorials.program import main as run

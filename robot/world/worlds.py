@@ -7,11 +7,11 @@ The robot is 1.1 x 0.5 m, its legs sway, and it turns on a circle of 1.21 m: eve
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable
 from types import MappingProxyType
 
+from actors.suggest import did_you_mean
 from robot.world.dock import station
 from robot.world.kitchen import kitchen
 from robot.world.scene import Box, Cylinder, Obstacle, Pose2, Scene
@@ -132,7 +132,6 @@ def get_world(name: str = "warehouse") -> Scene:
     """The scene called `name`. Raises `UnknownWorld` with the closest names, or all."""
     builder = _BUILDERS.get(name)
     if builder is None:
-        close = difflib.get_close_matches(name, WORLDS)
-        hint = f"did you mean {' or '.join(map(repr, close))}?" if close else f"there are: {', '.join(WORLDS)}"
+        hint = did_you_mean(name, WORLDS, "did", most=3) or f"there are: {', '.join(WORLDS)}"
         raise UnknownWorld(f"there is no world called {name!r}; {hint}")
     return builder()

@@ -37,6 +37,7 @@ FLOORS = (
     "shield",
     "places",
     "errors",
+    "suggest",
 )
 """The rooms from top to bottom. The face, ``actors/__init__.py``, stands above all of them, and nothing imports it."""
 

@@ -17,10 +17,10 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.logs import LogRecord, console_sink, json_sink, log_message, structlog_sink
 from actors.supervision.declarations import all_significant, any_significant, rest_for_one
 from actors.supervision.errors import SupervisorGaveUp
+from actors.supervision.log_lines import log_line
 from actors.supervision.reasons import Returned
 from actors.supervision.refs import ChildRef
 from actors.supervision.report import Report
-from actors.supervision.words import in_words
 from actors.testing import Rig
 from tests.stage import ADD, events, total, two
 
@@ -256,11 +256,11 @@ def test_a_report_with_a_note_and_a_child_that_returned() -> None:
     odd = Report(
         "unexpected", ("lab",), child, "permanent", 2.0, None, "it said once more that it has started; dropped"
     )
-    assert in_words(odd, None) == (
+    assert log_line(odd, None) == (
         40, "unexpected", {"child": "lab/client", "note": "it said once more that it has started; dropped"}
     )  # fmt: skip
     done = Report("shutdown", ("lab",), child, "transient", 2.0, Returned(), "auto_shutdown=all_significant")
-    assert in_words(done, None)[1] == "lab stops, because client has ended: its work is done"
+    assert log_line(done, None)[1] == "lab stops, because client has ended: its work is done"
 
 
 def test_a_record_with_a_traceback_reads_as_several_lines_and_one_without_as_one() -> None:

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from robot.navigation.costmap import INSCRIBED, LETHAL, Inflation
+from robot.navigation.costmap import Inflation
 from robot.navigation.errors import InvalidPose
+from robot.navigation.footprint import Footprint
 from robot.navigation.grid import Grid, distance_to
 from robot.world.scene import Box, Pose2, Scene
 from robot.world.worlds import WORLDS, get_world
@@ -110,10 +111,10 @@ def test_distances_agree_with_brute_force(occupied: np.ndarray, reach: float) ->
             assert said * 0.1 > reach
 
 
-def test_inflation_follows_nav2() -> None:
-    inflation = Inflation(inscribed=0.3)
-    costs = inflation.costs(np.array([-0.1, 0.0, 0.2, 0.3, 0.5, 1.01, math.inf]), decay=3.0, radius=0.7)
-    assert costs.tolist() == [LETHAL, LETHAL, INSCRIBED, 252, int(252 * math.exp(-3.0 * 0.2)), 0, 0]
+def test_inflation_is_that_of_the_body_with_room_to_turn_as_comfort() -> None:
+    spot, wide = (Inflation.for_footprint(Footprint(width=width), 0.01) for width in (0.5, 0.9))
+    assert (spot.inscribed, spot.comfort) == pytest.approx((0.26, 0.85))
+    assert (wide.inscribed, wide.comfort) == pytest.approx((0.46, 0.96))
 
 
 def test_a_meter_costs_a_meter_where_there_is_comfort_and_six_where_it_just_fits() -> None:

@@ -19,6 +19,7 @@ from robot.navigation.errors import (
     Unreachable,
 )
 from robot.navigation.follow import Command, Limits
+from robot.navigation.footprint import Footprint
 from robot.navigation.grid import Grid
 from robot.navigation.navigator import Motion, Navigator, State
 from robot.navigation.path import Path, wrap
@@ -87,6 +88,26 @@ def test_a_goal_at_which_the_body_would_stand_in_a_shelf_is_blocked() -> None:
 def test_a_robot_too_near_to_a_shelf_may_still_begin_there() -> None:
     path = Planner(Grid.from_scene(get_world("warehouse"))).plan(Pose2(2.5, -0.6), Pose2(0.0, 0.0))
     assert path.points[0].tolist() == [2.5, -0.6]
+
+
+def gap(width: float) -> Scene:
+    """Two walls across an empty world with a gap between them at the origin's height."""
+    halves = tuple(Box(2.0, side * (5.0 + width / 2), 0.2, 10.0) for side in (-1, 1))
+    return dataclasses.replace(get_world("empty"), name="gap", obstacles=halves, start=Pose2(0.0, 0.0))
+
+
+@pytest.mark.parametrize(("width", "least"), [(0.46, 0.48), (0.5, 0.52), (0.9, 0.92)])
+def test_the_body_is_planned_through_no_gap_that_it_does_not_fit_into(width: float, least: float) -> None:
+    footprint = Footprint(width=width)
+    for room, fits in ((least - 0.05, False), (least + 0.05, True)):
+        navigator = Navigator(Grid.from_scene(gap(room), 0.01), footprint=footprint)
+        if fits:
+            navigator.set_goal(Pose2(4.0, 0.0), Pose2(0.0, 0.0))
+            assert navigator.path is not None
+            assert navigator.path.length < 4.1
+        else:
+            with pytest.raises(Unreachable, match=f"no passage of {least:.2f} m or more"):
+                navigator.set_goal(Pose2(4.0, 0.0), Pose2(0.0, 0.0))
 
 
 @pytest.mark.parametrize("density", [0.10, 0.15, 0.20])
@@ -407,3 +428,27 @@ def test_a_goal_taken_up_at_speed_is_gone_on_with_at_that_speed() -> None:
     navigator.cancel()
     navigator.set_goal(Pose2(6.0, 0.5), walker.pose)
     assert navigator.step(walker.time, walker.pose, walker.velocity).vx > 0.5
+
+
+def test_a_walk_that_sticks_again_after_every_recovery_says_how_many_there_were() -> None:
+    navigator = Navigator(Grid.from_scene(get_world("empty")))
+    navigator.set_goal(Pose2(9.0, 0.0), Pose2(-9.0, 0.0))
+    now, x = 0.0, -9.0
+    while navigator.state is not State.FAILED:
+        motion = navigator.step(now, Pose2(x, 0.0))
+        now += 0.5
+        if motion.state is State.RECOVERING:
+            navigator.step(now + 3.0, Pose2(x, 0.0))  # its time is over
+            now, x = now + 3.5, x + 1.2  # and it has helped
+        assert now < 600.0
+    assert isinstance(navigator.failure, NoProgress)
+    assert str(navigator.failure).endswith("tried: 12 recoveries in all")
+
+
+def test_a_straight_walk_that_sticks_says_that_it_was_asked_to_go_straight() -> None:
+    navigator = Navigator(Grid.from_scene(get_world("empty")))
+    navigator.set_goal(Pose2(9.0, 0.0), Pose2(-9.0, 0.0), straight=True)
+    for second in range(60):
+        motion = navigator.step(0.5 * second, Pose2(-9.0, 0.0))
+    assert motion.state is State.FAILED
+    assert str(motion.failure).endswith("tried: nothing, as it was asked to go straight")

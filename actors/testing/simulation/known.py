@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
 
+from actors.suggest import did_you_mean
 from actors.testing.faults import CLOCK, Fault, Profile
 
 __all__ = ["names_nothing", "not_come"]
@@ -19,9 +19,8 @@ def names_nothing(faults: Iterable[Fault], profiles: Sequence[Profile]) -> str:
         known = {name for profile in profiles for name in _counts(fault, profile)}
         if fault.target in known:
             continue
-        close = get_close_matches(fault.target, sorted(known), n=1)
         shown = ", ".join(sorted(known)[:MOST]) + (", ..." if len(known) > MOST else "")
-        guess = f" Did you mean {close[0]}?" if close else ""
+        guess = did_you_mean(fault.target, sorted(known), " Did", quoted=False)
         return f"{fault} names nothing in this system.{guess} There is: {shown or 'nothing for a fault of this kind'}"
     return ""
 

@@ -8,10 +8,10 @@ from actors.logs.levels import Level
 from actors.supervision.reasons import Returned, Stopped
 from actors.supervision.report import Report
 
-__all__ = ["in_words"]
+__all__ = ["log_line"]
 
 
-def in_words(report: Report, ended_at: float | None) -> tuple[int, str, dict[str, Any]]:
+def log_line(report: Report, ended_at: float | None) -> tuple[int, str, dict[str, Any]]:
     """Level, event and fields of a report. `ended_at`: when the child's life before ended, loop time, as far as that is known.
 
     The number of the child's life is the line's own: `life`.
