@@ -39,8 +39,9 @@ from actors.lifecycle.node import LifecycleNode, bring_down, bring_up
 from actors.node.declarations import background, every, publishes, subscribes
 from actors.node.node import ErrorVerdict, Node
 from actors.node.retry import retry
-from actors.parameters import Parameter, SetResult, parameter
-from actors.qos import QoS
+from actors.parameters.declare import parameter
+from actors.parameters.values import Parameter, SetResult
+from actors.qos.policies import QoS
 from actors.running.run import execute, open_node, run
 from actors.runtime.timers import Tick, TickMissed
 from actors.supervision.declarations import (
@@ -49,6 +50,9 @@ from actors.supervision.declarations import (
     DynamicSupervisor,
     Intensity,
     Supervisor,
+    all_significant,
+    any_significant,
+    never,
     one_for_all,
     one_for_one,
     permanent,
@@ -121,6 +125,8 @@ __all__ = [
     "TransitionRefused",
     "WrongThread",
     "WrongType",
+    "all_significant",
+    "any_significant",
     "background",
     "bring_down",
     "bring_up",
@@ -128,6 +134,7 @@ __all__ = [
     "check_tree",
     "every",
     "execute",
+    "never",
     "one_for_all",
     "one_for_one",
     "open_node",

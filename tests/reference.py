@@ -39,7 +39,8 @@ GROUPS: Mapping[str, Sequence[str]] = {
     "Actions": ("Steps", "Done", "Aborted", "Goal", "Outcome", "GoalStatus", "parallel", "queue", "retry"),
     "Supervision": (
         "Supervisor", "DynamicSupervisor", "Child", "Intensity", "Backoff", "one_for_one", "one_for_all", "rest_for_one", "permanent",
-        "transient", "temporary", "Stop", "Skip", "Failed", "Stopped", "Returned", "Killed", "Leaked", "ExitReason",
+        "transient", "temporary", "any_significant", "all_significant", "never", "Stop", "Skip", "Failed",
+        "Stopped", "Returned", "Killed", "Leaked", "ExitReason",
     ),
     "Checks": ("check_tree", "check_node"),
     "Errors": (
@@ -88,7 +89,8 @@ INTERNAL: Mapping[str, Sequence[str]] = {
         "join", "label", "made_room", "node", "publishers", "renew", "run", "stamp", "stamps", "taken", "tell",
     ),
     "RunningSupervisor": (
-        "abandoned", "incarnation", "leaked", "runtime", "ended", "grace_of", "is_supervisor", "life", "make_life", "name", "post", "ready", "run", "stop",
+        "abandoned", "below", "ended", "grace_of", "incarnation", "leaked", "life", "make_life", "name", "phase",
+        "post", "ready", "recent_restarts", "run", "runtime", "statuses", "stop",
     ),
     "Supervisor": ("check_child",),
     "DynamicSupervisor": ("instance",),

@@ -18,7 +18,7 @@ from actors.qos import resolve_publisher
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
 
 __all__ = ["McapFile", "qos_profiles_text"]
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     from actors.interfaces.message import Message
     from actors.logs import LogRecord
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
     from actors.supervision.report import Report
     from actors.system import System
     from actors.topics.channel import Publisher

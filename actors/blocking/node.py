@@ -45,8 +45,8 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
-    from actors.parameters import SetResult
-    from actors.qos import QoS
+    from actors.parameters.values import SetResult
+    from actors.qos.policies import QoS
     from actors.running.trees import Runnable
     from actors.system import System
     from actors.topics.channel import Publisher

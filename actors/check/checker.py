@@ -21,7 +21,7 @@ from actors.supervision.declarations import Child, Spec, Supervisor
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Topic
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
 
 __all__ = ["Finding", "check_node", "check_tree"]
 

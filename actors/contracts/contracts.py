@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, TypeAlias
 from actors.checks import is_number, is_whole
 from actors.contracts.declaration import Declaration
 from actors.errors import DeclarationError
-from actors.qos import DEFAULT, SERVICES, QoS, of
+from actors.qos import DEFAULT, SERVICES, of
+from actors.qos.policies import QoS
 
 if TYPE_CHECKING:
     import builtins  # inside the contracts' classes their own field `type` hides the builtin

@@ -16,7 +16,8 @@ from actors.qos import compatible
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer  # noqa: F401  # in a quoted base class
     from actors.interfaces.message import Message
-    from actors.qos import Compatibility, QoS
+    from actors.qos import Compatibility
+    from actors.qos.policies import QoS
     from actors.services.services import Server  # noqa: F401  # in a quoted base class
     from actors.topics.channel import Publisher, Subscription
 

@@ -25,7 +25,8 @@ from actors.node.members import check_members, members_of
 from actors.parameters.declare import NO_PARAMETERS, ParameterDeclaration, ParameterTable
 from actors.parameters.hooks import ParameterHook
 from actors.parameters.rates import check_rate_parameter, rate_objection
-from actors.qos import QoS, of
+from actors.qos import of
+from actors.qos.policies import QoS
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message

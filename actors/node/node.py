@@ -22,7 +22,8 @@ from actors.errors import ActionUnavailable, DeclarationError, NotStarted, Servi
 from actors.node.declarations import Declarations
 from actors.node.habits import Habits
 from actors.places import claim
-from actors.qos import QoS, of
+from actors.qos import of
+from actors.qos.policies import QoS
 from actors.time.deadlines import check_timeout
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
-    from actors.parameters import SetResult
+    from actors.parameters.values import SetResult
     from actors.runtime.core import Core
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock

@@ -22,10 +22,10 @@ from actors.qos import (
     DEFAULT,
     PARAMETER_EVENTS,
     ROSOUT,
-    QoS,
     resolve_publisher,
     resolve_subscription,
 )
+from actors.qos.policies import QoS
 from actors.runtime.ground import Ground
 from actors.runtime.mailbox import Mailbox
 from actors.runtime.timers import NodeTimer, TimerRecord

@@ -51,6 +51,7 @@ rest_for_one: Final = "rest_for_one"
 AutoShutdown: TypeAlias = Literal["never", "any_significant", "all_significant"]
 """Whether a supervisor shuts down once significant children have ended by themselves."""
 never: Final = "never"
+"""The supervisor goes on when significant children have ended."""
 any_significant: Final = "any_significant"
 """The supervisor shuts down as soon as one significant child has ended by itself, for good."""
 all_significant: Final = "all_significant"

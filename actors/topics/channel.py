@@ -24,8 +24,8 @@ from actors.topics.endpoint import Endpoint, EventStream, nanoseconds
 if TYPE_CHECKING:
     from actors.graph.graph import Participant, TopicEntry
     from actors.interfaces.message import Message
-    from actors.qos import QoS
     from actors.qos.events import PublisherEvent, PublisherStatus, SubscriptionEvent, SubscriptionStatus
+    from actors.qos.policies import QoS
 
 __all__ = ["Publisher", "Subscription"]
 

@@ -19,8 +19,8 @@ from actors.qos import BEST_AVAILABLE_DURATION
 
 if TYPE_CHECKING:
     from actors.graph.graph import Participant, TopicEntry
-    from actors.qos import QoS
     from actors.qos.events import DeadlineWatch, LeaseWatch
+    from actors.qos.policies import QoS
 
 __all__ = ["Endpoint", "EventStream", "Happenings", "close_forgotten", "nanoseconds"]
 

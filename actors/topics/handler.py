@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from actors.graph.graph import Participant, TopicEntry
     from actors.interfaces.message import Message
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
 
 __all__ = ["ConcurrentSubscription", "HandlerSubscription"]
 

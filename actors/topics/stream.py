@@ -16,8 +16,8 @@ from actors.topics.endpoint import EventStream, close_forgotten
 if TYPE_CHECKING:
     from actors.graph.graph import Participant, TopicEntry
     from actors.interfaces.message import Message
-    from actors.qos import QoS
     from actors.qos.events import SubscriptionEvent, SubscriptionStatus
+    from actors.qos.policies import QoS
 
 __all__ = ["Stream", "StreamSubscription"]
 

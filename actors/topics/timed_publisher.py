@@ -14,7 +14,7 @@ from actors.topics.endpoint import nanoseconds
 if TYPE_CHECKING:
     from actors.graph.graph import Participant, TopicEntry
     from actors.interfaces.message import Message
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
 
 __all__ = ["TimedPublisher", "publisher_for"]
 

@@ -42,7 +42,7 @@ from robot.interfaces.your_package.srv import (
 )
 
 if TYPE_CHECKING:
-    from actors.supervision.reasons import ExitReason
+    from actors import ExitReason
     from robot.arm.arm import ArmState
     from robot.arm.device import ArmDevice
     from robot.world.body import Body

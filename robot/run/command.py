@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 from robot.run.options import Crash, Options, UsageError, parse
 
 if TYPE_CHECKING:
-    from actors import Supervisor
+    from actors import Supervisor, System
     from actors.parameters.files import ParameterOverrides
-    from actors.system import System
     from robot import Robot
     from robot.run.flight import Flight
     from robot.run.judge import Score
@@ -97,8 +96,7 @@ class Session:
 
     async def _main(self) -> int:
         from actors import Child, run
-        from actors.logs import console_sink, json_sink
-        from actors.logs.levels import Level
+        from actors.logs import Level, console_sink, json_sink
         from robot.run.flight import Flight
         from robot.run.judge import Judge, Score
         from robot.run.mission import failure

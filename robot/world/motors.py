@@ -18,7 +18,7 @@ from robot.world import body as hardware
 from robot.world.dock import charger_connected
 
 if TYPE_CHECKING:
-    from actors.supervision.reasons import ExitReason
+    from actors import ExitReason
     from robot.world.body import Body
     from robot.world.kinematic import KinematicBody
 

@@ -10,11 +10,23 @@ from typing import Any
 
 import pytest
 
-from actors import Child, Node, NotStarted, Supervisor, Topic, WrongThread, WrongType, every, publishes, qos, subscribes
+from actors import (
+    Child,
+    Node,
+    NotStarted,
+    QoS,
+    Supervisor,
+    Topic,
+    WrongThread,
+    WrongType,
+    every,
+    publishes,
+    qos,
+    subscribes,
+)
 from actors.errors import CallTimeout
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Float32, Header, Int32, String
-from actors.qos import QoS
 from actors.qos.policies import History
 from actors.testing import Rig
 from tests.stage import NUMBERS, WORDS, events, number, values, word

@@ -7,11 +7,10 @@ from typing import Any
 
 import pytest
 
-from actors import NotStarted, WrongThread, WrongType, qos
+from actors import NotStarted, QoS, WrongThread, WrongType, qos
 from actors.graph.graph import Graph, TopicEntry
 from actors.inbox.inbox import Inbox
 from actors.interfaces.std_msgs.msg import Int32, String
-from actors.qos import QoS
 from actors.qos.events import Matched
 from actors.qos.policies import History
 from actors.topics.channel import Publisher, Subscription

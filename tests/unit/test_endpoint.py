@@ -9,10 +9,9 @@ from typing import Any
 
 import pytest
 
-from actors import NotStarted, qos
+from actors import NotStarted, QoS, qos
 from actors.errors import CallTimeout
 from actors.interfaces.std_msgs.msg import Int32
-from actors.qos import QoS
 from actors.qos.events import DeadlineMissed, LivelinessChanged, Matched, MessageLost
 from actors.topics.channel import Publisher, Subscription
 from actors.topics.endpoint import Endpoint, Happenings, nanoseconds

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from actors.parameters import Parameter, ParameterType
+from actors import Parameter
+from actors.parameters import ParameterType
 from actors.parameters.text import parse_parameter
 
 

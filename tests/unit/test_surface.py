@@ -14,6 +14,7 @@ framework's own and may change any day.
 from __future__ import annotations
 
 import ast
+import importlib
 import re
 from pathlib import Path
 
@@ -62,29 +63,7 @@ OPEN = frozenset(
 )
 """The exceptions: types in public signatures that are not public. This list only gets shorter."""
 
-TWICE = frozenset(
-    {
-        "actors.parameters.Parameter",
-        "actors.parameters.SetResult",
-        "actors.parameters.parameter",
-        "actors.qos.QoS",
-    }
-)
-"""The exceptions: names that a second face exports as well. This list only gets shorter."""
-
-DEEP = frozenset(
-    {
-        "actors.inbox.control",
-        "actors.interfaces.message",
-        "actors.logs.levels",
-        "actors.nodes.clock_publisher",
-        "actors.qos.policies",
-        "actors.supervision.declarations",
-        "actors.supervision.reasons",
-        "actors.system",
-        "actors.time.ros_clock",
-    }
-)
+DEEP = frozenset({"actors.inbox.control", "actors.suggest"})
 """The exceptions: modules of the framework from which the robot imports although they are not public. This list only gets shorter."""
 
 
@@ -111,7 +90,15 @@ def test_every_type_in_a_public_signature_is_public(surface: Surface, public: di
 
 
 def test_every_name_is_exported_from_one_place(public: dict[Definition, list[str]]) -> None:
-    assert {name for names in public.values() for name in names[1:]} == TWICE
+    assert [names for names in public.values() if len(names) > 1] == []
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_a_face_has_what_it_exports_and_nothing_by_accident(face: str) -> None:
+    module = importlib.import_module(face)
+    assert all(hasattr(module, name) for name in module.__all__)
+    with pytest.raises(AttributeError, match=r"has no attribute 'nothing_of_this_name'"):
+        module.nothing_of_this_name  # noqa: B018
 
 
 def test_a_room_that_is_no_face_exports_nothing(surface: Surface) -> None:
@@ -157,6 +144,8 @@ def test_documents_import_from_public_places_only() -> None:
 def test_the_robot_imports_from_public_places_only() -> None:
     found: set[str] = set()
     for path in sorted((ROOT / "robot").rglob("*.py")):
+        if path.stem in ("msg", "srv", "action"):  # written by the framework
+            continue
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and not node.level:
                 module = node.module or ""
