@@ -20,6 +20,7 @@ from actors.errors import (
     CallCycle,
     CallTimeout,
     DeclarationError,
+    Ended,
     GoalAborted,
     GoalCanceled,
     GoalFailed,
@@ -64,7 +65,7 @@ from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
 from actors.system import System
 from actors.time.clock import Clock
-from actors.topics.channel import Publisher
+from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream
 
 __all__ = [
@@ -80,6 +81,7 @@ __all__ = [
     "DeclarationError",
     "Done",
     "DynamicSupervisor",
+    "Ended",
     "ErrorVerdict",
     "ExitReason",
     "Failed",

@@ -10,6 +10,7 @@ __all__ = [
     "CallCycle",
     "CallTimeout",
     "DeclarationError",
+    "Ended",
     "GoalAborted",
     "GoalCanceled",
     "GoalFailed",
@@ -55,7 +56,11 @@ class DeclarationError(TypeError):
 
 
 class NotStarted(ActorError):
-    """A part of a node was used before its system started it (or after it ended)."""
+    """A node, a system or a part of one was used before it was started."""
+
+
+class Ended(ActorError):
+    """A node, or a part of one, was used after its end. It does not come back; a restarted node is another incarnation."""
 
 
 class WrongType(ActorError, TypeError):

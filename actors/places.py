@@ -7,11 +7,13 @@ defines a class of nodes. Lines of `actors` are told of what waits when there ar
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from traceback import StackSummary, TracebackException
+from types import AsyncGeneratorType, CoroutineType, GeneratorType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.errors import ActorError, DeclarationError
@@ -23,12 +25,15 @@ if TYPE_CHECKING:
 __all__ = [
     "Place",
     "awaited_in",
+    "chain_of",
     "claim",
     "line_of",
     "origin_of",
     "owner_of",
+    "parked",
     "place_of",
     "traceback_of",
+    "users_own",
     "users_trace",
 ]
 
@@ -42,6 +47,13 @@ _CARRIER: Final = os.path.join(_OURS, "inbox", "control.py")
 _INSTALLED: Final = ("site-packages", "dist-packages")
 _MACHINERY: Final = frozenset(("anyio", "sniffio"))
 """Installed packages that are as little the user's as asyncio is."""
+
+_SUSPENDED: Final[dict[type, tuple[str, str]]] = {
+    CoroutineType: ("cr_frame", "cr_await"),
+    AsyncGeneratorType: ("ag_frame", "ag_await"),
+    GeneratorType: ("gi_frame", "gi_yieldfrom"),
+}
+"""What can be suspended: where it keeps its frame, and what it waits for."""
 
 _claimed: set[str] = set()
 
@@ -103,9 +115,36 @@ def users_trace(error: BaseException) -> TracebackType | None:
     return trace or error.__traceback__
 
 
+def parked(task: asyncio.Task[Any]) -> list[tuple[object, FrameType]]:
+    """In which frames a suspended task is parked, outermost first, each with the coroutine or generator that it belongs to."""
+    return chain_of(task.get_coro())
+
+
+def chain_of(awaited: Any) -> list[tuple[object, FrameType]]:
+    """The same of a suspended coroutine or generator."""
+    chain: list[tuple[object, FrameType]] = []
+    while awaited is not None:
+        if type(awaited) not in _SUSPENDED:
+            awaited = _wrapped(awaited)
+            continue
+        owner = awaited
+        frame, awaited = (getattr(owner, attribute) for attribute in _SUSPENDED[type(owner)])
+        if frame is None or any(frame is known for _, known in chain):  # finished, or an awaitable that refers back
+            break
+        chain.append((owner, frame))
+    return chain
+
+
+def users_own(frames: Iterable[FrameType]) -> Place:
+    """Of frames from the outermost to the innermost, at least one, the line of the innermost of those that are nearest to the user."""
+    place = _users_own(_place(frame.f_code, frame.f_lineno) for frame in frames)
+    assert place is not None
+    return place
+
+
 def awaited_in(task: asyncio.Task[Any]) -> str:
     """Where a suspended task waits, as ``file:line in function``; empty when it is running."""
-    place = _users_own(_awaited(task))
+    place = _users_own(_place(frame.f_code, frame.f_lineno) for _, frame in parked(task))
     return "" if place is None else str(place)
 
 
@@ -151,17 +190,9 @@ def _raised(error: BaseException) -> Iterator[Place]:
         trace = trace.tb_next
 
 
-def _awaited(task: asyncio.Task[Any]) -> Iterator[Place]:
-    waiting: Any = task.get_coro()
-    while waiting is not None:
-        frame = _first(waiting, "cr_frame", "gi_frame", "ag_frame")
-        if frame is not None:
-            yield _place(frame.f_code, frame.f_lineno)
-        waiting = _first(waiting, "cr_await", "gi_yieldfrom", "ag_await")
-
-
-def _first(owner: Any, *attributes: str) -> Any:
-    return next((found for name in attributes if (found := getattr(owner, name, None)) is not None), None)
+def _wrapped(awaitable: object) -> Any:
+    """What an awaitable without a frame stands for: `agen.asend(x)` and `coro.__await__()` hide it from Python code."""
+    return next((inner for inner in gc.get_referents(awaitable) if type(inner) in _SUSPENDED), None)
 
 
 def _outwards(frame: FrameType | None) -> Iterator[Place]:

@@ -13,6 +13,7 @@ import os
 import signal
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from random import Random
 from threading import Lock, get_ident
 from typing import TYPE_CHECKING, Any
@@ -22,10 +23,11 @@ from actors.graph.graph import Graph
 from actors.logs import DEBUG, INFO, LogRecord, LogSink, NodeLog, structlog_sink
 from actors.names.identity import Identity
 from actors.places import place_of
-from actors.runtime import standard as derived
+from actors.runtime import standard
 from actors.runtime.core import Core
 from actors.runtime.life import NodeLife
 from actors.runtime.mailbox import Mailbox
+from actors.runtime.options import RunOptions, identity_of
 from actors.runtime.preload import preload
 from actors.runtime.stall import StallWatch
 from actors.runtime.start_watch import StartWatch
@@ -109,13 +111,25 @@ class System:
     It has no public constructor: `run` gives one.
     """
 
-    def __init__(self, *, seed: int = 0, sinks: tuple[LogSink, ...] = (structlog_sink,), level: int = INFO) -> None:
+    def __init__(
+        self,
+        *,
+        seed: int = 0,
+        sinks: tuple[LogSink, ...] = (structlog_sink,),
+        level: int = INFO,
+        make_graph: Callable[..., Graph] = Graph,
+        options: RunOptions | None = None,
+    ) -> None:
         self.loop = asyncio.get_running_loop()
         self.thread = get_ident()
         self.seed = seed
         self.level = level
         self.clock = Clock(self.loop, virtual=bool(getattr(self.loop, "virtual", False)))
-        self.graph = Graph(self.clock.now)
+        self.graph = make_graph(
+            self.clock.now,
+            open_standard_service=partial(standard.open_service, self),
+            open_standard_topic=partial(standard.open_topic, self),
+        )
         self.ticker = Ticker(self.loop)
         self.deadlines = Deadlines(self.loop)
         self.starts = StartWatch(self.loop, virtual=self.clock.virtual)
@@ -141,8 +155,7 @@ class System:
         """The newest log lines."""
         self.rosout: LogSink | None = None
         self.on_parameters: Callable[[Core, ParameterChange], None] | None = None
-        self.graph.derive_service = lambda entry: derived.open_service(self, entry)
-        self.graph.derive_topic = lambda entry: derived.open_topic(self, entry)
+        self._options = options
         self._sinks = sinks
         self._ids = self.random("ids")
         self._host: asyncio.Task[None] | None = None
@@ -242,6 +255,11 @@ class System:
         if self.supervisor is not None:
             self.supervisor.stop(number.name)
         return True
+
+    @property
+    def argv(self) -> tuple[str, ...]:
+        """What the `argv` of `run` holds for the program itself: all that is not for ROS, in order, without a program's name that it did not have."""
+        return () if self._options is None else self._options.argv
 
     @property
     def exit_code(self) -> int:
@@ -364,7 +382,6 @@ class System:
 
     def life(self, child: Child, path: tuple[str, ...], incarnation: int) -> NodeLife:
         """A new incarnation of `child`; the inbox and the waiting messages of the last one are handed over."""
-        self.check_place(child, path)
         state = self.nodes.get(path)
         if state is None or state.child is not child or state.state == "stopped":
             identity = self._identity(child, path)
@@ -391,13 +408,6 @@ class System:
         """Whether no time is left for a clean-up."""
         incarnation = self.incarnation(core)
         return incarnation is None or incarnation.killed is not None
-
-    def check_place(self, child: Child, path: tuple[str, ...]) -> None:
-        """Refuse a child that cannot run where it is declared to."""
-        if child.process:
-            raise DeclarationError(
-                f"{'/'.join(path)}: process=True needs a transport, and this system has none: place it in this process"
-            )
 
     def running_now(self, core: Core) -> None:
         """A node is ready."""
@@ -493,7 +503,7 @@ class System:
         """The graph at this instant, as a value: see `actors.graph.snapshot`."""
         from actors.graph.snapshot import take
 
-        return take(self)
+        return take(self.clock.now(), self.nodes.values(), self.graph)
 
     # -- what nodes ask -----------------------------------------------------------------------------------------------------
 
@@ -504,7 +514,7 @@ class System:
             incarnation,
             self.clock,
             self._write,
-            self.level,
+            self.level if self._options is None else self._options.level(node),
             levels=self._log_levels,
             throttle_clock=throttle_clock,
         )
@@ -574,12 +584,7 @@ class System:
         record.let_go()
 
     def _identity(self, child: Child, path: tuple[str, ...]) -> Identity:
-        remapping = None
-        if child.remap:
-            from actors.names.remapping import Remapping, Rule
-
-            remapping = Remapping([Rule.parse(f"{old}:={new}") for old, new in child.remap.items()])
-        identity = Identity(child.name, child.namespace or "", path, child.parameters, remapping)
+        identity = identity_of(child, path, self._options)
         other = self._names.get(identity.fqn)
         if other is not None and other != path:
             raise DeclarationError(

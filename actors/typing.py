@@ -18,6 +18,7 @@ from actors.inbox.load import HandlerLoad, Load
 from actors.lifecycle.node import PrimaryState
 from actors.names.identity import Identity
 from actors.node.declarations import Late, PublisherDeclaration, StreamDeclaration
+from actors.running.options import ParameterSource, ParameterSources
 from actors.running.run import Observer, OpenNode, Run
 from actors.running.trees import Runnable
 from actors.supervision.declarations import Spec
@@ -25,9 +26,9 @@ from actors.supervision.policy import AutoShutdown, Kind, Restart, StopTimeout, 
 from actors.supervision.reasons import Gone
 from actors.supervision.refs import ChildInfo, ChildRef, ChildState, Counts, Down
 from actors.supervision.report import Context, Report
-from actors.supervision.running import RunningSupervisor
+from actors.supervision.running import Path, RunningSupervisor
 from actors.system import NodeState
-from actors.topics.endpoint import EventStream
+from actors.topics.events import EventStream
 from actors.topics.handler import HandlerSubscription
 
 __all__ = [
@@ -54,6 +55,9 @@ __all__ = [
     "NodeView",
     "Observer",
     "OpenNode",
+    "ParameterSource",
+    "ParameterSources",
+    "Path",
     "PrimaryState",
     "PublisherDeclaration",
     "Report",

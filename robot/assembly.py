@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from robot.battery.model import Pack
-from robot.tasks.carrier import Delivery
+from robot.geometry.planar import Pose2
+from robot.hardware.body import Body
+from robot.nodes.carrier import Delivery
+from robot.scenes.scene import Scene
+from robot.scenes.worlds import get_world
+from robot.sim.battery import Pack
 from robot.tree import robot_tree
-from robot.world.body import Body
-from robot.world.scene import Pose2, Scene
-from robot.world.worlds import get_world
 
 if TYPE_CHECKING:
     from actors import Supervisor
-    from actors.parameters.files import ParameterOverrides
 
 __all__ = ["BodyKind", "Mission", "Robot", "make_body"]
 
@@ -34,7 +34,7 @@ class Robot:
     * a `Delivery`: it fetches a thing and sits down; the robot then has an arm.
 
     `seed` seeds the noise of the body's sensors, `battery` is the charge at the start in per cent, `arm` adds the arm, `motor_delay` is how
-    late the drives act, in seconds. `overrides` come from parameter files. With `publish_clock`, a rate in Hz, a first node publishes /clock.
+    late the drives act, in seconds. With `publish_clock`, a rate in Hz, a first node publishes /clock.
 
     A robot holds one body, which grows older as it runs: make a new `Robot` for each test and each trial.
 
@@ -51,7 +51,6 @@ class Robot:
         battery: float = 90.0,
         arm: bool = False,
         motor_delay: float = 0.004,
-        overrides: ParameterOverrides | None = None,
         publish_clock: float | None = None,
     ) -> None:
         self.scene: Scene = get_world(world) if isinstance(world, str) else world
@@ -66,7 +65,6 @@ class Robot:
             _waypoints(mission, self.scene),
             laps=0 if mission == "patrol" else 1,
             motor_delay=motor_delay,
-            overrides=overrides,
             publish_clock=publish_clock,
             delivery=mission if isinstance(mission, Delivery) else None,
         )
@@ -79,10 +77,10 @@ class Robot:
 def make_body(scene: Scene, kind: BodyKind, *, seed: int = 0, motor_delay: float = 0.004, arm: bool = False) -> Body:
     """A body in a scene. Raises `BackendMissing` when MuJoCo is asked for and not installed."""
     if kind == "kinematic":
-        from robot.world.kinematic import KinematicBody
+        from robot.sim.kinematic import KinematicBody
 
         return KinematicBody(scene, seed=seed, arm=arm)
-    from robot.world.physics import PhysicsBody
+    from robot.sim.physics import PhysicsBody
 
     return PhysicsBody(scene, seed=seed, delay=motor_delay, arm=arm)
 

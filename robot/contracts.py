@@ -94,7 +94,7 @@ TELEOP_CMD = Topic(Twist, "/teleop/cmd_vel", qos.COMMANDS)
 """What an operator asks of the robot controller: of its four sources the first, before joystick, voice and autonomy."""
 JOY_CMD = Topic(Twist, "/joy/cmd_vel", qos.COMMANDS)
 VOICE = Topic(String, "/voice_command", qos.COMMANDS)
-"""One word, English or Portuguese: see `robot.teleop.voice`."""
+"""One word, English or Portuguese: see `robot.control.voice`."""
 AUTONOMY_CMD = Topic(Twist, "/autonomy/cmd_vel", qos.COMMANDS)
 """What navigation asks for."""
 MOTOR_TARGETS = Topic(MotorTargets, "/motor_targets", QoS(depth=1))

@@ -12,37 +12,36 @@ allows (3 restarts within 5 s) ends the whole tree: everything stops in reverse 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from actors import Child, Intensity, Node, Supervisor, rest_for_one
+from actors import Child, Intensity, Supervisor, rest_for_one
 from actors.suggest import did_you_mean
-from robot.battery.model import Pack
-from robot.battery.node import Battery
-from robot.frames.node import Frames
-from robot.gait.node import Gait
-from robot.navigation.docking import Docking
-from robot.navigation.grid import Grid
-from robot.navigation.localizer import Localizer
-from robot.navigation.map_server import MapServer
-from robot.navigation.node import Navigation
-from robot.safety.node import SafetyMonitor
-from robot.sensors.calibration import Calibration
-from robot.sensors.camera.node import Camera
-from robot.sensors.detector import Detector
-from robot.sensors.lidar import Lidar
-from robot.sensors.proprioception import Proprioception
-from robot.tasks.patrol import Patrol
-from robot.teleop.node import RobotController
-from robot.teleop.status import RobotStatus
-from robot.world.body import Body
-from robot.world.dock import has_station
-from robot.world.motors import Motors
-from robot.world.scene import Pose2
+from robot.geometry.planar import Pose2
+from robot.hardware.body import Body
+from robot.nodes.battery import Battery
+from robot.nodes.calibration import Calibration
+from robot.nodes.camera import Camera
+from robot.nodes.detector import Detector
+from robot.nodes.docking import Docking
+from robot.nodes.frames import Frames
+from robot.nodes.gait import Gait
+from robot.nodes.lidar import Lidar
+from robot.nodes.localizer import Localizer
+from robot.nodes.map_server import MapServer
+from robot.nodes.motors import Motors
+from robot.nodes.navigation import Navigation
+from robot.nodes.patrol import Patrol
+from robot.nodes.proprioception import Proprioception
+from robot.nodes.safety import SafetyMonitor
+from robot.nodes.status import RobotStatus
+from robot.nodes.teleop import RobotController
+from robot.planning.grid import Grid
+from robot.scenes.dock import has_station
+from robot.sim.battery import Pack
 
 if TYPE_CHECKING:
-    from actors.parameters.files import ParameterOverrides
-    from robot.tasks.carrier import Delivery
+    from robot.nodes.carrier import Delivery
 
 __all__ = ["UnknownNode", "only", "robot_tree"]
 
@@ -68,23 +67,16 @@ def robot_tree(
     *,
     laps: int = 0,
     motor_delay: float = 0.004,
-    overrides: ParameterOverrides | None = None,
     publish_clock: float | None = None,
     delivery: Delivery | None = None,
 ) -> Supervisor:
     """The whole robot around `body`, walking `waypoints`; without any (`None`) it waits to be asked, and there is no node `patrol`.
 
-    `overrides` come from parameter files and apply by full node name. With a `delivery` its mission is that errand instead of the patrol:
-    a node `carrier` in place of `patrol`; the body must have an arm. `robot.Robot` makes body, battery and tree in one line.
+    With a `delivery` its mission is that errand instead of the patrol: a node `carrier` in place of `patrol`; the body must have an arm.
+    `robot.Robot` makes body, battery and tree in one line.
 
     With `publish_clock`, a rate in Hz, it has one node more, the first: a `ClockPublisher`, so that time runs for all who follow it.
     """
-
-    def parameters(kind: type[Node], node: str, **own: Any) -> dict[str, Any]:
-        """A pattern such as /** reaches nodes that lack what it sets; they go without."""
-        found = overrides.for_node(f"/{node}") if overrides is not None else {}
-        return own | {name: value for name, value in found.items() if name in kind.declarations.table.values}
-
     grid = Grid.from_scene(body.scene)
     clock: list[Child] = []
     if publish_clock is not None:
@@ -93,61 +85,57 @@ def robot_tree(
         clock = [Child(ClockPublisher, args=(publish_clock,))]
     mission: list[Child] = []
     if delivery is not None:
-        from robot.tasks.carrier import Carrier
+        from robot.nodes.carrier import Carrier
 
-        mission = [Child(Carrier, args=(delivery,), parameters=parameters(Carrier, "carrier"))]
+        mission = [Child(Carrier, args=(delivery,))]
     elif waypoints is not None:
-        patrol = parameters(Patrol, "patrol", laps=laps)
-        mission = [Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters=patrol)]
+        mission = [Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters={"laps": laps})]
     return Supervisor(
         "robot",
         strategy=rest_for_one,
         intensity=Intensity(3, within=5.0),
         children=[
             *clock,
-            Child(Motors, args=(body,), parameters=parameters(Motors, "motors"), stop=3.0),
-            Child(Proprioception, args=(body,), parameters=parameters(Proprioception, "proprioception")),
+            Child(Motors, args=(body,), stop=3.0),
+            Child(Proprioception, args=(body,)),
             # Its estimator learns the gyro's bias by itself, all the time: it takes the samples that no calibration has touched.
             Child(
                 Gait,
                 remap={"/imu/data": "/imu/data_raw"},
-                parameters=parameters(Gait, "gait", backend=body.backend, motor_delay=motor_delay),
+                parameters={"backend": body.backend, "motor_delay": motor_delay},
             ),
-            Child(Battery, args=(pack,), parameters=parameters(Battery, "battery")),
-            Child(SafetyMonitor, parameters=parameters(SafetyMonitor, "safety_monitor")),
-            Child(
-                RobotController,
-                parameters=parameters(RobotController, "robot_controller", enabled=True, safety_timeout=0.3),
-            ),
-            Child(Lidar, args=(body,), parameters=parameters(Lidar, "lidar")),
-            Child(MapServer, args=(grid, body.scene.places), parameters=parameters(MapServer, "map_server")),
-            Child(Localizer, args=(grid, body.scene.start), parameters=parameters(Localizer, "localizer")),
-            Child(Frames, parameters=parameters(Frames, "frames")),
-            Child(Navigation, args=(grid, body.scene.dock), parameters=parameters(Navigation, "navigation")),
-            Child(Docking, args=(body.scene.dock, has_station(body.scene)), parameters=parameters(Docking, "docking")),
-            *_handling(body, parameters),
-            Child(RobotStatus, parameters=parameters(RobotStatus, "robot_status")),
+            Child(Battery, args=(pack,)),
+            Child(SafetyMonitor),
+            Child(RobotController, parameters={"enabled": True, "safety_timeout": 0.3}),
+            Child(Lidar, args=(body,)),
+            Child(MapServer, args=(grid, body.scene.places)),
+            Child(Localizer, args=(grid, body.scene.start)),
+            Child(Frames),
+            Child(Navigation, args=(grid, body.scene.dock)),
+            Child(Docking, args=(body.scene.dock, has_station(body.scene))),
+            *_handling(body),
+            Child(RobotStatus),
             *mission,
             # Last, as nothing has to be started anew for their sake.
-            Child(Camera, args=(body,), parameters=parameters(Camera, "camera")),
-            Child(Detector, parameters=parameters(Detector, "detector")),
-            Child(Calibration, parameters=parameters(Calibration, "calibration")),
+            Child(Camera, args=(body,)),
+            Child(Detector),
+            Child(Calibration),
         ],
     )
 
 
-def _handling(body: Body, parameters: Callable[..., dict[str, Any]]) -> list[Child]:
+def _handling(body: Body) -> list[Child]:
     """What a robot with an arm has more than others."""
     if body.arm is None:
         return []
-    from robot.arm.node import ArmDriver
-    from robot.tasks.confirm import ObjectConfirmation
-    from robot.tasks.fetch import Fetch
-    from robot.tasks.objects import looks_of
+    from robot.nodes.arm import ArmDriver
+    from robot.nodes.confirm import ObjectConfirmation
+    from robot.nodes.fetch import Fetch
+    from robot.scenes.objects import looks_of
 
     looks = looks_of(body.scene.things)
     return [
-        Child(ArmDriver, name="arm", args=(body,), parameters=parameters(ArmDriver, "arm")),
-        Child(ObjectConfirmation, args=(looks,), parameters=parameters(ObjectConfirmation, "object_confirmation")),
-        Child(Fetch, args=(looks,), parameters=parameters(Fetch, "fetch")),
+        Child(ArmDriver, name="arm", args=(body,)),
+        Child(ObjectConfirmation, args=(looks,)),
+        Child(Fetch, args=(looks,)),
     ]

@@ -44,7 +44,7 @@ GROUPS: Mapping[str, Sequence[str]] = {
     ),
     "Checks": ("check_tree", "check_node"),
     "Errors": (
-        "ActorError", "DeclarationError", "NotStarted", "WrongType", "WrongThread", "ServiceUnavailable", "CallTimeout", "NotRunning",
+        "ActorError", "DeclarationError", "NotStarted", "Ended", "WrongType", "WrongThread", "ServiceUnavailable", "CallTimeout", "NotRunning",
         "NodeRestarting", "CallCycle", "ServiceFailed", "ActionUnavailable", "Reject", "GoalRejected", "GoalFailed", "GoalCanceled",
         "GoalAborted", "TransitionRefused", "TickMissed", "StartFailed", "SupervisorGaveUp", "ProgramExit",
     ),
@@ -71,29 +71,33 @@ SECTIONS: Mapping[str, str] = {
 
 INTERNAL: Mapping[str, Sequence[str]] = {
     "System": (
-        "answered", "check_place", "close_if_empty", "ended", "failed_beside", "gone", "interrupt", "join", "leave", "life", "lost", "new_id",
+        "answered", "close_if_empty", "ended", "failed_beside", "gone", "interrupt", "join", "leave", "life", "lost", "new_id",
         "node_log", "offload", "open", "random", "report", "running_now", "start", "stopping", "waiting",
     ),
     "Clock": ("loop_time", "call_at"),
     "Node": ("core", "declarations", "managed"),
     "Publisher": (
-        "alive", "due", "due_alive", "end_events", "gated", "happening", "history", "join", "latched", "leave", "matched", "part", "peers",
-        "replay", "resume", "suspend", "tapped", "taps", "targets", "tell", "node", "entry", "happenings",
+        "add_tap", "alive", "count_incompatible_qos", "count_incompatible_type", "due", "due_alive", "end_events", "gated", "history", "join",
+        "keep_events", "kept_events", "latched", "leave", "matched", "notify", "part", "peers", "replay", "resume", "suspend", "taps",
+        "targets", "node", "entry",
     ),
     "Probe": (
-        "aging", "deliver", "due", "end_events", "entry", "full", "happening", "happenings", "inlet", "join", "made_room", "node",
-        "publishers", "room", "taken", "tell",
+        "catch_up", "count_incompatible_qos", "count_incompatible_type", "deliver", "due", "end_events", "entry", "full",
+        "join", "keep_events", "kept_events", "leave", "matched", "node", "notify", "part", "publishers", "room", "senders", "target",
+        "unwrap", "waiting", "wrapped",
     ),
     "HandlerSubscription": (
-        "ages", "aging", "deliver", "due", "end_events", "entry", "full", "handler", "happening", "happenings", "inbox", "inlet",
-        "join", "label", "made_room", "node", "publishers", "renew", "run", "stamp", "stamps", "taken", "tell",
+        "catch_up", "count_incompatible_qos", "count_incompatible_type", "deliver", "due", "end_events", "entry", "expiring", "full",
+        "join", "keep_events", "kept_events", "leave", "matched", "node", "notify", "part", "publishers", "room", "senders", "target",
+        "timed", "unwrap", "waiting", "wrapped",
+        "handler", "inbox", "label", "must_unwrap", "run", "stamp", "take_over",
     ),
     "RunningSupervisor": (
-        "abandoned", "below", "ended", "grace_of", "incarnation", "leaked", "life", "make_life", "name", "phase",
-        "post", "ready", "recent_restarts", "run", "runtime", "statuses", "stop",
+        "below", "incarnation", "leaked", "life", "lives", "name", "phase", "recent_restarts", "run", "statuses", "stop",
     ),
     "Supervisor": ("check_child",),
     "DynamicSupervisor": ("instance",),
+    "Identity": ("remapping",),
     "CallbackHandle": ("callback", "kind"),
     "ExpectedFailure": ("demand", "takes"),
 }  # fmt: skip

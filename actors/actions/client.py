@@ -15,13 +15,12 @@ from actors.errors import (
     GoalAborted,
     GoalCanceled,
     GoalRejected,
-    NodeRestarting,
-    NotRunning,
     NotStarted,
     Reject,
     WrongType,
 )
 from actors.services.services import Caller, refuse_cycle, refuse_other_type
+from actors.waiting import Waiters
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action
@@ -81,7 +80,7 @@ class Goal(Generic[R, F]):
         self._timeout = timeout
         self._run: GoalRun | None = None
         self._feedback: deque[F] = deque()
-        self._changed: list[asyncio.Future[None]] = []
+        self._changed = Waiters()
         self.feedback_count = 0
         self.dropped = 0
 
@@ -149,7 +148,7 @@ class Goal(Generic[R, F]):
         if run is None:
             raise NotStarted(f"{self!r}: enter it with `async with` first")
         while run.outcome is None:
-            await self._change()
+            await self._changed.wait()
         return run.outcome
 
     async def __aenter__(self) -> Goal[R, F]:
@@ -178,7 +177,7 @@ class Goal(Generic[R, F]):
                 raise NotStarted(f"{self!r}: enter it with `async with` first")
             if self._run.outcome is not None:
                 raise StopAsyncIteration
-            await self._change()
+            await self._changed.wait()
         return self._feedback.popleft()
 
     def __await__(self) -> Generator[Any, None, R]:
@@ -193,25 +192,17 @@ class Goal(Generic[R, F]):
 
     async def _send(self) -> None:
         entry = self._entry
-        if entry.server is None:
-            if entry.restarting is not None:
-                raise NodeRestarting(*entry.restarting)
-            if entry.stopped is not None:
-                raise NotRunning(
-                    f"{entry.stopped}, which served {entry.name}, has stopped: start it again, or ask another action"
-                )
-            await entry.available()
-        assert entry.server is not None
-        refuse_other_type(entry.name, entry.server.node, entry.server.action.type, self._node, self._action.type)
-        run = GoalRun(entry.server, self._node.new_id(), self._message)
+        server = entry.server or await entry.require()
+        refuse_other_type(entry.name, server.node, server.action.type, self._node, self._action.type)
+        run = GoalRun(server, self._node.new_id(), self._message)
         run.on_feedback = self._on_feedback
         run.on_outcome = self._on_outcome
-        node, host = self._node, entry.server.node
+        node, host = self._node, server.node
         holding = node.inbox.task is asyncio.current_task()
         if holding:
             refuse_cycle(node, host)
             node.waits_for = run
-        entry.server.submit(run)
+        server.submit(run)
         try:
             await run.accepted
         except asyncio.CancelledError:
@@ -238,12 +229,4 @@ class Goal(Generic[R, F]):
 
     def _notify(self) -> None:
         if self._changed:
-            for future in self._changed:
-                if not future.done():
-                    future.set_result(None)
-            self._changed.clear()
-
-    async def _change(self) -> None:
-        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        self._changed.append(future)
-        await future
+            self._changed.wake_all()

@@ -16,6 +16,7 @@ from actors.contracts.contracts import Aborted, ArrivalPolicy, Done
 from actors.errors import Reject, WrongType, described
 from actors.inbox.control import Unwinding, blame
 from actors.services.services import Caller
+from actors.waiting import Waiters
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action
@@ -102,7 +103,7 @@ class GoalRun:
         self.outcome: Outcome | None = None
         self.on_feedback: Callable[[Any], None] | None = None
         self.on_outcome: Callable[[Outcome], None] | None = None
-        self.waiters: list[asyncio.Future[None]] = []
+        self.waiters = Waiters()
 
     def __repr__(self) -> str:
         return f"<goal {self.goal_id.hex()[:8]} of {self.server.entry.name}: {self.status.name}>"
@@ -134,10 +135,7 @@ class GoalRun:
         self.on_outcome = self.on_feedback = None  # else client and run keep each other alive
         if told is not None:
             told(outcome)
-        for waiter in self.waiters:
-            if not waiter.done():
-                waiter.set_result(None)
-        self.waiters.clear()
+        self.waiters.wake_all()
 
     def cancel(self, reason: str) -> bool:
         """Begin to cancel: False when it is too late. The body is interrupted where it waits and may clean up."""
@@ -327,9 +325,7 @@ class ActionServer:
         if run is None:
             return GoalStatus.UNKNOWN, None
         while run.outcome is None:
-            waiter: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-            run.waiters.append(waiter)
-            await waiter
+            await run.waiters.wait()
         return run.outcome.status, run.outcome.result
 
     async def cancel_goals(self, goal_id: bytes, stamp_ns: int, reason: str) -> CancelOutcome:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.supervision.report import Report
     from actors.system import System
-    from actors.topics.channel import Publisher
+    from actors.topics.peers import PublisherPeer
 
 __all__ = ["Channel", "Entry", "FlightRecord", "FlightRecorder", "Source"]
 
@@ -205,14 +205,14 @@ class FlightRecorder:
             channel = self._channels[topic, type] = Channel(topic, type)
         return channel
 
-    def _tap(self, publisher: Publisher[Any]) -> Callable[[Any], None]:
+    def _tap(self, publisher: PublisherPeer) -> Callable[[Any], None]:
         qos, topic = publisher.qos, publisher.entry.name
         if topic == ROSOUT:  # every line comes by the sink
             return _nothing
         channel = self._channel(topic, publisher.type)
         channel.offer(qos)
         source = Source(channel, publisher.node.fqn, qos.limit if qos.transient_local else 0)
-        weigh, order, seconds, now = weight_of(channel.type), self._order, self.seconds, publisher.entry.graph.now
+        weigh, order, seconds, now = weight_of(channel.type), self._order, self.seconds, self.system.clock.now
         ring = self._messages
         entries, max_bytes = ring.entries, ring.max_bytes
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actors.logs import LogRecord
     from actors.supervision.report import Report
     from actors.system import System
-    from actors.topics.channel import Publisher
+    from actors.topics.peers import PublisherPeer
 
 __all__ = ["Trace"]
 
@@ -60,7 +60,7 @@ class Trace:
         """The hash of all that happened so far, 64 hexadecimal digits."""
         return self._hash.hexdigest()
 
-    def _tap(self, publisher: Publisher[Any]) -> Callable[[Any], None]:
+    def _tap(self, publisher: PublisherPeer) -> Callable[[Any], None]:
         where = _framed(publisher.entry.name, publisher.type.__ros_type__)
 
         def deliver(message: Message) -> None:

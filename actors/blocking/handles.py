@@ -55,7 +55,7 @@ class BlockingStream(Generic[M]):
         return self._stream.latest
 
     def next(self, timeout: float | None = None) -> M:
-        """The next message. Raises `CallTimeout` after `timeout` seconds without one, `NotStarted` once the stream has ended."""
+        """The next message. Raises `CallTimeout` after `timeout` seconds without one, `Ended` once the stream has ended."""
         return self._do(lambda _: self._stream.next(timeout), "`await stream.next()`")
 
     def __iter__(self) -> Iterator[M]:

@@ -26,14 +26,14 @@ import asyncio
 import atexit
 import contextlib
 import threading
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Coroutine, Mapping, Sequence
 from concurrent.futures import CancelledError, Future, InvalidStateError, wait
 from queue import SimpleQueue
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors.blocking.handles import BlockingGoal, BlockingStream
-from actors.errors import ActorError, NotRunning, NotStarted
+from actors.errors import ActorError, Ended, NotRunning
 from actors.logs import LogSink, structlog_sink
 from actors.node.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.running import run as running
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.running.trees import Runnable
     from actors.system import System
-    from actors.topics.channel import Publisher
+    from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
 
 __all__ = ["BlockingGoal", "BlockingNode", "BlockingStream", "InsideEventLoop", "OpenBlockingNode", "open_node"]
@@ -77,26 +77,25 @@ def open_node(
     remap: Mapping[str, str] | None = None,
     seed: int = 0,
     sinks: tuple[LogSink, ...] = (structlog_sink,),
+    argv: Sequence[str] | None = None,
 ) -> OpenBlockingNode:
     """A node for code without an event loop: ``with blocking.open_node("script") as node: ...``
 
     It lives in a background thread, together with `tree` if one is given; or, with `system`, in that running system, whose event loop
     is another thread's. Entering returns when node and tree are ready and raises what `actors.run` and `actors.open_node` raise.
     Leaving ends the node (and the tree), joins the thread and raises `SupervisorGaveUp` if the tree ended by itself meanwhile.
+    `argv` are arguments for the tree, as `actors.run` takes them, or, without a tree, for the node, as `actors.open_node` does.
     """
     if tree is not None and system is not None:
         raise ValueError(f"blocking.open_node({name!r}): give a tree to run or a system that runs already, not both")
     whole = None if tree is None else tree_of(f"blocking.open_node({name!r}, tree=...)", tree)
 
-    def opened() -> running.OpenNode:
-        return running.open_node(
-            name, namespace=namespace, parameters=parameters, remap=remap, system=system, seed=seed, sinks=sinks
-        )
-
-    def ran() -> running.Run | None:
-        return None if whole is None else running.run(whole, seed=seed, signals=False, sinks=sinks)
-
-    return OpenBlockingNode(name, opened, ran, system.loop if system is not None else None)
+    run = None if whole is None else running.run(whole, seed=seed, signals=False, sinks=sinks, argv=argv)
+    node = running.open_node(
+        name, namespace=namespace, parameters=parameters, remap=remap, system=system, seed=seed, sinks=sinks,
+        argv=argv if whole is None else None,
+    )  # fmt: skip
+    return OpenBlockingNode(name, node, run, system.loop if system is not None else None)
 
 
 class OpenBlockingNode:
@@ -108,13 +107,13 @@ class OpenBlockingNode:
     def __init__(
         self,
         name: str,
-        opened: Callable[[], running.OpenNode],
-        ran: Callable[[], running.Run | None],
+        opened: running.OpenNode,
+        run: running.Run | None,
         loop: asyncio.AbstractEventLoop | None,
     ) -> None:
         self._name = name
         self._opened = opened
-        self._ran = ran
+        self._run = run
         self._loop = loop
         self._thread: threading.Thread | None = None
         self._sigterm: SigtermExit | None = None
@@ -161,9 +160,9 @@ class OpenBlockingNode:
     async def _live(self) -> None:
         """The life of the node, in one task of its event loop, so that what ends the tree ends this, too."""
         async with contextlib.AsyncExitStack() as stack:
-            if (run := self._ran()) is not None:
-                await stack.enter_async_context(run)
-            node = await stack.enter_async_context(self._opened())
+            if self._run is not None:
+                await stack.enter_async_context(self._run)
+            node = await stack.enter_async_context(self._opened)
             self._ready.set_result((node, asyncio.get_running_loop()))
             await asyncio.wrap_future(self._left)
 
@@ -183,7 +182,7 @@ class BlockingNode:
     """A node whose methods block until they have what they are asked for. Any thread without an event loop may use it.
 
     Ctrl-C while one of them waits cancels what it waits for. Times are seconds on the node's clock. Once the block is left, or the
-    system has ended, everything raises `NotStarted` or `NotRunning`.
+    system has ended, everything raises `Ended` or `NotRunning`.
 
     It has no public constructor: `open_node` gives one.
     """
@@ -360,8 +359,8 @@ class BlockingNode:
         if coroutine is not None and self._loop.is_closed():
             coroutine.close()  # the loop may have ended before it began
 
-    def _over(self) -> NotStarted:
-        return NotStarted(f"{self!r}: its block has been left or its system has ended; open another one")
+    def _over(self) -> Ended:
+        return Ended(f"{self!r}: its block has been left or its system has ended; open another one")
 
     def _ended(self, life: Future[None]) -> None:
         for future in list(self._open):

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
-from actors.names.identity import Identity
 from actors.names.names import lint_name
 from actors.node.node import Node
 from actors.qos import compatible
+from actors.runtime.options import identity_of
 from actors.suggest import did_you_mean
 from actors.supervision.declarations import Child, Spec, Supervisor
 
@@ -99,12 +99,7 @@ class _Tree:
             return  # a factory function: what it makes is known when it runs
         if self.each_node:
             self.found += check_node(node)
-        remapping = None
-        if child.remap:
-            from actors.names.remapping import Remapping, Rule
-
-            remapping = Remapping([Rule.parse(f"{old}:={new}") for old, new in child.remap.items()])
-        identity = Identity(child.name, child.namespace or "", path, child.parameters, remapping)
+        identity = identity_of(child, path)
         self.names[identity.fqn].append(where)
         declarations = node.declarations
         for published in declarations.publishers:

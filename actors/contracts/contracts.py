@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, TypeAlias
 from actors.checks import is_number, is_whole
 from actors.contracts.declaration import Declaration
 from actors.errors import DeclarationError
-from actors.qos import DEFAULT, SERVICES, of
+from actors.qos import DEFAULT, of
 from actors.qos.policies import QoS
 
 if TYPE_CHECKING:
@@ -234,9 +234,9 @@ class Topic(Generic[M]):
 class Service(Generic[Req, Resp]):
     """A named question with one answer: `Request` goes in, exactly one `Response` or one error comes back."""
 
-    __slots__ = ("name", "qos", "request", "response", "type")
+    __slots__ = ("name", "request", "response", "type")
 
-    def __init__(self, type: type[ServiceType[Req, Resp]], name: str, qos: QoS | int = SERVICES) -> None:
+    def __init__(self, type: type[ServiceType[Req, Resp]], name: str) -> None:
         self.type: Final = type
         parts = cast("Any", type)
         if not hasattr(type, "Request") or not hasattr(type, "Response"):
@@ -244,7 +244,6 @@ class Service(Generic[Req, Resp]):
         self.request: Final[builtins.type[Req]] = parts.Request
         self.response: Final[builtins.type[Resp]] = parts.Response
         self.name: Final = _contract_name("Service", name)
-        self.qos: Final = of(qos)
 
     def __repr__(self) -> str:
         return f"Service({self.type.__name__}, {self.name!r})"

@@ -6,53 +6,49 @@ offered quality of service satisfies the requested one; a pair that does not mat
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeAlias, TypeVar
 
-from actors.qos import compatible
+from actors.errors import ActionUnavailable, NodeRestarting, NotRunning, ServiceUnavailable
+from actors.graph.mismatch import mismatch_of
+from actors.waiting import Waiters
 
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer  # noqa: F401  # in a quoted base class
     from actors.interfaces.message import Message
-    from actors.qos import Compatibility
-    from actors.qos.policies import QoS
-    from actors.services.services import Server  # noqa: F401  # in a quoted base class
-    from actors.topics.channel import Publisher, Subscription
+    from actors.services.services import Server  # in a quoted base class
+    from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
-__all__ = ["ActionEntry", "Graph", "Participant", "ServerEntry", "ServiceEntry", "Tap", "TopicEntry"]
+__all__ = ["ActionEntry", "Graph", "Interceptor", "ServerEntry", "ServiceEntry", "Tap", "TopicEntry"]
 
 S = TypeVar("S")
 
 DEPARTED: Final = 256
 
-verdict_on: Final = lru_cache(maxsize=1024)(compatible)
-"""`compatible`, remembered: a topic has many pairs of endpoints and few pairs of profiles."""
+Tap: TypeAlias = "Callable[[PublisherPeer], Callable[[Any], None]]"
+"""A wire tap: gives, for a publisher, what takes each of its messages; see `Graph.tap`."""
 
-Tap = Callable[["Publisher[Any]"], Callable[[Any], None]]
-"""Gives, for a publisher, what takes each of its messages; see `Graph.tap`."""
-
-
-class Participant(Protocol):
-    """What the graph asks of a node."""
-
-    @property
-    def fqn(self) -> str: ...
-
-    def warn(self, event: str, **fields: object) -> None: ...
+Interceptor: TypeAlias = "Callable[[SubscriptionPeer, Target], Target]"
+"""An interceptor: gives, for a subscription and its target, what publishers call instead. Simulated faults stand there."""
 
 
 class TopicEntry:
-    """One topic of the graph, by its full name."""
+    """One topic of the graph, by its full name: the `actors.topics.peers.TopicRegistry` of its endpoints.
+
+    Invariants:
+
+    * A publisher and a subscription are matched, each at the other, exactly if both are here, their types are the same and the offered
+      quality of service satisfies the requested one. That is decided once, when the second of them comes.
+    * `mismatches` holds each pair of nodes once for each reason; it was logged when it was entered.
+    """
 
     __slots__ = ("graph", "mismatches", "name", "opened", "readers", "sent", "writers")
 
     def __init__(self, graph: Graph, name: str) -> None:
         self.graph: Final = graph
         self.name: Final = name
-        self.writers: dict[Publisher[Any], None] = {}
-        self.readers: dict[Subscription[Any], None] = {}
+        self.writers: dict[PublisherPeer, None] = {}
+        self.readers: dict[SubscriptionPeer, None] = {}
         self.opened: float | None = None
         """When the first publisher came, seconds on the system's clock."""
         self.sent = 0
@@ -64,12 +60,12 @@ class TopicEntry:
         return f"<topic {self.name}: {len(self.writers)} publishers, {len(self.readers)} subscriptions>"
 
     @property
-    def publishers(self) -> list[Publisher[Any]]:
+    def publishers(self) -> list[PublisherPeer]:
         """The publishers as they are now, in the order in which they came."""
         return list(self.writers)
 
     @property
-    def subscriptions(self) -> list[Subscription[Any]]:
+    def subscriptions(self) -> list[SubscriptionPeer]:
         """The subscriptions as they are now, in the order in which they came."""
         return list(self.readers)
 
@@ -81,147 +77,99 @@ class TopicEntry:
     @property
     def dropped(self) -> int:
         """Messages that present subscriptions lost because they were too slow."""
-        return sum(queue.dropped for queue in self.subscriptions)
+        return sum(subscription.dropped for subscription in self.subscriptions)
 
     @property
     def type_names(self) -> tuple[str, ...]:
         """The ROS type names in use here, normally one."""
         types: list[type[Message]] = [publisher.type for publisher in self.publishers]
-        types += [queue.type for queue in self.subscriptions]
+        types += [subscription.type for subscription in self.subscriptions]
         return tuple(sorted({type.__ros_type__ for type in types}))
 
     def forget(self, node: str) -> None:
-        """`node` will not come back: nothing here speaks of it any more, and a topic that nobody else uses is none."""
+        """`node` will not come back: nothing here names it any more, and a topic that nobody else uses leaves the graph."""
         if self.mismatches:
             self.mismatches = {pair: why for pair, why in self.mismatches.items() if node not in pair[:2]}
         if not self.writers and not self.readers and self.graph.topics.get(self.name) is self:
             del self.graph.topics[self.name]
 
-    def add_publisher(self, publisher: Publisher[Any]) -> None:
+    def target(self, publisher: PublisherPeer, subscription: SubscriptionPeer) -> Target:
+        """What `publisher` calls to reach `subscription`: its target, or what the graph's interceptor puts in front of it."""
+        target, intercept = subscription.target(publisher), self.graph.intercept
+        return target if intercept is None else intercept(subscription, target)
+
+    def add_publisher(self, publisher: PublisherPeer) -> None:
+        """Match `publisher` with the subscriptions that are here."""
         if self.opened is None:
             self.opened = self.graph.now()
         self.writers[publisher] = None
-        for queue in self.subscriptions:
-            if queue in self.readers and self._match(publisher, queue):
-                publisher.join(queue)
-                queue.join(publisher)
+        for subscription in self.subscriptions:
+            # one that is collected while its publisher comes leaves during this loop
+            if subscription in self.readers and self._match(publisher, subscription):
+                publisher.join(subscription)
+                subscription.join(publisher)
         for tap in self.graph.taps:
-            publisher.tapped(tap(publisher))
+            publisher.add_tap(tap(publisher))
         self.graph.changed()
 
-    def remove_publisher(self, publisher: Publisher[Any]) -> None:
+    def remove_publisher(self, publisher: PublisherPeer) -> None:
+        """Part `publisher` from its subscriptions. Twice is fine."""
         if publisher in self.writers:
             del self.writers[publisher]
             self.sent += publisher.count
-            for queue in publisher.leave():
-                queue.tell()
+            for subscription in publisher.leave():
+                subscription.part(publisher)
             self.graph.changed()
 
-    def add_subscription(self, queue: Subscription[Any]) -> None:
-        """Join, and receive what matching latched publishers hold, oldest first and before anything new."""
-        self.graph.derive_topic(self)
-        self.readers[queue] = None
+    def add_subscription(self, subscription: SubscriptionPeer) -> None:
+        """Match `subscription` with the publishers that are here; it gets what they have latched, oldest first and before anything new."""
+        self.graph.open_standard_topic(self)
+        self.readers[subscription] = None
         for publisher in self.publishers:
-            if self._match(publisher, queue):
-                publisher.join(queue)
-                queue.join(publisher)
-                if queue.qos.transient_local and publisher.history:
-                    publisher.replay(queue)
+            if self._match(publisher, subscription):
+                publisher.join(subscription)
+                subscription.join(publisher)
+                if subscription.qos.transient_local:
+                    subscription.catch_up(publisher)
         self.graph.changed()
 
-    def remove_subscription(self, queue: Subscription[Any]) -> None:
-        if queue in self.readers:
-            del self.readers[queue]
-            for publisher in self.publishers:
-                publisher.part(queue)
+    def remove_subscription(self, subscription: SubscriptionPeer) -> None:
+        """Part `subscription` from its publishers. Twice is fine."""
+        if subscription in self.readers:
+            del self.readers[subscription]
+            for publisher in subscription.leave():
+                publisher.part(subscription)
             self.graph.changed()
 
-    def _match(self, publisher: Publisher[Any], queue: Subscription[Any]) -> bool:
-        """Whether messages flow between the two; if not, both sides hear of it."""
-        if publisher.type is not queue.type and publisher.type.__ros_type__ != queue.type.__ros_type__:
-            self._types_differ(publisher, queue)
-            return False
-        if publisher.qos is queue.qos:
+    def _match(self, publisher: PublisherPeer, subscription: SubscriptionPeer) -> bool:
+        """Whether messages flow between the two. If not, both sides count it, and log it if it is new."""
+        mismatch = mismatch_of(publisher, subscription)
+        if mismatch is None:
             return True
-        verdict = verdict_on(publisher.qos, queue.qos)
-        if verdict.level == "error":
-            self._qos_differs(publisher, queue, verdict)
-            return False
-        return True
-
-    def _first_of_its_kind(self, publisher: Publisher[Any], queue: Subscription[Any], kind: str, why: str) -> bool:
-        """Remember what keeps two nodes apart; whether that is news, and worth a line in the log."""
-        pair = (publisher.node.fqn, queue.node.fqn, kind)
-        news = pair not in self.mismatches
-        self.mismatches.setdefault(pair, why)
-        return news
-
-    def _qos_differs(self, publisher: Publisher[Any], queue: Subscription[Any], verdict: Compatibility) -> None:
-        for end in (publisher, queue):
-            met = end.happening()
-            met.incompatible_qos += 1
-            met.last_policy = verdict.event_policy
-            met.tell()
-        if not self._first_of_its_kind(publisher, queue, "qos", verdict.reason):
-            return
-        told = {
-            "offered": repr(publisher.qos),
-            "requested": repr(queue.qos),
-            "why": verdict.reason,
-            "remedy": remedy(publisher.qos, queue.qos, verdict),
-        }
-        publisher.node.warn(
-            f"New subscription discovered on topic '{self.name}', requesting incompatible QoS. No messages will be sent to it. "
-            f"Last incompatible policy: {verdict.event_policy}",
-            subscriber=queue.node.fqn,
-            **told,
-        )
-        queue.node.warn(
-            f"New publisher discovered on topic '{self.name}', offering incompatible QoS. No messages will be received from it. "
-            f"Last incompatible policy: {verdict.event_policy}",
-            publisher=publisher.node.fqn,
-            **told,
-        )
-
-    def _types_differ(self, publisher: Publisher[Any], queue: Subscription[Any]) -> None:
-        for end in (publisher, queue):
-            met = end.happening()
-            met.incompatible_type += 1
-            met.tell()
-        theirs, ours = publisher.type.__ros_type__, queue.type.__ros_type__
-        why = f"it is published as {theirs} and subscribed as {ours}: one topic has one type"
-        if self._first_of_its_kind(publisher, queue, "type", why):
-            for node in (publisher.node, queue.node):
-                node.warn(
-                    f"Incompatible types on topic '{self.name}'",
-                    publisher=publisher.node.fqn,
-                    subscriber=queue.node.fqn,
-                    why=why,
-                    remedy="give one of the two topics another name, or both sides the same type",
-                )
-
-
-def remedy(offered: QoS, requested: QoS, verdict: Compatibility) -> str:
-    """What to change so that the two match, one clause for each policy that keeps them apart."""
-    fields = {"liveliness_lease_duration": "liveliness_lease"}
-    clauses: list[str] = []
-    for policy in verdict.policies:
-        field = fields.get(policy, policy)
-        offer, request = getattr(offered, field), getattr(requested, field)
-        clauses.append(
-            f"let the publisher offer {field}={_said(request)}, or the subscription request {field}={_said(offer)}"
-        )
-    return "; ".join(clauses)
-
-
-def _said(policy: object) -> str:
-    return f"{policy:g}" if isinstance(policy, float) else str(policy)
+        mismatch.count()
+        pair = (publisher.node.fqn, subscription.node.fqn, mismatch.kind)
+        if pair not in self.mismatches:
+            self.mismatches[pair] = mismatch.why
+            mismatch.warn(self.name)
+        return False
 
 
 class ServerEntry(Generic[S]):
-    """One service or action name of the graph: at most one server in this process, and who waits for one."""
+    """One service or action name of the graph: at most one server in this process, and the tasks that wait for one.
+
+    Invariants:
+
+    * At most one of `server`, `restarting` and `stopped` is set; none of them before the first server comes.
+    * While there is a `server`, nobody is in `waiters`.
+    * `graph` holds this entry by its name until it is dropped; a dropped entry is not used again, except to find its successor (`current`).
+    """
 
     __slots__ = ("clients", "graph", "name", "restarting", "server", "stopped", "waiters")
+
+    kind: ClassVar[str]
+    """service or action."""
+    missing: ClassVar[type[ServiceUnavailable] | type[ActionUnavailable]]
+    """The error of a caller for whom no server came in time."""
 
     def __init__(self, graph: Graph, name: str) -> None:
         self.graph: Final = graph
@@ -232,16 +180,14 @@ class ServerEntry(Generic[S]):
         self.stopped: str | None = None
         """The node that used to serve this and has stopped for good."""
         self.clients: dict[str, int] = {}
-        """The nodes that ask here; for an action, how many goals each one started."""
-        self.waiters: list[asyncio.Future[None]] = []
+        """The nodes that are clients here; for an action, how many goals each one started."""
+        self.waiters = Waiters()
 
     def open(self, server: S) -> None:
+        """`server` serves this name from now on."""
         self.server = server
         self.restarting = self.stopped = None
-        for waiter in self.waiters:
-            if not waiter.done():
-                waiter.set_result(None)
-        self.waiters.clear()
+        self.waiters.wake_all()
         self.graph.changed()
 
     def pause(self, node: str, incarnation: int) -> None:
@@ -258,50 +204,99 @@ class ServerEntry(Generic[S]):
         self.graph.changed()
 
     def forget(self, node: str) -> None:
-        """`node` will not come back: it is no client any more, and a name that nobody serves or waits for is none."""
+        """`node` will not come back: it is no client any more, and a name that nobody serves or waits for leaves the graph."""
         self.clients.pop(node, None)
         served = self.stopped == node or self.name.startswith(f"{node}/")
         absent = self.server is None and self.restarting is None and not self.waiters
         if absent and (served or not self.clients):
             self.graph.drop(self)
 
-    async def available(self) -> None:
-        """Wait until there is a server."""
+    async def available(self) -> S:
+        """The server; waits until there is one."""
         while self.server is None:
-            waiter: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-            self.waiters.append(waiter)
-            try:
-                await waiter
-            finally:
-                if waiter in self.waiters:
-                    self.waiters.remove(waiter)
+            await self.waiters.wait()
+        return self.server
+
+    async def require(self) -> S:
+        """The server; waits for the first one, but not for one that has ended.
+
+        Raises `NodeRestarting` between two lives of its node, and `NotRunning` when its node has stopped for good.
+        """
+        if self.server is None:
+            if self.restarting is not None:
+                raise NodeRestarting(*self.restarting)
+            if self.stopped is not None:
+                raise NotRunning(
+                    f"{self.stopped}, which served {self.name}, has stopped: start it again, or ask another {self.kind}"
+                )
+        return await self.available()
+
+    def unavailable(self, seconds: float, type: str = "") -> ServiceUnavailable | ActionUnavailable:
+        """The error of a caller for whom no server, of the named type, came within `seconds`."""
+        asked = f"{self.name} [{type}]" if type else self.name
+        return self.missing(
+            f"nobody serves {asked} after {seconds:g} s: start its node, or check the name and namespace"
+        )
 
 
 class ServiceEntry(ServerEntry["Server"]):
-    __slots__ = ()
+    """One service name of the graph."""
 
-    async def available(self) -> None:
-        self.graph.derive_service(self)
-        await super().available()
+    __slots__ = ()
+    kind = "service"
+    missing = ServiceUnavailable
+
+    @property
+    def current(self) -> ServiceEntry:
+        """This entry, or the one by its name that has come into the graph after this one had left it."""
+        return self.graph.services.get(self.name, self)
+
+    async def available(self) -> Server:
+        self.graph.open_standard_service(self)
+        return await super().available()
+
+    async def require(self) -> Server:
+        self.graph.open_standard_service(self)
+        return await super().require()
 
 
 class ActionEntry(ServerEntry["ActionServer"]):
+    """One action name of the graph."""
+
     __slots__ = ()
+    kind = "action"
+    missing = ActionUnavailable
 
 
-def _underived(entry: object) -> None:
-    """Where nobody derives endpoints."""
-
-
-def _entrance(queue: Subscription[Any]) -> Callable[[Any], None]:
-    return queue.inlet
+def _has_no_standard_endpoints(entry: object) -> None:
+    """For a graph without the endpoints that ROS 2 gives every node."""
 
 
 class Graph:
-    """All names of one system. Names are full names; the nodes expand and remap before they ask."""
+    """All names of one system. Names are full names; the nodes expand and remap before they ask.
 
-    def __init__(self, now: Callable[[], float]) -> None:
-        self.now = now
+    `open_standard_service` is called with a service that somebody needs and nobody serves, `open_standard_topic` with a topic before a
+    subscription joins it: they open it if it is one of those that ROS 2 gives every node or action, so that nobody pays for the others.
+    `intercept` is put between publishers and subscriptions.
+
+    Invariants:
+
+    * A name stays while somebody serves, uses or waits for it. `departed` remembers the newest `DEPARTED` servers whose names have left.
+    * `version` grows with every change, and the listeners are called after it.
+    """
+
+    def __init__(
+        self,
+        now: Callable[[], float],
+        *,
+        open_standard_service: Callable[[ServiceEntry], None] = _has_no_standard_endpoints,
+        open_standard_topic: Callable[[TopicEntry], None] = _has_no_standard_endpoints,
+        intercept: Interceptor | None = None,
+    ) -> None:
+        self.now: Final = now
+        self.open_standard_service: Final = open_standard_service
+        self.open_standard_topic: Final = open_standard_topic
+        self.intercept: Final = intercept
         self.topics: dict[str, TopicEntry] = {}
         self.services: dict[str, ServiceEntry] = {}
         self.actions: dict[str, ActionEntry] = {}
@@ -309,11 +304,7 @@ class Graph:
         """Who served a name that has left the graph with its server, for the newest `DEPARTED` of them."""
         self.version = 0
         """Grows with every change."""
-        self.derive_service: Callable[[ServiceEntry], None] = _underived
-        self.derive_topic: Callable[[TopicEntry], None] = _underived
         self.taps: list[Tap] = []
-        self.entrance: Callable[[Subscription[Any]], Callable[[Any], None]] = _entrance
-        """What publishers call to reach a subscription: always the same for the same one. Simulated faults stand here."""
         self._listeners: list[Callable[[], None]] = []
 
     def __repr__(self) -> str:
@@ -352,13 +343,13 @@ class Graph:
     def tap(self, tap: Tap) -> None:
         """Hand every message of every publisher, present and future, to what `tap(publisher)` returns, for as long as the graph lasts.
 
-        A tap is no subscription: it matches every type and quality of service, nobody sees, counts or waits for it, and a run is the
-        same with it and without. What `tap` returns must not raise.
+        It is a wire tap and no subscription: it matches every type and quality of service, nobody sees, counts or waits for it, and a run
+        is the same with it and without. What `tap` returns must not raise.
         """
         self.taps.append(tap)
         for entry in self.topics.values():
             for publisher in entry.publishers:
-                publisher.tapped(tap(publisher))
+                publisher.add_tap(tap(publisher))
 
     def changed(self) -> None:
         """Count a change and tell the listeners."""

@@ -1,19 +1,21 @@
 """The graph at one instant, as a value: to print, to compare, to draw.
 
-`take(system)` copies what is there; nothing in a `Snapshot` changes afterwards.
+`take` copies what is there; nothing in a `Snapshot` changes afterwards.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Protocol
 
 import msgspec
 
 if TYPE_CHECKING:
-    from actors.system import System
+    from actors.graph.graph import Graph, TopicEntry
+    from actors.inbox.load import Load
+    from actors.names.identity import Identity
 
-__all__ = ["Edge", "NodeView", "ServiceView", "Snapshot", "TopicView", "take"]
+__all__ = ["Edge", "KnownNode", "NodeView", "ServiceView", "Snapshot", "TopicView", "take"]
 
 
 class Edge(msgspec.Struct, frozen=True, order=True):
@@ -147,43 +149,58 @@ class Snapshot(msgspec.Struct, frozen=True):
         return facts
 
 
-def take(system: System) -> Snapshot:
-    """The graph of `system` now."""
+class KnownNode(Protocol):
+    """A node, as far as a snapshot shows it."""
+
+    @property
+    def identity(self) -> Identity: ...
+
+    @property
+    def path(self) -> tuple[str, ...]: ...
+
+    @property
+    def state(self) -> str: ...
+
+    @property
+    def incarnation(self) -> int: ...
+
+    @property
+    def load(self) -> Load: ...
+
+
+def take(now: float, nodes: Iterable[KnownNode], graph: Graph) -> Snapshot:
+    """The nodes and the graph of one system as they are `now`, seconds on the system's clock."""
     return Snapshot(
-        at=system.clock.now(),
-        nodes=tuple(sorted((_node(state) for state in system.nodes.values()), key=lambda node: node.name)),
-        topics=tuple(_topic(system, name) for name in sorted(system.graph.topics)),
-        services=tuple(sorted((*_services(system), *_actions(system)), key=lambda service: service.name)),
+        at=now,
+        nodes=tuple(sorted((_node(known) for known in nodes), key=lambda node: node.name)),
+        topics=tuple(_topic(entry, now) for _, entry in sorted(graph.topics.items())),
+        services=tuple(sorted((*_services(graph), *_actions(graph)), key=lambda service: service.name)),
     )
 
 
-def _node(state: Any) -> NodeView:
-    load = state.load
+def _node(known: KnownNode) -> NodeView:
+    load = known.load
     slowest = f"{load.slowest.handler} {load.slowest.longest:.3g} s" if load.slowest is not None else ""
     return NodeView(
-        state.identity.fqn, "/".join(state.path), state.state, state.incarnation, load.waiting, load.handled, round(load.age, 6), slowest
+        known.identity.fqn, "/".join(known.path), known.state, known.incarnation, load.waiting, load.handled, round(load.age, 6), slowest
     )  # fmt: skip
 
 
-def _topic(system: System, name: str) -> TopicView:
-    entry = system.graph.topics[name]
-    seconds = system.clock.now() - entry.opened if entry.opened is not None else 0.0
+def _topic(entry: TopicEntry, now: float) -> TopicView:
+    seconds = now - entry.opened if entry.opened is not None else 0.0
     return TopicView(
-        name,
+        entry.name,
         entry.type_names,
         tuple(Edge(one.node.fqn, repr(one.qos), one.count) for one in entry.publishers),
-        tuple(
-            Edge(one.node.fqn, repr(one.qos), one.received, one.dropped, len(one.messages))
-            for one in entry.subscriptions
-        ),
+        tuple(Edge(one.node.fqn, repr(one.qos), one.received, one.dropped, one.waiting) for one in entry.subscriptions),
         entry.message_count,
         round(entry.message_count / seconds, 6) if seconds > 0.0 else 0.0,
         tuple(f"{publisher} -> {subscriber}: {why}" for (publisher, subscriber, _), why in entry.mismatches.items()),
     )
 
 
-def _services(system: System) -> Iterable[ServiceView]:
-    for name, entry in system.graph.services.items():
+def _services(graph: Graph) -> Iterable[ServiceView]:
+    for name, entry in graph.services.items():
         server = entry.server
         if server is not None:
             yield ServiceView(
@@ -194,8 +211,8 @@ def _services(system: System) -> Iterable[ServiceView]:
             yield ServiceView(name, "", "service", "", tuple(sorted(entry.clients)), 0, 0)
 
 
-def _actions(system: System) -> Iterable[ServiceView]:
-    for name, entry in system.graph.actions.items():
+def _actions(graph: Graph) -> Iterable[ServiceView]:
+    for name, entry in graph.actions.items():
         server = entry.server
         if server is not None:
             yield ServiceView(

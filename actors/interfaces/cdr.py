@@ -70,11 +70,6 @@ def decode(cls: type[M], data: Bytes, *, wstrings: WStrings = "zenoh") -> M:
         raise CdrError(str(error)) from None
 
 
-def encoder_of(cls: type[Message], *, wstrings: WStrings = "zenoh") -> Callable[[Message], bytes]:
-    """The bare encoder of a type, for a publisher to keep. It raises UnicodeEncodeError for lone surrogates."""
-    return _encoder(cls, wstrings)
-
-
 def _check_header(cls: type[Message], data: bytes) -> None:
     if len(data) < 4:
         raise CdrError(f"{cls.__ros_type__}: {len(data)} bytes are too few for a CDR header (4 bytes)")

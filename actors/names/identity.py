@@ -14,9 +14,15 @@ __all__ = ["Identity"]
 
 
 class Identity:
-    """Who a node is: set by its place in the tree, the same over all its incarnations."""
+    """Who a node is: set by its place in the tree, the same over all its incarnations.
 
-    __slots__ = ("fqn", "name", "namespace", "overrides", "path", "remapping")
+    `name` and the absolute `namespace` are those after remapping, `overrides` the parameters that it starts with; of those whose names are
+    `optional` it may lack any.
+
+    It has no public constructor: `NodeState.identity` is one.
+    """
+
+    __slots__ = ("fqn", "name", "namespace", "optional", "overrides", "path", "remapping")
 
     def __init__(
         self,
@@ -24,18 +30,16 @@ class Identity:
         namespace: str,
         path: tuple[str, ...],
         overrides: Mapping[str, Any],
-        remapping: Remapping | None,
+        remapping: Remapping | None = None,
+        optional: frozenset[str] = frozenset(),
     ) -> None:
-        names.validate_node_name(name)
-        namespace = names.normalize_namespace(namespace)
-        if remapping is not None:
-            name, namespace = remapping.identity(name, namespace)
         self.name = name
         self.namespace = namespace
         self.fqn = names.fully_qualified(namespace, name)
         self.path = path
         self.overrides = overrides
         self.remapping = remapping
+        self.optional = optional
 
     def topic(self, name: str) -> str:
         """The full name of a topic as this node knows it."""

@@ -22,7 +22,6 @@ __all__ = [
     "expand_only",
     "fully_qualified",
     "is_hidden",
-    "is_hidden_node",
     "lint_name",
     "lint_node_name",
     "logger_name",
@@ -296,11 +295,6 @@ def service_event_topic(service: str) -> str:
 def is_hidden(name: str) -> bool:
     """Whether tools hide this topic, service or action: some part of it starts with an underscore."""
     return name.startswith("_") or "/_" in name
-
-
-def is_hidden_node(name: str) -> bool:
-    """Whether tools hide this node; ``name`` may be plain or fully qualified, its namespace plays no part."""
-    return name.rpartition("/")[2].startswith("_")
 
 
 # Style --------------------------------------------------------------------------------------------------------------

@@ -118,16 +118,6 @@ class Remapping:
         found = self.find("namespace", "", node, namespace)
         return namespace if found is None else found
 
-    def topic(self, full: str, node: str, namespace: str) -> str:
-        """The topic that this node uses instead of ``full``, by its new name and namespace."""
-        found = self.find("topic", full, node, namespace)
-        return full if found is None else found
-
-    def service(self, full: str, node: str, namespace: str) -> str:
-        """The service that this node uses instead of ``full``, by its new name and namespace."""
-        found = self.find("service", full, node, namespace)
-        return full if found is None else found
-
     def resolve_topic(self, name: str, node: str, namespace: str) -> str:
         """Expand a topic name for this node, remap it, check it. Raises ``names.InvalidName``."""
         return self._resolve("topic", name, node, namespace)
@@ -135,17 +125,6 @@ class Remapping:
     def resolve_service(self, name: str, node: str, namespace: str) -> str:
         """Expand a service name for this node, remap it, check it. Raises ``names.InvalidName``."""
         return self._resolve("service", name, node, namespace)
-
-    def resolve_action(self, name: str, node: str, namespace: str) -> names.ActionNames:
-        """The five names behind an action name for this node, each remapped. Raises ``names.InvalidName``."""
-        derived = names.action_names(names.expand(name, node, namespace))
-        topics = {"feedback", "status"}
-        return names.ActionNames(
-            *(
-                self._resolve("topic" if part in topics else "service", full, node, namespace)
-                for part, full in derived._asdict().items()
-            )
-        )
 
     def _resolve(self, kind: RuleKind, name: str, node: str, namespace: str) -> str:
         full = names.expand(name, node, namespace)

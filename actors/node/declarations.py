@@ -30,7 +30,7 @@ from actors.qos.policies import QoS
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
-    from actors.topics.channel import Publisher
+    from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
 
 __all__ = [

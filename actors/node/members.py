@@ -38,7 +38,7 @@ _LIFECYCLE_HOOKS: Final = {
     f"on_{name}": _Hook(True, "self, previous")
     for name in ("configure", "cleanup", "activate", "deactivate", "shutdown", "fault")
 }
-_SETTINGS: Final = {"node_name", "autostart", "managed", "declarations"}
+_SETTINGS: Final = {"allow_undeclared_parameters", "node_name", "autostart", "managed", "declarations"}
 """What a class sets, besides its hooks."""
 
 _Members = dict[str, list[tuple[type, object]]]

@@ -18,7 +18,7 @@ from collections.abc import Callable, Coroutine, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
-from actors.errors import ActionUnavailable, DeclarationError, NotStarted, ServiceUnavailable
+from actors.errors import DeclarationError, NotStarted
 from actors.node.declarations import Declarations
 from actors.node.habits import Habits
 from actors.places import claim
@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
-    from actors.topics.channel import Publisher
     from actors.topics.handler import HandlerSubscription
+    from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
 
 __all__ = ["CALL_TIMEOUT", "GOAL_TIMEOUT", "ErrorVerdict", "Node"]
@@ -75,6 +75,9 @@ class Node(Habits):
 
     node_name: ClassVar[str]
     """Set it to give the class a default node name other than its own in snake_case."""
+
+    allow_undeclared_parameters: ClassVar[bool] = False
+    """Whether any parameter can be given and set, which declares it: ROS 2's node option of this name."""
 
     declarations: ClassVar[Declarations]
     _core: Core | None = None
@@ -241,10 +244,8 @@ class Node(Habits):
                 async with asyncio.timeout_at(end):
                     await entry.available()
             except TimeoutError:
-                missing = ServiceUnavailable if isinstance(contract, Service) else ActionUnavailable
-                raise missing(
-                    f"nobody serves {name} after {timeout:g} s: start its node, or check the name and namespace"
-                ) from None
+                assert timeout is not None
+                raise entry.unavailable(timeout) from None
 
     def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
         """A goal, to be entered with ``async with``; `timeout` (5 s) bounds the wait for its acceptance, nothing its execution.

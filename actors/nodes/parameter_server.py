@@ -43,6 +43,7 @@ class ParameterServer(Node):
     """
 
     node_name = "parameter_server"
+    allow_undeclared_parameters = True
     _kept: Mapping[str, Value] | None = None
 
     def resume(self, state: Mapping[str, Value]) -> None:
@@ -50,7 +51,6 @@ class ParameterServer(Node):
 
     async def on_start(self) -> None:
         store = self.core.parameters
-        store.allow_undeclared = True
         initial: Mapping[str, Any] = store.overrides if self._kept is None else self._kept
         for name, value in initial.items():
             if not store.has(name):

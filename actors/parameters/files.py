@@ -1,4 +1,4 @@
-"""Parameter overrides from YAML files and from ``-p`` rules, and which of them reach a node.
+"""Parameter overrides from YAML files, ``-p`` rules and mappings, and which of them reach a node.
 
 Overrides are an ordered list of node patterns, each with its parameters. A pattern that comes again, in the same file,
 in a later one or by ``-p``, is merged into its first place; all patterns that match a node apply in order and the later
@@ -14,7 +14,7 @@ from typing import Any, Final, NamedTuple, NoReturn, TypeAlias, cast
 
 from actors.names import names
 
-__all__ = ["ALL_NODES", "InvalidParams", "ParamValue", "ParameterOverrides", "parse_set_value", "parse_value"]
+__all__ = ["ALL_NODES", "InvalidParams", "Origin", "ParamValue", "ParameterOverrides", "parse_value", "reaches"]
 
 ParamValue: TypeAlias = (
     bool | int | float | str | tuple[bool, ...] | tuple[int, ...] | tuple[float, ...] | tuple[str, ...] | None
@@ -48,6 +48,17 @@ class InvalidParams(ValueError):
         self.key = key
 
 
+class Origin(NamedTuple):
+    """Where a value was said: a file or an argument, and the line of a file (from 1)."""
+
+    source: str
+    line: int | None = None
+
+    def error(self, problem: str, key: str = "") -> InvalidParams:
+        """The error about what was said there."""
+        return InvalidParams(problem, source=self.source, line=self.line, key=key)
+
+
 class ParameterOverrides:
     """Parameter values by node pattern, in order of first mention. Immutable; the ``with_`` methods return a new one.
 
@@ -55,12 +66,17 @@ class ParameterOverrides:
     slashes and ``**`` for any number of them.
     """
 
-    __slots__ = ("_entries",)
+    __slots__ = ("_entries", "_origins")
 
-    def __init__(self, entries: Mapping[str, Mapping[str, ParamValue]] | None = None) -> None:
+    def __init__(
+        self,
+        entries: Mapping[str, Mapping[str, ParamValue]] | None = None,
+        origins: Mapping[tuple[str, str], Origin] | None = None,
+    ) -> None:
         self._entries: dict[str, dict[str, ParamValue]] = {
             pattern: dict(values) for pattern, values in (entries or {}).items()
         }
+        self._origins = dict(origins or {})
 
     @property
     def entries(self) -> tuple[tuple[str, dict[str, ParamValue]], ...]:
@@ -71,9 +87,22 @@ class ParameterOverrides:
         """The overrides that reach this node: every matching pattern in order, later ones win."""
         found: dict[str, ParamValue] = {}
         for pattern, values in self._entries.items():
-            if _matcher(pattern).match(fully_qualified_name):
+            if reaches(pattern, fully_qualified_name):
                 found.update(values)
         return found
+
+    def named(self, fully_qualified_name: str) -> frozenset[str]:
+        """The parameters that are set for this node by its name, and not only by a pattern with ``*`` or ``**``."""
+        return frozenset(
+            name
+            for pattern, values in self._entries.items()
+            if "*" not in pattern and reaches(pattern, fully_qualified_name)
+            for name in values
+        )
+
+    def origin(self, pattern: str, name: str) -> Origin:
+        """Where the value of a parameter in `entries` was said."""
+        return self._origins[pattern, name]
 
     def with_file(self, path: str | os.PathLike[str]) -> "ParameterOverrides":
         """These, then those of a YAML file. ``InvalidParams`` tells file, line and key of what is wrong."""
@@ -100,25 +129,30 @@ class ParameterOverrides:
                 "underscores, joined by dots"
             )
             raise InvalidParams(problem, source=rule)
-        return self._with([(found[1] or ALL_NODES, found[2], parse_value(found[3], source=rule))])
+        value = parse_value(found[3], source=rule)
+        return self._with([(found[1] or ALL_NODES, found[2], value, Origin(f"-p {rule}"))])
 
-    def with_value(self, pattern: str, name: str, value: ParamValue) -> "ParameterOverrides":
-        """These, then one value for the nodes of a pattern. ``InvalidParams`` if the pattern is none."""
-        _check_pattern(pattern, source="pattern", line=None)
-        return self._with([(pattern, name, value)])
-
-    def with_all(self, others: "ParameterOverrides") -> "ParameterOverrides":
-        """These, then the others, patterns merged."""
-        return self._with(
-            [(pattern, name, value) for pattern, values in others._entries.items() for name, value in values.items()]
-        )
+    def with_mapping(self, mapping: Mapping[str, Mapping[str, Any]], *, source: str) -> "ParameterOverrides":
+        """These, then those of ``{pattern: {parameter: value}}``; ``source`` names it in errors, which are ``InvalidParams``."""
+        origin = Origin(source)
+        found: list[_Entry] = []
+        for pattern, values in mapping.items():
+            if not isinstance(cast("object", values), Mapping):
+                raise origin.error("write {node: {parameter: value}}, where the node '/**' means all", repr(pattern))
+            _check_pattern(pattern, source=source, line=None)
+            for name, value in values.items():
+                if isinstance(value, Mapping):
+                    raise origin.error("a value cannot be a mapping; write 'group.name': value", f"{pattern}: {name}")
+                found.append((pattern, name, value, origin))
+        return self._with(found)
 
     def _with(self, additions: "Sequence[_Entry]") -> "ParameterOverrides":
-        result = ParameterOverrides(self._entries)
-        for pattern, name, value in additions:
+        result = ParameterOverrides(self._entries, self._origins)
+        for pattern, name, value, origin in additions:
             values = result._entries.setdefault(pattern, {})
             if name is not None and not (value == () and name in values):  # an empty list sets nothing
                 values[name] = value
+                result._origins[pattern, name] = origin
         return result
 
     def __eq__(self, other: object) -> bool:
@@ -133,7 +167,12 @@ class ParameterOverrides:
         return f"ParameterOverrides({self._entries!r})"
 
 
-_Entry: TypeAlias = tuple[str, str | None, ParamValue]
+_Entry: TypeAlias = tuple[str, str | None, ParamValue, Origin]
+
+
+def reaches(pattern: str, fully_qualified_name: str) -> bool:
+    """Whether a pattern stands for this node."""
+    return _matcher(pattern).match(fully_qualified_name) is not None
 
 
 @lru_cache(maxsize=1024)
@@ -172,27 +211,6 @@ def parse_value(text: str, *, source: str = "value") -> ParamValue:
     if extra.kind != "end":
         raise InvalidParams("there is more than one value; put quotes around a text", source=source)
     return value
-
-
-def parse_set_value(text: str) -> ParamValue:
-    """The value that ``param set`` gives for a text: YAML 1.1 as PyYAML reads it, or the text where that has no type.
-
-    Differs from ``parse_value``: ``1e3`` is a string, ``1_000`` an integer; mixed lists, maps, dates and null are the
-    text itself.
-    """
-    yaml = _yaml()
-    try:
-        value: object = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError):
-        return text
-    if isinstance(value, (bool, int, float, str)):
-        return value
-    if isinstance(value, list):
-        items = cast("list[object]", value)
-        for kind in (bool, int, float, str):
-            if all(isinstance(item, kind) for item in items):
-                return cast(ParamValue, tuple(items))
-    return text
 
 
 def _scalar(text: str) -> bool | int | float | str:
@@ -343,7 +361,7 @@ class _FileReader:
                 if event.kind != "map":
                     self._events.fail(event, path, f"{_PARAMETERS} must hold a map of parameters")
                 _check_pattern(path, source=self._events.source, line=key.line)
-                self._found.append((path, None, None))
+                self._found.append((path, None, None, Origin(self._events.source, key.line)))
                 self._parameters(path, "")
                 continue
             child = key.value if not path else f"{path}{key.value}" if path.endswith("/") else f"{path}/{key.value}"
@@ -359,7 +377,8 @@ class _FileReader:
             if event.kind == "map":
                 self._parameters(pattern, name)
             else:
-                self._found.append((pattern, name, _value(event, self._events, name)))
+                value = _value(event, self._events, name)
+                self._found.append((pattern, name, value, Origin(self._events.source, key.line)))
 
     def _key(self, inside: str) -> _Event | None:
         event = self._events.next()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import TYPE_CHECKING
 
 from actors.errors import DeclarationError
@@ -14,12 +15,15 @@ if TYPE_CHECKING:
 __all__ = ["refuse_unknown"]
 
 
-def refuse_unknown(store: ParameterStore, owner: str) -> None:
-    """Raise `DeclarationError` for the first override that the node, of class `owner`, has not declared and does not allow undeclared."""
+def refuse_unknown(store: ParameterStore, owner: str, optional: Container[str] = ()) -> None:
+    """Raise `DeclarationError` for the first override that the node, of class `owner`, has not declared and does not allow undeclared.
+
+    Those that are `optional` it may lack.
+    """
     if store.allow_undeclared:
         return
     for name in store.overrides:
-        if not store.has(name):
+        if name not in optional and not store.has(name):
             known = sorted(set(store.values) - set(NO_PARAMETERS.values))
             raise DeclarationError(
                 f"{store.node} has no parameter {name!r}{did_you_mean(name, store.values) or ': correct the name, or declare it'} "

@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 import signal
 import threading
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Coroutine, Mapping, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 
 from actors.errors import NotRunning
 from actors.logs import INFO, LogSink, structlog_sink
 from actors.node.node import Node
+from actors.running.options import ParameterSources, options_of, overruled, with_arguments
 from actors.running.signals import listen
 from actors.running.trees import Runnable, tree_of
 from actors.supervision.declarations import Child, Spec, temporary
@@ -36,6 +37,8 @@ def run(
     sinks: tuple[LogSink, ...] = (structlog_sink,),
     level: int = INFO,
     observers: tuple[Observer, ...] = (),
+    parameters: ParameterSources | None = None,
+    argv: Sequence[str] | None = None,
 ) -> Run:
     """Run a tree in this event loop: ``async with run(tree) as system: await system.wait()``.
 
@@ -49,8 +52,17 @@ def run(
     SIGINT and SIGTERM (main thread, real clock, unless ``signals=False``) are one path, for all systems of the loop: the tree stops in
     order and `wait()` returns; a second one within 2 s kills it. `sys.exit()` in a node stops the tree, too, and leaving raises it.
     `observers`, such as a `FlightRecorder`, are attached to the system before its tree starts.
+
+    `parameters` are overrides for nodes of the tree: the path of a ROS 2 parameter file, ``{node: {parameter: value}}`` with the patterns of
+    such files (``/**`` is all nodes), or a list of these, the later before the earlier. `argv` are arguments as a ROS 2 program has them:
+    ``["--ros-args", "-p", "gait:speed:=0.5", "-r", "scan:=points", "--params-file", "f.yaml", "--log-level", "gait:=debug"]``; what is not
+    for ROS is left in `system.argv`. As in ROS 2, parameters count in this order, the last one most: defaults, `argv`,
+    ``Child(parameters=)``, `parameters`; a rule of ``Child(remap=)`` comes before one of `argv`. A node, a parameter or an argument that there
+    is not, and a value of a wrong type or out of bounds, is a `ValueError` of one line, raised here, before anything starts.
     """
-    return Run(tree, *more, seed=seed, signals=signals, sinks=sinks, level=level, observers=observers)
+    return Run(
+        tree, *more, seed=seed, signals=signals, sinks=sinks, level=level, observers=observers, parameters=parameters, argv=argv
+    )  # fmt: skip
 
 
 class Run:
@@ -68,9 +80,15 @@ class Run:
         sinks: tuple[LogSink, ...],
         level: int,
         observers: tuple[Observer, ...],
+        parameters: ParameterSources | None,
+        argv: Sequence[str] | None,
     ) -> None:
         self._tree = tree_of("run(...)", tree, *more)
-        self._settings: dict[str, Any] = {"seed": seed, "sinks": sinks, "level": level}
+        options = options_of("run(parameters=...)", self._tree, parameters, argv, level)
+        if options is not None:
+            level, sinks = options.levels.default, sinks if options.stdout_logs else ()
+        self._options = options
+        self._settings: dict[str, Any] = {"seed": seed, "sinks": sinks, "level": level, "options": options}
         self._wants_signals = signals
         self._observers = observers
         self._ignore_signals: Callable[[], None] = _nothing
@@ -90,6 +108,9 @@ class Run:
         self._system = system = System(**self._settings)
         for observer in self._observers:
             observer.attach(system)
+        if self._options is not None:
+            for node, name, value in overruled(self._tree, self._options):
+                system.log.warning("argument without effect", node_name=node, parameter=name, its_child_says=value)
         self._owner = asyncio.current_task()
         if self._wants_signals and not system.clock.virtual and threading.current_thread() is threading.main_thread():
             self._ignore_signals = listen(system.loop, self._signaled)
@@ -166,14 +187,18 @@ def open_node(
     system: System | None = None,
     seed: int = 0,
     sinks: tuple[LogSink, ...] = (structlog_sink,),
+    argv: Sequence[str] | None = None,
 ) -> OpenNode:
     """A node for a script: no class, no tree. ``async with open_node("listener") as node: ...``
 
     It joins `system`, else the newest system running in this event loop, else it makes one of its own, which further `open_node`s join.
     When a handler or task of the node fails, the node ends, its streams end, and leaving the block raises the error.
+    `argv` are arguments for this node, as `run` takes them for all: `parameters` and `remap` come before them, and what they say of nodes
+    of other names is left. Raises `ValueError` for what is wrong with them.
     """
     child = Child(Node, name=name, namespace=namespace, parameters=parameters, remap=remap, restart=temporary)
-    return OpenNode(child, system, seed, sinks)
+    child, level = with_arguments(child, argv)
+    return OpenNode(child, system, seed, sinks, level)
 
 
 class OpenNode:
@@ -182,11 +207,12 @@ class OpenNode:
     It has no public constructor: `open_node` gives one.
     """
 
-    def __init__(self, child: Child, system: System | None, seed: int, sinks: tuple[LogSink, ...]) -> None:
+    def __init__(self, child: Child, system: System | None, seed: int, sinks: tuple[LogSink, ...], level: int) -> None:
         self._child = child
         self._given = system
         self._seed = seed
         self._sinks = sinks
+        self._level = level
 
     if not TYPE_CHECKING:  # as above
 
@@ -203,7 +229,10 @@ class OpenNode:
         self._system = system
         self._life = await system.join(self._child)
         assert self._life.core is not None
-        return self._life.core.node
+        node = self._life.core.node
+        if self._level:
+            node.log.level = self._level
+        return node
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 from actors.actions.client import Goal
@@ -44,7 +44,8 @@ if TYPE_CHECKING:
     from actors.runtime.sim_time import SimTime
     from actors.runtime.timers import TickSource
     from actors.system import System
-    from actors.topics.channel import Publisher
+    from actors.topics.handler import Handler
+    from actors.topics.publisher import Publisher
 
 __all__ = ["Core"]
 
@@ -116,7 +117,13 @@ class Core(Ground):
         from actors.parameters import ParameterStore
 
         declarations = self.declarations
-        store = ParameterStore(self.fqn, self.identity.overrides, table=declarations.table, on_event=told)
+        store = ParameterStore(
+            self.fqn,
+            self.identity.overrides,
+            table=declarations.table,
+            allow_undeclared=self.node.allow_undeclared_parameters,
+            on_event=told,
+        )
         store.on_event = self._parameters_changed  # for who listens only later
         self._parameters = store  # the hooks may read what they are asked about
         if declarations.rates:
@@ -149,7 +156,7 @@ class Core(Ground):
     def publisher(self, topic: Topic[M], qos: QoS) -> Publisher[M]:
         self.check_use()
         entry = self.system.graph.topic(self.identity.topic(topic.name))
-        offered = resolve_publisher(qos, [queue.qos for queue in entry.subscriptions])
+        offered = resolve_publisher(qos, [one.qos for one in entry.subscriptions])
         publisher = publisher_for(self, entry, topic.type, offered)
         self.publishers.append(publisher)
         entry.add_publisher(publisher)
@@ -160,25 +167,23 @@ class Core(Ground):
     def subscribe(self, topic: Topic[M], qos: QoS) -> Stream[M]:
         self.check_use()
         entry = self.system.graph.topic(self.identity.topic(topic.name))
-        queue = StreamSubscription(
-            self, entry, topic.type, resolve_subscription(qos, [one.qos for one in entry.publishers])
-        )
-        self.streams.append(queue)
-        queue.on_close = self._stream_closed
-        queue.entry.add_subscription(queue)
-        return Stream(queue, self.system.loop)
+        requested = resolve_subscription(qos, [one.qos for one in entry.publishers])
+        subscription = StreamSubscription(self, entry, topic.type, requested, self._stream_closed)
+        self.streams.append(subscription)
+        entry.add_subscription(subscription)
+        return Stream(subscription, self.system.loop)
 
     def subscription(self, topic: Topic[M]) -> HandlerSubscription[M]:
-        """The queue behind this incarnation's first handler of `topic`."""
+        """What feeds this incarnation's first handler of `topic`."""
         name = self.identity.topic(topic.name)
         for feed in self.mailbox.feeds:
             if feed.node is self and feed.entry.name == name:
                 return feed
         raise DeclarationError(f"{self.fqn} has no handler of {name}: declare one with @{topic!r}.on()")
 
-    def _stream_closed(self, queue: StreamSubscription[Any]) -> None:
-        self.streams.remove(queue)
-        self.mailbox.note((queue.entry,))
+    def _stream_closed(self, subscription: StreamSubscription[Any]) -> None:
+        self.streams.remove(subscription)
+        self.mailbox.note((subscription.entry,))
 
     def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]:
         """The way to a service that is not among `clients` yet."""
@@ -196,45 +201,35 @@ class Core(Ground):
         self.mailbox.note((entry,))
         return Goal(self, entry, action, message, timeout)
 
-    def feed(
-        self, topic: Topic[M], qos: QoS, handler: Callable[[M], Awaitable[None] | None], label: str, concurrent: int = 0
-    ) -> None:
-        """Let `handler` take the messages of `topic`; a queue that is left over from the last incarnation is taken over."""
+    def feed(self, topic: Topic[M], qos: QoS, handler: Handler[M], label: str, concurrent: int = 0) -> None:
+        """Let `handler` take the messages of `topic`; a subscription that is left over from the last incarnation is taken over."""
         self.check_use()
         entry = self.system.graph.topic(self.identity.topic(topic.name))
         feed = self._left_over(entry, topic.type, label, concurrent)
-        fresh = feed is None
-        if feed is None:
-            qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
-            if concurrent:
-                feed = ConcurrentSubscription(self, entry, topic.type, qos, self.inbox, label, concurrent)
-            else:
-                feed = HandlerSubscription(self, entry, topic.type, qos, self.inbox, label)
-            self.mailbox.feeds.append(feed)
-        feed.node = self
-        feed.handler = handler
-        if isinstance(feed, ConcurrentSubscription):
-            feed.active = 0
-            feed.spawn = self.spawn if self.serving else None
-        if fresh:
-            entry.add_subscription(feed)
-        elif feed.qos.transient_local:
-            feed.renew()
+        if feed is not None:
+            feed.take_over(self, handler)
+            return
+        qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
+        if concurrent:
+            feed = ConcurrentSubscription(self, entry, topic.type, qos, self.inbox, label, handler, concurrent)
+        else:
+            feed = HandlerSubscription(self, entry, topic.type, qos, self.inbox, label, handler)
+        self.mailbox.feeds.append(feed)
+        entry.add_subscription(feed)
 
     def serve_concurrently(self) -> None:
         """The node has started: begin with the messages and requests that have come meanwhile for concurrent handlers."""
         self.serving = True
         for feed in self.mailbox.feeds:
             if isinstance(feed, ConcurrentSubscription):
-                feed.spawn = self.spawn
-                feed.begin()
+                feed.start(self.spawn)
         for server in self.mailbox.services.values():
             server.begin()
 
     def _left_over(
         self, entry: TopicEntry, type: type[M], label: str, concurrent: int
     ) -> HandlerSubscription[M] | None:
-        """The first queue of this handler that the last incarnation had and this one has not yet."""
+        """The first subscription of this handler that the last incarnation had and this one has not yet."""
         for feed in self.mailbox.feeds:
             same = feed.node is not self and feed.label == label and feed.entry is entry and feed.type is type
             if same and concurrent == (feed.concurrent if isinstance(feed, ConcurrentSubscription) else 0):
@@ -267,7 +262,7 @@ class Core(Ground):
         for part in ("status", "feedback"):  # who listened to the last incarnation's hears this one's
             topic = graph.topics.get(f"{server.entry.name}/_action/{part}")
             if topic is not None and topic.subscriptions:
-                graph.derive_topic(topic)
+                graph.open_standard_topic(topic)
 
     def _refuse_second(
         self, first: Server | ActionServer, kind: str, served: type[Any], offered: type[Any]
@@ -366,8 +361,8 @@ class Core(Ground):
         for publisher in self.publishers:
             publisher.close()
         self.publishers.clear()
-        for queue in list(self.streams):
-            queue.close()
+        for subscription in list(self.streams):
+            subscription.close()
         for server in self.derived:
             server.fail_all(self.absent)
             server.entry.server = None

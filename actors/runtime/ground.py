@@ -7,7 +7,7 @@ from collections.abc import Callable, Coroutine
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
-from actors.errors import NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread, described
+from actors.errors import Ended, NodeRestarting, NotRunning, ProgramExit, WrongThread, described
 from actors.inbox.control import Failure, StopRequest, blame, in_task
 from actors.inbox.inbox import Inbox
 from actors.logs import ERROR, WARN
@@ -244,8 +244,8 @@ class Ground:
         if self.ended:
             raise self._over()
 
-    def _over(self) -> NotStarted:
-        return NotStarted(f"{self.fqn}, incarnation {self.incarnation}, has ended: ask its successor, if there is one")
+    def _over(self) -> Ended:
+        return Ended(f"{self.fqn}, incarnation {self.incarnation}, has ended: ask its successor, if there is one")
 
     def request_stop(self, reason: str) -> None:
         """Have the inbox raise `StopServing` when the present handler has ended."""

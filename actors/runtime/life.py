@@ -165,7 +165,7 @@ class NodeLife:
         if core.identity.overrides and type(node) is not Node:  # a script's node may declare its own at any time
             from actors.parameters.unknown import refuse_unknown
 
-            refuse_unknown(core.parameters, type(node).__name__)
+            refuse_unknown(core.parameters, type(node).__name__, core.identity.optional)
         self.mailbox.sweep(core)
         if not node.managed:
             core.start_timers()

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.inbox.inbox import Inbox
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer
-    from actors.graph.graph import ActionEntry, ServiceEntry, TopicEntry
     from actors.runtime.core import Core
     from actors.runtime.timers import TimerRecord
     from actors.services.services import Server
 
 __all__ = ["Mailbox"]
+
+
+class GraphEntry(Protocol):
+    """A name in the graph, as far as a node's end matters to it."""
+
+    def forget(self, node: str) -> None:
+        """`node` will not come back."""
+        ...
 
 
 class Mailbox:
@@ -48,10 +55,10 @@ class Mailbox:
         self.feeds: list[HandlerSubscription[Any]] = []
         self.services: dict[str, Server] = {}
         self.actions: dict[str, ActionServer] = {}
-        self.used: set[TopicEntry | ServiceEntry | ActionEntry] | None = None
+        self.used: set[GraphEntry] | None = None
         """What ended endpoints of this node used, as far as it is known: see `forget`."""
 
-    def note(self, entries: Iterable[TopicEntry | ServiceEntry | ActionEntry]) -> None:
+    def note(self, entries: Iterable[GraphEntry]) -> None:
         """Remember what endpoints used that are about to end."""
         if self.used is None:
             self.used = set()
@@ -63,7 +70,7 @@ class Mailbox:
         inbox = self.inbox
         for feed in self.feeds:
             if isinstance(feed, ConcurrentSubscription):
-                feed.spawn = None
+                feed.pause()
         servers: list[Server | ActionServer] = [*self.services.values(), *self.actions.values()]
         for server in servers:
             server.fail_all(error)
@@ -77,7 +84,7 @@ class Mailbox:
         """A handler failed and the node goes on: what waits behind it is not to wait for the next message."""
         for feed in self.feeds:
             if isinstance(feed, ConcurrentSubscription):
-                feed.begin()
+                feed.work()
 
     def sweep(self, core: Core) -> None:
         """Forget what the last incarnation took and served and this one, `core`, does not."""

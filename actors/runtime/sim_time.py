@@ -32,6 +32,7 @@ from actors.time.sim_ticker import SimTick, SimTicker
 from actors.time.ticker import TickHandle
 from actors.time.values import nanoseconds_of
 from actors.topics.stream import StreamSubscription
+from actors.waiting import wake
 
 if TYPE_CHECKING:
     from actors.graph.graph import TopicEntry
@@ -132,12 +133,12 @@ class SimClock(Clock):
         now = self._ros.now_ns()
         due = [(instant, future) for future, instant in self._sleepers.items() if instant <= now]
         for _, future in sorted(due, key=lambda sleeper: sleeper[0]):
-            _answer(future, True)
+            wake(future, True)
 
     def wake_all(self) -> None:
         """Simulated time has been switched off: end all sleeps with False."""
         for future in self._sleepers:
-            _answer(future, False)
+            wake(future, False)
 
     def close(self) -> None:
         """The node has ended, and with it its time: whoever still sleeps on it, or begins to, does not wait for ever."""
@@ -153,36 +154,39 @@ _FAR: Final = 1e10
 """Seconds beyond all times that a `/clock` message can hold."""
 
 
-def _answer(future: asyncio.Future[bool], reached: bool) -> None:
-    if not future.done():
-        future.set_result(reached)
-
-
-class _ClockQueue(StreamSubscription[ClockMessage]):
+class _ClockSubscription(StreamSubscription[ClockMessage]):
     """A subscription that keeps nothing: time is set the moment it is published, not when the node has its turn."""
 
-    __slots__ = ("step",)
+    __slots__ = ("_step",)
 
-    step: Callable[[ClockMessage], None]
+    def __init__(
+        self,
+        core: Core,
+        entry: TopicEntry,
+        step: Callable[[ClockMessage], None],
+        on_close: Callable[[StreamSubscription[ClockMessage]], None],
+    ) -> None:
+        super().__init__(core, entry, CLOCK.type, CLOCK.qos, on_close)
+        self._step = step
 
     def deliver(self, message: ClockMessage) -> None:
         self.received += 1
         self.latest = message
-        self.step(message)
+        self._step(message)
 
-    def aging(self, aged: ExpiringMessage[ClockMessage]) -> ClockMessage:
-        return aged.message
+    def wrapped(self, expiring: ExpiringMessage[ClockMessage]) -> ClockMessage:
+        return expiring.message
 
 
 class SimTime:
     """ROS time for one incarnation of a node, from its first use to the incarnation's end."""
 
-    __slots__ = ("_core", "_queue", "_warned", "clock", "ros", "ticker")
+    __slots__ = ("_core", "_subscription", "_warned", "clock", "ros", "ticker")
 
     def __init__(self, core: Core) -> None:
         system = core.system
         self._core = core
-        self._queue: _ClockQueue | None = None
+        self._subscription: _ClockSubscription | None = None
         self._warned = False
         self.ros = RosClock(system.clock.wall_ns)
         self.clock = SimClock(self.ros, system.clock, system.loop)
@@ -229,11 +233,9 @@ class SimTime:
     def _on(self) -> None:
         core = self._core
         entry: TopicEntry = core.system.graph.topic(core.identity.topic(CLOCK.name))
-        self._queue = queue = _ClockQueue(core, entry, CLOCK.type, CLOCK.qos)
-        queue.step = self._step
-        queue.on_close = self._closed
-        core.streams.append(queue)
-        entry.add_subscription(queue)
+        self._subscription = subscription = _ClockSubscription(core, entry, self._step, self._closed)
+        core.streams.append(subscription)
+        entry.add_subscription(subscription)
         moving = [(timer, self._taken(timer)) for timer in core.timers]
         self.ros.activate()
         for timer, tick in moving:
@@ -241,8 +243,8 @@ class SimTime:
         self.ticker.deliver()
 
     def _off(self) -> None:
-        assert self._queue is not None
-        self._queue.close()
+        assert self._subscription is not None
+        self._subscription.close()
         self.ros.deactivate()
         self.clock.wake_all()
         for timer in self._core.timers:
@@ -267,10 +269,10 @@ class SimTime:
         handle.k = tick.k
         timer.move(handle, timer.loop_time)
 
-    def _closed(self, queue: StreamSubscription[ClockMessage]) -> None:
-        self._queue = None
-        self._core.streams.remove(queue)
-        self._core.mailbox.note((queue.entry,))
+    def _closed(self, subscription: StreamSubscription[ClockMessage]) -> None:
+        self._subscription = None
+        self._core.streams.remove(subscription)
+        self._core.mailbox.note((subscription.entry,))
 
     # -- the time -----------------------------------------------------------------------------------------------------------
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from actors.parameters import ParameterChange
     from actors.runtime.core import Core
     from actors.system import System
-    from actors.topics.channel import Publisher
+    from actors.topics.publisher import Publisher
 
 __all__ = ["LIFECYCLE_SERVICES", "PARAMETER_EVENTS", "PARAMETER_SERVICES", "ROSOUT", "open_service", "open_topic"]
 

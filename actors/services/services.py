@@ -16,15 +16,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 import msgspec
 
-from actors.errors import (
-    CallCycle,
-    CallTimeout,
-    NodeRestarting,
-    NotRunning,
-    ServiceFailed,
-    ServiceUnavailable,
-    WrongType,
-)
+from actors.errors import CallCycle, CallTimeout, ServiceFailed, WrongType
 from actors.inbox.control import blame
 from actors.inbox.inbox import Inbox
 from actors.time.deadlines import FEW
@@ -308,27 +300,12 @@ class Client(Generic[Req, Resp]):
             node.waits_for = None
 
     async def _found(self, timeout: float) -> Server:
-        entry = self.entry
-        known = entry.graph.services.get(entry.name)
-        if known is not None and known is not entry:  # the name had left the graph, and has come back
-            entry = self.entry = known
+        entry = self.entry.current
+        if entry is not self.entry:  # the name had left the graph, and has come back
+            self.entry = entry
             entry.clients.setdefault(self.node.fqn, 0)
-        entry.graph.derive_service(entry)
-        if entry.server is not None:
-            return entry.server
-        if entry.restarting is not None:
-            raise NodeRestarting(*entry.restarting)
-        if entry.stopped is not None:
-            raise NotRunning(
-                f"{entry.stopped}, which served {entry.name}, has stopped: start it again, or ask another service"
-            )
         try:
             async with asyncio.timeout(timeout):
-                await entry.available()
+                return await entry.require()
         except TimeoutError:
-            raise ServiceUnavailable(
-                f"nobody serves {entry.name} [{self.type.__name__}] after {timeout:g} s: start its node, or check the name "
-                "and namespace"
-            ) from None
-        assert entry.server is not None
-        return entry.server
+            raise entry.unavailable(timeout, self.type.__name__) from None

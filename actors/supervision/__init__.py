@@ -1,6 +1,9 @@
-"""The running side of `actors.supervision.declarations`: Erlang/OTP's supervision, carried out on raw asyncio tasks.
+"""Supervision as in Erlang/OTP: trees declared as values, and run on raw asyncio tasks.
 
-`running` holds the supervisor that a system runs; `seam` what it asks of the system; `reasons`, `report`, `refs` and
-`errors` the values that it hands out. The rest is its inside: `core` handles events, `requests` what users ask for,
-`incarnation` owns one child's task, `lane` keeps the order of stops and starts, `window` counts restarts.
+What users write: `child` and `declarations`, with the options of `policy`. What they get back: the values in `reasons`, `refs`,
+`report` and `errors`. What a system runs: `running`; what it is asked for in return: `seam`.
+
+To read how it works: an event (`events`) is entered in the books (`children`, with `entry`, `steps` and `window`), `decide` says
+what follows from it (`administer`: from a request), and `executor` carries these `acts` out; `child_task` owns one child's task.
+`decide` is pure: it needs no event loop, and its tests are a table of cases.
 """

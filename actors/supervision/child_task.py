@@ -5,16 +5,13 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import Any, Literal, Protocol
 
 from actors.supervision.errors import SupervisorGaveUp
 from actors.supervision.policy import StopTimeout
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
 from actors.supervision.refs import ChildRef, Down
-from actors.supervision.seam import Life
-
-if TYPE_CHECKING:
-    from actors.supervision.entry import Entry
+from actors.supervision.seam import Declared, Life
 
 __all__ = ["GRACE", "ChildTask", "LeakedChild", "Owner", "is_child_task"]
 
@@ -75,7 +72,7 @@ class ChildTask:
         "watchers",
     )
 
-    def __init__(self, owner: Owner, entry: Entry, ref: ChildRef) -> None:
+    def __init__(self, owner: Owner, entry: Declared, ref: ChildRef) -> None:
         self.owner = owner
         self.entry = entry
         self.ref = ref
@@ -226,7 +223,10 @@ class ChildTask:
             return Failed(error)
         if self.asked is not None:
             return Stopped(self.asked)
-        return Killed(None) if task.cancelled() else Returned()
+        if task.cancelled():
+            return Killed(None)
+        # A supervisor has no work of its own to come to the end of.
+        return Stopped("shutdown") if self.entry.spec.kind == "supervisor" else Returned()
 
 
 def is_child_task(task: asyncio.Task[Any]) -> bool:

@@ -8,23 +8,20 @@ out.
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, Self, TypeAlias, TypeVar, cast
+from collections.abc import Mapping, Sequence
+from typing import ClassVar, TypeAlias, cast
 
 from actors.checks import (
-    check_place,
     checked_choice,
     checked_flag,
-    checked_mapping,
     checked_name,
     checked_sequence,
-    default_name,
     factory_name,
-    is_number,
     is_whole,
 )
 from actors.errors import DeclarationError
+from actors.supervision.child import Child, check_policy
+from actors.supervision.declaration import Declaration
 from actors.supervision.policy import (
     AutoShutdown,
     Backoff,
@@ -66,136 +63,6 @@ __all__ = [
     "temporary",
     "transient",
 ]
-
-
-D = TypeVar("D", bound="Declaration")
-
-
-class Declaration(ABC):
-    """Base of the tree's values: immutable, equal by content, printed without what is default."""
-
-    __slots__ = ()
-    _stored_defaults: ClassVar[dict[str, object]] = {}
-    """What is stored for a default, where that is not the default itself."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError(f"{self!r} is a declaration and never changes; .replace({name}=...) makes a changed copy")
-
-    def __delattr__(self, name: str) -> None:
-        raise AttributeError(f"{self!r} is a declaration and never changes")
-
-    def __eq__(self, other: object) -> bool:
-        return type(other) is type(self) and self._fields() == other._fields()
-
-    __hash__ = None  # type: ignore[assignment]  # equal by content, which may be unhashable: parameters, arguments
-
-    def __repr__(self) -> str:
-        fields = self._fields()
-        keywords: dict[str, Any] = getattr(type(self).__init__, "__kwdefaults__", {})
-        plain = keywords | self._stored_defaults | {"name": fields["name"]}
-        shown = [f"{name}={value!r}" for name, value in fields.items() if value != plain.get(name, value)]
-        return f"{type(self).__name__}({', '.join([*self._positional(), *shown])})"
-
-    def __reduce__(self) -> tuple[Callable[[type[Self], dict[str, Any]], Self], tuple[type[Self], dict[str, Any]]]:
-        return _rebuild, (type(self), self._fields())
-
-    def replace(self, **changes: Any) -> Self:
-        """A copy with these options changed; it is checked like a new declaration."""
-        return _rebuild(type(self), self._fields() | changes)
-
-    def _fields(self) -> dict[str, Any]:
-        names: tuple[str, ...] = self.__slots__
-        return {name: getattr(self, name) for name in names}
-
-    @abstractmethod
-    def _positional(self) -> list[str]: ...
-
-    def _set(self, **values: object) -> None:
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
-
-
-class Child(Declaration):
-    """One supervised node: how to make it, how long it may take to stop, and what to do when it ends.
-
-    `factory` makes the node; a class, or any callable. It is called anew for every incarnation.
-    `name` is its id among its siblings and its node name; default: the factory's `node_name`, or the class name in
-    snake_case. `args` are positional arguments for the factory; `namespace`, `parameters` and `remap` are those of the
-    node. `stop` is the clean-up time in seconds. `significant` makes its end count for its supervisor's
-    `auto_shutdown`. `process=True` asks for a process of its own. That needs a transport between processes, which does not
-    exist yet: a child that asks for it does not start (`StartFailed`), except in a simulated trial (`@scenario`, `explore`),
-    which runs it in the trial's own process.
-    Raises `DeclarationError` naming the option that is wrong.
-    """
-
-    __slots__ = (
-        "args",
-        "backoff",
-        "factory",
-        "name",
-        "namespace",
-        "parameters",
-        "process",
-        "remap",
-        "restart",
-        "significant",
-        "stop",
-    )
-    _stored_defaults: ClassVar[dict[str, object]] = {"parameters": {}, "remap": {}}
-    factory: Callable[..., object]
-    name: str
-    namespace: str | None
-    parameters: Mapping[str, object]
-    remap: Mapping[str, str]
-    args: tuple[object, ...]
-    restart: Restart
-    stop: StopTimeout
-    backoff: Backoff | None
-    significant: bool
-    process: bool
-
-    def __init__(
-        self,
-        factory: Callable[..., object],
-        *,
-        name: str | None = None,
-        namespace: str | None = None,
-        parameters: Mapping[str, object] | None = None,
-        remap: Mapping[str, str] | None = None,
-        args: Sequence[object] = (),
-        restart: Restart = permanent,
-        stop: StopTimeout = 5.0,
-        backoff: Backoff | None = None,
-        significant: bool = False,
-        process: bool = False,
-    ) -> None:
-        where = f"Child({factory_name(factory)})"
-        if not callable(factory):
-            raise DeclarationError(
-                f"{where}: factory must be a class or a callable that makes the node, not {factory!r}"
-            )
-        _check_policy(where, restart, stop, backoff, significant)
-        self._set(
-            factory=factory,
-            name=checked_name(where, default_name(factory) if name is None else name),
-            namespace=namespace,
-            parameters=checked_mapping(where, "parameters", parameters),
-            remap=checked_mapping(where, "remap", remap),
-            args=checked_sequence(where, "args", args),
-            restart=restart,
-            stop=stop,
-            backoff=backoff,
-            significant=checked_flag(where, "significant", significant),
-            process=checked_flag(where, "process", process),
-        )
-        check_place(where, self.name, namespace, self.remap)
-
-    @property
-    def kind(self) -> Kind:
-        return "worker"
-
-    def _positional(self) -> list[str]:
-        return [factory_name(self.factory), f"name={self.name!r}"]
 
 
 class Supervisor(Declaration):
@@ -247,7 +114,7 @@ class Supervisor(Declaration):
         stop = math.inf if stop is None else stop
         checked_choice(where, "strategy", strategy, Strategy)
         _check_own_options(where, intensity, auto_shutdown)
-        _check_policy(where, restart, stop, backoff, significant)
+        check_policy(where, restart, stop, backoff, significant)
         self._set(
             name=checked_name(where, name),
             strategy=strategy,
@@ -322,7 +189,7 @@ class DynamicSupervisor(Declaration):
             raise DeclarationError(f"{where}: max_children must be None or a whole number, not {max_children!r}")
         _check_own_options(where, intensity, auto_shutdown)
         check_child(where, template, auto_shutdown)
-        _check_policy(where, restart, stop, backoff, significant)
+        check_policy(where, restart, stop, backoff, significant)
         self._set(
             name=checked_name(where, name),
             template=template,
@@ -395,20 +262,3 @@ def _check_own_options(where: str, intensity: object, auto_shutdown: object) -> 
     if not isinstance(intensity, Intensity):
         raise DeclarationError(f"{where}: intensity must be an Intensity(restarts, within=seconds), not {intensity!r}")
     checked_choice(where, "auto_shutdown", auto_shutdown, AutoShutdown)
-
-
-def _check_policy(where: str, restart: object, stop: object, backoff: object, significant: object) -> None:
-    checked_choice(where, "restart", restart, Restart)
-    if stop != "kill" and not (is_number(stop) and stop >= 0):
-        raise DeclarationError(f'{where}: stop must be seconds, 0 or more, math.inf or "kill", not {stop!r}')
-    if backoff is not None and not isinstance(backoff, Backoff):
-        raise DeclarationError(f"{where}: backoff must be a Backoff(first, most), not {backoff!r}")
-    if significant and restart == permanent:
-        raise DeclarationError(
-            f"{where}: significant=True does not go with restart=permanent: a permanent child never ends for good; "
-            "make it transient or temporary"
-        )
-
-
-def _rebuild(kind: type[D], fields: dict[str, Any]) -> D:
-    return kind(**fields)

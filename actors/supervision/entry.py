@@ -19,12 +19,18 @@ until the child is ready, so that a start phase that is interrupted or fails is 
 
 
 class Entry:
-    """One child: its spec, its present incarnation if any, and what is due for it.
+    """One child: its spec, its present life if any, and what is due for it. Its state is stored here and nowhere else.
 
-    `parked`: stopped by a request, and so left alone by restarts of its group. `marked`: the lane is about to stop it
-    for a restart of its group. `queued`: it is among the lane's starts. `fresh`: added by `start_child`, and forgotten
-    if that start fails. `answer`: where the caller of an unfinished start waits. `given`: the arguments and parameters
-    of an instance of a template.
+    `parked`: stopped by a request, and so left alone by restarts of its group. `marked`: to be stopped in its turn, for a
+    restart of its group. `queued`: it is among the starts that wait for their turn. `fresh`: added by a request, and
+    forgotten if that start fails. `answer`: where the caller of an unfinished start waits. `given`: the arguments and
+    parameters of an instance of a template. `number`: how many lives it has had, `attempts`: how many of the last ones in a
+    row did not hold, `ready_at`: when the last one became ready.
+
+    Invariants:
+    - `now` is the life that has begun and not ended; a child has at most one.
+    - `intent` stays set until the child is ready or the start is dropped; `answer` is set only while it is.
+    - `timer` runs only while there is no life: it starts the next one.
     """
 
     __slots__ = (
@@ -90,8 +96,5 @@ class Entry:
 
     def earlier_attempts(self, backoff: Backoff, now: float) -> int:
         """How many attempts in a row did not hold, this one not counted; a long enough life starts over at none."""
-        if self.ready_at is not None and now - self.ready_at >= backoff.reset_after:
-            self.attempts = 0
-        self.ready_at = None
-        self.attempts += 1
-        return self.attempts - 1
+        held = self.ready_at is not None and now - self.ready_at >= backoff.reset_after
+        return 0 if held else self.attempts

@@ -12,11 +12,18 @@ from collections.abc import Callable
 from random import Random
 from typing import Protocol
 
-from actors.supervision.declarations import Child
+from actors.supervision.declarations import Child, Spec
 from actors.supervision.refs import ChildState
 from actors.supervision.report import Report
 
-__all__ = ["ChildStatus", "Life", "Runtime"]
+__all__ = ["ChildStatus", "Declared", "Life", "Runtime"]
+
+
+class Declared(Protocol):
+    """What a life belongs to, with what is declared of it now: a request may change that while the life runs."""
+
+    @property
+    def spec(self) -> Spec: ...
 
 
 class ChildStatus(Protocol):

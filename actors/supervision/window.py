@@ -10,17 +10,31 @@ __all__ = ["Window"]
 
 
 class Window:
-    """The restarts of the last `within` seconds. A restart exactly `within` seconds old still counts."""
+    """The restarts of the last `within` seconds. A restart exactly `within` seconds old still counts.
+
+    Invariants: `times` ascend (seconds of the event loop), and no two of them were further apart than `within` when the
+    newest of them was added.
+    """
 
     __slots__ = ("times",)
 
     def __init__(self) -> None:
         self.times: deque[float] = deque()
 
-    def add(self, now: float, intensity: Intensity) -> bool:
-        """Count a restart at `now` (seconds); whether it is still within `intensity`."""
+    def full(self, now: float, intensity: Intensity) -> bool:
+        """Whether a restart at `now` would be one more than `intensity` allows. Changes nothing."""
+        times, allowed = self.times, intensity.restarts
+        if len(times) < allowed:
+            return False
+        return allowed == 0 or _recent(times[-allowed], now, intensity)
+
+    def add(self, now: float, intensity: Intensity) -> None:
+        """Count a restart at `now`, and forget those that are too old to count."""
         times = self.times
         times.append(now)
-        while round(now - times[0], 9) > intensity.within:  # deadlines are exact to 1 ns, so ages are, too
+        while not _recent(times[0], now, intensity):
             times.popleft()
-        return len(times) <= intensity.restarts
+
+
+def _recent(at: float, now: float, intensity: Intensity) -> bool:
+    return round(now - at, 9) <= intensity.within  # deadlines are exact to 1 ns, so ages are, too

@@ -7,6 +7,7 @@ import random
 from heapq import heappop, heappush
 
 from actors.testing.orders import order_of
+from actors.time.handles import is_dead
 from actors.time.virtual_loop import Entry, VirtualLoop
 
 __all__ = ["FuzzLoop"]
@@ -58,7 +59,7 @@ class FuzzLoop(VirtualLoop):
     def _shuffle_ties(self) -> None:
         """Permute the deadlines of the next instant among their places in the order of scheduling."""
         timers = self._timers
-        while timers and self._is_dead(timers[0][3]):
+        while timers and is_dead(timers[0][3]):
             heappop(timers)
         ties: list[Entry] = []
         while timers and timers[0][0] == (ties or timers)[0][0]:

@@ -32,7 +32,7 @@ from actors.supervision.declarations import Child
 from actors.system import NodeState, System
 from actors.testing.failures import ExpectedFailure, FailureWatch, UnexpectedFailure
 from actors.time.virtual_loop import VirtualLoop
-from actors.topics.channel import Subscription
+from actors.topics.subscription import Subscription
 
 if TYPE_CHECKING:
     from actors.actions.client import Goal

@@ -8,6 +8,7 @@ import time
 from typing import TYPE_CHECKING
 
 from actors.time.values import stamp_of
+from actors.waiting import wake
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -100,15 +101,10 @@ class Clock:
         if self._future_at is not None:  # a virtual loop's, at half the price
             await self._future_at(when)
             return True
-        future = loop.create_future()
-        timer = loop.call_at(when, _wake, future)
+        future: asyncio.Future[None] = loop.create_future()
+        timer = loop.call_at(when, wake, future, None)
         try:
             await future
         finally:
             timer.cancel()
         return True
-
-
-def _wake(future: asyncio.Future[None]) -> None:
-    if not future.done():
-        future.set_result(None)

@@ -1,15 +1,18 @@
-"""Handles of the virtual loop: asyncio's, made in a third of the steps (every wake-up of a task makes one)."""
+"""Handles of the virtual loop: asyncio's, made in a third of the steps (every wake-up of a task makes one); and its debug mode."""
 
 # pyright: reportPrivateUsage=false
 # mypy: disable-error-code="misc, assignment"
 from __future__ import annotations
 
 import asyncio
+import time
+from asyncio import Future
+from asyncio.log import logger
 from collections.abc import Callable
 from contextvars import Context, copy_context
 from typing import Any
 
-__all__ = ["SoonHandle", "Timer", "owner"]
+__all__ = ["SoonHandle", "Timer", "checked_timer", "is_dead", "owner", "run_watched"]
 
 
 class SoonHandle(asyncio.Handle):
@@ -64,3 +67,30 @@ class Timer(asyncio.TimerHandle):
 def owner(handle: object) -> object:
     """The task whose step a handle is, or the object whose method it calls."""
     return getattr(getattr(handle, "_callback", None), "__self__", None)
+
+
+def is_dead(item: Future[None] | asyncio.TimerHandle) -> bool:
+    """Whether there is nothing left to fire."""
+    return item.done() if isinstance(item, Future) else item._cancelled
+
+
+def checked_timer(
+    loop: Any, when: float, callback: Callable[..., object], args: tuple[Any, ...], context: Context | None
+) -> asyncio.TimerHandle:
+    """What `call_at` returns in debug mode, after asyncio's own checks."""
+    loop._check_closed()
+    loop._check_thread()
+    loop._check_callback(callback, "call_at")
+    return asyncio.TimerHandle(when, callback, args, loop, context)
+
+
+def run_watched(loop: Any, handle: asyncio.Handle) -> None:
+    """Run a handle in debug mode: one that holds the loop is reported, measured on the real clock."""
+    loop._current_handle = handle
+    begin = time.perf_counter()
+    try:
+        handle._run()
+    finally:
+        loop._current_handle = None
+    if (took := time.perf_counter() - begin) >= loop.slow_callback_duration:
+        logger.warning("Executing %r took %.3f seconds", handle, took)

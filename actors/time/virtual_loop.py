@@ -27,7 +27,6 @@ import asyncio
 import math
 import time
 from asyncio import Future
-from asyncio.log import logger
 from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
@@ -35,9 +34,11 @@ from contextvars import Context
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, TypeVarTuple, cast
 
-from actors.time import stuck
-from actors.time.handles import SoonHandle, Timer
-from actors.time.outside import OutsideWork
+from actors.time import deadlock
+from actors.time.deadlock import Deadlock, Livelock, Stalled
+from actors.time.handles import SoonHandle, Timer, checked_timer, is_dead, run_watched
+from actors.time.workers import OutsideWork
+from actors.waiting import wake
 
 if TYPE_CHECKING:
     import selectors
@@ -52,18 +53,6 @@ Entry: TypeAlias = "tuple[float, int, float, _Item]"
 
 _GRID_END = 2.0**52 * 1e-9
 """Seconds (52 days) up to which floats resolve whole nanoseconds; beyond, deadlines are ordered as they are."""
-
-
-class Deadlock(RuntimeError):
-    """Every task is parked, and no timer, thread, process or socket can ever wake one."""
-
-
-class Livelock(RuntimeError):
-    """Callbacks keep rescheduling each other while virtual time stands still."""
-
-
-class Stalled(RuntimeError):
-    """Outside work (thread, process, socket) did not report back within `VirtualLoop.patience` real seconds."""
 
 
 class VirtualLoop(asyncio.SelectorEventLoop):
@@ -89,13 +78,10 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         _stopping: bool
         _closed: bool
         _debug: bool
-        _current_handle: asyncio.Handle | None
         _selector: selectors.BaseSelector
         _signal_handlers: dict[int, asyncio.Handle]
 
         def _check_closed(self) -> None: ...
-        def _check_thread(self) -> None: ...
-        def _check_callback(self, callback: object, method: str) -> None: ...
         def _process_events(self, event_list: list[Any]) -> None: ...
 
     def __init__(self, start: float = 0.0) -> None:
@@ -115,7 +101,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self._fds: Mapping[int, Any] = self._selector._fd_to_key  # type: ignore[attr-defined]  # one is its own pipe
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} at {stuck.seconds(self._now)} running={self.is_running()} closed={self.is_closed()}>"
+        return f"<{type(self).__name__} at {deadlock.seconds(self._now)} running={self.is_running()} closed={self.is_closed()}>"
 
     # ---------------------------------------------------------------------------------------- time and timers
 
@@ -128,7 +114,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     ) -> asyncio.TimerHandle:
         """Call `callback(*args)` at the virtual time `when`; infinity means never, NaN is refused."""
         timer = (
-            self._checked_timer(when, callback, args, context)
+            checked_timer(self, when, callback, args, context)
             if self._debug or self._closed
             else Timer(when, callback, args, self, context)
         )
@@ -144,7 +130,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         if when < _GRID_END and (instant := int(when * 1e9 + 0.5) / 1e9) > now:
             when = instant
         timer = (
-            self._checked_timer(when, callback, args, context)
+            checked_timer(self, when, callback, args, context)
             if self._debug or self._closed
             else Timer(when, callback, args, self, context)
         )
@@ -197,14 +183,6 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self._ready.append(handle)
         return handle
 
-    def _checked_timer(
-        self, when: float, callback: Callable[..., object], args: tuple[Any, ...], context: Context | None
-    ) -> asyncio.TimerHandle:
-        self._check_closed()
-        self._check_thread()
-        self._check_callback(callback, "call_at")
-        return asyncio.TimerHandle(when, callback, args, self, context)
-
     def _push(self, when: float, item: _Item) -> None:
         if self._now <= when < _GRID_END:
             instant = int(when * 1e9 + 0.5) / 1e9  # like round(when, 9), in half the time
@@ -219,14 +197,10 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self._order = order = self._order + 1
         heappush(self._timers, (instant, order, when, item))
 
-    @staticmethod
-    def _is_dead(item: _Item) -> bool:
-        return item.done() if isinstance(item, Future) else item._cancelled
-
     def _tidy(self) -> None:
         """Drop dead timers and the stamps of dead tasks, so that what was cancelled takes no memory in a long run."""
         timers = self._timers
-        timers[:] = [entry for entry in timers if not self._is_dead(entry[3])]
+        timers[:] = [entry for entry in timers if not is_dead(entry[3])]
         heapify(timers)
         alive = {id(task) for task in asyncio.all_tasks(self)}
         self._stamps = {key: stamp for key, stamp in self._stamps.items() if key in alive}
@@ -254,7 +228,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             callback = handle._callback
             stamps[id(getattr(callback, "__self__", None))] = now
             if debug:
-                self._run_watched(handle)
+                run_watched(self, handle)
                 continue
             try:
                 handle._context.run(callback, *handle._args)
@@ -277,7 +251,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             self._judge_spinning()
         while timers and timers[0][0] <= limit and timers[0][1] <= last:
             instant, _, when, item = heappop(timers)
-            if item.done() if isinstance(item, Future) else item._cancelled:  # `_is_dead`, without the call
+            if item.done() if isinstance(item, Future) else item._cancelled:  # `is_dead`, without the call
                 continue
             if instant > self._instant:
                 self._instant = instant
@@ -303,7 +277,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     def _fire(self, timer: Any) -> None:
         if self._debug:
-            self._run_watched(timer)
+            run_watched(self, timer)
             return
         try:
             timer._context.run(timer._callback, *timer._args)
@@ -311,17 +285,6 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             raise
         except BaseException as error:
             self._failed(timer, error)
-
-    def _run_watched(self, handle: asyncio.Handle) -> None:
-        """Run a handle in debug mode: one that holds the loop is reported, measured on the real clock."""
-        self._current_handle = handle
-        begin = time.perf_counter()
-        try:
-            handle._run()
-        finally:
-            self._current_handle = None
-        if (took := time.perf_counter() - begin) >= self.slow_callback_duration:
-            logger.warning("Executing %r took %.3f seconds", handle, took)
 
     def _failed(self, handle: asyncio.Handle, error: BaseException) -> None:
         message = f"Exception in callback {handle!r}"
@@ -341,7 +304,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             _, _, when, item = heappop(timers)
             self._now = max(self._now, when)
             if isinstance(item, Future):
-                self.call_soon(_wake, item)
+                self.call_soon(wake, item, None)
             else:
                 self._ready.append(item)
 
@@ -391,7 +354,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         if not (work := self._outside.names()):
             return False
         if not self._poll(self.patience):
-            raise Stalled(self._news(self._silence(work), stuck.STALLED))
+            raise Stalled(self._news(self._silence(work), deadlock.STALLED))
         return True
 
     def _wait_without_timers(self) -> None:
@@ -400,17 +363,17 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         if self.wait_for_io:
             self._poll(None)
         elif not self._watching():
-            raise Deadlock(self._news("Nothing is left that could wake a task", stuck.DEADLOCK))
+            raise Deadlock(self._news("Nothing is left that could wake a task", deadlock.DEADLOCK))
         elif not self._poll(self.patience):
             reason = f"No timer is left, and no socket or signal woke a task within {self.patience} real seconds"
-            raise Stalled(self._news(reason, stuck.NO_INPUT))
+            raise Stalled(self._news(reason, deadlock.NO_INPUT))
 
     def _judge_spinning(self) -> None:
         """So many iterations at one instant: a livelock, unless a task is polling for outside work."""
         if not (work := self._outside.names()):
             spins, self._spins = self._spins, 0  # the loop is still needed for clean-up
             raise Livelock(
-                self._news(f"{spins} iterations of the loop without progress of virtual time", stuck.LIVELOCK)
+                self._news(f"{spins} iterations of the loop without progress of virtual time", deadlock.LIVELOCK)
             )
         if self._spins - self.max_spins <= 16:
             self._spinning_since = time.perf_counter()
@@ -418,16 +381,11 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             self._spins = 0
         elif time.perf_counter() - self._spinning_since > self.patience:
             self._spins = 0
-            raise Stalled(self._news(self._silence(work), stuck.STALLED))
+            raise Stalled(self._news(self._silence(work), deadlock.STALLED))
 
     def _silence(self, work: list[str]) -> str:
         return f"No news within {self.patience} real seconds from: {'; '.join(work)}"
 
     def _news(self, reason: str, remedy: str) -> str:
         handles = [*self._ready, *(entry[3] for entry in self._timers[:1] if entry[0] <= self._instant)]
-        return stuck.report(reason, self._now, asyncio.all_tasks(self), self._stamps, handles, remedy)
-
-
-def _wake(future: Future[None]) -> None:
-    if not future.done():
-        future.set_result(None)
+        return deadlock.report(reason, self._now, asyncio.all_tasks(self), self._stamps, handles, remedy)

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Coroutine
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, cast
 
 from actors.inbox.control import blame
 from actors.inbox.expiring import ExpiringMessage, TimedMessage
 from actors.inbox.inbox import Inbox
-from actors.topics.channel import Subscription
+from actors.topics.subscription import Subscription
 
 if TYPE_CHECKING:
     from collections import deque
 
-    from actors.graph.graph import Participant, TopicEntry
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
+    from actors.topics.peers import Participant, TopicRegistry
 
-__all__ = ["ConcurrentSubscription", "HandlerSubscription"]
+__all__ = ["ConcurrentSubscription", "Handler", "HandlerSubscription", "Spawn"]
 
 M = TypeVar("M", bound="Message")
+
+Handler: TypeAlias = Callable[[M], Awaitable[None] | None]
+"""Takes one message: at once, or by what it returns to be awaited."""
 
 
 class HandlerSubscription(Subscription[M]):
@@ -28,17 +31,30 @@ class HandlerSubscription(Subscription[M]):
     It has no public constructor: `Node.subscription` gives one.
     """
 
-    __slots__ = ("ages", "handler", "inbox", "label", "stamps")
+    # Invariants:
+    # * While the node lives, the inbox holds this item exactly as often as messages wait: once for each, put there by `deliver`.
+    # * It outlives an incarnation of its node: what waits when the node ends waits for the next one, which calls `take_over`.
+    # * `timed` is the number of waiting messages that are a `TimedMessage`. `must_unwrap` is false again once no wrapped message waits.
 
-    def __init__(self, node: Participant, entry: TopicEntry, type: type[M], qos: QoS, inbox: Inbox, label: str) -> None:
+    __slots__ = ("expiring", "handler", "inbox", "label", "timed")
+
+    def __init__(
+        self,
+        node: Participant,
+        entry: TopicRegistry,
+        type: type[M],
+        qos: QoS,
+        inbox: Inbox,
+        label: str,
+        handler: Handler[M],
+    ) -> None:
         super().__init__(node, entry, type, qos)
         self.inbox = inbox
         self.label = label
-        self.handler: Callable[[M], Awaitable[None] | None] | None = None
-        self.ages = False
-        """Whether messages with a lifespan come."""
-        self.stamps = 0
-        """How many of the waiting messages are `TimedMessage`."""
+        self.handler = handler
+        self.expiring = False
+        """Whether messages with a lifespan have come."""
+        self.timed = 0
 
     def __repr__(self) -> str:
         return f"<{self.label} on {self.entry.name}: {len(self.messages)} waiting, {self.dropped} dropped>"
@@ -59,8 +75,17 @@ class HandlerSubscription(Subscription[M]):
         elif inbox.watch is None:
             inbox.wake()
 
-    def renew(self) -> None:
-        """A new incarnation takes over: like any late joiner it gets what is latched, before what has waited for it meanwhile."""
+    def take_over(self, node: Participant, handler: Handler[M]) -> None:
+        """A new incarnation takes the messages from now on, those that wait included.
+
+        Like any late joiner it gets what is latched, before what has waited for it; what waits already does not come twice.
+        """
+        self.node = node
+        self.handler = handler
+        if self.qos.transient_local:
+            self._renew()
+
+    def _renew(self) -> None:
         held = cast("deque[M | ExpiringMessage[M]]", self.messages)
         waiting = {id(one.message if isinstance(one, ExpiringMessage) else one) for one in held}
         latched = [one for publisher in self.publishers for one in publisher.latched[-self.depth :]]
@@ -72,44 +97,44 @@ class HandlerSubscription(Subscription[M]):
         self._announce(len(missing))
 
     def _announce(self, count: int) -> None:
-        """So many messages more wait, and nobody serves yet."""
+        """So many messages more wait, and no task serves the inbox yet."""
         self.inbox.items.extend([self] * count)
 
-    def aging(self, aged: ExpiringMessage[M]) -> M:
-        self.attended = self.ages = True
-        return cast("M", aged)
+    def wrapped(self, expiring: ExpiringMessage[M]) -> M:
+        self.must_unwrap = self.expiring = True
+        return cast("M", expiring)
 
     def stamp(self) -> TimedMessage[M]:
         """Measure how long the newest message waits. It may be one that is dropped: then it is not measured."""
-        stamped = TimedMessage(self.messages[-1], self.inbox.loop.time)
-        self.messages[-1] = cast("M", stamped)
-        self.stamps += 1
-        self.attended = True
-        return stamped
+        timed = TimedMessage(self.messages[-1], self.inbox.loop.time)
+        self.messages[-1] = cast("M", timed)
+        self.timed += 1
+        self.must_unwrap = True
+        return timed
 
-    def taken(self, message: M | ExpiringMessage[M]) -> M | None:
-        fresh = super().taken(message)
+    def unwrap(self, message: M | ExpiringMessage[M]) -> M | None:
+        fresh = super().unwrap(message)
         if isinstance(message, TimedMessage):
-            self.stamps -= 1
+            self.timed -= 1
             self.inbox.waited(message)
-        self.attended = self.ages or self.stamps > 0
+        self.must_unwrap = self.expiring or self.timed > 0
         return fresh
 
     def _overflow(self, message: M) -> None:
         oldest = self.messages[0]
         super()._overflow(message)
         if isinstance(oldest, TimedMessage) and oldest is not self.messages[0]:
-            self.stamps -= 1
+            self.timed -= 1
             self.inbox.lost(oldest)
 
     def run(self) -> Awaitable[None] | None:
         message = self.messages.popleft()
-        if self.attended:
-            fresh = self.taken(message)
+        if self.must_unwrap:
+            fresh = self.unwrap(message)
             if fresh is None:
                 return None
             message = fresh
-        return cast("Callable[[M], Awaitable[None] | None]", self.handler)(message)
+        return self.handler(message)
 
 
 class Spawn(Protocol):
@@ -119,17 +144,30 @@ class Spawn(Protocol):
 
 
 class ConcurrentSubscription(HandlerSubscription[M]):
-    """A feed whose handler has its own tasks, at most `concurrent` at once. Messages beyond that wait in the queue."""
+    """A subscription whose handler has its own tasks, at most `concurrent` at once. Messages beyond that wait."""
 
-    __slots__ = ("active", "concurrent", "spawn")
+    # Invariants:
+    # * Tasks are begun only between `start` and `pause`; an incarnation that has not started yet, or has ended, begins none.
+    # * `active` is the number of tasks that the present incarnation has begun and that have not ended; never more than `concurrent`.
+    # * It is never an item of the inbox.
+
+    __slots__ = ("_spawn", "active", "concurrent")
 
     def __init__(
-        self, node: Participant, entry: TopicEntry, type: type[M], qos: QoS, inbox: Inbox, label: str, concurrent: int
+        self,
+        node: Participant,
+        entry: TopicRegistry,
+        type: type[M],
+        qos: QoS,
+        inbox: Inbox,
+        label: str,
+        handler: Handler[M],
+        concurrent: int,
     ) -> None:
-        super().__init__(node, entry, type, qos, inbox, label)
+        super().__init__(node, entry, type, qos, inbox, label, handler)
         self.concurrent = concurrent
         self.active = 0
-        self.spawn: Spawn | None = None
+        self._spawn: Spawn | None = None
 
     def deliver(self, message: M) -> None:
         self.received += 1
@@ -137,26 +175,36 @@ class ConcurrentSubscription(HandlerSubscription[M]):
             self._overflow(message)
         else:
             self.messages.append(message)
-        self.work()
+        self._begin_one()
 
     def _announce(self, count: int) -> None:
-        """The node sees to them itself when it has started."""
+        """`start` sees to them."""
+
+    def start(self, spawn: Spawn) -> None:
+        """The node has started: from now on tasks are begun by `spawn`, for the messages that wait already, too."""
+        self._spawn = spawn
+        self.active = 0
+        self.work()
+
+    def pause(self) -> None:
+        """The node has ended: begin no task until the next `start`."""
+        self._spawn = None
 
     def work(self) -> None:
-        """Begin another task if one is free and a message waits. Between two lives of the node nothing is begun."""
-        if self.messages and self.active < self.concurrent and self.spawn is not None:
-            self.active += 1
-            self.spawn(self._work(self.spawn), name=self.label)
-
-    def begin(self) -> None:
         """Begin as many tasks as are free and messages wait."""
         for _ in range(min(self.concurrent - self.active, len(self.messages))):
-            self.work()
+            self._begin_one()
 
-    async def _work(self, spawn: object) -> None:
-        """One task's work, for as long as the incarnation lasts to which `spawn` belongs. After an error it ends; see `Core.on_error`."""
+    def _begin_one(self) -> None:
+        spawn = self._spawn
+        if self.messages and self.active < self.concurrent and spawn is not None:
+            self.active += 1
+            spawn(self._work(spawn), name=self.label)
+
+    async def _work(self, spawn: Spawn) -> None:
+        """One task's work, as long as the incarnation lasts to which `spawn` belongs. After an error it ends; see `Core.on_error`."""
         try:
-            while self.messages and self.spawn is spawn:
+            while self.messages and self._spawn is spawn:
                 begun = self.inbox.loop.time()
                 pending = self.run()
                 if pending is not None:
@@ -168,5 +216,5 @@ class ConcurrentSubscription(HandlerSubscription[M]):
                 raise
             raise failure from error
         finally:
-            if self.spawn is spawn:
+            if self._spawn is spawn:
                 self.active -= 1

@@ -7,17 +7,18 @@ from collections.abc import Callable
 from threading import get_ident
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
-from actors.errors import CallTimeout, NotStarted
+from actors.errors import CallTimeout, Ended
 from actors.inbox.expiring import ExpiringMessage
 from actors.time.deadlines import check_timeout
-from actors.topics.channel import Subscription
-from actors.topics.endpoint import EventStream, close_forgotten
+from actors.topics.events import EventStream, close_forgotten
+from actors.topics.subscription import Subscription
+from actors.waiting import Waiters
 
 if TYPE_CHECKING:
-    from actors.graph.graph import Participant, TopicEntry
     from actors.interfaces.message import Message
     from actors.qos.events import SubscriptionEvent, SubscriptionStatus
     from actors.qos.policies import QoS
+    from actors.topics.peers import Participant, TopicRegistry
 
 __all__ = ["Stream", "StreamSubscription"]
 
@@ -25,16 +26,27 @@ M = TypeVar("M", bound="Message")
 
 
 class StreamSubscription(Subscription[M]):
-    """The queue behind a `Stream`."""
+    """The subscription behind a `Stream`. `on_close` is called once, when it is closed."""
 
-    __slots__ = ("closed", "latest", "on_close", "waiter")
+    # Invariants:
+    # * Somebody waits in `readers` only while no message waits and the subscription is open; a stream sees to it that it is at most one task.
+    # * Once `closed`, it is in no topic, and nothing more arrives; what waits can still be taken out.
 
-    def __init__(self, node: Participant, entry: TopicEntry, type: type[M], qos: QoS) -> None:
+    __slots__ = ("_on_close", "closed", "latest", "readers")
+
+    def __init__(
+        self,
+        node: Participant,
+        entry: TopicRegistry,
+        type: type[M],
+        qos: QoS,
+        on_close: Callable[[StreamSubscription[M]], None] | None = None,
+    ) -> None:
         super().__init__(node, entry, type, qos)
         self.latest: M | None = None
-        self.waiter: asyncio.Future[None] | None = None
-        self.on_close: Callable[[StreamSubscription[M]], None] | None = None
+        self.readers = Waiters()
         self.closed = False
+        self._on_close = on_close
 
     def deliver(self, message: M) -> None:
         self.received += 1
@@ -43,50 +55,48 @@ class StreamSubscription(Subscription[M]):
             self._overflow(message)
             return
         self.messages.append(message)
-        waiter = self.waiter
-        if waiter is not None and not waiter.done():
-            waiter.set_result(None)
+        if self.readers:
+            self.readers.wake_all()
 
-    def aging(self, aged: ExpiringMessage[M]) -> M:
-        self.attended = True
-        return cast("M", aged)
+    def wrapped(self, expiring: ExpiringMessage[M]) -> M:
+        self.must_unwrap = True
+        return cast("M", expiring)
 
     def close(self) -> None:
         if self.closed:
             return
         self.closed = True
         super().close()
-        if self.on_close is not None:
-            self.on_close(self)
-        if self.waiter is not None and not self.waiter.done():
-            self.waiter.set_result(None)
+        if self._on_close is not None:
+            self._on_close(self)
+        self.readers.wake_all()
 
 
 class Stream(Generic[M]):
     """A subscription to iterate: ``async for message in node.subscribe(TOPIC)``.
 
-    Listening starts when the stream is made. It ends (and the subscription leaves the topic) with `close()`, with the end of an
+    It receives from the moment it is made. It ends (and the subscription leaves the topic) with `close()`, with the end of an
     ``async with`` block, when nobody refers to the stream any more, and with its node; then iteration stops. At most one task may wait on it.
 
     It has no public constructor: `subscribes` and `Node.subscribe` give one.
     """
 
-    __slots__ = ("_loop", "_queue", "_thread")
+    __slots__ = ("_loop", "_subscription", "_thread")
 
-    def __init__(self, queue: StreamSubscription[M], loop: asyncio.AbstractEventLoop | None = None) -> None:
+    def __init__(self, subscription: StreamSubscription[M], loop: asyncio.AbstractEventLoop | None = None) -> None:
         self._loop = loop or asyncio.get_running_loop()
         self._thread = get_ident()
-        self._queue = queue
+        self._subscription = subscription
 
     def __repr__(self) -> str:
-        queue = self._queue
-        state = "closed" if queue.closed else f"{len(queue.messages)} waiting, {queue.dropped} dropped"
-        return f"<stream of {queue.entry.name} [{queue.type.__name__}]: {state}>"
+        behind = self._subscription
+        state = "closed" if behind.closed else f"{len(behind.messages)} waiting, {behind.dropped} dropped"
+        return f"<stream of {behind.entry.name} [{behind.type.__name__}]: {state}>"
 
     @property
     def latest(self) -> M | None:
         """The newest message that arrived, taken out or not; None before the first, and when its lifespan is over."""
-        latest = self._queue.latest
+        latest = self._subscription.latest
         if isinstance(latest, ExpiringMessage):
             return cast("ExpiringMessage[M]", latest).message if latest.fresh else None
         return latest
@@ -94,61 +104,65 @@ class Stream(Generic[M]):
     @property
     def received(self) -> int:
         """How many messages arrived so far."""
-        return self._queue.received
+        return self._subscription.received
 
     @property
     def dropped(self) -> int:
         """How many messages were lost because this reader was slower than its depth allows."""
-        return self._queue.dropped
+        return self._subscription.dropped
 
     @property
     def publisher_count(self) -> int:
         """How many publishers this stream receives from."""
-        return self._queue.publisher_count
+        return self._subscription.publisher_count
 
     @property
     def status(self) -> SubscriptionStatus:
         """What this subscription has met so far, in totals: see `actors.qos.events`."""
-        return self._queue.status
+        return self._subscription.status
 
     def events(self) -> EventStream[SubscriptionEvent]:
         """The QoS events of this subscription from now on: ``async for event in stream.events()``."""
-        return EventStream(self._queue, kept=self)
+        return EventStream(self._subscription, kept=self)
 
     def __aiter__(self) -> Stream[M]:
         return self
 
     async def __anext__(self) -> M:
-        queue = self._queue
+        subscription = self._subscription
         while True:
-            while not queue.messages:
-                if queue.closed:
+            while not subscription.messages:
+                if subscription.closed:
                     raise StopAsyncIteration
-                await self._arrival(queue)
-            message = queue.messages.popleft()
-            if not queue.attended:
+                if subscription.readers:
+                    raise RuntimeError(
+                        f"two tasks wait on one stream of {subscription.entry.name}: give each its own subscribe()"
+                    )
+                await subscription.readers.wait()
+            message = subscription.messages.popleft()
+            if not subscription.must_unwrap:
                 return message
-            if (fresh := queue.taken(message)) is not None:
+            if (fresh := subscription.unwrap(message)) is not None:
                 return fresh
 
     async def next(self, timeout: float | None = None) -> M:
-        """The next message. Raises `CallTimeout` after `timeout` seconds without one, `NotStarted` once the stream has ended."""
+        """The next message. Raises `CallTimeout` after `timeout` seconds without one, `Ended` once the stream has ended."""
         if timeout is not None:
-            check_timeout(f"the stream of {self._queue.entry.name}", timeout)
+            check_timeout(f"the stream of {self._subscription.entry.name}", timeout)
         try:
             async with asyncio.timeout(timeout):
                 return await self.__anext__()
         except StopAsyncIteration:
-            raise NotStarted(f"the stream of {self._queue.entry.name} has ended: subscribe again") from None
+            raise Ended(f"the stream of {self._subscription.entry.name} has ended: subscribe again") from None
         except TimeoutError:
             raise CallTimeout(
-                f"no message on {self._queue.entry.name} within {timeout} s "
+                f"no message on {self._subscription.entry.name} within {timeout} s "
                 f"({self.publisher_count} matching publishers in this system)"
             ) from None
 
     def close(self) -> None:
-        """Stop listening. Messages that wait can still be taken out."""
-        self._queue.close()
+        """Leave the topic. Messages that wait can still be taken out. Closing twice is fine."""
+        self._subscription.close()
 
     async def __aenter__(self) -> Stream[M]:
         return self
@@ -157,15 +171,6 @@ class Stream(Generic[M]):
         self.close()
 
     def __del__(self) -> None:
-        queue = getattr(self, "_queue", None)
-        if queue is not None and not queue.closed:
-            close_forgotten(self._loop, self._thread, queue.close)
-
-    async def _arrival(self, queue: StreamSubscription[M]) -> None:
-        if queue.waiter is not None:
-            raise RuntimeError(f"two tasks wait on one stream of {queue.entry.name}: give each its own subscribe()")
-        queue.waiter = asyncio.get_running_loop().create_future()
-        try:
-            await queue.waiter
-        finally:
-            queue.waiter = None
+        subscription = getattr(self, "_subscription", None)
+        if subscription is not None and not subscription.closed:
+            close_forgotten(self._loop, self._thread, subscription.close)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 from robot.evaluate import arm_measures as take
 from robot.evaluate.levels import Bounds, Metric, conclude, measure, parser
-from robot.world.physics import BackendMissing
+from robot.sim.physics import BackendMissing
 
 __all__ = ["main", "metrics"]
 

@@ -10,13 +10,15 @@ from typing import Literal
 
 import numpy as np
 
-from robot.arm.kinematics import JOINTS, LIMITS, STOWED, forward, inverse
-from robot.arm.trajectory import ARM_LIMITS, Quintic, Stop
+from robot.control.gait_controller import GaitController
 from robot.evaluate.trial import FLAT, PERIOD
-from robot.gait.controller import GaitController
-from robot.world.body import Body, Vector
-from robot.world.kinematic import KinematicBody
-from robot.world.physics import PhysicsBody
+from robot.geometry.vectors import Vector
+from robot.hardware.body import Body
+from robot.model.arm import JOINTS, LIMITS, STOWED, forward, inverse
+from robot.model.modes import Mode
+from robot.planning.trajectory import ARM_LIMITS, Quintic, Stop
+from robot.sim.kinematic import KinematicBody
+from robot.sim.physics import PhysicsBody
 
 __all__ = [
     "angle_error",
@@ -143,7 +145,7 @@ def walked_with_arm(seed: int, *, moving: bool) -> float:
     """The rms error of the speed held at 0.5 m/s for 8 s with the arm stowed, or with it moving from pose to pose all the time, m/s; inf after a fall."""
     robot = Standing(seed, "physics")
     poses = ((0.0, -0.8, 1.2, 0.3), (1.2, -0.5, 0.9, 0.0), (-1.2, -1.5, 1.2, 0.5), (0.0, -0.1, 0.2, 0.0))
-    robot.gait.request("walk")
+    robot.gait.request(Mode.WALK)
     robot.gait.command(0.5, 0.0, 0.0)
     robot.run(3.0)
     places: list[Vector] = []
@@ -174,8 +176,8 @@ class Standing:
         self.run(0.3)
         if backend == "kinematic":
             return  # what its arm does does not depend on how it stands
-        self.gait.request("stand")
-        while self.gait.mode != "stand" and self._steps < 2000:
+        self.gait.request(Mode.STAND)
+        while self.gait.mode != Mode.STAND and self._steps < 2000:
             self.run(PERIOD)
 
     def run(self, seconds: float) -> None:
@@ -228,13 +230,13 @@ async def _carry(seed: int, backend: Backend) -> Errand:
     from actors import Child, GoalFailed, Node, run
     from actors.interfaces.builtin_interfaces.msg import Time
     from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
-    from robot.battery.model import Pack
     from robot.contracts import FETCH_AND_CARRY
+    from robot.geometry.messages import pose_stamped
+    from robot.geometry.planar import Pose2
     from robot.interfaces.robactor_msgs.action import FetchAndCarry
-    from robot.navigation.geometry import pose_stamped
+    from robot.scenes.kitchen import OTHER_TABLE, kitchen
+    from robot.sim.battery import Pack
     from robot.tree import robot_tree
-    from robot.world.kitchen import OTHER_TABLE, kitchen
-    from robot.world.scene import Pose2
 
     random = np.random.default_rng([seed, 45])
     cup = (2.05 + float(random.uniform(-0.09, 0.09)), 1.0 + float(random.uniform(-0.09, 0.09)))

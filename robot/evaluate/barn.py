@@ -19,7 +19,7 @@ from robot.evaluate.barn_run import Backend, Ended, Outcome, run
 from robot.evaluate.barn_worlds import BarnWorld, find_worlds
 from robot.evaluate.levels import Metric, machine
 from robot.run.options import Parser, parse_seed
-from robot.world.physics import BackendMissing
+from robot.sim.physics import BackendMissing
 
 __all__ = ["evaluate", "main", "show"]
 

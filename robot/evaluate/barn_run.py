@@ -14,16 +14,18 @@ from typing import Literal
 
 import numpy as np
 
+from robot.control.follow import Command
+from robot.control.gait_controller import GaitController
+from robot.control.navigator import Motion, State
+from robot.control.unmapped import SHEET, WALKING, unmapped_navigator
 from robot.evaluate.barn_worlds import BarnWorld
-from robot.gait.controller import GaitController
-from robot.gait.figures import SIT_HEIGHT, STAND_HEIGHT
-from robot.navigation.follow import Command
-from robot.navigation.navigator import Motion, State
-from robot.navigation.unmapped import SHEET, WALKING, unmapped_navigator
-from robot.world.body import Body
-from robot.world.kinematic import KinematicBody
-from robot.world.physics import PhysicsBody
-from robot.world.scene import Pose2
+from robot.geometry.angles import yaw_of
+from robot.geometry.planar import Pose2
+from robot.hardware.body import Body
+from robot.model.modes import Mode
+from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
+from robot.sim.kinematic import KinematicBody
+from robot.sim.physics import PhysicsBody
 
 __all__ = ["LIMIT", "Backend", "Ended", "Outcome", "Walk", "run"]
 
@@ -86,7 +88,7 @@ class Walk:
         """Where the robot believes to be, in its own frame."""
         state = self.gait.state
         w, x, y, z = state.quaternion.tolist()
-        yaw = atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        yaw = yaw_of(w, x, y, z)
         return Pose2(float(state.position[0]), float(state.position[1]), yaw)
 
     def velocity(self) -> Command:
@@ -122,8 +124,8 @@ class Walk:
             self._judge()
 
     def _stand_up(self) -> None:
-        self.gait.request("walk")
-        while self.gait.mode != "walk" and self.ended is None:
+        self.gait.request(Mode.WALK)
+        while self.gait.mode != Mode.WALK and self.ended is None:
             self._step()
             if self._ticks * PERIOD > 10.0 or self.body.truth().fallen:
                 self.ended = "fall"
@@ -133,7 +135,7 @@ class Walk:
         if self._drive is None:
             self.body.command(targets)
         else:
-            height = SIT_HEIGHT if self.gait.goal == "sit" else STAND_HEIGHT
+            height = SIT_HEIGHT if self.gait.goal == Mode.SIT else STAND_HEIGHT
             self._drive.drive(*self.gait.velocity_command, height, self.gait.goal)
         self._ticks += 1
         self.body.advance(self._ticks * PERIOD)

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import msgspec
 
+from robot.geometry.planar import Pose2
 from robot.run.options import UsageError
-from robot.world.scene import Cylinder, Pose2, Scene
+from robot.scenes.scene import Cylinder, Scene
 
 __all__ = ["BarnWorld", "find_worlds", "read_world"]
 

@@ -10,13 +10,14 @@ from collections.abc import Callable, Sequence
 from math import inf, sqrt
 from random import Random
 
-from robot.battery.design import EMPTY_VOLTAGE, PackDesign
-from robot.battery.gauge import BatteryGauge, health, percentage, runtime_minutes
-from robot.battery.levels import LevelMonitor
-from robot.battery.model import Pack, SupplyStatus
-from robot.battery.power import HOTEL_LOAD
-from robot.battery.runtime import RuntimeEstimator
+from robot.estimation.battery_gauge import BatteryGauge, health, percentage, runtime_minutes
+from robot.estimation.battery_levels import LevelMonitor
+from robot.estimation.battery_runtime import RuntimeEstimator
 from robot.evaluate.levels import Metric, conclude, measure, parser
+from robot.hardware.battery import SupplyStatus
+from robot.model.battery import EMPTY_VOLTAGE, PackDesign
+from robot.model.power import HOTEL_LOAD
+from robot.sim.battery import Pack
 
 __all__ = ["charge_minutes", "formula_error", "gauge_error", "level_changes", "main", "metrics", "runtime_error"]
 

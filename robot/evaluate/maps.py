@@ -20,10 +20,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.evaluate.jump_points import GridPath, OctileSearch
 from robot.evaluate.levels import machine
-from robot.navigation.errors import NavigationError
-from robot.navigation.path import pull
-from robot.navigation.search import Cell, GridPath, OctileSearch
+from robot.planning.errors import NavigationError
+from robot.planning.grid import Cell
+from robot.planning.path import pull
 from robot.run.options import Parser, UsageError
 
 __all__ = ["MapReport", "Question", "evaluate", "main", "read_map", "read_questions"]

@@ -12,7 +12,7 @@ from robot.evaluate import odometry_measures as take
 from robot.evaluate import walk_measures
 from robot.evaluate.levels import Metric, conclude, measure, parser
 from robot.run.options import within
-from robot.world.physics import BackendMissing
+from robot.sim.physics import BackendMissing
 
 __all__ = ["main", "metrics"]
 

@@ -13,15 +13,17 @@ import numpy as np
 from actors import Child, Node, execute, run
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.std_srvs.srv import Trigger
-from robot.battery.model import Pack
 from robot.contracts import CALIBRATE_SENSOR, IMU_CALIBRATION, POSE, STAND
-from robot.evaluate.trial import PERIOD, Trial, heading
+from robot.evaluate.trial import PERIOD, Trial
+from robot.geometry.messages import from_pose
+from robot.geometry.vectors import Vector
+from robot.hardware.body import Body
 from robot.interfaces.your_package.srv import SensorCalibration
-from robot.navigation.geometry import from_pose
+from robot.model.modes import Mode
+from robot.scenes.worlds import get_world
+from robot.sim.battery import Pack
+from robot.sim.physics import PhysicsBody
 from robot.tree import only, robot_tree
-from robot.world.body import Body, Vector
-from robot.world.physics import PhysicsBody
-from robot.world.worlds import get_world
 
 __all__ = ["OnMap", "Walked", "calibration_error", "patrol", "walk"]
 
@@ -58,7 +60,7 @@ def walk(seed: int, delay: float) -> Walked:
     rows: list[tuple[float, float, float, float]] = []
     turned = [_yaw_error(trial)]
     command = (0.0, 0.0, 0.0)
-    trial.gait.request("walk")
+    trial.gait.request(Mode.WALK)
     for step in range(round(WALK_SECONDS / PERIOD)):
         if step % round(4.0 / PERIOD) == 0:
             command = (random.uniform(0.4, 1.0), random.uniform(-0.1, 0.1), random.uniform(-0.4, 0.4))
@@ -154,7 +156,7 @@ class _Witness(Node):
         self._body.advance(self.clock.now())
         truth, told = self._body.truth(), from_pose(message.pose)
         x, y, _ = truth.position.tolist()
-        error = (told.x - x, told.y - y, _wrapped(told.yaw - heading(truth.quaternion)))
+        error = (told.x - x, told.y - y, _wrapped(told.yaw - truth.yaw))
         self._seen.append((error, (x, y)))
 
 
@@ -165,7 +167,7 @@ def _simulate(main: Callable[[], Coroutine[Any, Any, None]]) -> None:
 def _errors(trial: Trial) -> tuple[float, float, float, float]:
     """Forward and left speed in each one's own heading (m/s), angle between the two verticals (rad), height (m)."""
     truth, state = trial.body.truth(), trial.gait.state
-    true, told = _level(truth.velocity, heading(truth.quaternion)), state.velocity.tolist()
+    true, told = _level(truth.velocity, truth.yaw), state.velocity.tolist()
     upright = float(np.clip(np.dot(_up(truth.quaternion), _up(state.quaternion)), -1.0, 1.0))
     return (
         told[0] - true[0],

@@ -13,7 +13,7 @@ from functools import lru_cache
 from robot.evaluate.levels import Metric, conclude, measure, parser
 from robot.evaluate.rates_run import STREAMS, TIMERS, Punctuality, Run, run_loop, run_robot
 from robot.run.options import UsageError, seconds
-from robot.world.physics import BackendMissing
+from robot.sim.physics import BackendMissing
 
 __all__ = ["ENOUGH", "main", "metrics"]
 

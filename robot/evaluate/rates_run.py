@@ -14,11 +14,11 @@ from actors import Child, Node, Stream, Supervisor, System, Topic, every, execut
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.std_srvs.srv import Trigger
 from robot import contracts
-from robot.battery.model import Pack
+from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorTargets
+from robot.scenes.worlds import get_world
+from robot.sim.battery import Pack
 from robot.tree import only, robot_tree
-from robot.world.body import Body
-from robot.world.worlds import get_world
 
 __all__ = ["STREAMS", "TIMERS", "Punctuality", "Run", "run_loop", "run_robot"]
 
@@ -225,10 +225,10 @@ def _timers(system: System) -> dict[str, float]:
 
 def _body(backend: str, seed: int, world: str) -> Body:
     if backend == "kinematic":
-        from robot.world.kinematic import KinematicBody
+        from robot.sim.kinematic import KinematicBody
 
         return KinematicBody(get_world(world), seed=seed)
-    from robot.world.physics import PhysicsBody
+    from robot.sim.physics import PhysicsBody
 
     return PhysicsBody(get_world(world), seed=seed)
 

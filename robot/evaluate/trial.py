@@ -8,15 +8,18 @@ from math import asin, atan2, cos, sin
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robot.gait.command import CommandLimits
-from robot.gait.controller import GaitController
-from robot.world.body import ImuSample, JointSample, Truth, Vector
-from robot.world.physics import PhysicsBody
-from robot.world.scene import Pose2, Scene
+from robot.control.command import CommandLimits
+from robot.control.gait_controller import GaitController
+from robot.geometry.angles import yaw_of
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Vector
+from robot.hardware.body import ImuSample, JointSample, Truth
+from robot.model.modes import Mode
+from robot.scenes.scene import Scene
+from robot.sim.physics import PhysicsBody
 
-__all__ = ["FLAT", "PERIOD", "Record", "Spoil", "Trial", "heading"]
+__all__ = ["FLAT", "PERIOD", "Record", "Spoil", "Trial"]
 
 Spoil: TypeAlias = Callable[[ImuSample, JointSample], tuple[ImuSample | None, JointSample]]
 
@@ -93,15 +96,15 @@ class Trial:
     def stand_up(self) -> None:
         """From the start until standing."""
         self.run(0.3)
-        self.gait.request("stand")
-        while self.gait.mode != "stand" and self._steps < 2000 and not self.fallen:
+        self.gait.request(Mode.STAND)
+        while self.gait.mode != Mode.STAND and self._steps < 2000 and not self.fallen:
             self.step()
 
     def run(self, seconds: float, command: tuple[float, float, float] | None = None) -> Record:
         """Go on for so long, walking at `command` if one is given; ends early with a fall."""
         if command is not None:
-            if self.gait.goal != "walk":
-                self.gait.request("walk")
+            if self.gait.goal != Mode.WALK:
+                self.gait.request(Mode.WALK)
             self.gait.command(*command)
         rows: list[tuple[float, ...]] = []
         touched: set[str] = set()
@@ -126,15 +129,15 @@ class Trial:
     def pose(self) -> tuple[float, float, float]:
         """The true x, y, yaw."""
         truth = self.body.truth()
-        return (float(truth.position[0]), float(truth.position[1]), heading(truth.quaternion))
+        return (float(truth.position[0]), float(truth.position[1]), truth.yaw)
 
     def believed(self) -> tuple[float, float, float]:
         """x, y, yaw as the controller's odometry has them."""
         state = self.gait.state
-        return (float(state.position[0]), float(state.position[1]), heading(state.quaternion))
+        return (float(state.position[0]), float(state.position[1]), yaw_of(*state.quaternion.tolist()))
 
     def _row(self, truth: Truth) -> tuple[float, ...]:
-        yaw = heading(truth.quaternion)
+        yaw = truth.yaw
         c, s = cos(yaw), sin(yaw)
         vx, vy, _ = truth.velocity.tolist()
         qw, qx, qy, qz = truth.quaternion.tolist()
@@ -150,16 +153,10 @@ class Trial:
             yaw,
             float(state.position[0]),
             float(state.position[1]),
-            heading(state.quaternion),
+            yaw_of(*state.quaternion.tolist()),
             z,
             float(np.arccos(min(1.0, max(-1.0, upright)))),
             truth.power,
             atan2(2.0 * (qy * qz + qw * qx), upright),
             asin(max(-1.0, min(1.0, 2.0 * (qw * qy - qx * qz)))),
         )
-
-
-def heading(quaternion: NDArray[np.float64]) -> float:
-    """Yaw of a quaternion (w, x, y, z), rad in (-pi, pi]."""
-    w, x, y, z = quaternion.tolist()
-    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -13,7 +13,7 @@ from robot.evaluate import walk_gaits as gaits
 from robot.evaluate import walk_measures as take
 from robot.evaluate.levels import Metric, conclude, measure, parser
 from robot.run.options import within
-from robot.world.physics import BackendMissing
+from robot.sim.physics import BackendMissing
 
 __all__ = ["main", "metrics"]
 

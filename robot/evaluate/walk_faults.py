@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from robot.evaluate.trial import Spoil
-from robot.world.body import ImuSample, JointSample
+from robot.hardware.body import ImuSample, JointSample
 
 __all__ = ["FAULTS"]
 

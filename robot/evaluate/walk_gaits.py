@@ -7,9 +7,9 @@ from math import degrees
 
 import numpy as np
 
+from robot.control.gaits import GAITS
 from robot.evaluate.trial import Record, Trial
 from robot.evaluate.walk_faults import FAULTS
-from robot.gait.pattern import GAITS
 
 __all__ = ["fault_falls", "slippery_falls", "speed_error", "sway", "switch_falls"]
 

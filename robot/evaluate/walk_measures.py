@@ -8,11 +8,12 @@ from time import process_time
 
 import numpy as np
 
+from robot.control.command import CommandLimits
 from robot.evaluate.trial import PERIOD, Trial
-from robot.gait.command import CommandLimits
-from robot.gait.figures import GRAVITY, JOINT_LIMITS, MASS
-from robot.gait.kinematics import leg_forward, leg_inverse, leg_jacobian
-from robot.world.scene import Box, Pose2, Scene
+from robot.geometry.planar import Pose2
+from robot.model.kinematics import leg_forward, leg_inverse, leg_jacobian
+from robot.model.parameters import GRAVITY, JOINT_LIMITS, MASS
+from robot.scenes.scene import Box, Scene
 
 __all__ = [
     "box_field",

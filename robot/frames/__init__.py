@@ -14,10 +14,10 @@
 from __future__ import annotations
 
 from robot.frames.broadcast import StaticTfBroadcaster, TfBroadcaster
-from robot.frames.errors import Extrapolation, FrameError, InvalidTransform, NotATree, NotConnected, UnknownFrame
 from robot.frames.listen import TfListener
-from robot.frames.transform import Transform, stamped
 from robot.frames.tree import FrameTree
+from robot.geometry.errors import Extrapolation, FrameError, InvalidTransform, NotATree, NotConnected, UnknownFrame
+from robot.geometry.transform import Transform, stamped
 
 __all__ = [
     "Extrapolation",

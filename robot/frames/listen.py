@@ -9,9 +9,9 @@ from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.tf2_msgs.msg import TFMessage
 from actors.time import Duration, JumpThreshold, TimeJump
 from robot.contracts import TF, TF_STATIC
-from robot.frames.errors import Extrapolation, FrameError, NotConnected, UnknownFrame
-from robot.frames.transform import Transform
 from robot.frames.tree import HISTORY, FrameTree
+from robot.geometry.errors import Extrapolation, FrameError, NotConnected, UnknownFrame
+from robot.geometry.transform import Transform
 
 __all__ = ["TfListener"]
 

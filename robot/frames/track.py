@@ -6,8 +6,8 @@ from bisect import bisect_left, insort
 from operator import itemgetter
 from typing import TypeAlias
 
-from robot.frames.errors import Extrapolation
-from robot.frames.transform import Transform
+from robot.geometry.errors import Extrapolation
+from robot.geometry.transform import Transform
 
 __all__ = ["Track"]
 

@@ -9,9 +9,9 @@ from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import TransformStamped
 from actors.suggest import did_you_mean
 from actors.time import nanoseconds_of, stamp_of
-from robot.frames.errors import Extrapolation, InvalidTransform, NotATree, NotConnected, UnknownFrame
 from robot.frames.track import Track
-from robot.frames.transform import Transform
+from robot.geometry.errors import Extrapolation, InvalidTransform, NotATree, NotConnected, UnknownFrame
+from robot.geometry.transform import Transform
 
 __all__ = ["HISTORY", "FrameTree"]
 

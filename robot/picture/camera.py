@@ -8,8 +8,8 @@ from math import radians, tan
 
 import numpy as np
 
+from robot.geometry.vectors import Vector
 from robot.picture.solids import Floats
-from robot.world.body import Vector
 
 __all__ = ["Camera"]
 

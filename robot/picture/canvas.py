@@ -11,8 +11,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.picture.png import Image
 from robot.picture.strokes import TALL, strokes, width
+from robot.png import Image
 
 __all__ = ["Canvas", "Ink", "Points"]
 

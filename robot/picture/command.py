@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 from robot.picture.options import Options, UsageError, parse
 
 if TYPE_CHECKING:
-    from robot import Robot
-    from robot.picture.png import Image
+    from robot.assembly import Robot
     from robot.picture.recording import Recording
-    from robot.world.scene import Scene
+    from robot.png import Image
+    from robot.scenes.scene import Scene
 
 __all__ = ["main"]
 
@@ -40,8 +40,8 @@ def _make(options: Options) -> int:
         check()
     robot = _robot(options)
     from actors import StartFailed, SupervisorGaveUp
-    from robot.picture.png import encode
     from robot.picture.record import record
+    from robot.png import encode
 
     try:
         recording = record(robot, seed=options.seed, at=_at(options, robot.scene))
@@ -74,10 +74,10 @@ def _at(options: Options, scene: Scene) -> float:
 
 
 def _robot(options: Options) -> Robot:
-    from robot import Robot
+    from robot.assembly import Robot
     from robot.run.mission import get_mission
-    from robot.world.physics import BackendMissing
-    from robot.world.worlds import UnknownWorld, get_world
+    from robot.scenes.worlds import UnknownWorld, get_world
+    from robot.sim.physics import BackendMissing
 
     try:
         scene = get_world(options.world)

@@ -13,11 +13,12 @@ from math import atan2, cos, hypot, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.geometry.planar import Pose2
 from robot.picture import palette
 from robot.picture.recording import Recording
 from robot.picture.solids import Colour, Floats
 from robot.picture.tracer import CHUNK
-from robot.world.scene import Pose2, Scene
+from robot.scenes.scene import Scene
 
 __all__ = ["Layer", "floor_layers", "paint"]
 

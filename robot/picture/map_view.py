@@ -7,13 +7,14 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from robot.navigation.footprint import Footprint
+from robot.geometry.planar import Pose2
+from robot.model.footprint import Footprint
 from robot.picture.axis import Axis
 from robot.picture.canvas import Canvas, Ink, Points
 from robot.picture.palette import srgb
-from robot.picture.png import Image
 from robot.picture.recording import Recording
-from robot.world.scene import Box, Obstacle, Pose2
+from robot.png import Image
+from robot.scenes.scene import Box, Obstacle
 
 __all__ = ["draw_map"]
 

@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from robot.geometry.vectors import Vector
 from robot.picture import palette
 from robot.picture.camera import Camera
-from robot.picture.png import Image
 from robot.picture.recording import Recording
 from robot.picture.viewpoint import viewpoint
+from robot.png import Image
 from robot.run.options import UsageError
-from robot.world.body import Vector
-from robot.world.model import Ground, write_model
+from robot.sim.mjcf import Ground, write_model
 
 __all__ = ["check", "draw_with_mujoco"]
 

@@ -10,7 +10,7 @@ from math import isfinite
 from typing import Any, Literal
 
 from robot.run.options import Fetch, Goal, Parser, UsageError, parse_fetch, parse_goal, parse_seed
-from robot.world.worlds import WORLDS
+from robot.scenes.worlds import WORLDS
 
 __all__ = ["Options", "UsageError", "parse"]
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from robot.picture.axis import Axis, spanning
 from robot.picture.canvas import Canvas, Ink
 from robot.picture.palette import srgb
-from robot.picture.png import Image
 from robot.picture.recording import Recording
+from robot.png import Image
 
 __all__ = ["draw_plots"]
 

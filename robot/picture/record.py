@@ -14,14 +14,14 @@ from actors import Child, Node, every, execute, run
 from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.nav_msgs.msg import OccupancyGrid, Path
 from actors.interfaces.sensor_msgs.msg import LaserScan
-from robot import Robot
+from robot.assembly import Robot
 from robot.contracts import CMD_VEL, MAP, PATH, SCAN
-from robot.gait.figures import FOOT_RADIUS
-from robot.gait.kinematics import feet
-from robot.navigation.grid import Grid
+from robot.geometry.vectors import Vector
+from robot.hardware.body import Body, Truth
+from robot.model.kinematics import feet
+from robot.model.parameters import FOOT_RADIUS
 from robot.picture.recording import Recording, rotation
-from robot.world.body import Body, Truth, Vector
-from robot.world.dock import heading
+from robot.planning.grid import Grid
 
 __all__ = ["record"]
 
@@ -88,7 +88,7 @@ class Watcher(Node):
         self._body.advance(self.clock.now())
         truth = self._body.truth()
         ranges = message.ranges.astype(np.float64)
-        angles = heading(truth) + message.angle_min + message.angle_increment * np.arange(len(ranges))
+        angles = truth.yaw + message.angle_min + message.angle_increment * np.arange(len(ranges))
         met = ranges < message.range_max
         x = truth.position[0] + ranges[met] * np.cos(angles[met])
         y = truth.position[1] + ranges[met] * np.sin(angles[met])
@@ -99,7 +99,7 @@ class Watcher(Node):
         now, recording = self.clock.now(), self._recording
         self._body.advance(now)
         truth = self._body.truth()
-        yaw = heading(truth)
+        yaw = truth.yaw
         vx, vy, _ = truth.velocity.tolist()
         x, y, z = truth.position.tolist()
         recording.times.append(now)

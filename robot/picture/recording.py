@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from robot.navigation.grid import Grid
-from robot.world.body import Truth, Vector
-from robot.world.dock import heading
-from robot.world.scene import Pose2, Scene, Thing
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Vector
+from robot.hardware.body import Truth
+from robot.planning.grid import Grid
+from robot.scenes.scene import Scene, Thing
 
 __all__ = ["Recording", "rotation"]
 
@@ -49,7 +50,7 @@ class Recording:
     @property
     def pose(self) -> Pose2:
         """The body on the floor at the instant of the picture."""
-        return Pose2(float(self.truth.position[0]), float(self.truth.position[1]), heading(self.truth))
+        return Pose2(float(self.truth.position[0]), float(self.truth.position[1]), self.truth.yaw)
 
 
 def rotation(quaternion: Vector) -> Vector:

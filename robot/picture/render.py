@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from robot.picture import palette
 from robot.picture.camera import Camera
 from robot.picture.floor import Layer, paint
-from robot.picture.png import Image
 from robot.picture.solids import Floats, Solid
 from robot.picture.tracer import CHUNK, FLOOR, NOTHING, Hits, lit, nearest, openness
+from robot.png import Image
 
 __all__ = ["Stage", "render"]
 

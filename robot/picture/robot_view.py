@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from robot.picture.figure import robot_solids
 from robot.picture.floor import floor_layers
-from robot.picture.png import Image
 from robot.picture.recording import Recording
 from robot.picture.render import Stage, render
 from robot.picture.stage import stage_solids, thing_solids
 from robot.picture.viewpoint import viewpoint
+from robot.png import Image
 
 __all__ = ["draw_robot"]
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.world.body import Vector
+from robot.geometry.vectors import Vector
 
 __all__ = ["Colour", "Floats", "Solid", "ball", "box", "capsule", "distance", "enter", "normal", "slab", "stick"]
 

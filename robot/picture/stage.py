@@ -7,10 +7,10 @@ from math import cos, sin
 
 import numpy as np
 
+from robot.geometry.vectors import Vector
 from robot.picture import palette
 from robot.picture.solids import Solid, box, stick
-from robot.world.body import Vector
-from robot.world.scene import Box, Cylinder, Obstacle, Scene, Thing
+from robot.scenes.scene import Box, Cylinder, Obstacle, Scene, Thing
 
 __all__ = ["stage_solids", "thing_solids"]
 

@@ -7,9 +7,10 @@ from math import atan2, cos, degrees, hypot, pi, radians, remainder, sin
 
 import numpy as np
 
+from robot.geometry.planar import Pose2
 from robot.picture.camera import Camera
-from robot.world.rays import cast
-from robot.world.scene import Pose2, Scene, Thing
+from robot.scenes.scene import Scene, Thing
+from robot.sim.rays import cast
 
 __all__ = ["viewpoint"]
 

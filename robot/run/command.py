@@ -13,11 +13,10 @@ from robot.run.options import Crash, Options, UsageError, parse
 
 if TYPE_CHECKING:
     from actors import Supervisor, System
-    from actors.parameters.files import ParameterOverrides
-    from robot import Robot
+    from robot.assembly import Robot
+    from robot.hardware.body import Body
     from robot.run.flight import Flight
     from robot.run.judge import Score
-    from robot.world.body import Body
 
 __all__ = ["main"]
 
@@ -43,7 +42,6 @@ class Session:
 
     def __init__(self, options: Options) -> None:
         self.options = options
-        self.overrides = self._overrides()
         self.robot = self._robot()
         self.body: Body = self.robot.body
 
@@ -63,10 +61,10 @@ class Session:
     # -- what can be wrong with it, found before anything runs --------------------------------------------------------------
 
     def _robot(self) -> Robot:
-        from robot import Robot
+        from robot.assembly import Robot
         from robot.run.mission import get_mission
-        from robot.world.physics import BackendMissing
-        from robot.world.worlds import UnknownWorld, get_world
+        from robot.scenes.worlds import UnknownWorld, get_world
+        from robot.sim.physics import BackendMissing
 
         options = self.options
         try:
@@ -76,21 +74,23 @@ class Session:
         try:
             return Robot(
                 scene, body=options.backend, mission=get_mission(options.goal, options.fetch, scene), seed=options.seed, battery=options.battery,
-                arm=options.arm, motor_delay=options.motor_delay, overrides=self.overrides, publish_clock=options.publish_clock,
+                arm=options.arm, motor_delay=options.motor_delay, publish_clock=options.publish_clock,
             )  # fmt: skip
         except BackendMissing as error:
             raise UsageError(str(error)) from None
 
-    def _overrides(self) -> ParameterOverrides | None:
-        path = self.options.params
-        if path is None:
+    def _parameters(self, chosen: Supervisor) -> dict[str, dict[str, Any]] | None:
+        """What `--params` says of the nodes that run; what is wrong about another one of the robot is a mistake, too."""
+        if self.options.params is None:
             return None
-        from actors.parameters.files import InvalidParams, ParameterOverrides
+        from actors.parameters.files import InvalidParams
+        from actors.running.options import parameters_by_node
 
         try:
-            return ParameterOverrides().with_file(path)
+            taken = parameters_by_node("--params", self.robot.tree, self.options.params)
         except InvalidParams as error:
             raise UsageError(f"--params: {error}") from None
+        return {f"/{child.name}": taken.get(f"/{child.name}", {}) for child in chosen.children}
 
     # -- the run ------------------------------------------------------------------------------------------------------------
 
@@ -108,12 +108,12 @@ class Session:
         flight = Flight(options, score)
         sink = json_sink() if options.log_format == "json" else console_sink()
         line.live = line.live and options.log_format == "console"
-        check_parameters(self.robot.tree, self.overrides)
         tree = self._chosen(self.robot.tree)
         check_crashes(tree, options.crashes)
         report: dict[str, Any] = {}
         context = run(
-            tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level), observers=flight.observers
+            tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level), observers=flight.observers,
+            parameters=self._parameters(tree),
         )  # fmt: skip
         try:
             async with context as system:
@@ -160,8 +160,8 @@ class Session:
         """Let the time pass: crashes that were ordered, the end of the mission, the end of the duration, or the end of the tree."""
         import asyncio
 
-        from robot.tasks.carrier import Carrier
-        from robot.tasks.patrol import Patrol
+        from robot.nodes.carrier import Carrier
+        from robot.nodes.patrol import Patrol
 
         duration = self.options.duration
         crashes = {
@@ -228,34 +228,6 @@ class Session:
         except OSError as error:
             return f"--report {self.options.report}: not written: {error.strerror}"
         return None
-
-
-def check_parameters(tree: Supervisor, overrides: ParameterOverrides | None) -> None:
-    """Refuse what no node would take, before anything runs: unknown nodes and parameters, values out of bounds. Raises `UsageError`."""
-    from actors import Child, Node
-    from actors.parameters import ParameterError, ParameterStore
-
-    nodes = {
-        f"/{child.name}": child
-        for child in tree.children
-        if isinstance(child, Child) and isinstance(child.factory, type) and issubclass(child.factory, Node)
-    }
-    tables = {name: child.factory.declarations.table for name, child in nodes.items()}  # type: ignore[attr-defined]
-    from actors.parameters.files import ParameterOverrides
-
-    for pattern, values in overrides.entries if overrides is not None else ():
-        reached = [name for name in nodes if not values or ParameterOverrides({pattern: values}).for_node(name)]
-        if not reached:
-            raise UsageError(f"--params: no node is called {pattern!r}; there are: {', '.join(nodes)}")
-        for parameter in values:
-            if not any(parameter in tables[name].values for name in reached):
-                known = sorted({one for name in reached for one in tables[name].values})
-                raise UsageError(f"--params: {pattern} has no parameter {parameter!r}; it has: {', '.join(known)}")
-    for name, child in nodes.items():
-        try:
-            ParameterStore(name, child.parameters, table=tables[name])
-        except ParameterError as error:
-            raise UsageError(f"--params: {error}") from None
 
 
 def check_crashes(tree: Supervisor, crashes: Sequence[Crash]) -> None:

@@ -10,11 +10,10 @@ import numpy as np
 from actors import Node, every
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GOAL_REPORT, SAFETY_STATE
+from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GoalReport, SafetyState
-from robot.navigation.footprint import Footprint
-from robot.navigation.grid import signed_distance
-from robot.world.body import Body
-from robot.world.dock import heading
+from robot.model.footprint import Footprint
+from robot.planning.grid import signed_distance
 
 __all__ = ["Judge", "SafetyStop", "Score", "ScoredGoal"]
 
@@ -96,7 +95,7 @@ class Judge(Node):
             score.drove[self._driver] = score.drove.get(self._driver, 0.0) + 1.0 / RATE
         for name in truth.touching:
             score.contacts.setdefault(name, round(self.clock.now(), 3))
-        yaw = heading(truth)
+        yaw = truth.yaw
         c, s = np.cos(yaw), np.sin(yaw)
         px = x + c * self._outline[:, 0] - s * self._outline[:, 1]
         py = y + s * self._outline[:, 0] + c * self._outline[:, 1]

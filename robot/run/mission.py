@@ -9,19 +9,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from actors.suggest import did_you_mean
-from robot.navigation.errors import NavigationError
-from robot.navigation.grid import Grid, signed_distance
-from robot.navigation.navigator import Navigator
+from robot.control.navigator import Navigator
+from robot.geometry.planar import Pose2
+from robot.nodes.carrier import Delivery
+from robot.planning.errors import NavigationError
+from robot.planning.grasp import Spot, stands
+from robot.planning.grid import Grid, signed_distance
 from robot.run.options import Fetch, Goal, Options, UsageError
-from robot.tasks.carrier import Delivery
-from robot.tasks.grasp import Spot, stands
-from robot.world.scene import Pose2, Scene, Thing
-from robot.world.worlds import WORLDS, get_world
+from robot.scenes.scene import Scene, Thing
+from robot.scenes.worlds import WORLDS, get_world
 
 if TYPE_CHECKING:
     from robot.assembly import Mission
+    from robot.hardware.body import Body
     from robot.run.judge import Score
-    from robot.world.body import Body
 
 __all__ = ["failure", "get_mission"]
 

@@ -10,7 +10,7 @@ from math import isfinite, nan, radians
 from typing import Any, Literal, NoReturn
 
 from actors.suggest import did_you_mean
-from robot.world.worlds import WORLDS
+from robot.scenes.worlds import WORLDS
 
 __all__ = [
     "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Options", "Parser", "UsageError", "parse", "parse_fetch", "parse_goal",

@@ -8,8 +8,8 @@ from math import isfinite
 from typing import Any
 
 from actors import System
+from robot.hardware.body import Body
 from robot.run.judge import Score
-from robot.world.body import Body
 
 __all__ = ["last_sample", "make_report"]
 

@@ -16,13 +16,12 @@ from actors.interfaces.nav_msgs.msg import Path as PathMessage
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.logs import LogRecord, LogSink
 from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, PATH, POSE
+from robot.geometry.messages import from_pose
+from robot.geometry.planar import Pose2
+from robot.hardware.body import Truth
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus
-from robot.navigation.geometry import from_pose
-from robot.navigation.path import Path
+from robot.planning.path import Path
 from robot.run.judge import Score
-from robot.world.body import Truth
-from robot.world.dock import heading
-from robot.world.scene import Pose2
 
 __all__ = ["Part", "Status", "StatusLine", "final_parts"]
 
@@ -110,7 +109,7 @@ def final_parts(truth: Truth, score: Score, seconds: float) -> list[Part]:
     parts = [
         Part(9, f"{seconds:7.1f} s"),
         Part(8, f"the robot {posture}"),
-        Part(5, _place(Pose2(x, y, heading(truth)))),
+        Part(5, _place(Pose2(x, y, truth.yaw))),
     ]
     if score.charge is not None:
         parts.append(Part(6, f"battery {100 * score.charge:.1f} %" + (", charging" if score.charging else "")))

@@ -6,7 +6,7 @@ A service is the right form here: a question with one answer, at once, and for w
 from __future__ import annotations
 
 from actors import Node, Service, Supervisor, parameter
-from robot.battery.gauge import BatteryGauge, UnknownRobot
+from robot.estimation.battery_gauge import BatteryGauge, UnknownRobot
 from robot.interfaces.my_robot_interfaces.srv import (
     GetBatteryStatus,
     GetBatteryStatus_Request,

@@ -11,19 +11,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from actors import Aborted, Action, Done, GoalFailed, GoalRejected, Node, Reject, Steps, Supervisor, parameter
+from robot.geometry.planar import Pose2
 from robot.interfaces.your_package.action import (
     HumanoidNav,
     HumanoidNav_Feedback,
     HumanoidNav_Goal,
     HumanoidNav_Result,
 )
-from robot.navigation.errors import NavigationError
-from robot.navigation.grid import Grid, signed_distance
-from robot.navigation.path import Path
-from robot.navigation.planner import Planner
+from robot.planning.errors import NavigationError
+from robot.planning.grid import Grid, signed_distance
+from robot.planning.path import Path
+from robot.planning.planner import Planner
+from robot.scenes.scene import Obstacle, Scene
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 from robot.tutorials.strides import is_finite, turn_left, turned
-from robot.world.scene import Obstacle, Pose2, Scene
 
 __all__ = ["HUMANOID_NAVIGATE", "HumanoidNavClient", "HumanoidNavServer", "tree"]
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 
 from actors import Action, Done, GoalFailed, GoalRejected, Node, Reject, Steps, Supervisor, parameter
+from robot.geometry.planar import Pose2
 from robot.interfaces.my_robot_interfaces.action import (
     MoveToPosition,
     MoveToPosition_Feedback,
@@ -16,7 +17,6 @@ from robot.interfaces.my_robot_interfaces.action import (
 )
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 from robot.tutorials.strides import distance, is_finite, stride, turn_left
-from robot.world.scene import Pose2
 
 __all__ = ["MOVE_TO_POSITION", "MoveClient", "MoveServer", "tree"]
 

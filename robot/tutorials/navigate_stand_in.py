@@ -1,6 +1,6 @@
 """`navigate_to_goal` with the Fibonacci type as a stand-in: cancel, preemption and retry without a robot to move.
 
-The robot's own node (`robot.navigation.node`) serves the real NavigateToGoal.
+The robot's own node (`robot.nodes.navigation`) serves the real NavigateToGoal.
 """
 
 from __future__ import annotations

@@ -14,12 +14,13 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Requ
 from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
 from actors.interfaces.nav_msgs.msg import Path
 from actors.interfaces.std_msgs.msg import Header
+from robot.geometry.planar import Pose2
 from robot.interfaces.humanoid_control_interfaces.srv import PlanPath, PlanPath_Request, PlanPath_Response
-from robot.navigation.errors import NavigationError
-from robot.navigation.grid import Grid
-from robot.navigation.planner import Planner
+from robot.planning.errors import NavigationError
+from robot.planning.grid import Grid
+from robot.planning.planner import Planner
+from robot.scenes.scene import Obstacle, Scene
 from robot.tutorials.program import Errand, ErrandFailed, main, system
-from robot.world.scene import Obstacle, Pose2, Scene
 
 __all__ = ["ADD_TO_PLAN", "PLAN_PATH", "MotionPlanner", "PlannerClient", "PlannerServer", "call_safely", "tree"]
 

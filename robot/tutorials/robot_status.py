@@ -1,4 +1,4 @@
-"""A status service: a request without fields, and an answer in words. The robot's own (`robot.teleop.status`) answers from what it measures."""
+"""A status service: a request without fields, and an answer in words. The robot's own (`robot.nodes.status`) answers from what it measures."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """A quadruped's joints as the tutorials move them: sit, stand with balance, and a trot of sines. No physics, no feet on a floor.
 
-The robot that really walks is `robot.gait`. Here the commanded angles are published as if they were measured, as the tutorial does.
+The robot that really walks is `robot.nodes.gait`. Here the commanded angles are published as if they were measured, as the tutorial does.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from actors.interfaces.geometry_msgs.msg import Quaternion, Twist, Vector3
 from actors.interfaces.sensor_msgs.msg import Imu, JointState
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
+from robot.hardware.body import JOINT_NAMES, LEGS
 from robot.tutorials.program import main, system
-from robot.world.body import JOINT_NAMES, LEGS
 
 __all__ = ["CMD_VEL", "IMU", "JOINT_STATES", "SIT", "STAND", "WALK", "SpotController", "balance", "tree", "trot"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from robot.world.scene import Pose2
+from robot.geometry.planar import Pose2
 
 __all__ = ["distance", "is_finite", "stride", "turn_left", "turned"]
 

@@ -43,8 +43,15 @@ THOUSAND: Final = (
 
 SUBJECTS: Final = {
     "channel": Subject(
-        ("actors/topics/channel.py", "actors/topics/handler.py", "actors/topics/stream.py"),
         (
+            "actors/topics/publisher.py",
+            "actors/topics/subscription.py",
+            "actors/topics/handler.py",
+            "actors/topics/stream.py",
+            "actors/waiting.py",
+        ),
+        (
+            "tests/unit/test_waiting.py",
             "tests/unit/test_channel.py",
             "tests/unit/test_timed.py",
             "tests/unit/test_graph.py",

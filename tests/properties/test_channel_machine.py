@@ -13,7 +13,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from actors import CallTimeout, NotStarted, Publisher, QoS, Stream, open_node
+from actors import CallTimeout, Ended, Publisher, QoS, Stream, open_node
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos import QoSWarning
 from actors.time.virtual_loop import VirtualLoop
@@ -185,7 +185,7 @@ class Channel(RuleBasedStateMachine):
             self.publish_in_model(sender.writer, sender.value)
             sender.task.result()
         else:
-            with pytest.raises(NotStarted):
+            with pytest.raises(Ended):
                 sender.task.result()
         return True
 
@@ -197,7 +197,7 @@ class Channel(RuleBasedStateMachine):
         if reader.waiting:
             assert task.result().data == reader.waiting.pop(0)
         else:
-            with pytest.raises(NotStarted):
+            with pytest.raises(Ended):
                 task.result()
 
     # -- publishers ---------------------------------------------------------------------------------------------------------
@@ -232,7 +232,7 @@ class Channel(RuleBasedStateMachine):
         for _ in range(count):
             self.next += 1
             if not writer.open:
-                with pytest.raises(NotStarted):
+                with pytest.raises(Ended):
                     writer.real.publish(number(self.next))
                 return
             writer.real.publish(number(self.next))
@@ -259,7 +259,7 @@ class Channel(RuleBasedStateMachine):
             task.result()
             self.publish_in_model(writer, self.next)
         else:
-            with pytest.raises(NotStarted):
+            with pytest.raises(Ended):
                 task.result()
         self.settle()
 
@@ -312,7 +312,7 @@ class Channel(RuleBasedStateMachine):
             if reader.waiting:
                 assert self.run(reader.real.next(timeout=0.0)).data == reader.waiting.pop(0)
             else:
-                with pytest.raises(CallTimeout if reader.open else NotStarted):
+                with pytest.raises(CallTimeout if reader.open else Ended):
                     self.run(reader.real.next(timeout=0.0))
             self.settle()
 

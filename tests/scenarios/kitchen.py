@@ -7,12 +7,12 @@ from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
 from actors.interfaces.std_msgs.msg import Header
 from actors.testing import Rig
-from robot.battery.model import Pack
-from robot.navigation.geometry import pose_stamped
+from robot.geometry.messages import pose_stamped
+from robot.geometry.planar import Pose2
+from robot.hardware.body import Body
+from robot.scenes.worlds import get_world
+from robot.sim.battery import Pack
 from robot.tree import robot_tree
-from robot.world.body import Body
-from robot.world.scene import Pose2
-from robot.world.worlds import get_world
 
 KITCHEN = get_world("kitchen")
 CUP = KITCHEN.things[0]

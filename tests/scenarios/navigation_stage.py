@@ -14,27 +14,30 @@ from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.std_srvs.srv import Trigger_Request, Trigger_Response
 from actors.testing import Rig
-from robot.battery.model import Pack
 from robot.contracts import AUTONOMY_CMD, BATTERY_STATE, GAIT_STATUS, ODOMETRY, POSE, SIT, STAND, WALK
-from robot.gait.figures import SIT_HEIGHT, STAND_HEIGHT
+from robot.geometry.messages import to_pose
+from robot.geometry.planar import Pose2, compose, inverse
+from robot.geometry.vectors import Vector
+from robot.hardware.body import Truth
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.my_robot_interfaces.action import MoveToPosition
 from robot.interfaces.robactor_msgs.msg import GaitStatus
 from robot.interfaces.your_package.action import HumanoidNav
-from robot.navigation.docking import Docking
-from robot.navigation.geometry import compose, inverse, to_pose
-from robot.navigation.grid import Grid
-from robot.navigation.localizer import Localizer
-from robot.navigation.map_server import MapServer
-from robot.navigation.node import Navigation
-from robot.sensors.lidar import Lidar
+from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
+from robot.nodes.docking import Docking
+from robot.nodes.lidar import Lidar
+from robot.nodes.localizer import Localizer
+from robot.nodes.map_server import MapServer
+from robot.nodes.navigation import Navigation
+from robot.planning.grid import Grid
+from robot.scenes.dock import has_station, station
+from robot.scenes.scene import Obstacle, Scene
+from robot.scenes.worlds import get_world
+from robot.sim.battery import Pack
+from robot.sim.charger import charger_connected
+from robot.sim.kinematic import KinematicBody, Mode
+from robot.sim.touch import Outline
 from robot.tree import robot_tree
-from robot.world.body import Truth, Vector
-from robot.world.dock import charger_connected, has_station, heading, station
-from robot.world.kinematic import KinematicBody, Mode
-from robot.world.scene import Obstacle, Pose2, Scene
-from robot.world.touch import Outline
-from robot.world.worlds import get_world
 
 if TYPE_CHECKING:
     from actors import Supervisor
@@ -80,7 +83,7 @@ class ChangingBody(KinematicBody):
 def true_pose(body: KinematicBody) -> Pose2:
     """Where the body really is."""
     truth = body.truth()
-    return Pose2(float(truth.position[0]), float(truth.position[1]), heading(truth))
+    return Pose2(float(truth.position[0]), float(truth.position[1]), truth.yaw)
 
 
 def speed(body: KinematicBody) -> float:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from robot import Robot
-from robot.navigation.geometry import pose_stamped
-from robot.world.scene import Pose2
-from robot.world.worlds import get_world
+from robot.geometry.messages import pose_stamped
+from robot.geometry.planar import Pose2
+from robot.scenes.worlds import get_world
 
 if TYPE_CHECKING:
     from actors import Child, Supervisor

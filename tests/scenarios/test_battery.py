@@ -11,9 +11,6 @@ from actors import Child, GoalAborted, GoalRejected, ServiceFailed
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
-from robot.battery.energy import EnergyGuard, walking_energy
-from robot.battery.model import Pack
-from robot.battery.node import Battery
 from robot.contracts import (
     BATTERY_STATE,
     BATTERY_STATUS,
@@ -24,11 +21,14 @@ from robot.contracts import (
     STAND,
 )
 from robot.evaluate.battery import CONTRACT
+from robot.geometry.messages import pose_stamped
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus, GetBatteryStatus_Response
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
-from robot.navigation.geometry import pose_stamped
-from robot.world.worlds import get_world
+from robot.nodes.battery import Battery
+from robot.planning.energy import EnergyGuard, walking_energy
+from robot.scenes.worlds import get_world
+from robot.sim.battery import Pack
 from tests.scenarios.robot_stage import ahead, robot
 
 WALKING = 304.0

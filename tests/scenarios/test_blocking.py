@@ -20,6 +20,7 @@ from actors import (
     CallTimeout,
     Child,
     Done,
+    Ended,
     GoalAborted,
     GoalCanceled,
     GoalRejected,
@@ -27,7 +28,6 @@ from actors import (
     Intensity,
     Node,
     NotRunning,
-    NotStarted,
     Reject,
     Service,
     ServiceUnavailable,
@@ -301,7 +301,7 @@ def test_the_end_of_the_tree_ends_what_waits_and_is_raised_at_the_end_of_the_blo
                 lambda: node.run(for_ever),
                 lambda: node.publish(WORDS, word("late")),
             ):
-                with pytest.raises((NotRunning, NotStarted)):
+                with pytest.raises((NotRunning, Ended)):
                     use()
 
     with pytest.raises(SupervisorGaveUp):
@@ -319,9 +319,9 @@ def test_what_is_asked_of_a_loop_that_has_just_ended_is_refused_and_never_begun(
             assert not waits.done()
         loop.close()  # it never came to the request
         life.set_result(None)
-        with pytest.raises((NotRunning, NotStarted), match="ended"):
+        with pytest.raises((NotRunning, Ended), match="ended"):
             waits.result()
-    with pytest.raises(NotStarted, match="has ended"):
+    with pytest.raises(Ended, match="has ended"):
         BlockingNode(cast("Node", None), loop, Future()).run(for_ever)
 
 
@@ -349,7 +349,7 @@ def test_after_the_block_everything_is_refused() -> None:
     with opened as node:
         pass
     assert "ended" in repr(node)
-    with pytest.raises(NotStarted, match="block has been left"):
+    with pytest.raises(Ended, match="block has been left"):
         node.publish(WORDS, word("late"))
     with pytest.raises(RuntimeError, match="entered before"), opened:
         pass
@@ -427,7 +427,7 @@ def test_F21_a_subscription_is_a_stream_to_iterate_to_ask_and_to_close() -> None
             stream.next(timeout=1e-6)
         stream.close()
         assert list(stream) == []
-        with pytest.raises(NotStarted):
+        with pytest.raises(Ended):
             stream.next()
         assert repr(stream).startswith("<blocking <stream of /latched [Int32]: closed")
         newest_only = node.subscribe(LATCHED, qos=qos.LATCHED)
@@ -462,7 +462,7 @@ def test_F21_a_goal_that_outlives_its_node_says_so_unless_the_block_has_said_mor
         goal.__enter__()
         failing = node.start(COUNT, order(100))
         failing.__enter__()
-    with pytest.raises(NotStarted, match="its block has been left"):
+    with pytest.raises(Ended, match="its block has been left"):
         goal.__exit__(None, None, None)
     failing.__exit__(KeyError, KeyError("script"), None)
 
@@ -540,7 +540,7 @@ def test_D27_sigterm_unwinds_the_block_and_its_nodes_end_before_it() -> None:
     with pytest.raises(SystemExit) as ended, blocking.open_node("one", tree=Desk) as node:
         signal.raise_signal(signal.SIGTERM)
     assert ended.value.code == 143
-    with pytest.raises(NotStarted, match="its block has been left"):
+    with pytest.raises(Ended, match="its block has been left"):
         node.call(ADD, two(1, 1))
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
 

@@ -15,13 +15,13 @@ from actors.interfaces.sensor_msgs.msg import Imu
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
 from robot.contracts import CALIBRATE_SENSOR, CMD_VEL, IMU, IMU_CALIBRATION, STAND, WALK
-from robot.gait.node import Gait
 from robot.interfaces.your_package.srv import SensorCalibration
-from robot.sensors.calibration import Calibration
-from robot.sensors.proprioception import Proprioception
-from robot.world.kinematic import KinematicBody
-from robot.world.motors import Motors
-from robot.world.worlds import get_world
+from robot.nodes.calibration import Calibration
+from robot.nodes.gait import Gait
+from robot.nodes.motors import Motors
+from robot.nodes.proprioception import Proprioception
+from robot.scenes.worlds import get_world
+from robot.sim.kinematic import KinematicBody
 
 T = TypeVar("T")
 

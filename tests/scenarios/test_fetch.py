@@ -13,7 +13,6 @@ import pytest
 from actors import Goal, GoalAborted, GoalCanceled, GoalRejected
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.testing import Rig
-from robot.arm.kinematics import STOWED
 from robot.contracts import (
     ARM_JOINT_STATES,
     CALIBRATE_GRIPPER,
@@ -27,6 +26,7 @@ from robot.contracts import (
     NAVIGATE_AND_GRAB,
     POSE,
 )
+from robot.hardware.body import Body
 from robot.interfaces.proposed_interfaces.action import (
     NavigateAndGrab,
     NavigateAndGrab_Feedback,
@@ -34,10 +34,10 @@ from robot.interfaces.proposed_interfaces.action import (
 )
 from robot.interfaces.proposed_interfaces.srv import GetRobotPose
 from robot.interfaces.robactor_msgs.action import FetchAndCarry
-from robot.world.body import Body
-from robot.world.kinematic import KinematicBody
-from robot.world.physics import PhysicsBody
-from robot.world.things import centre
+from robot.model.arm import STOWED
+from robot.sim.kinematic import KinematicBody
+from robot.sim.physics import PhysicsBody
+from robot.sim.things import centre
 from tests.scenarios.kitchen import CUP, KITCHEN, OTHER_TABLE, at, awake, upon
 
 STAGES = ["calibrate", "confirm", "navigate", "grab"]

@@ -30,8 +30,8 @@ from robot.interfaces.proposed_interfaces.srv import GetRobotPose
 from robot.interfaces.robot_arm_control.action import MoveArm
 from robot.interfaces.your_package.action import HumanoidNav
 from robot.interfaces.your_package.srv import SensorCalibration
+from robot.sim.kinematic import KinematicBody
 from robot.tutorials.motor_controller import MotorController
-from robot.world.kinematic import KinematicBody
 from tests.scenarios.kitchen import KITCHEN, at, awake
 
 Request = SensorCalibration.Request

@@ -15,11 +15,11 @@ from actors import (
     ActorError,
     Child,
     Done,
+    Ended,
     GoalAborted,
     GoalCanceled,
     LifecycleNode,
     Node,
-    NotStarted,
     Service,
     ServiceFailed,
     Steps,
@@ -458,7 +458,7 @@ async def test_D7_work_for_a_node_that_has_ended_is_refused_and_thrown_away(rig:
     rig.crash(Arm)
     await rig.settled()
     coroutine = work()
-    with pytest.raises(NotStarted, match="/arm, incarnation 1, has ended: ask its successor"):
+    with pytest.raises(Ended, match="/arm, incarnation 1, has ended: ask its successor"):
         core.own(coroutine)
     assert inspect.getcoroutinestate(coroutine) == inspect.CORO_CLOSED
 

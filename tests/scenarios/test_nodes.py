@@ -11,6 +11,7 @@ from actors import (
     Child,
     DeclarationError,
     Done,
+    Ended,
     Failed,
     Killed,
     Leaked,
@@ -595,11 +596,11 @@ async def test_what_a_node_that_has_ended_spawns_is_refused(rig: Rig) -> None:
     rig.crash(Exclusive)
     await rig.settled()
     work = old.clock.sleep(1.0)
-    with pytest.raises(NotStarted, match="/exclusive, incarnation 1, has ended: ask its successor, if there is one"):
+    with pytest.raises(Ended, match="/exclusive, incarnation 1, has ended: ask its successor, if there is one"):
         old.spawn(work)
-    with pytest.raises(NotStarted):
+    with pytest.raises(Ended):
         old.core.spawn(old.clock.sleep(1.0))
-    with pytest.raises(NotStarted):
+    with pytest.raises(Ended):
         old.stop()
 
 
@@ -808,7 +809,7 @@ async def test_a_node_that_refuses_even_to_be_killed_is_given_up_and_its_place_i
     (report,) = [report for report in rig.reports if report.context == "shutdown_error"]
     assert report.reason == Leaked(1.0)
     assert rig.state(Zombie).state == "stopped"
-    with pytest.raises(NotStarted):
+    with pytest.raises(Ended):
         old.out(number(9))
     await supervisor_of(rig).restart_child("zombie")
     assert (await rig.call(ADD, two(0, 0))).sum == 2

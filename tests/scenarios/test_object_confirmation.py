@@ -14,8 +14,8 @@ from actors.testing import Rig
 from robot.contracts import CONFIRM_OBJECT, DETECTIONS
 from robot.interfaces.robactor_msgs.msg import Detection
 from robot.interfaces.robactor_msgs.srv import ConfirmObject, ConfirmObject_Response
-from robot.tasks.confirm import ObjectConfirmation
-from robot.tasks.objects import Look
+from robot.nodes.confirm import ObjectConfirmation
+from robot.scenes.objects import Look
 
 LOOKS = {"cup": Look("red", 0.07, 0.10)}
 

@@ -10,9 +10,9 @@ import pytest
 from actors import (
     Child,
     DeclarationError,
+    Ended,
     Node,
     NotRunning,
-    NotStarted,
     ServiceUnavailable,
     Stop,
     Supervisor,
@@ -58,7 +58,7 @@ async def test_alone_it_is_a_system_of_its_own_that_ends_with_it() -> None:
             await node.call(ADD, two(1, 2))
     assert system_here() is None
     assert asyncio.all_tasks() == {asyncio.current_task()}
-    with pytest.raises(NotStarted):
+    with pytest.raises(Ended):
         node.publisher(NUMBERS)
 
 
@@ -101,7 +101,7 @@ async def test_the_first_may_leave_before_the_second() -> None:
     other = await second.__aenter__()
     await first.__aexit__(None, None, None)
     assert system_here() is other.core.system
-    with pytest.raises(NotStarted):
+    with pytest.raises(Ended):
         node.publisher(NUMBERS)
     other.publisher(NUMBERS)
     await second.__aexit__(None, None, None)

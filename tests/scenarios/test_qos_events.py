@@ -9,8 +9,8 @@ import pytest
 from actors import (
     Child,
     DeclarationError,
+    Ended,
     Node,
-    NotStarted,
     QoS,
     Supervisor,
     Topic,
@@ -142,7 +142,7 @@ async def test_T_06_a_publisher_knows_its_readers_through_their_restarts(rig: Ri
     assert rig.node(Watcher).subscription(CAMERA) is heard
     rig.crash(Camera)
     await rig.settled()
-    with pytest.raises(NotStarted):
+    with pytest.raises(Ended):
         await told.next()
     assert [event for _, event in rig.node(Watcher).told] == [
         Matched(1, 0, 0, -1),

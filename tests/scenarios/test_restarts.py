@@ -417,11 +417,6 @@ async def test_an_instance_that_does_not_start_frees_its_name(rig: Rig) -> None:
     assert rig.incarnation("arm") == 1
 
 
-async def test_a_child_in_a_process_of_its_own_needs_a_transport(rig: Rig) -> None:
-    with pytest.raises(StartFailed, match="process=True needs a transport"):
-        await rig.start(Child(Odometer, process=True))
-
-
 class Clinging(Node):
     """Takes ten seconds to start, and lets nobody interrupt it."""
 

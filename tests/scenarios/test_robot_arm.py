@@ -23,9 +23,6 @@ from actors import (
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from actors.node.retry import retry
 from actors.testing import Rig
-from robot.arm.kinematics import MOUNT, STOWED, Tip, forward, inverse
-from robot.arm.node import ArmDriver
-from robot.arm.trajectory import ARM_LIMITS
 from robot.contracts import (
     ARM_JOINT_STATES,
     CALIBRATE_GRIPPER,
@@ -35,14 +32,18 @@ from robot.contracts import (
     MOVE_ARM,
     SAFETY_STATE,
 )
+from robot.geometry.planar import Pose2
+from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import SafetyState
 from robot.interfaces.robot_arm_control.action import MoveArm
 from robot.interfaces.robot_arm_control.srv import GetPosition
-from robot.world.body import Body
-from robot.world.kinematic import KinematicBody
-from robot.world.physics import PhysicsBody
-from robot.world.scene import Box, Cylinder, Pose2, Scene, Thing
-from robot.world.things import centre
+from robot.model.arm import MOUNT, STOWED, Tip, forward, inverse
+from robot.nodes.arm import ArmDriver
+from robot.planning.trajectory import ARM_LIMITS
+from robot.scenes.scene import Box, Cylinder, Scene, Thing
+from robot.sim.kinematic import KinematicBody
+from robot.sim.physics import PhysicsBody
+from robot.sim.things import centre
 
 CUP = Thing("cup", Cylinder(0.9, 0.1, 0.035, 0.1), (200, 20, 20), z=0.2)
 SCENE = Scene(

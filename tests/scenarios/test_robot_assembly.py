@@ -11,9 +11,9 @@ import robot
 from actors.testing import Rig
 from robot import Robot
 from robot.contracts import BATTERY_STATE, GAIT_STATUS, GOAL_REPORT
-from robot.tasks.carrier import Delivery
-from robot.world.scene import Pose2
-from robot.world.worlds import UnknownWorld, get_world
+from robot.geometry.planar import Pose2
+from robot.nodes.carrier import Delivery
+from robot.scenes.worlds import UnknownWorld, get_world
 
 
 def names(robot: Robot) -> set[str]:

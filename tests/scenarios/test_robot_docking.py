@@ -10,14 +10,13 @@ import pytest
 from actors import GoalAborted, GoalCanceled, GoalRejected
 from actors.testing import Rig
 from robot.contracts import AUTONOMY_CMD, DOCK, DOCK_STATUS, NAVIGATE_TO_GOAL, UNDOCK
+from robot.estimation.dock_finder import find_dock
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2, compose
 from robot.interfaces.robactor_msgs.action import Dock
-from robot.navigation.dock_finder import find_dock
-from robot.navigation.geometry import compose
-from robot.navigation.path import wrap
-from robot.world.dock import station
-from robot.world.rays import cast
-from robot.world.scene import Pose2
-from robot.world.worlds import get_world
+from robot.scenes.dock import station
+from robot.scenes.worlds import get_world
+from robot.sim.rays import cast
 from tests.scenarios.navigation_stage import ChangingBody, navigate, speed, standing_robot, true_pose
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from actors import Child
 from actors.testing import Rig
+from robot.sim.kinematic import KinematicBody
 from robot.tree import only
-from robot.world.kinematic import KinematicBody
 from tests.scenarios.kitchen import KITCHEN, fetching_tree
 from tests.scenarios.test_robot_run import KINEMATIC, robot, run
 

@@ -23,15 +23,15 @@ from robot.contracts import (
     STAND,
     WALK,
 )
+from robot.control.gait_controller import GaitController
 from robot.evaluate.trial import FLAT
-from robot.gait.controller import GaitController
-from robot.gait.figures import GRAVITY
-from robot.gait.node import Gait
+from robot.hardware.body import JOINT_NAMES, Body, ImuSample, JointSample
 from robot.interfaces.robactor_msgs.msg import FootContacts, GaitStatus
-from robot.world.body import JOINT_NAMES, Body, ImuSample, JointSample
-from robot.world.kinematic import KinematicBody
-from robot.world.motors import Motors
-from robot.world.physics import PhysicsBody
+from robot.model.parameters import GRAVITY
+from robot.nodes.gait import Gait
+from robot.nodes.motors import Motors
+from robot.sim.kinematic import KinematicBody
+from robot.sim.physics import PhysicsBody
 
 DELAY = 0.008
 

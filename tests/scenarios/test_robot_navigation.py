@@ -24,12 +24,12 @@ from robot.contracts import (
     POSE,
     SCAN,
 )
+from robot.geometry.angles import wrap
 from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
 from robot.interfaces.proposed_interfaces.srv import GetRobotPose
 from robot.interfaces.robactor_msgs.srv import GetPlace
 from robot.interfaces.your_package.action import HumanoidNav
-from robot.navigation.path import wrap
-from robot.sensors.camera.node import Camera
+from robot.nodes.camera import Camera
 from tests.scenarios.navigation_stage import (
     humanoid,
     move,

@@ -11,7 +11,8 @@ import pytest
 from actors import GoalAborted
 from actors.testing import Rig
 from robot.contracts import HUMANOID_NAVIGATE, NAVIGATE_TO_GOAL
-from robot.world.scene import Box, Cylinder, Obstacle, Pose2, Scene
+from robot.geometry.planar import Pose2
+from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
 from tests.scenarios.navigation_stage import ChangingBody, humanoid, navigate, speed, standing_robot, true_pose
 from tests.unit.navigation_sim import body_clearance
 

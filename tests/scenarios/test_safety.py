@@ -30,7 +30,6 @@ from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, SetBool_Response, Trigger, Trigger_Request, Trigger_Response
 from actors.testing import Rig, scenario
 from actors.testing.faults import Crash, Delay, Freeze, Lose, NotANumber, Reorder, SlowStart
-from robot.battery.model import Pack
 from robot.contracts import (
     BATTERY_STATUS,
     CMD_VEL,
@@ -48,15 +47,16 @@ from robot.contracts import (
     VOICE,
     WALK,
 )
+from robot.geometry.planar import Pose2
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.my_robot_interfaces.msg import SensorData
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus
-from robot.safety.node import SafetyMonitor
-from robot.teleop.node import RobotController
+from robot.nodes.safety import SafetyMonitor
+from robot.nodes.teleop import RobotController
+from robot.scenes.worlds import get_world
+from robot.sim.battery import Pack
+from robot.sim.kinematic import KinematicBody
 from robot.tree import only, robot_tree
-from robot.world.kinematic import KinematicBody
-from robot.world.scene import Pose2
-from robot.world.worlds import get_world
 from tests.scenarios.robot_stage import ahead, robot, without
 
 
@@ -281,7 +281,7 @@ async def test_F_08_Z_08_an_emergency_stop_ends_the_goal_and_no_other_begins_unt
 
 async def test_F_08_in_physics_a_walking_robot_brakes_and_stays_on_its_feet(rig: Rig) -> None:
     pytest.importorskip("mujoco")
-    from robot.world.physics import PhysicsBody
+    from robot.sim.physics import PhysicsBody
 
     scene = get_world("empty")
     body = PhysicsBody(scene, seed=1, delay=0.004)

@@ -17,7 +17,6 @@ from actors.interfaces.sensor_msgs.msg import Image, PointCloud2, PointField
 from actors.interfaces.std_msgs.msg import Header, String
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
-from robot.battery.model import Pack
 from robot.contracts import (
     CAMERA_DEPTH,
     CAMERA_INFO,
@@ -36,19 +35,21 @@ from robot.contracts import (
     SCAN,
 )
 from robot.frames import TfListener
-from robot.gait.node import Gait
-from robot.sensors.camera import node as camera_node
-from robot.sensors.camera.lens import HEIGHT, WIDTH, project
-from robot.sensors.camera.node import Camera
-from robot.sensors.detector import Detector
-from robot.sensors.lidar import Lidar
-from robot.sensors.points import pack_points, unpack_points
-from robot.sensors.proprioception import Proprioception
+from robot.geometry.planar import Pose2
+from robot.hardware.lens import HEIGHT, WIDTH, project
+from robot.nodes import camera as camera_node
+from robot.nodes.camera import Camera
+from robot.nodes.detector import Detector
+from robot.nodes.gait import Gait
+from robot.nodes.lidar import Lidar
+from robot.nodes.motors import Motors
+from robot.nodes.point_clouds import pack_points, unpack_points
+from robot.nodes.proprioception import Proprioception
+from robot.scenes.scene import Box, Cylinder, Scene, Thing
+from robot.scenes.worlds import get_world
+from robot.sim.battery import Pack
+from robot.sim.kinematic import KinematicBody
 from robot.tree import robot_tree
-from robot.world.kinematic import KinematicBody
-from robot.world.motors import Motors
-from robot.world.scene import Box, Cylinder, Pose2, Scene, Thing
-from robot.world.worlds import get_world
 
 T = TypeVar("T")
 

@@ -25,11 +25,11 @@ from robot.contracts import (
     SIT,
     STAND,
 )
+from robot.geometry.messages import pose_stamped
+from robot.geometry.planar import Pose2
 from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
 from robot.interfaces.proposed_interfaces.srv import GetRobotPose
 from robot.interfaces.your_package.srv import SensorCalibration
-from robot.navigation.geometry import pose_stamped
-from robot.world.scene import Pose2
 from tests.scenarios.robot_stage import robot
 
 T = TypeVar("T")

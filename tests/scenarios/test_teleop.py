@@ -30,8 +30,8 @@ from robot.contracts import (
     VOICE,
 )
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
-from robot.teleop.node import TUTORIAL_LIMITS, RobotController
-from robot.teleop.status import RobotStatus
+from robot.nodes.status import RobotStatus
+from robot.nodes.teleop import TUTORIAL_LIMITS, RobotController
 
 
 def controller(**parameters: object) -> Child:

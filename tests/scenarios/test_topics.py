@@ -12,6 +12,7 @@ import pytest
 
 from actors import (
     Child,
+    Ended,
     Node,
     NotStarted,
     QoS,
@@ -474,7 +475,7 @@ async def test_T_17_a_stream_ends_with_its_block_and_what_waits_can_still_be_tak
     out(number(2))
     assert repr(stream) == "<stream of /numbers [Int32]: closed>"
     assert [message.data async for message in stream] == [1]
-    with pytest.raises(NotStarted, match="the stream of /numbers has ended: subscribe again"):
+    with pytest.raises(Ended, match="the stream of /numbers has ended: subscribe again"):
         await stream.next()
     stream.close()
 
@@ -662,7 +663,7 @@ async def test_a_threadsafe_call_that_comes_after_its_node_has_ended_is_dropped_
     await rig.quiet()
     assert rig.incarnation(Talker) == 2
     (line,) = events(rig.logs, "failed after the end")
-    assert "NotStarted" in line.fields["error"]
+    assert "Ended" in line.fields["error"]
 
 
 async def test_a_publisher_of_a_node_that_has_ended_refuses(rig: Rig) -> None:
@@ -670,14 +671,14 @@ async def test_a_publisher_of_a_node_that_has_ended_refuses(rig: Rig) -> None:
     talker = rig.node(Talker)
     rig.crash(Talker)
     await rig.settled()
-    with pytest.raises(NotStarted, match="/talker has ended: it can no longer publish on /numbers"):
+    with pytest.raises(Ended, match="/talker has ended: it can no longer publish on /numbers"):
         talker.out(number(1))
     for use in (
         lambda: talker.publisher(NUMBERS),
         lambda: talker.subscribe(NUMBERS),
         lambda: talker.on(NUMBERS, print),
     ):
-        with pytest.raises(NotStarted, match=r"/talker, incarnation 1, has ended"):
+        with pytest.raises(Ended, match=r"/talker, incarnation 1, has ended"):
             use()
 
 

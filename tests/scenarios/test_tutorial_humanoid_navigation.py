@@ -10,8 +10,8 @@ import pytest
 from actors import Child, Goal, GoalAborted, GoalCanceled, GoalRejected
 from actors.testing import Rig
 from robot.interfaces.your_package.action import HumanoidNav, HumanoidNav_Feedback, HumanoidNav_Result
+from robot.scenes.scene import Box, Cylinder
 from robot.tutorials.humanoid_navigation import HUMANOID_NAVIGATE, HumanoidNavClient, HumanoidNavServer, tree
-from robot.world.scene import Box, Cylinder
 from tests.scenarios.tutorial_kit import alone, increasing, said, warnings
 
 Feedback: TypeAlias = HumanoidNav_Feedback

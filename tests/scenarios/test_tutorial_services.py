@@ -14,6 +14,7 @@ from actors.testing import Rig
 from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
 from robot.interfaces.my_robot_pkg.srv import CalculateDistance, CalculateDistance_Response
 from robot.interfaces.your_package.srv import SensorCalibration
+from robot.scenes.scene import Cylinder
 from robot.tutorials import add_two_ints, calibration, minimal_service, planner_service
 from robot.tutorials.add_two_ints import ADD_TWO_INTS, AddClient, AddServer, AsyncAddClient
 from robot.tutorials.calibration import CALIBRATE_SENSOR, CalibrationClient, CalibrationService, DriftingSensor
@@ -27,7 +28,6 @@ from robot.tutorials.planner_service import (
     PlannerServer,
     call_safely,
 )
-from robot.world.scene import Cylinder
 from tests.scenarios.tutorial_kit import alone, said, warnings
 
 

@@ -13,10 +13,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.navigation.follow import Command
-from robot.navigation.navigator import Motion, Navigator, State
-from robot.world.rays import cast
-from robot.world.scene import Box, Cylinder, Obstacle, Pose2, Scene
+from robot.control.follow import Command
+from robot.control.navigator import Motion, Navigator, State
+from robot.geometry.planar import Pose2
+from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
+from robot.sim.rays import cast
 
 LENGTH, WIDTH = 1.1, 0.5
 LAG = 0.15

@@ -50,10 +50,6 @@ def side_by_side() -> list[type[Node] | Child]:
     return [Source, Child(Source, name="two", remap={"ticks": "tocks"})]
 
 
-def elsewhere() -> Supervisor:
-    return Supervisor("elsewhere", children=[Child(Source, process=True)])
-
-
 def wants_more(robot: str) -> Supervisor:
     return Supervisor(robot)
 

@@ -8,14 +8,15 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.gait.figures import FOOT_RADIUS, STAND_HEIGHT
-from robot.gait.kinematics import inverse
-from robot.gait.stance import nominal_feet
-from robot.navigation.grid import Grid
+from robot.geometry.planar import Pose2
+from robot.hardware.body import Truth
+from robot.model.kinematics import inverse
+from robot.model.parameters import FOOT_RADIUS, STAND_HEIGHT
+from robot.model.stance import nominal_feet
 from robot.picture.recording import Recording
 from robot.picture.tracer import CHUNK
-from robot.world.body import Truth
-from robot.world.scene import Pose2, Scene
+from robot.planning.grid import Grid
+from robot.scenes.scene import Scene
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.teleop.arbiter import STILL, Source, Velocity, VelocityArbiter, VelocityLimits, Verdict
-from robot.teleop.voice import WORDS, interpret
+from robot.control.arbiter import STILL, Source, Velocity, VelocityArbiter, VelocityLimits, Verdict
+from robot.control.voice import WORDS, interpret
 
 AHEAD = Velocity(0.3, 0.0, 0.0)
 TURN = Velocity(0.0, 0.0, 0.5)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.arm.gripper import SPEED, WIDEST, Gripper
+from robot.sim.gripper import SPEED, WIDEST, Gripper
 
 DT = 0.005
 

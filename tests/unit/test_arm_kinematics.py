@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.arm.kinematics import LIMITS, MOUNT, STOWED, Angles, OutOfReach, Tip, check_angles, forward, inverse
-from robot.arm.reach import GRASP_DISTANCE, in_arm_frame, reach_ring, standing_place
-from robot.world.scene import Pose2
+from robot.geometry.planar import Pose2
+from robot.model.arm import LIMITS, MOUNT, STOWED, Angles, OutOfReach, Tip, check_angles, forward, inverse
+from robot.planning.reach import GRASP_DISTANCE, in_arm_frame, reach_ring, standing_place
 
 angles_within = st.tuples(*(st.floats(low, high) for low, high in LIMITS))
 

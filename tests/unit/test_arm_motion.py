@@ -10,10 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot.arm.arm import Arm, ArmBusy
-from robot.arm.kinematics import LIMITS, STOWED, Angles
-from robot.arm.trajectory import ARM_LIMITS, Motion, Quintic, Stop
-from robot.world.body import Vector
+from robot.control.arm import Arm
+from robot.geometry.vectors import Vector
+from robot.hardware.arm import ArmBusy
+from robot.model.arm import LIMITS, STOWED, Angles
+from robot.planning.trajectory import ARM_LIMITS, Motion, Quintic, Stop
 
 angles_within = st.tuples(*(st.floats(low, high) for low, high in LIMITS))
 READY: Angles = (0.0, -1.5, 1.8, 0.2)

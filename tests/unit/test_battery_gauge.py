@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.battery.gauge import BatteryGauge, UnknownRobot, health, percentage, runtime_minutes
-from robot.battery.model import Pack
-from robot.battery.power import electrical_power, typical_motor_power
+from robot.estimation.battery_gauge import BatteryGauge, UnknownRobot, health, percentage, runtime_minutes
+from robot.model.power import electrical_power, typical_motor_power
+from robot.sim.battery import Pack
 
 
 @pytest.mark.parametrize(

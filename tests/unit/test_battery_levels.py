@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.battery.levels import ChargeLevel, LevelMonitor
-from robot.battery.model import Pack, PackState
-from robot.battery.power import electrical_power, motor_power, typical_motor_power
+from robot.estimation.battery_levels import ChargeLevel, LevelMonitor
+from robot.hardware.battery import PackState
+from robot.model.power import electrical_power, motor_power, typical_motor_power
+from robot.sim.battery import Pack
 
 GOOD, LOW, CRITICAL = ChargeLevel.GOOD, ChargeLevel.LOW, ChargeLevel.CRITICAL
 

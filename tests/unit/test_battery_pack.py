@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot.battery.design import PackDesign
-from robot.battery.model import Pack, SupplyStatus
+from robot.hardware.battery import SupplyStatus
+from robot.model.battery import PackDesign
+from robot.sim.battery import Pack
 
 percents = st.floats(0.0, 100.0)
 loads = st.floats(0.0, 1500.0)

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot.battery.design import PackDesign
-from robot.battery.model import Pack
-from robot.battery.runtime import MeanLoad, RuntimeEstimator
+from robot.estimation.battery_runtime import MeanLoad, RuntimeEstimator
+from robot.model.battery import PackDesign
+from robot.sim.battery import Pack
 
 
 def settle(estimator: RuntimeEstimator, pack: Pack, load: float, seconds: int) -> None:

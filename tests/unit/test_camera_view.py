@@ -7,12 +7,13 @@ from math import cos, hypot, inf, pi, sin, sqrt
 import numpy as np
 import pytest
 
-from robot.sensors.camera.columns import Eye
-from robot.sensors.camera.lens import CX, CY, FOCAL, HEIGHT, WIDTH, deproject, project
-from robot.sensors.camera.view import RANGE, Frame, View
-from robot.sensors.detect import find_blobs
-from robot.world.scene import Box, Cylinder, Obstacle, Pose2, Scene, Thing
-from robot.world.worlds import get_world
+from robot.estimation.detect import find_blobs
+from robot.geometry.planar import Pose2
+from robot.hardware.lens import CX, CY, FOCAL, HEIGHT, WIDTH, deproject, project
+from robot.scenes.scene import Box, Cylinder, Obstacle, Scene, Thing
+from robot.scenes.worlds import get_world
+from robot.sim.camera_columns import Eye
+from robot.sim.camera_view import RANGE, Frame, View
 
 RED, BLUE = (210, 30, 30), (30, 40, 200)
 

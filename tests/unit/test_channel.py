@@ -7,15 +7,17 @@ from typing import Any
 
 import pytest
 
-from actors import NotStarted, QoS, WrongThread, WrongType, qos
+from actors import Ended, QoS, WrongThread, WrongType, qos
 from actors.graph.graph import Graph, TopicEntry
 from actors.inbox.inbox import Inbox
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.qos.events import Matched
 from actors.qos.policies import History
-from actors.topics.channel import Publisher, Subscription
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
+from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
+from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream, StreamSubscription
+from actors.topics.subscription import Subscription
 from tests.stage import number, values, word
 
 pytestmark = pytest.mark.virtual
@@ -89,9 +91,9 @@ async def test_a_closed_publisher_has_left_and_refuses() -> None:
     out.suspend()
     out.close()
     out.close()
-    with pytest.raises(NotStarted):
+    with pytest.raises(Ended):
         out(number(2))
-    with pytest.raises(NotStarted):
+    with pytest.raises(Ended):
         await out.send(number(2))
     assert (entry.publishers, entry.message_count, queue.received) == ([], 1, 1)
 
@@ -153,11 +155,12 @@ async def test_a_sender_that_gives_up_is_forgotten() -> None:
     for _ in range(3):
         with pytest.raises(TimeoutError):
             await asyncio.wait_for(out.send(number(2)), 1.0)
-    assert queue.rooms == []
+    assert queue.senders is not None
+    assert len(queue.senders) == 0
     late = asyncio.create_task(out.send(number(3)))
     await asyncio.sleep(0)
     late.cancel()
-    queue.made_room()  # in the very moment of the cancellation
+    queue.senders.wake_all()  # in the very moment of the cancellation
     await asyncio.wait([late])
     assert late.cancelled()
     assert values(queue.messages) == [1]
@@ -167,8 +170,9 @@ async def test_a_feed_puts_itself_into_the_inbox_once_for_each_message_it_keeps(
     entry = topic()
     out, inbox = publisher(entry), Inbox(asyncio.get_running_loop())
     seen: list[int] = []
-    feed: HandlerSubscription[Int32] = HandlerSubscription(ME, entry, Int32, QoS(depth=2), inbox, "Node.take")
-    feed.handler = lambda message: seen.append(message.data)
+    feed: HandlerSubscription[Int32] = HandlerSubscription(
+        ME, entry, Int32, QoS(depth=2), inbox, "Node.take", lambda message: seen.append(message.data)
+    )
     entry.add_subscription(feed)
     for value in range(5):
         out(number(value))
@@ -194,7 +198,7 @@ async def handling(feed: HandlerSubscription[Int32], seconds: float) -> list[int
         seen.append(message.data)
         await asyncio.sleep(seconds)
 
-    feed.handler = handle
+    feed.take_over(feed.node, handle)
     feed.entry.add_subscription(feed)
     feed.inbox.task = asyncio.create_task(feed.inbox.serve())
     await asyncio.sleep(0)
@@ -202,7 +206,7 @@ async def handling(feed: HandlerSubscription[Int32], seconds: float) -> list[int
 
 
 def plain_feed(entry: TopicEntry, policy: QoS) -> HandlerSubscription[Int32]:
-    return HandlerSubscription(ME, entry, Int32, policy, Inbox(asyncio.get_running_loop()), "Node.take")
+    return HandlerSubscription(ME, entry, Int32, policy, Inbox(asyncio.get_running_loop()), "Node.take", lambda _: None)
 
 
 async def test_a_message_that_waits_brings_the_report_of_who_holds_the_node_up() -> None:
@@ -227,7 +231,7 @@ async def test_the_message_whose_wait_is_measured_reaches_the_handler_as_itself_
     await asyncio.sleep(10.0)
     assert seen == list(range(10))
     assert feed.inbox.load.longest_wait == pytest.approx(3.6)  # of the last one
-    assert not feed.attended  # taking out is as cheap again as before
+    assert not feed.must_unwrap  # taking out is as cheap again as before
 
 
 async def test_a_measured_message_that_is_dropped_is_measured_no_more() -> None:
@@ -246,7 +250,7 @@ async def test_a_measured_message_that_is_dropped_is_measured_no_more() -> None:
     assert feed.inbox.load.age == 0.25  # half a second after the first had to wait, another one is measured: the last
     await asyncio.sleep(19.0)
     assert (seen, feed.dropped) == ([1, 3, 4, 5], 1)
-    assert not feed.attended
+    assert not feed.must_unwrap
 
 
 async def test_a_publisher_hears_at_once_who_comes_and_who_leaves() -> None:
@@ -267,7 +271,6 @@ async def test_a_concurrent_feed_begins_nothing_between_two_lives_and_an_old_tas
     entry = topic()
     out, inbox = publisher(entry), Inbox(asyncio.get_running_loop())
     story: list[tuple[str, int]] = []
-    feed: ConcurrentSubscription[Int32] = ConcurrentSubscription(ME, entry, Int32, QoS(depth=9), inbox, "Node.take", 1)
 
     def life(name: str) -> Any:
         async def handle(message: Int32) -> None:
@@ -278,20 +281,23 @@ async def test_a_concurrent_feed_begins_nothing_between_two_lives_and_an_old_tas
 
     tasks: list[asyncio.Task[None]] = []
     spawn_old, spawn_new = (lambda work, name: tasks.append(asyncio.create_task(work, name=name)) for _ in range(2))
-    feed.handler, feed.spawn = life("old"), spawn_old
+    feed: ConcurrentSubscription[Int32] = ConcurrentSubscription(
+        ME, entry, Int32, QoS(depth=9), inbox, "Node.take", life("old"), 1
+    )
+    feed.start(spawn_old)
     entry.add_subscription(feed)
     out(number(1))
     out(number(2))
     await asyncio.sleep(0.5)
-    feed.spawn = None
+    feed.pause()
     out(number(3))
-    feed.handler, feed.spawn, feed.active = life("new"), spawn_new, 0
-    feed.work()
+    feed.take_over(ME, life("new"))
+    feed.start(spawn_new)
     await asyncio.sleep(5.0)
     assert story == [("old", 1), ("new", 2), ("new", 3)]
     assert feed.active == 0
     assert [task.get_name() for task in tasks] == ["Node.take", "Node.take"]
-    feed.spawn = None
+    feed.pause()
     out(number(4))
     assert (feed.received, values(feed.messages)) == (4, [4])
 
@@ -301,16 +307,16 @@ async def test_who_waits_for_the_events_of_a_subscription_hears_at_once_that_it_
     waiting = asyncio.create_task(queue.events().next(timeout=1.0))
     await asyncio.sleep(0)
     queue.close()
-    with pytest.raises(NotStarted, match="have ended"):
+    with pytest.raises(Ended, match="have ended"):
         await waiting
     assert asyncio.get_running_loop().time() == 0.0
 
 
 async def test_a_subscription_closes_once() -> None:
     entry = topic()
-    queue = subscription(entry)
     closed: list[Any] = []
-    queue.on_close = closed.append
+    queue = StreamSubscription(ME, entry, Int32, qos.DEFAULT, closed.append)
+    entry.add_subscription(queue)
     queue.close()
     queue.close()
     assert closed == [queue]
@@ -372,23 +378,20 @@ async def test_types_of_another_ros_name_are_kept_apart() -> None:
     assert (out.status.incompatible_type, again.status.incompatible_type) == (2, 1)
 
 
-def counting(entry: TopicEntry) -> list[Subscription[Any]]:
-    """Every question of the topic's publishers for the way into a subscription, from now on."""
-    asked: list[Subscription[Any]] = []
-    entrance = entry.graph.entrance
+def counting() -> tuple[TopicEntry, list[SubscriptionPeer]]:
+    """A topic, and every question of its publishers for the way into a subscription."""
+    asked: list[SubscriptionPeer] = []
 
-    def enter(queue: Subscription[Any]) -> Any:
-        asked.append(queue)
-        return entrance(queue)
+    def intercept(subscription: SubscriptionPeer, target: Target) -> Target:
+        asked.append(subscription)
+        return target
 
-    entry.graph.entrance = enter
-    return asked
+    return Graph(asyncio.get_running_loop().time, intercept=intercept).topic("/numbers"), asked
 
 
 async def test_D14_subscriptions_that_come_and_go_cost_nothing_until_somebody_publishes() -> None:
-    entry = topic()
+    entry, asked = counting()
     out = publisher(entry)
-    asked = counting(entry)
     queues = [subscription(entry) for _ in range(100)]
     assert asked == []
     out(number(1))
@@ -434,7 +437,7 @@ async def test_D14_a_tap_takes_what_a_changing_audience_takes() -> None:
     entry = topic()
     out = publisher(entry)
     heard: list[Int32] = []
-    out.tapped(heard.append)
+    out.add_tap(heard.append)
     queue = subscription(entry)
     out(number(1))
     queue.close()
@@ -461,3 +464,43 @@ async def test_D23_a_subscription_that_is_collected_while_a_publisher_comes_is_n
     out = publisher(entry)
     assert out.peers == (first, last)
     assert entry.subscriptions == [first, last]
+
+
+async def test_to_part_from_a_peer_that_is_not_matched_is_nothing() -> None:
+    entry = topic()
+    out, queue = publisher(entry), subscription(entry)
+    other, stranger = publisher(topic()), subscription(topic())
+    told = (out.events(), queue.events())
+    out.part(stranger)
+    queue.part(other)
+    assert [events.take() for events in told] == [[], []]
+    assert (out.peers, queue.publishers) == ((queue,), [out])
+
+
+async def test_a_publisher_and_a_subscription_that_leave_are_forgotten_by_the_other_side() -> None:
+    entry = topic()
+    out, queue = publisher(entry), subscription(entry)
+    second = publisher(entry)
+    assert queue.publishers == [out, second]
+    out.close()
+    assert queue.publishers == [second]
+    queue.close()
+    assert (queue.publishers, second.peers) == ([], ())
+    assert queue.status.matched_total == 2
+
+
+async def test_peers_that_share_a_target_are_reached_by_one_call() -> None:
+    entry = topic()
+    out = publisher(entry)
+    seen: list[Int32] = []
+
+    class StandIn(StreamSubscription[Int32]):
+        def target(self, publisher: PublisherPeer) -> Target:
+            return seen.append
+
+    local = subscription(entry)
+    for _ in range(3):
+        entry.add_subscription(StandIn(ME, entry, Int32, qos.DEFAULT))
+    out(number(1))
+    assert (out.subscription_count, len(out.targets)) == (4, 2)
+    assert values(seen) == values(local.messages) == [1]

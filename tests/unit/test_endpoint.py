@@ -9,13 +9,15 @@ from typing import Any
 
 import pytest
 
-from actors import NotStarted, QoS, qos
+from actors import Ended, QoS, qos
 from actors.errors import CallTimeout
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos.events import DeadlineMissed, LivelinessChanged, Matched, MessageLost
-from actors.topics.channel import Publisher, Subscription
-from actors.topics.endpoint import Endpoint, Happenings, nanoseconds
+from actors.topics.endpoint import Endpoint, nanoseconds
+from actors.topics.events import EndpointEvents
+from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream, StreamSubscription
+from actors.topics.subscription import Subscription
 from actors.topics.timed_publisher import TimedPublisher, publisher_for
 from tests.stage import number
 from tests.unit.test_channel import ME, publisher, subscription, topic
@@ -48,20 +50,20 @@ async def test_an_endpoint_that_nobody_asks_keeps_nothing() -> None:
     entry = topic()
     out, queue = publisher(entry), subscription(entry)
     out(number(1))
-    assert out.happenings is queue.happenings is None
+    assert out.kept_events is queue.kept_events is None
     assert (out.status.matched, queue.status.matched, queue.status.alive) == (1, 1, 1)
-    assert out.happenings is queue.happenings is None
+    assert out.kept_events is queue.kept_events is None
 
 
 async def test_a_bare_endpoint_has_neither_status_nor_times() -> None:
-    bare: Endpoint[Any] = Endpoint(ME, topic(), qos.DEFAULT)
+    bare = Endpoint(ME, topic(), qos.DEFAULT)
     with pytest.raises(NotImplementedError):
         bare.status  # noqa: B018
     with pytest.raises(NotImplementedError):
         bare.due(0)
 
 
-async def test_events_tell_what_happens_from_now_on_and_happenings_of_a_kind_together() -> None:
+async def test_events_tell_what_happens_from_now_on_and_events_of_a_kind_together() -> None:
     entry = topic()
     out, first = publisher(entry), subscription(entry)
     events = out.events()
@@ -96,10 +98,10 @@ async def test_a_listener_is_woken_and_waits_alone() -> None:
     await asyncio.sleep(0)
     with pytest.raises(RuntimeError, match=r"two tasks wait for the <events of <subscription of /numbers"):
         await events.next()
-    queue.tell()  # for nothing: it waits on
+    queue.notify()  # for nothing: it waits on
     await asyncio.sleep(0)
     out = publisher(entry)
-    queue.tell()  # once more before it has looked
+    queue.notify()  # once more before it has looked
     assert await waiting == Matched(1, 1, 1, 1)
     assert events.take() == [LivelinessChanged(1, 1, 0, 0)]
     out(number(1))
@@ -117,7 +119,7 @@ async def test_no_event_in_time_is_a_timeout_and_the_end_is_told() -> None:
     waiting = asyncio.create_task(events.next())
     await asyncio.sleep(0)
     out.close()
-    with pytest.raises(NotStarted, match="have ended with it"):
+    with pytest.raises(Ended, match="have ended with it"):
         await waiting
     assert [event async for event in events] == []
     assert [event async for event in out.events()] == []
@@ -139,11 +141,11 @@ async def test_a_closed_listener_hears_no_more_and_closing_wakes_who_waits() -> 
 async def test_a_listener_that_is_forgotten_leaves_its_endpoint() -> None:
     out = publisher(topic())
     events = out.events()
-    assert out.happenings is not None
-    assert len(out.happenings.listeners) == 1
+    assert out.kept_events is not None
+    assert len(out.kept_events.listeners) == 1
     del events
     gc.collect()
-    assert out.happenings.listeners == []
+    assert out.kept_events.listeners == []
     half = object.__new__(type(out.events()))
     del half
 
@@ -162,13 +164,13 @@ async def test_a_stream_lives_as_long_as_somebody_listens_to_its_events() -> Non
 async def test_a_deadline_needs_no_timer_but_while_somebody_listens(monkeypatch: pytest.MonkeyPatch) -> None:
     loop = asyncio.get_running_loop()
     looks: list[int] = []
-    look = Happenings._look
+    look = EndpointEvents._look
 
-    def noted(self: Happenings, due: int) -> None:
+    def noted(self: EndpointEvents, due: int) -> None:
         looks.append(due)
         look(self, due)
 
-    monkeypatch.setattr(Happenings, "_look", noted)
+    monkeypatch.setattr(EndpointEvents, "_look", noted)
     entry = topic()
     out = timed(entry, QoS(depth=1, deadline=0.1))
     assert isinstance(out, TimedPublisher)

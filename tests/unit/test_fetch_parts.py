@@ -9,13 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.arm.kinematics import MOUNT, OutOfReach, forward
-from robot.arm.reach import in_arm_frame
-from robot.tasks.grasp import ABOVE, STANDING, Spot, approach, stands
-from robot.tasks.objects import color_name, looks_of
-from robot.tasks.skills import Stalled
-from robot.tasks.story import Story
-from robot.world.scene import Box, Cylinder, Pose2, Thing
+from robot.geometry.planar import Pose2
+from robot.model.arm import MOUNT, OutOfReach, forward
+from robot.nodes.skills import Stalled
+from robot.nodes.story import Story
+from robot.planning.grasp import ABOVE, STANDING, Spot, approach, stands
+from robot.planning.reach import in_arm_frame
+from robot.scenes.objects import color_name, looks_of
+from robot.scenes.scene import Box, Cylinder, Thing
 
 STAGES = (("first", 0.0), ("second", 10.0), ("third", 60.0))
 

@@ -14,7 +14,7 @@ import pytest
 
 from actors import QoS, Topic, open_node
 from actors.interfaces.std_msgs.msg import Int32
-from actors.topics.endpoint import close_forgotten
+from actors.topics.events import close_forgotten
 
 TIMED = Topic(Int32, "timed", QoS(depth=5, deadline=0.2))
 
@@ -64,7 +64,7 @@ async def test_D23_events_collected_in_a_foreign_thread_leave_the_timer_to_the_l
     async with open_node("listener") as node:
         stream = node.subscribe(TIMED)
         node.publisher(TIMED)(Int32(data=1))
-        met = stream.events()._happenings
+        met = stream.events()._events
         gc.disable()
         try:
             ring = Ring(events=stream.events(), again=stream.events())

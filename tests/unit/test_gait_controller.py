@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from robot.control.gait_controller import GaitController
+from robot.control.safe_stop import SafeStop
 from robot.evaluate.trial import PERIOD, Trial
-from robot.gait.controller import GaitController
-from robot.gait.safe import SafeStop
 
 
 def standing(seed: int = 1, delay: float = 0.008) -> Trial:

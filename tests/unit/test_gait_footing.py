@@ -9,14 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robot.estimation.virtual_imu import CATCH_UP, felt
 from robot.evaluate.trial import Trial
 from robot.evaluate.walk_faults import FAULTS
-from robot.gait.figures import GRAVITY, STAND_HEIGHT
-from robot.gait.footing import CATCH_UP, felt
-from robot.gait.kinematics import inverse
-from robot.gait.limbs import Limbs, Rows, foot_velocities, limbs
-from robot.gait.stance import nominal_feet
-from robot.world.body import JointSample, Vector
+from robot.geometry.vectors import Rows, Vector
+from robot.hardware.body import JointSample
+from robot.model.kinematics import inverse
+from robot.model.legs import Limbs, foot_velocities, limbs
+from robot.model.parameters import GRAVITY, STAND_HEIGHT
+from robot.model.stance import nominal_feet
 
 LEVEL = (0.0, 0.0, 1.0)
 UPRIGHT: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from robot.gait.figures import CALF, HIPS, JOINT_LIMITS, SIDES, STAND_HEIGHT, THIGH, knee_torque_limit
-from robot.gait.kinematics import (
+from robot.model.kinematics import (
     feet,
     inverse,
     jacobians,
@@ -17,6 +16,7 @@ from robot.gait.kinematics import (
     leg_jacobian,
     within_limits,
 )
+from robot.model.parameters import CALF, HIPS, JOINT_LIMITS, SIDES, STAND_HEIGHT, THIGH, knee_torque_limit
 
 POSES = 2000
 

@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.gait.attitude import AttitudeFilter
-from robot.gait.balance import FRICTION, distribute
-from robot.gait.command import CommandLimits, CommandShaper
-from robot.gait.drive import joint_speeds
-from robot.gait.figures import GRAVITY, MASS, SIDES
-from robot.gait.kinematics import feet, inverse, leg_forward, leg_jacobian
-from robot.gait.limbs import foot_velocities, limbs, torques
-from robot.gait.pattern import GAITS, GaitClock
-from robot.gait.stance import nominal_feet
-from robot.gait.swing import swing_path
-from robot.gait.terrain import TerrainPlane
+from robot.control.balance import FRICTION, distribute
+from robot.control.command import CommandLimits, CommandShaper
+from robot.control.drive import joint_speeds
+from robot.control.gaits import GAITS, GaitClock
+from robot.control.swing import swing_path
+from robot.estimation.attitude import AttitudeFilter
+from robot.estimation.terrain import TerrainPlane
+from robot.model.kinematics import feet, inverse, leg_forward, leg_jacobian
+from robot.model.legs import foot_velocities, limbs, torques
+from robot.model.parameters import GRAVITY, MASS, SIDES
+from robot.model.stance import nominal_feet
 
 finite = st.floats(-10.0, 10.0)
 

@@ -9,17 +9,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robot.control.balance import FRICTION, distribute
+from robot.control.gait_controller import GaitController
+from robot.control.gaits import GAITS, GaitClock
+from robot.control.sway import sway
+from robot.estimation.leg_odometry import Estimator
 from robot.evaluate.trial import PERIOD, Trial
-from robot.gait.balance import FRICTION, distribute
-from robot.gait.controller import GaitController
-from robot.gait.estimator import Estimator
-from robot.gait.figures import GRAVITY, STAND_HEIGHT
-from robot.gait.kinematics import inverse
-from robot.gait.pattern import GAITS, GaitClock
-from robot.gait.stance import nominal_feet
-from robot.gait.sway import sway
-from robot.world.body import ImuSample, JointSample, MotorTargets
-from robot.world.scene import Box, Pose2, Scene
+from robot.geometry.planar import Pose2
+from robot.hardware.body import ImuSample, JointSample, MotorTargets
+from robot.model.kinematics import inverse
+from robot.model.parameters import GRAVITY, STAND_HEIGHT
+from robot.model.stance import nominal_feet
+from robot.scenes.scene import Box, Scene
 
 SLOW = pytest.mark.slow
 

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
+from robot.control.gait_controller import GaitController
+from robot.estimation.plausibility import ImuWatch, JointWatch
 from robot.evaluate.trial import PERIOD, Trial
 from robot.evaluate.walk_faults import FAULTS
-from robot.gait.controller import GaitController
-from robot.gait.figures import GRAVITY, SIT_HEIGHT
-from robot.gait.kinematics import inverse
-from robot.gait.stance import nominal_feet
-from robot.gait.watch import ImuWatch, JointWatch
-from robot.world.body import ImuSample, JointSample
+from robot.hardware.body import ImuSample, JointSample
+from robot.model.kinematics import inverse
+from robot.model.parameters import GRAVITY, SIT_HEIGHT
+from robot.model.stance import nominal_feet
 
 POSE = inverse(nominal_feet(SIT_HEIGHT)).joints
 STANDING_ON = np.ones(4, dtype=np.bool_)

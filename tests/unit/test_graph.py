@@ -10,7 +10,7 @@ import pytest
 from actors import QoS, qos
 from actors.graph.graph import Graph
 from actors.interfaces.std_msgs.msg import Int32
-from actors.topics.channel import Publisher
+from actors.topics.publisher import Publisher
 from actors.topics.stream import StreamSubscription
 from tests.stage import number, values
 from tests.unit.test_channel import Someone

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from actors.interfaces import CdrError, MessageTypeError, decode, encode, load
-from actors.interfaces.cdr import encoder_of
-from actors.interfaces.geometry_msgs.msg import Point, Polygon, PoseArray, Twist, Vector3
+from actors.interfaces.geometry_msgs.msg import Point, Polygon, PoseArray, Twist
 from actors.interfaces.rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, ParameterValue
 from actors.interfaces.sensor_msgs.msg import Image, JointState
 from actors.interfaces.std_msgs.msg import Bool, Byte, Empty, Float32, Header, Int32, String, UInt8MultiArray
@@ -154,11 +153,6 @@ def test_only_messages_can_be_encoded() -> None:
         encode(3)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="take one of its parts"):
         decode(SetBool, b"\0\1\0\0")  # type: ignore[type-var]
-
-
-def test_a_publisher_can_keep_the_encoder_of_its_type() -> None:
-    twist = Twist(linear=Vector3(x=1.0))
-    assert encoder_of(Twist)(twist) == encode(twist)
 
 
 def test_a_sequence_of_any_length_is_read_in_memory_of_its_own_order() -> None:

@@ -12,15 +12,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot.gait.figures import FOOT_RADIUS, GRAVITY, MASS, SIT_HEIGHT, STAND_HEIGHT
-from robot.gait.kinematics import feet, inverse
-from robot.gait.limbs import foot_velocities, limbs
-from robot.gait.pattern import GAITS, GaitClock
-from robot.gait.stance import NOMINAL, nominal_feet
-from robot.gait.swing import swing_path
-from robot.world.body import Body, MotorTargets, Vector
-from robot.world.kinematic import KinematicBody, Mode
-from robot.world.scene import Box, Cylinder, Pose2, Scene
+from robot.control.gaits import GAITS, GaitClock
+from robot.control.swing import swing_path
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Vector
+from robot.hardware.body import Body, MotorTargets
+from robot.model.kinematics import feet, inverse
+from robot.model.legs import foot_velocities, limbs
+from robot.model.parameters import FOOT_RADIUS, GRAVITY, MASS, SIT_HEIGHT, STAND_HEIGHT
+from robot.model.stance import NOMINAL, nominal_feet
+from robot.scenes.scene import Box, Cylinder, Scene
+from robot.sim.kinematic import KinematicBody, Mode
 
 EMPTY = Scene("empty", (-50, -50, 50, 50), (), start=Pose2(1.0, -2.0, 0.5), dock=Pose2(0, 0))
 PERIOD = 0.005

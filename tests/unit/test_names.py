@@ -128,11 +128,6 @@ def test_the_event_topic_of_a_service_is_hidden() -> None:
     assert names.is_hidden("/get_map/_service_event")
 
 
-def test_a_node_is_hidden_by_its_own_name_only() -> None:
-    assert names.is_hidden_node("/ns/_ros2cli_17")
-    assert not names.is_hidden_node("/_ns/node")
-
-
 def test_t10_style_hints_name_the_better_spelling() -> None:
     assert "camera_rgb" in names.lint_name("CameraRGB")[0]
     assert "left_arm_joint_commands" in names.lint_name("arm/commands")[0]

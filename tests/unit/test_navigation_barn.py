@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
+from robot.control.navigator import State
+from robot.control.unmapped import unmapped_grid
 from robot.evaluate import barn
 from robot.evaluate.barn_run import Walk, run, score
 from robot.evaluate.barn_worlds import find_worlds, read_world
-from robot.navigation.navigator import State
-from robot.navigation.unmapped import unmapped_grid
+from robot.geometry.planar import Pose2
 from robot.run.options import UsageError
-from robot.world.scene import Pose2
 
 
 def write(folder: Path, index: int = 7, **changes: Any) -> Path:

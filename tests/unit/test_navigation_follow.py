@@ -9,14 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot.navigation.follow import Command, Follower, Limits
-from robot.navigation.footprint import Footprint
-from robot.navigation.grid import Grid
-from robot.navigation.path import Path, wrap
-from robot.navigation.surroundings import Surroundings
-from robot.world.rays import cast
-from robot.world.scene import Box, Pose2, Scene
-from robot.world.worlds import get_world
+from robot.control.follow import Command, Follower, Limits
+from robot.estimation.surroundings import Surroundings
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2
+from robot.model.footprint import Footprint
+from robot.planning.grid import Grid
+from robot.planning.path import Path
+from robot.scenes.scene import Box, Scene
+from robot.scenes.worlds import get_world
+from robot.sim.rays import cast
 from tests.unit.navigation_sim import Walker
 
 LIMITS = Limits()
@@ -185,7 +187,7 @@ def test_a_mark_out_of_sight_is_kept_for_its_memory_only() -> None:
 
 
 def test_a_walking_cylinder_is_seen_to_move_and_a_standing_one_is_not() -> None:
-    from robot.world.scene import Cylinder
+    from robot.scenes.scene import Cylinder
 
     scene = get_world("empty")
     around = Surroundings(Grid.from_scene(scene))

@@ -10,12 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from robot.navigation.costmap import Inflation
-from robot.navigation.errors import InvalidPose
-from robot.navigation.footprint import Footprint
-from robot.navigation.grid import Grid, distance_to
-from robot.world.scene import Box, Pose2, Scene
-from robot.world.worlds import WORLDS, get_world
+from robot.geometry.planar import Pose2
+from robot.model.footprint import Footprint
+from robot.planning.costmap import Inflation
+from robot.planning.errors import InvalidPose
+from robot.planning.grid import Grid, distance_to
+from robot.scenes.scene import Box, Scene
+from robot.scenes.worlds import WORLDS, get_world
 
 
 def test_I_23_cell_1_0_is_data_1_and_cell_0_1_is_data_width() -> None:

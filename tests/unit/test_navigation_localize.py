@@ -8,12 +8,13 @@ import math
 import numpy as np
 import pytest
 
-from robot.navigation.grid import Grid
-from robot.navigation.localize import ACCEPTED, ScanMatcher
-from robot.navigation.path import wrap
-from robot.world.rays import cast
-from robot.world.scene import Box, Pose2, Scene
-from robot.world.worlds import get_world
+from robot.estimation.scan_match import ACCEPTED, ScanMatcher
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2
+from robot.planning.grid import Grid
+from robot.scenes.scene import Box, Scene
+from robot.scenes.worlds import get_world
+from robot.sim.rays import cast
 
 Scan = np.ndarray
 

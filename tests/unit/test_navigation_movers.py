@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from robot.navigation.grid import Grid
-from robot.navigation.movers import Movers
-from robot.navigation.navigator import Navigator
-from robot.navigation.surroundings import Surroundings
-from robot.world.rays import cast
-from robot.world.scene import Cylinder, Pose2, Scene
-from robot.world.worlds import get_world
+from robot.control.navigator import Navigator
+from robot.estimation.movers import Movers
+from robot.estimation.surroundings import Surroundings
+from robot.geometry.planar import Pose2
+from robot.planning.grid import Grid
+from robot.scenes.scene import Cylinder, Scene
+from robot.scenes.worlds import get_world
+from robot.sim.rays import cast
 
 HERE = Pose2(0.0, 0.0)
 EMPTY = get_world("empty")

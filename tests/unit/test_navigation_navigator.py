@@ -9,7 +9,12 @@ import math
 import numpy as np
 import pytest
 
-from robot.navigation.errors import (
+from robot.control.follow import Command, Limits
+from robot.control.navigator import Motion, Navigator, State
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2
+from robot.model.footprint import Footprint
+from robot.planning.errors import (
     GoalBlocked,
     InvalidPose,
     NavigationError,
@@ -18,14 +23,11 @@ from robot.navigation.errors import (
     StartBlocked,
     Unreachable,
 )
-from robot.navigation.follow import Command, Limits
-from robot.navigation.footprint import Footprint
-from robot.navigation.grid import Grid
-from robot.navigation.navigator import Motion, Navigator, State
-from robot.navigation.path import Path, wrap
-from robot.navigation.planner import Planner
-from robot.world.scene import Box, Cylinder, Pose2, Scene
-from robot.world.worlds import get_world
+from robot.planning.grid import Grid
+from robot.planning.path import Path
+from robot.planning.planner import Planner
+from robot.scenes.scene import Box, Cylinder, Scene
+from robot.scenes.worlds import get_world
 from tests.unit.navigation_sim import Walker, body_clearance, random_scene, walk
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from robot.navigation.progress import RECOVERIES, ProgressChecker, Recovery
-from robot.world.scene import Pose2
+from robot.control.progress import RECOVERIES, ProgressChecker, Recovery
+from robot.geometry.planar import Pose2
 
 
 def test_half_a_meter_in_ten_seconds_is_progress() -> None:

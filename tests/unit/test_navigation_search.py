@@ -16,10 +16,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from robot.evaluate import maps
-from robot.navigation.errors import GoalBlocked, StartBlocked, Unreachable
-from robot.navigation.path import line_cells, pull
-from robot.navigation.search import Cell, OctileSearch
-from robot.navigation.wavefront import Wavefront
+from robot.evaluate.jump_points import OctileSearch
+from robot.planning.errors import GoalBlocked, StartBlocked, Unreachable
+from robot.planning.grid import Cell
+from robot.planning.path import line_cells, pull
+from robot.planning.wavefront import Wavefront
 from robot.run.options import UsageError
 
 VECTORS = Path(__file__).parents[1] / "conformance" / "vectors" / "movingai"

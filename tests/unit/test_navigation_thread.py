@@ -8,13 +8,14 @@ import math
 import numpy as np
 import pytest
 
-from robot.navigation.follow import Limits
-from robot.navigation.grid import Grid
-from robot.navigation.navigator import Navigator, State
-from robot.navigation.planner import Planner
-from robot.navigation.surroundings import Surroundings
-from robot.navigation.thread import thread
-from robot.world.scene import Box, Cylinder, Obstacle, Pose2, Scene
+from robot.control.follow import Limits
+from robot.control.gaps import thread
+from robot.control.navigator import Navigator, State
+from robot.estimation.surroundings import Surroundings
+from robot.geometry.planar import Pose2
+from robot.planning.grid import Grid
+from robot.planning.planner import Planner
+from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
 from tests.unit.navigation_sim import Walker, body_clearance, walk
 
 

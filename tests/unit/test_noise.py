@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot.sensors.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise, sensor_generator
+from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise, sensor_generator
 
 ZERO = np.zeros(3)
 

@@ -105,7 +105,16 @@ def test_what_is_declared_is_imported() -> None:
         "pytest",
         "pytest_asyncio",
     }
-    assert declared(PROJECT["dependencies"]) == {"anyio", "mcap", "msgspec", "mujoco", "numpy", "structlog", "yaml"}
+    assert declared(PROJECT["dependencies"]) == {
+        "anyio",
+        "mcap",
+        "msgspec",
+        "mujoco",
+        "numpy",
+        "structlog",
+        "xxhash",
+        "yaml",
+    }
 
 
 def test_the_extras_are_what_the_tests_import_and_the_tools_that_check_them() -> None:

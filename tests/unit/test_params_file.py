@@ -7,12 +7,13 @@ import math
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.parameters.files import InvalidParams, ParameterOverrides, ParamValue, parse_set_value, parse_value
+from actors.parameters.files import InvalidParams, Origin, ParameterOverrides, ParamValue, parse_value
 
 EMPTY = ParameterOverrides()
 
@@ -87,26 +88,6 @@ def test_a_value_without_a_type_is_refused(text: str, why: str) -> None:
         parse_value(text)
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("1e3", "1e3"),
-        ("1_000", 1000),
-        ("null", "null"),
-        ("2021-01-01", "2021-01-01"),
-        ("[1, 2.0]", "[1, 2.0]"),
-        ("[1, 2]", (1, 2)),
-        ("{a: 1}", "{a: 1}"),
-        ("[1", "[1"),
-        ("'5'", "5"),
-        ("", ""),
-        ("2021-13-45", "2021-13-45"),
-    ],
-)
-def test_param_set_types_by_the_rules_of_general_yaml(text: str, value: ParamValue) -> None:
-    assert parse_set_value(text) == value
-
-
 def test_parameters_are_nested_at_will() -> None:
     text = """
     front:
@@ -137,7 +118,7 @@ def test_parameters_are_nested_at_will() -> None:
     ],
 )
 def test_a_pattern_reaches_the_nodes_it_describes(pattern: str, reached: set[str]) -> None:
-    overrides = EMPTY.with_value(pattern, "p", 1)
+    overrides = EMPTY.with_mapping({pattern: {"p": 1}}, source="here")
 
     assert {node for node in ("/gait", "/spot/gait", "/spot/leg/gait") if overrides.for_node(node)} == reached
 
@@ -174,8 +155,7 @@ def test_overrides_never_change() -> None:
     assert first.for_node("/n") == {"p": 1}
     assert second.for_node("/n") == {"p": 2}
     assert first != second
-    assert first == EMPTY.with_value("/**", "p", 1)
-    assert first.with_all(second) == second
+    assert first == EMPTY.with_mapping({"/**": {"p": 1}}, source="here")
 
 
 @pytest.mark.parametrize(
@@ -257,7 +237,6 @@ def test_any_text_is_read_or_refused(text: str) -> None:
     for read in (parse_value, EMPTY.with_text, EMPTY.with_rule):
         with contextlib.suppress(InvalidParams):
             read(text)
-    parse_set_value(text)
 
 
 def test_the_repr_shows_the_entries() -> None:
@@ -269,3 +248,44 @@ def test_the_repr_shows_the_entries() -> None:
 def test_two_values_where_one_is_wanted_are_refused(text: str) -> None:
     with pytest.raises(InvalidParams, match="more than one value; put quotes around a text"):
         parse_value(text)
+
+
+def test_values_from_a_program_are_kept_as_they_are() -> None:
+    overrides = EMPTY.with_mapping({"gait": {"gains": [1, 2.5], "pid.p": 3}, "/**": {"name": b"x"}}, source="here")
+
+    assert overrides.for_node("/gait") == {"gains": [1, 2.5], "pid.p": 3, "name": b"x"}
+    assert overrides.for_node("/arm") == {"name": b"x"}
+
+
+@pytest.mark.parametrize(
+    ("mapping", "told"),
+    [
+        ({"speed": 0.5}, r"here: 'speed': write \{node: \{parameter: value\}\}, where the node '/\*\*' means all"),
+        ({"gait": {"pid": {"p": 1.0}}}, "here: gait: pid: a value cannot be a mapping; write 'group.name': value"),
+        ({"ga it": {"p": 1.0}}, "here: ga it: not a node name or pattern"),
+    ],
+)
+def test_a_mapping_of_another_form_is_refused(mapping: dict[str, Any], told: str) -> None:
+    with pytest.raises(InvalidParams, match=told):
+        EMPTY.with_mapping(mapping, source="here")
+
+
+def test_where_a_value_was_said_is_remembered_until_another_one_takes_its_place() -> None:
+    text = "gait:\n  ros__parameters:\n    speed: 1.0\n    pid:\n      p: 2.0\n"
+    overrides = EMPTY.with_text(text, source="gait.yaml").with_rule("name:=trot")
+
+    assert overrides.origin("gait", "speed") == Origin("gait.yaml", 3)
+    assert overrides.origin("gait", "pid.p") == Origin("gait.yaml", 5)
+    assert overrides.origin("/**", "name") == Origin("-p name:=trot")
+    again = overrides.with_rule("gait:speed:=3.0")
+    assert again.origin("gait", "speed") == Origin("-p gait:speed:=3.0")
+    assert overrides.origin("gait", "speed") == Origin("gait.yaml", 3)
+    assert str(again.origin("gait", "pid.p").error("too much", "pid.p")) == "gait.yaml:5: pid.p: too much"
+
+
+def test_what_a_node_is_told_by_its_name_is_known_apart_from_what_patterns_say() -> None:
+    overrides = EMPTY.with_rule("a:=1").with_rule("gait:b:=2").with_mapping({"/*": {"c": 3}}, source="here")
+
+    assert overrides.for_node("/gait") == {"a": 1, "b": 2, "c": 3}
+    assert overrides.named("/gait") == {"b"}
+    assert overrides.named("/arm") == frozenset()

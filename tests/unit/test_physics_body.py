@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from robot.gait.figures import SIT_HEIGHT, knee_torque_limit
-from robot.gait.kinematics import inverse
-from robot.gait.stance import nominal_feet
-from robot.world.body import Body, MotorTargets
-from robot.world.physics import BackendMissing, PhysicsBody
-from robot.world.scene import Box, Cylinder, Pose2, Scene
+from robot.geometry.planar import Pose2
+from robot.hardware.body import Body, MotorTargets
+from robot.model.kinematics import inverse
+from robot.model.parameters import SIT_HEIGHT, knee_torque_limit
+from robot.model.stance import nominal_feet
+from robot.scenes.scene import Box, Cylinder, Scene
+from robot.sim.physics import BackendMissing, PhysicsBody
 
 START = Pose2(0.0, 0.0)
 EMPTY = Scene("empty", (-5.0, -5.0, 5.0, 5.0), (), START, START)

@@ -118,8 +118,8 @@ def test_the_robot_is_caught_in_mid_stride_with_its_plan_and_its_trail() -> None
 
 def test_an_errand_is_pictured_with_the_arm_and_the_things_where_they_are() -> None:
     from robot import Robot
+    from robot.nodes.carrier import Delivery
     from robot.picture.record import record
-    from robot.tasks.carrier import Delivery
 
     robot = Robot("kitchen", body="kinematic", mission=Delivery("cup", (2.0, 1.0, 0.45)), seed=1)
     seen = record(robot, seed=1, at=2.0)

@@ -5,22 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robot.arm.kinematics import MOUNT, STOWED, TOOL, forward
-from robot.gait.figures import CALF, FOOT_RADIUS, THIGH
-from robot.gait.kinematics import feet
+from robot.geometry.planar import Pose2
+from robot.model.arm import MOUNT, STOWED, TOOL, forward
+from robot.model.kinematics import feet
+from robot.model.parameters import CALF, FOOT_RADIUS, THIGH
 from robot.picture.camera import Camera
 from robot.picture.figure import arm_joints, legs, robot_solids
 from robot.picture.floor import Layer, floor_layers, paint
 from robot.picture.palette import BLACK, CONCRETE, PATH, WHITE
-from robot.picture.png import encode
 from robot.picture.render import Stage, render
 from robot.picture.robot_view import draw_robot
 from robot.picture.solids import Solid, ball
 from robot.picture.stage import stage_solids, thing_solids
 from robot.picture.tracer import nearest
 from robot.picture.viewpoint import viewpoint
-from robot.world.scene import Box, Obstacle, Pose2
-from robot.world.worlds import WORLDS, get_world
+from robot.png import encode
+from robot.scenes.scene import Box, Obstacle
+from robot.scenes.worlds import WORLDS, get_world
 from tests.unit.picture_kit import rays_through, recorded, standing
 
 YELLOW = np.array((245, 179, 10))

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from robot.geometry.planar import Pose2
 from robot.picture.axis import spanning
 from robot.picture.canvas import Canvas
 from robot.picture.map_view import BODY, OCCUPIED, draw_map
 from robot.picture.plots import ASKED, TRUE, draw_plots
-from robot.picture.png import Image, encode
 from robot.picture.strokes import GLYPHS, strokes, width
-from robot.world.scene import Pose2
-from robot.world.worlds import get_world
+from robot.png import Image, encode
+from robot.scenes.worlds import get_world
 from tests.unit.picture_kit import decoded, recorded
 
 WHITE, BLACK, RED = (255, 255, 255), (0, 0, 0), (255, 0, 0)

@@ -9,10 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot.navigation.grid import signed_distance
-from robot.world.rays import beam_angles, cast
-from robot.world.scene import Box, Cylinder, Obstacle, Pose2, Scene
-from robot.world.worlds import get_world
+from robot.geometry.planar import Pose2
+from robot.hardware.beams import beam_angles
+from robot.planning.grid import signed_distance
+from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
+from robot.scenes.worlds import get_world
+from robot.sim.rays import cast
 
 
 def scene_of(*obstacles: Obstacle) -> Scene:

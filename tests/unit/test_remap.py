@@ -74,18 +74,18 @@ def test_matching_is_exact_and_never_by_prefix() -> None:
 
 def test_an_action_moves_with_its_bare_name() -> None:
     remapping = Remapping(rules("move:=walk"))
-    five = remapping.resolve_action("move", "robot", "/spot")
 
-    assert five.send_goal == "/spot/walk/_action/send_goal"
-    assert five.feedback == "/spot/walk/_action/feedback"
-    assert remapping.resolve_topic("move/_action/status", "tool", "/spot") == five.status
+    assert remapping.resolve_service("move", "robot", "/spot") == "/spot/walk"
+    assert remapping.resolve_service("move/_action/send_goal", "robot", "/spot") == "/spot/walk/_action/send_goal"
+    assert remapping.resolve_topic("move/_action/feedback", "robot", "/spot") == "/spot/walk/_action/feedback"
+    assert remapping.resolve_topic("move/_action/status", "tool", "/spot") == "/spot/walk/_action/status"
 
 
 def test_one_name_of_an_action_can_move_alone() -> None:
-    five = Remapping(rules("move/_action/feedback:=progress", "move:=walk")).resolve_action("move", "robot", "/")
+    remapping = Remapping(rules("move/_action/feedback:=progress", "move:=walk"))
 
-    assert five.feedback == "/progress"
-    assert five.status == "/walk/_action/status"
+    assert remapping.resolve_topic("move/_action/feedback", "robot", "/") == "/progress"
+    assert remapping.resolve_topic("move/_action/status", "robot", "/") == "/walk/_action/status"
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,6 @@ def test_the_repr_shows_the_rules() -> None:
 def test_a_full_name_without_a_rule_stays() -> None:
     remapping = Remapping(rules("scan:=points"))
 
-    assert remapping.topic("/front/scan", "lidar", "/front") == remapping.service("/front/scan", "lidar", "/front")
-    assert remapping.topic("/front/scan", "lidar", "/front") == "/front/points"
-    assert remapping.topic("/scan", "lidar", "/front") == "/scan"
-    assert remapping.service("/scan", "lidar", "/front") == "/scan"
+    for resolve in (remapping.resolve_topic, remapping.resolve_service):
+        assert resolve("/front/scan", "lidar", "/front") == "/front/points"
+        assert resolve("/scan", "lidar", "/front") == "/scan"

@@ -515,7 +515,7 @@ async def test_the_threads_of_the_loops_pools_are_no_leak() -> None:
 
 @pytest.mark.virtual
 async def test_an_endpoint_that_outlives_the_system_is_a_leak() -> None:
-    from actors.topics.channel import Publisher
+    from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream, StreamSubscription
 
     rig = Rig()

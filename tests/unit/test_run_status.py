@@ -17,13 +17,13 @@ from actors.logs import LogRecord
 from actors.logs.levels import Level
 from actors.testing import Rig
 from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, PATH, POSE
+from robot.geometry.messages import pose_stamped
+from robot.geometry.planar import Pose2
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus
-from robot.navigation.geometry import pose_stamped
 from robot.run.judge import Score
 from robot.run.status import Part, Status, StatusLine, final_parts, fitting
-from robot.world.kinematic import KinematicBody
-from robot.world.scene import Pose2
-from robot.world.worlds import get_world
+from robot.scenes.worlds import get_world
+from robot.sim.kinematic import KinematicBody
 
 CLEAR = "\r\x1b[2K\x1b[J"
 STAMP = PoseStamped().header.stamp

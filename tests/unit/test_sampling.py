@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robot.world.body import Body
-from robot.world.kinematic import KinematicBody
-from robot.world.physics import PhysicsBody
-from robot.world.sampling import KEPT
-from robot.world.scene import Pose2, Scene
+from robot.geometry.planar import Pose2
+from robot.hardware.body import Body
+from robot.scenes.scene import Scene
+from robot.sim.kinematic import KinematicBody
+from robot.sim.physics import PhysicsBody
+from robot.sim.sampling import KEPT
 
 SCENE = Scene("floor", (-5.0, -5.0, 5.0, 5.0), (), start=Pose2(0.0, 0.0, 0.0), dock=Pose2(0.0, 0.0, 0.0))
 

@@ -7,8 +7,8 @@ from math import radians
 import numpy as np
 import pytest
 
-from robot.sensors.noise import ImuNoise
-from robot.sensors.rest import AT_REST, NotAtRest, rest_of
+from robot.estimation.rest import AT_REST, NotAtRest, rest_of
+from robot.sim.noise import ImuNoise
 
 STILL = [0.003] * 100
 NO_TURN = [0.001] * 100

@@ -86,7 +86,6 @@ def test_a_flood_is_found(capfd: pytest.CaptureFixture[str], monkeypatch: pytest
     [
         ("made_by_a_coroutine", ["--seeds", "6"]),
         ("side_by_side", ["--seeds", "6"]),
-        ("elsewhere", ["--seeds", "6"]),
         ("Holder.tree", ["--seeds", "6"]),
         ("finishes", ["--seeds", "10"]),
         ("delicate", ["--seeds", "20", "--faults", "crash"]),

@@ -27,7 +27,7 @@ from actors.testing.simulation import search as simulation_search
 from actors.testing.simulation.invariants import InvariantBroken
 from actors.testing.simulation.search import search, shrink
 from actors.testing.simulation.trial import Scenario, Trial
-from actors.topics.channel import Publisher
+from actors.topics.publisher import Publisher
 from tests.stage import COUNT, order
 from tests.suites import run_pytest
 from tests.unit import odd_systems, planted
@@ -283,11 +283,11 @@ async def _source_and_supervisor(rig: Rig) -> tuple[NodeState, RunningSupervisor
 
 
 def _forget_the_child(state: NodeState, supervisor: RunningSupervisor) -> None:
-    supervisor._entries.clear()
+    supervisor._children.entries.clear()
 
 
 def _count_the_dead(state: NodeState, supervisor: RunningSupervisor) -> None:
-    entry = supervisor._entries["source"]
+    entry = supervisor._children["source"]
     done: asyncio.Future[None] = asyncio.get_running_loop().create_future()
     done.set_result(None)
     assert entry.now is not None
@@ -295,7 +295,7 @@ def _count_the_dead(state: NodeState, supervisor: RunningSupervisor) -> None:
 
 
 def _lose_the_incarnation(state: NodeState, supervisor: RunningSupervisor) -> None:
-    supervisor._entries["source"].now = None
+    supervisor._children["source"].now = None
 
 
 def _take_it_for_stopped(state: NodeState, supervisor: RunningSupervisor) -> None:
@@ -307,7 +307,7 @@ def _count_a_restart_too_many(state: NodeState, supervisor: RunningSupervisor) -
 
 
 def _allow_too_many(state: NodeState, supervisor: RunningSupervisor) -> None:
-    supervisor._window.times.extend([0.5] * 4)
+    supervisor._children.window.times.extend([0.5] * 4)
 
 
 @pytest.mark.parametrize(

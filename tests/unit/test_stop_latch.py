@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.safety.causes import StopLatch
+from robot.control.stop_causes import StopLatch
 
 KEYS = ("tilt", "request", "battery")
 steps = st.lists(st.tuples(st.sampled_from(("begin", "end", "clear")), st.sampled_from(KEYS)), max_size=30)

@@ -99,7 +99,6 @@ def test_S07_bad_periods_are_named(within: Any) -> None:
         ({"remap": "a:=b"}, "remap"),
         ({"args": "xyz"}, "args"),
         ({"args": 1}, "args"),
-        ({"process": "yes"}, "process"),
     ],
 )
 def test_S08_bad_child_specs_are_named(options: dict[str, Any], option: str) -> None:

@@ -95,7 +95,7 @@ def test_M01_reports_and_reasons_read_well() -> None:
 @virtual
 async def test_what_a_debugger_shows_reads_well() -> None:
     async with running(World(), Supervisor("root", children=[child("a")])) as supervisor:
-        entry = supervisor._entries["a"]
+        entry = supervisor._children["a"]
         assert repr(entry) == "<entry a running#1>"
         assert repr(entry.now) == "<incarnation root/a#1>"
         assert entry.now is not None

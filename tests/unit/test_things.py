@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robot.arm.kinematics import MOUNT, STOWED, Tip, inverse
-from robot.world.arm_model import ARM_MASS
-from robot.world.body import Body
-from robot.world.kinematic import KinematicBody
-from robot.world.model import Ground, write_model
-from robot.world.physics import PhysicsBody
-from robot.world.scene import Box, Cylinder, Pose2, Scene, Thing
-from robot.world.things import Things, centre, thickness, tool_point
+from robot.geometry.planar import Pose2
+from robot.hardware.body import Body
+from robot.model.arm import MOUNT, STOWED, Tip, inverse
+from robot.scenes.scene import Box, Cylinder, Scene, Thing
+from robot.sim.arm_mjcf import ARM_MASS
+from robot.sim.kinematic import KinematicBody
+from robot.sim.mjcf import Ground, write_model
+from robot.sim.physics import PhysicsBody
+from robot.sim.things import Things, centre, tool_point
 
 TABLE = Box(0.95, 0.0, 0.3, 0.3, yaw=0.4, height=0.3)
 CUP = Thing("cup", Cylinder(0.9, 0.0, 0.035, 0.1), (200, 20, 20), z=0.3)
@@ -38,7 +39,7 @@ def test_only_a_thing_within_two_centimeters_of_the_tip_is_near() -> None:
 
 
 def test_jaws_close_on_the_thinner_side() -> None:
-    assert (thickness(CUP), thickness(BRICK)) == (0.07, 0.05)
+    assert (CUP.BRICK.thickness) == (0.07, 0.05)
 
 
 @pytest.mark.parametrize(

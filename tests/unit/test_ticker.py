@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from actors.testing.fuzz import FuzzLoop
+from actors.time.handles import is_dead
 from actors.time.real_loop import new_event_loop
 from actors.time.ticker import Ticker, TickHandle
 from actors.time.virtual_loop import Deadlock, VirtualLoop
@@ -194,7 +195,7 @@ class TestHandles:
             ticks = ticker()
             handles = [ticks.add(hz, lambda k, due: None) for hz in range(1, 101)]
             await asyncio.sleep(1)
-            live = [entry for entry in loop._timers if not loop._is_dead(entry[3])]
+            live = [entry for entry in loop._timers if not is_dead(entry[3])]
             for handle in handles:
                 handle.cancel()
             return len(live)

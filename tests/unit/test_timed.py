@@ -8,15 +8,15 @@ from typing import Any
 
 import pytest
 
-from actors import NotStarted, QoS, WrongThread, WrongType, qos
+from actors import Ended, QoS, WrongThread, WrongType, qos
 from actors.errors import CallTimeout
 from actors.inbox.expiring import ExpiringMessage
 from actors.inbox.inbox import Inbox
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos.events import LivelinessChanged, LivelinessLost
 from actors.qos.policies import Durability, History, Liveliness
-from actors.topics.channel import Publisher
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
+from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream
 from actors.topics.timed_publisher import TimedPublisher, publisher_for
 from tests.stage import number, values, word
@@ -57,9 +57,9 @@ async def test_a_timed_publisher_refuses_what_every_publisher_refuses() -> None:
     out(number(1))
     assert out.count == 1
     out.close()
-    with pytest.raises(NotStarted):
+    with pytest.raises(Ended):
         out(number(2))
-    with pytest.raises(NotStarted):
+    with pytest.raises(Ended):
         out.assert_liveliness()
     refused: list[BaseException] = []
 
@@ -131,11 +131,10 @@ async def test_a_handler_does_not_see_what_has_become_too_old_in_its_queue(concu
 
     feed: HandlerSubscription[Int32]
     if concurrent:
-        feed = ConcurrentSubscription(ME, entry, Int32, qos.DEFAULT, inbox, "Node.take", concurrent)
-        feed.spawn = asyncio.create_task
+        feed = ConcurrentSubscription(ME, entry, Int32, qos.DEFAULT, inbox, "Node.take", slow, concurrent)
+        feed.start(asyncio.create_task)
     else:
-        feed = HandlerSubscription(ME, entry, Int32, qos.DEFAULT, inbox, "Node.take")
-    feed.handler = slow
+        feed = HandlerSubscription(ME, entry, Int32, qos.DEFAULT, inbox, "Node.take", slow)
     entry.add_subscription(feed)
     task = asyncio.create_task(inbox.serve())
     for value in range(5):
@@ -305,3 +304,17 @@ async def test_a_publisher_that_leaves_is_neither_alive_nor_lost() -> None:
     out.close()
     await asyncio.sleep(5.0)
     assert changed.take()[1:] == [LivelinessChanged(0, -1, 0, 0)]
+
+
+async def test_a_message_with_a_lifespan_counts_for_the_deadline_of_its_subscription() -> None:
+    entry = topic()
+    out, queue = timed(entry, SHORT.replace(deadline=0.5)), subscription(entry, QoS(depth=10, deadline=1.0))
+    for value in range(3):
+        await asyncio.sleep(0.8)
+        out(number(value))
+    assert queue.status.deadline_missed == 0
+    await asyncio.sleep(1.5)
+    assert queue.status.deadline_missed == 1
+    stream = Stream(queue)
+    with pytest.raises(CallTimeout):  # all of them have expired
+        await stream.next(timeout=0.0)

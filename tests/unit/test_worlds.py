@@ -7,10 +7,10 @@ import math
 
 import pytest
 
-from robot.navigation.grid import Grid
-from robot.navigation.planner import Planner
-from robot.world.scene import Pose2
-from robot.world.worlds import WORLDS, UnknownWorld, get_world
+from robot.geometry.planar import Pose2
+from robot.planning.grid import Grid
+from robot.planning.planner import Planner
+from robot.scenes.worlds import WORLDS, UnknownWorld, get_world
 from tests.unit.navigation_sim import body_clearance
 
 TURNING = math.hypot(1.1, 0.5) / 2

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actors.system import System
     from actors.testing.simulation.lives import SimulatedSystem
     from actors.time.virtual_loop import VirtualLoop
-    from actors.topics.channel import Publisher, Subscription
+    from actors.topics.peers import Peer
 
 __all__ = ["PATIENCE", "Invariant", "InvariantBroken", "Watch"]
 
@@ -114,7 +114,7 @@ class Watch:
         alive = {state.identity.fqn for state in states if state.state != "stopped"}
         gone = {state.identity.fqn for state in states} - alive
         for entry in self._system.graph.topics.values():
-            endpoints: list[Publisher[Any] | Subscription[Any]] = [*entry.publishers, *entry.subscriptions]
+            endpoints: list[Peer] = [*entry.publishers, *entry.subscriptions]
             for endpoint in endpoints:
                 if endpoint.node.fqn in gone:
                     raise InvariantBroken(f"{endpoint!r} has outlived its node")

@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,44 +17,58 @@ from actors.testing.faults import Fault, Profile
 
 if TYPE_CHECKING:
     from actors.runtime.core import Core
-    from actors.topics.channel import Subscription
+    from actors.topics.peers import SubscriptionPeer, Target
 
 M = TypeVar("M", bound=Message)
 
-__all__ = ["Link", "entrance", "has_numbers", "not_a_number"]
+__all__ = ["Link", "has_numbers", "interceptor", "not_a_number"]
 
 
 MOST_AT_ONCE = 100
 """So many messages of one instant are frozen, and no more: whoever answers each of them at once would never let time pass."""
 
 
-class Link:
-    """The way of one topic's messages into one subscription: counts them, and does to the n-th what the faults say."""
+class Delivery(NamedTuple):
+    """One message on its way, and what takes it at its end."""
 
-    def __init__(self, queue: Subscription[Any], name: str, faults: Sequence[Fault], profile: Profile) -> None:
-        self._queue = queue
+    message: Message | ExpiringMessage[Any]
+    target: Target
+
+
+class Link:
+    """The way of one topic's messages into one subscription: counts them, and does to the n-th what the faults say.
+
+    Invariants:
+
+    * Every message of every publisher passes here once, in the order in which they are published; `_held` are those that a later one overtakes.
+    * What is repeated, or late, goes where it would have gone without the fault.
+    """
+
+    def __init__(self, subscription: SubscriptionPeer, name: str, faults: Sequence[Fault], profile: Profile) -> None:
+        self._subscription = subscription
         self._name = name
         self._profile = profile
-        self._links = profile.watching if is_guest(queue) else profile.links
+        self._links = profile.watching if is_guest(subscription) else profile.links
         self._loop = asyncio.get_running_loop()
         self._faults: dict[int, list[Fault]] = {}
         for fault in faults:
             self._faults.setdefault(fault.nth, []).append(fault)
-        self._held: list[Message | ExpiringMessage[Any]] = []
-        self._last: Message | ExpiringMessage[Any] | None = None
+        self._held: list[Delivery] = []
+        self._last: Delivery | None = None
         self._frozen_until = -1.0
-        self._frozen: Message | ExpiringMessage[Any] | None = None
+        self._frozen: Delivery | None = None
         self._repeats = 0
         self._repeated_at = -1.0
 
-    def deliver(self, message: Message | ExpiringMessage[Any]) -> None:
-        """Count the message, and pass it on as the faults say."""
+    def deliver(self, target: Target, message: Message | ExpiringMessage[Any]) -> None:
+        """Count the message, and pass it on to `target` as the faults say."""
         links = self._links
         nth = links[self._name] = links.get(self._name, 0) + 1
         if nth == 1 and has_numbers(message.message if isinstance(message, ExpiringMessage) else message):
             self._profile.numeric.add(self._name)
         now = self._loop.time()
-        copies = [message]
+        delivery = Delivery(message, target)
+        copies = [delivery]
         delay = 0.0
         swapped = False
         for fault in self._faults.get(nth, ()):
@@ -76,53 +91,52 @@ class Link:
             if self._repeats == MOST_AT_ONCE:
                 self._frozen_until = now
         else:
-            self._last = message
+            self._last = delivery
         if swapped:
             self._held += copies
             return
         self._pass_on([*copies, *self._held], delay)
         self._held = []
 
-    def _pass_on(self, messages: list[Message | ExpiringMessage[Any]], delay: float) -> None:
-        for message in messages:
+    def _pass_on(self, deliveries: list[Delivery], delay: float) -> None:
+        for delivery in deliveries:
             if delay:
-                self._loop.call_later(delay, self._arrive, message)
+                self._loop.call_later(delay, self._arrive, delivery)
             else:
-                self._queue.inlet(message)
+                delivery.target(delivery.message)
 
-    def _arrive(self, message: Message | ExpiringMessage[Any]) -> None:
-        if self._queue in self._queue.entry.subscriptions:  # else it has left meanwhile
-            self._queue.inlet(message)
+    def _arrive(self, delivery: Delivery) -> None:
+        if self._subscription in self._subscription.entry.subscriptions:  # else it has left meanwhile
+            delivery.target(delivery.message)
 
 
-def is_guest(queue: Subscription[Any]) -> bool:
+def is_guest(subscription: SubscriptionPeer) -> bool:
     """Whether a subscription belongs to a node beside the tree: a test's own eyes, which no drawn fault may cloud."""
-    return cast("Core", queue.node).identity.path[0] == "guests"
+    return cast("Core", subscription.node).identity.path[0] == "guests"
 
 
-def entrance(
-    links: dict[Subscription[Any], Link], faults: Sequence[Fault], profile: Profile
-) -> Callable[[Subscription[Any]], Callable[[Any], None]]:
-    """The graph's way into a subscription, with the faults of this run in between."""
+def interceptor(
+    links: dict[SubscriptionPeer, Link], faults: Sequence[Fault], profile: Profile
+) -> Callable[[SubscriptionPeer, Target], Target]:
+    """The graph's interceptor: puts the faults of this run between publishers and subscriptions."""
 
-    def enter(queue: Subscription[Any]) -> Callable[[Any], None]:
-        link = links.get(queue)
+    def intercept(subscription: SubscriptionPeer, target: Target) -> Target:
+        link = links.get(subscription)
         if link is None:
-            name = f"{queue.entry.name}>{queue.node.fqn}"
+            name = f"{subscription.entry.name}>{subscription.node.fqn}"
             mine = [fault for fault in faults if fault.target == name]
-            link = links[queue] = Link(queue, name, mine, profile)
-        return link.deliver
+            link = links[subscription] = Link(subscription, name, mine, profile)
+        return partial(link.deliver, target)
 
-    return enter
+    return intercept
 
 
-def _spoiled(message: Message | ExpiringMessage[Any]) -> Message | ExpiringMessage[Any]:
-    """With NaN for its numbers; a message that ages goes on ageing."""
-    return (
-        message.holding(not_a_number(message.message))
-        if isinstance(message, ExpiringMessage)
-        else not_a_number(message)
-    )
+def _spoiled(delivery: Delivery) -> Delivery:
+    """With NaN for its numbers; what expires does so as before."""
+    message = delivery.message
+    if isinstance(message, ExpiringMessage):
+        return delivery._replace(message=message.holding(not_a_number(message.message)))
+    return delivery._replace(message=not_a_number(message))
 
 
 def has_numbers(message: Message) -> bool:

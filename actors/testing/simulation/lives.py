@@ -6,21 +6,22 @@ import asyncio
 import contextlib
 import math
 from collections.abc import Awaitable, Callable, Coroutine, Generator, Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from actors.actions.client import Goal
 from actors.errors import CallCycle
+from actors.graph.graph import Graph
 from actors.inbox.control import Failure
 from actors.interfaces.message import Message
-from actors.places import USER, owner_of
+from actors.places import USER, chain_of, owner_of
 from actors.runtime.core import Core
 from actors.runtime.life import NodeLife
 from actors.services.services import Client
 from actors.system import System
 from actors.testing.faults import CLOCK, Fault, Profile
-from actors.testing.simulation.links import Link, entrance
+from actors.testing.simulation.links import Link, interceptor
 from actors.testing.simulation.steps import Death, Steps, Watched
-from actors.time.stuck import chain_of
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
     from actors.supervision.declarations import Child
     from actors.supervision.report import Report
     from actors.time.virtual_loop import VirtualLoop
-    from actors.topics.channel import Subscription
     from actors.topics.handler import HandlerSubscription
+    from actors.topics.peers import SubscriptionPeer
 
 __all__ = ["InjectedCrash", "SimulatedSystem"]
 
@@ -50,10 +51,11 @@ class SimulatedSystem(System):
     """A `System` with faults. What happened is counted in `profile`."""
 
     def __init__(self, faults: Sequence[Fault], profile: Profile, **options: Any) -> None:
-        super().__init__(**options)
+        self.links: dict[SubscriptionPeer, Link] = {}
+        intercept = interceptor(self.links, faults, profile)
+        super().__init__(make_graph=partial(Graph, intercept=intercept), **options)
         self.faults = tuple(faults)
         self.profile = profile
-        self.links: dict[Subscription[Any], Link] = {}
         self.bereaved: dict[Core, float] = {}
         """Incarnations that ended before their tasks -> when that was."""
         self.reported = 0
@@ -64,7 +66,6 @@ class SimulatedSystem(System):
         """How many nodes have died without a clean-up."""
         self.interrupted: dict[tuple[str, ...], str] = {}
         """Path of a node that was to end and was canceled -> where it waited then."""
-        self.graph.entrance = entrance(self.links, faults, profile)
         for fault in faults:
             if fault.kind == "clock-jump" and fault.target == CLOCK:
                 self.loop.call_at(self.clock.loop_time(fault.nth / 1000.0), self.clock.shift_wall, fault.by)
@@ -97,9 +98,6 @@ class SimulatedSystem(System):
     def life(self, child: Child, path: tuple[str, ...], incarnation: int) -> NodeLife:
         plain = super().life(child, path, incarnation)
         return plain if path[0] == "guests" else _SimulatedLife(self, child, plain.identity, plain.mailbox)
-
-    def check_place(self, child: Child, path: tuple[str, ...]) -> None:
-        """A child with ``process=True`` runs in this process: its contracts are the same, and the only clock is here."""
 
     def running_now(self, core: Core) -> None:
         super().running_now(core)

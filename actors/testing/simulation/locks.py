@@ -15,7 +15,7 @@ from typing import Any
 
 import anyio
 
-from actors.time.stuck import parked
+from actors.places import parked
 
 __all__ = ["circle_of_locks"]
 

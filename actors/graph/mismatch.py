@@ -1,0 +1,112 @@
+"""What keeps a publisher and a subscription apart, and what both sides are told about it."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
+
+from actors.qos import compatible
+
+if TYPE_CHECKING:
+    from actors.qos import Compatibility
+    from actors.qos.policies import QoS
+    from actors.topics.peers import PublisherPeer, SubscriptionPeer
+
+__all__ = ["QosMismatch", "TypeMismatch", "mismatch_of", "remedy", "verdict_on"]
+
+verdict_on: Final = lru_cache(maxsize=1024)(compatible)
+"""`compatible`, remembered: a topic has many pairs of endpoints and few pairs of profiles."""
+
+
+def mismatch_of(publisher: PublisherPeer, subscription: SubscriptionPeer) -> QosMismatch | TypeMismatch | None:
+    """Why no messages flow between the two; None when they do."""
+    if publisher.type is not subscription.type and publisher.type.__ros_type__ != subscription.type.__ros_type__:
+        return TypeMismatch(publisher, subscription)
+    if publisher.qos is subscription.qos:
+        return None
+    verdict = verdict_on(publisher.qos, subscription.qos)
+    return QosMismatch(publisher, subscription, verdict) if verdict.level == "error" else None
+
+
+class TypeMismatch:
+    """The two have different types."""
+
+    kind: Final = "type"
+
+    def __init__(self, publisher: PublisherPeer, subscription: SubscriptionPeer) -> None:
+        self.publisher = publisher
+        self.subscription = subscription
+        offered, requested = publisher.type.__ros_type__, subscription.type.__ros_type__
+        self.why = f"it is published as {offered} and subscribed as {requested}: one topic has one type"
+
+    def count(self) -> None:
+        """Count it on both sides."""
+        self.publisher.count_incompatible_type()
+        self.subscription.count_incompatible_type()
+
+    def warn(self, topic: str) -> None:
+        """Log it on both sides."""
+        for node in (self.publisher.node, self.subscription.node):
+            node.warn(
+                f"Incompatible types on topic '{topic}'",
+                publisher=self.publisher.node.fqn,
+                subscriber=self.subscription.node.fqn,
+                why=self.why,
+                remedy="give one of the two topics another name, or both sides the same type",
+            )
+
+
+class QosMismatch:
+    """The offered quality of service does not satisfy the requested one."""
+
+    kind: Final = "qos"
+
+    def __init__(self, publisher: PublisherPeer, subscription: SubscriptionPeer, verdict: Compatibility) -> None:
+        self.publisher = publisher
+        self.subscription = subscription
+        self.verdict = verdict
+        self.why = verdict.reason
+
+    def count(self) -> None:
+        """Count it on both sides."""
+        self.publisher.count_incompatible_qos(self.verdict.event_policy)
+        self.subscription.count_incompatible_qos(self.verdict.event_policy)
+
+    def warn(self, topic: str) -> None:
+        """Log it on both sides."""
+        publisher, subscription = self.publisher, self.subscription
+        fields = {
+            "offered": repr(publisher.qos),
+            "requested": repr(subscription.qos),
+            "why": self.why,
+            "remedy": remedy(publisher.qos, subscription.qos, self.verdict),
+        }
+        publisher.node.warn(
+            f"New subscription discovered on topic '{topic}', requesting incompatible QoS. No messages will be sent to it. "
+            f"Last incompatible policy: {self.verdict.event_policy}",
+            subscriber=subscription.node.fqn,
+            **fields,
+        )
+        subscription.node.warn(
+            f"New publisher discovered on topic '{topic}', offering incompatible QoS. No messages will be received from it. "
+            f"Last incompatible policy: {self.verdict.event_policy}",
+            publisher=publisher.node.fqn,
+            **fields,
+        )
+
+
+def remedy(offered: QoS, requested: QoS, verdict: Compatibility) -> str:
+    """What to change so that the two match, one clause for each policy that keeps them apart."""
+    fields = {"liveliness_lease_duration": "liveliness_lease"}
+    clauses: list[str] = []
+    for policy in verdict.policies:
+        field = fields.get(policy, policy)
+        offer, request = getattr(offered, field), getattr(requested, field)
+        clauses.append(
+            f"let the publisher offer {field}={_said(request)}, or the subscription request {field}={_said(offer)}"
+        )
+    return "; ".join(clauses)
+
+
+def _said(policy: object) -> str:
+    return f"{policy:g}" if isinstance(policy, float) else str(policy)

@@ -1,0 +1,250 @@
+"""What `run(tree, parameters=, argv=)` is given, read and checked against the tree before anything starts.
+
+Every mistake is one `ValueError` with one line of text: what is wrong, where it was said, and what to do.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
+
+from actors.names.names import logger_name
+from actors.node.node import Node
+from actors.runtime.options import RunOptions, identity_of
+from actors.suggest import did_you_mean
+from actors.supervision.declarations import Child, DynamicSupervisor, Spec
+
+if TYPE_CHECKING:
+    from actors.logs.levels import Level
+    from actors.names.identity import Identity
+    from actors.parameters.declare import ParameterTable
+    from actors.parameters.files import ParameterOverrides
+    from actors.running.arguments import RosArguments
+
+__all__ = [
+    "ParameterSource",
+    "ParameterSources",
+    "options_of",
+    "overruled",
+    "read_parameters",
+    "with_arguments",
+]
+
+ParameterSource: TypeAlias = str | os.PathLike[str] | Mapping[str, Mapping[str, Any]]
+"""The path of a ROS 2 parameter file (YAML), or ``{node: {parameter: value}}`` with its patterns: a full name, ``/**`` for all nodes."""
+
+ParameterSources: TypeAlias = ParameterSource | Sequence[ParameterSource]
+"""One source, or several: what comes later counts, as in ROS 2."""
+
+
+def options_of(
+    where: str, tree: Spec, parameters: ParameterSources | None, argv: Sequence[str] | None, level: int
+) -> RunOptions | None:
+    """The options of a run of `tree`, checked; None when nothing is given. `where` is named in errors about a mapping."""
+    if parameters is None and argv is None:
+        return None
+    from actors.logs.levels import Level, LevelTree
+
+    arguments = _read_arguments(argv or ())
+    levels = LevelTree(Level(level) if arguments.default_log_level is None else arguments.default_log_level)
+    for logger, each in arguments.logger_levels:
+        levels.set(logger, each)
+    said = read_parameters(where, parameters)
+    options = RunOptions(
+        arguments.parameters, said, arguments.remap_rules, levels, arguments.stdout_logs, arguments.user_args
+    )
+    nodes = list(_nodes(tree, (tree.name,), options))
+    for overrides in (arguments.parameters, said):
+        _check_overrides(overrides, nodes)
+    if all(node.known for node in nodes):
+        _check_names(arguments, nodes)
+    return options
+
+
+def overruled(tree: Spec, options: RunOptions) -> Iterator[tuple[str, str, object]]:
+    """The parameters of the command line that have no effect because a child's declaration says another value: node, name and that value."""
+    for node in _nodes(tree, (tree.name,), options):
+        for name, value in options.arguments.for_node(node.fqn).items():
+            if (
+                node.known
+                and node.child.parameters.get(name, value) != value
+                and name not in options.parameters.for_node(node.fqn)
+            ):
+                yield node.fqn, name, node.child.parameters[name]
+
+
+def with_arguments(child: Child, argv: Sequence[str] | None) -> tuple[Child, Level]:
+    """The child as `argv`, the arguments of this one node, makes it, and the level of its log, `UNSET` if they say none.
+
+    As in ROS 2 its own parameters come before those of its arguments, and its own remapping rules, too; what is said of other nodes is left.
+    """
+    from actors.logs.levels import Level, LevelTree
+
+    if argv is None:
+        return child, Level.UNSET
+    arguments = _read_arguments(argv, of_one_node=True)
+    rules = (str(rule).partition(":=") for rule in arguments.remap_rules)
+    told = child.replace(remap={**child.remap, **{old: new for old, _, new in rules if old not in child.remap}})
+    fqn = identity_of(told, (child.name,)).fqn
+    levels = LevelTree(arguments.default_log_level or Level.UNSET)
+    for logger, level in arguments.logger_levels:
+        levels.set(logger, level)
+    parameters = {**arguments.parameters.for_node(fqn), **child.parameters}
+    return told.replace(parameters=parameters), levels.effective(logger_name(fqn))
+
+
+def _read_arguments(argv: Sequence[str], *, of_one_node: bool = False) -> RosArguments:
+    """What `argv` says to ROS. Raises `ValueError` for what is wrong, unknown, or known to ROS 2 but without effect here."""
+    from actors.running.arguments import InvalidRosArguments, parse
+
+    arguments = parse(argv).require_known()
+    without_effect = {
+        "--enclave": arguments.enclave is not None,
+        "--log-config-file": arguments.log_config_file is not None,
+        "--log-file-name": arguments.log_file_name is not None,
+        "--disable-rosout-logs": not arguments.rosout_logs,
+        "--disable-stdout-logs": of_one_node and not arguments.stdout_logs,
+    }
+    for flag, given in without_effect.items():
+        if given:
+            raise InvalidRosArguments("this flag of ROS 2 has no effect here; leave it out", (flag,))
+    return arguments
+
+
+def read_parameters(where: str, parameters: ParameterSources | None) -> ParameterOverrides:
+    """The overrides of all sources, in order. Raises `InvalidParams`, which names the source, and the line of a file."""
+    from actors.parameters.files import InvalidParams, ParameterOverrides
+
+    overrides = ParameterOverrides()
+    if parameters is None:
+        return overrides
+    single = isinstance(parameters, (str, os.PathLike, Mapping)) or not isinstance(cast("object", parameters), Sequence)
+    for source in cast("Sequence[object]", [parameters] if single else parameters):
+        if isinstance(source, (str, os.PathLike)):
+            overrides = overrides.with_file(cast("str", source))
+        elif isinstance(source, Mapping):
+            overrides = overrides.with_mapping(cast("Mapping[str, Any]", source), source=where)
+        else:
+            problem = f"{source!r:.60} is neither the path of a parameter file nor {{node: {{parameter: value}}}}"
+            raise InvalidParams(problem, source=where)
+    return overrides
+
+
+def parameters_by_node(where: str, tree: Spec, parameters: ParameterSources) -> dict[str, dict[str, Any]]:
+    """What each node of the tree takes of these parameters, by its full name, for a run of a part of the tree.
+
+    Raises `InvalidParams` as `run` does with the whole of it.
+    """
+    overrides = read_parameters(where, parameters)
+    nodes = list(_nodes(tree, (tree.name,), None))
+    _check_overrides(overrides, nodes)
+    taken: dict[str, dict[str, Any]] = {}
+    for node in nodes:
+        values = overrides.for_node(node.fqn) if node.known else {}
+        if node.table is not None and node.fixed:
+            values = {name: value for name, value in values.items() if name in node.table.values}
+        if values:
+            taken[node.fqn] = values
+    return taken
+
+
+# -- against the tree -----------------------------------------------------------------------------------------------------------
+
+
+class _Declared(NamedTuple):
+    """One node of the tree. Without an `identity` it is one of those that a dynamic supervisor will make; `table` is None if unknown."""
+
+    identity: Identity | None
+    child: Child
+    table: ParameterTable | None
+    fixed: bool
+    """Whether it has no other parameters than those of its table."""
+
+    @property
+    def known(self) -> bool:
+        return self.identity is not None
+
+    @property
+    def fqn(self) -> str:
+        return self.identity.fqn if self.identity is not None else ""
+
+
+def _nodes(spec: Spec, path: tuple[str, ...], options: RunOptions | None) -> Iterator[_Declared]:
+    if isinstance(spec, DynamicSupervisor):
+        yield _Declared(None, spec.template, None, False)
+    elif isinstance(spec, Child):
+        kind = spec.factory
+        identity = identity_of(spec, path, options)
+        if isinstance(kind, type) and issubclass(kind, Node):
+            fixed = kind is not Node and not kind.allow_undeclared_parameters
+            yield _Declared(identity, spec, kind.declarations.table, fixed)
+        else:
+            yield _Declared(identity, spec, None, False)
+    else:
+        for child in spec.children:
+            yield from _nodes(child, (*path, child.name), options)
+
+
+def _check_overrides(overrides: ParameterOverrides, nodes: Sequence[_Declared]) -> None:
+    from actors.parameters.files import reaches
+
+    for pattern, values in overrides.entries:
+        reached = [node for node in nodes if node.known and reaches(pattern, node.fqn)]
+        for name, value in values.items():
+            origin = overrides.origin(pattern, name)
+            if not reached:
+                if all(node.known for node in nodes):
+                    raise origin.error(_no_node(pattern, [node.fqn for node in nodes]), pattern)
+                continue
+            holders = [node for node in reached if node.table is not None and name in node.table.values]
+            if not holders and all(node.fixed for node in reached):
+                known = {one for node in reached if node.table is not None for one in node.table.values}
+                raise origin.error(_no_parameter(name, known), pattern)
+            for node in holders:
+                if problem := _objection(node, name, value):
+                    raise origin.error(problem)
+
+
+def _no_node(pattern: str, fqns: Sequence[str]) -> str:
+    """What to say of a pattern that reaches no node: which one was probably meant, or which there are."""
+    last = f"/{pattern.rpartition('/')[2]}"
+    elsewhere = [repr(fqn) for fqn in fqns if fqn.endswith(last)]
+    near = f"; did you mean {' or '.join(elsewhere)}?" if elsewhere else did_you_mean(f"/{pattern.lstrip('/')}", fqns)
+    return f"no node is called that{near or '; there are: ' + ', '.join(fqns)}"
+
+
+def _no_parameter(name: str, known: set[str]) -> str:
+    near = did_you_mean(name, sorted(known))
+    return f"there is no parameter {name!r}{near or '; there are: ' + ', '.join(sorted(known))}"
+
+
+def _objection(node: _Declared, name: str, value: object) -> str:
+    """Why the node would not start with this value, as far as its declaration tells."""
+    from actors.parameters import ParameterError, ParameterStore
+
+    assert node.table is not None
+    try:
+        ParameterStore(node.fqn, {name: value}, table=node.table)
+    except ParameterError as error:
+        return str(error)
+    except (TypeError, ValueError) as error:  # no parameter could hold it
+        return f"node {node.fqn}: {name!r}: {error}"
+    return ""
+
+
+def _check_names(arguments: RosArguments, nodes: Sequence[_Declared]) -> None:
+    """Refuse rules and levels for nodes that there are not."""
+    from actors.running.arguments import InvalidRosArguments
+
+    names = {name for node in nodes if node.identity is not None for name in (node.child.name, node.identity.name)}
+    for rule in arguments.remap_rules:
+        if rule.node is not None and rule.node not in names:
+            near = did_you_mean(rule.node, sorted(names)) or f"; there are: {', '.join(sorted(names))}"
+            raise InvalidRosArguments(f"no node is called {rule.node!r}{near}", ("--remap", str(rule)))
+    loggers = sorted({logger_name(node.fqn) for node in nodes})
+    for logger, level in arguments.logger_levels:
+        if not any(each == logger or each.startswith(f"{logger}.") for each in loggers):
+            near = did_you_mean(logger, loggers) or f"; there are: {', '.join(loggers)}"
+            text = f"no node has the logger {logger!r}{near}"
+            raise InvalidRosArguments(text, ("--log-level", f"{logger}:={level.name.lower()}"))

@@ -1,0 +1,178 @@
+"""What a supervisor does on request: the part of `decide` that answers the methods of `RunningSupervisor`. Pure, like all of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from actors.errors import DeclarationError
+from actors.supervision.acts import (
+    Act,
+    Add,
+    Adopt,
+    Answer,
+    AnswerAtEnd,
+    Drop,
+    Due,
+    EndHold,
+    Forget,
+    Gone,
+    Start,
+    Stop,
+    Update,
+)
+from actors.supervision.children import Children
+from actors.supervision.declarations import Child, DynamicSupervisor, Spec, Supervisor
+from actors.supervision.entry import Entry
+from actors.supervision.errors import (
+    AlreadyPresent,
+    AlreadyStarted,
+    NotFound,
+    Restarting,
+    Running,
+    StartFailed,
+    TooManyChildren,
+)
+from actors.supervision.events import (
+    DeleteChild,
+    ReplaceFactory,
+    Request,
+    RestartChild,
+    Spawn,
+    StartChild,
+    TerminateChild,
+)
+from actors.supervision.policy import temporary
+from actors.supervision.refs import ChildRef
+
+__all__ = ["administer", "for_good", "forgotten", "gone"]
+
+
+def administer(request: Request, children: Children) -> Sequence[Act]:
+    """The acts that carry out a request. Raises what it is refused with."""
+    children.check_open()
+    match request:
+        case StartChild():
+            return _start_child(request.spec, children)
+        case Spawn():
+            return _spawn(request, children)
+        case TerminateChild():
+            return _terminate(request.target, children)
+        case RestartChild():
+            name = _stopped(request.child, children).spec.name
+            return (Due(name), Start(name))
+        case DeleteChild():
+            return (Forget(_stopped(request.child, children).spec.name), Answer())
+        case ReplaceFactory():
+            return _replace(request, children)
+        case _:
+            return _reconfigure(request.spec, children)
+
+
+def _start_child(spec: Spec, children: Children) -> Sequence[Act]:
+    if isinstance(children.spec, DynamicSupervisor):
+        raise DeclarationError(f"{children.name} makes its children from a template: use spawn(), not start_child()")
+    children.spec.check_child(spec)
+    return _start_new(Add(spec), children)
+
+
+def _spawn(request: Spawn, children: Children) -> Sequence[Act]:
+    dynamic = children.spec
+    if isinstance(dynamic, Supervisor):
+        raise DeclarationError(f"{children.name} has no template to spawn from: use start_child(), not spawn()")
+    if dynamic.max_children is not None and len(children) >= dynamic.max_children:
+        raise TooManyChildren(f"{children.name} has {len(children)} children, and max_children is that many")
+    numbered, name = children.numbered, request.name
+    while not name or (not request.name and name in children.entries):
+        numbered += 1
+        name = f"{dynamic.template.name}_{numbered}"
+    spec = dynamic.instance(name, request.args, request.parameters)
+    return _start_new(Add(spec, (request.args, request.parameters), numbered), children)
+
+
+def _start_new(add: Add, children: Children) -> Sequence[Act]:
+    name = add.spec.name
+    if (known := children.entries.get(name)) is not None:
+        if known.now is not None and known.state == "running":
+            raise AlreadyStarted(children.name, known.now.ref)
+        raise AlreadyPresent(f"{children.name} has a child {name} already; it is {known.state}")
+    return (add, Due(name), Start(name))
+
+
+def _terminate(target: str | ChildRef, children: Children) -> Sequence[Act]:
+    child = _meant(target, children)
+    if child is None:
+        return (Answer(),)
+    name = child.spec.name
+    error = None
+    if child.answer is not None:
+        error = StartFailed((*children.path, name), "it was terminated before it had started")
+    end = (*for_good(child, children), Answer()) if child.now is None else (AnswerAtEnd(name), Stop(name, "shutdown"))
+    hold = (EndHold(),) if children.steps.holder is child else ()
+    return (Drop(name, error, park=True), *end, *hold)
+
+
+def _replace(request: ReplaceFactory, children: Children) -> Sequence[Act]:
+    child = children.find(request.child)
+    name = child.spec.name
+    if not isinstance(child.spec, Child):
+        raise DeclarationError(f"{children.name}: {name} is a supervisor and has no factory; reconfigure() changes it")
+    update = Update(name, child.spec.replace(factory=request.factory))
+    if child.now is None:
+        return (update, Answer())
+    if child.state == "running":
+        return (update, Due(name), Stop(name, "replaced"))
+    return (update, Answer(), Stop(name, "replaced")) if child.intent else (update, Answer())
+
+
+def _reconfigure(spec: Supervisor | DynamicSupervisor, children: Children) -> Sequence[Act]:
+    old = children.spec
+    if type(spec) is not type(old) or spec.name != old.name:
+        raise DeclarationError(
+            f"{children.name} is a {type(old).__name__} named {old.name!r}, and cannot become {spec!r}"
+        )
+    return (Adopt(spec), Answer())
+
+
+# ---------------------------------------------------------------------- what is left of a child that has ended for good
+
+
+def for_good(child: Entry, children: Children) -> tuple[Act, ...]:
+    """The child has ended for good, or was dropped before it began."""
+    forget = forgotten(child, children)
+    return (*forget, gone(child, children, lost=bool(forget)))
+
+
+def forgotten(child: Entry, children: Children) -> tuple[Forget, ...]:
+    """What ends for good leaves no trace if it is temporary, or an instance of a template."""
+    return (Forget(child.spec.name),) if child.spec.restart == temporary or children.dynamic else ()
+
+
+def gone(child: Entry, children: Children, *, lost: bool) -> Gone:
+    """It is kept if it waits in the books for a request to start it again, or, `lost` from them, is declared."""
+    spec, name = children.spec, child.spec.name
+    kept = isinstance(spec, Supervisor) and (not lost or any(each.name == name for each in spec.children))
+    return Gone(name, kept)
+
+
+# ---------------------------------------------------------------------- who is meant
+
+
+def _meant(target: str | ChildRef, children: Children) -> Entry | None:
+    """The direct child meant by an id or a live reference; None for a reference to an ended life."""
+    if isinstance(target, str):
+        return children.find(target)
+    if target.path[:-1] != children.path:
+        raise NotFound(f"{target} is no child of {children.name}; ask its own supervisor")
+    child = children.entries.get(target.id)
+    alive = child is not None and child.now is not None and child.now.ref == target
+    return child if alive else None
+
+
+def _stopped(name: str, children: Children) -> Entry:
+    """The direct child with this id, if it is stopped."""
+    child = children.find(name)
+    if child.intent:
+        raise Restarting(f"{children.name}: {name} is {child.state}; wait, or terminate_child({name!r}) first")
+    if child.now is not None:
+        raise Running(children.name, child.now.ref)
+    return child

@@ -1,0 +1,114 @@
+"""One supervised node, declared; and the options that say what its supervisor does with a child of any kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import ClassVar
+
+from actors.checks import (
+    check_place,
+    checked_choice,
+    checked_flag,
+    checked_mapping,
+    checked_name,
+    checked_sequence,
+    default_name,
+    factory_name,
+    is_number,
+)
+from actors.errors import DeclarationError
+from actors.supervision.declaration import Declaration
+from actors.supervision.policy import Backoff, Kind, Restart, StopTimeout, permanent
+
+__all__ = ["Child", "check_policy"]
+
+
+class Child(Declaration):
+    """One supervised node: how to make it, how long it may take to stop, and what to do when it ends.
+
+    `factory` makes the node; a class, or any callable. It is called anew for every incarnation.
+    `name` is its id among its siblings and its node name; default: the factory's `node_name`, or the class name in
+    snake_case. `args` are positional arguments for the factory; `namespace`, `parameters` and `remap` are those of the
+    node. `stop` is the clean-up time in seconds. `significant` makes its end count for its supervisor's
+    `auto_shutdown`.
+    Raises `DeclarationError` naming the option that is wrong.
+    """
+
+    __slots__ = (
+        "args",
+        "backoff",
+        "factory",
+        "name",
+        "namespace",
+        "parameters",
+        "remap",
+        "restart",
+        "significant",
+        "stop",
+    )
+    _stored_defaults: ClassVar[dict[str, object]] = {"parameters": {}, "remap": {}}
+    factory: Callable[..., object]
+    name: str
+    namespace: str | None
+    parameters: Mapping[str, object]
+    remap: Mapping[str, str]
+    args: tuple[object, ...]
+    restart: Restart
+    stop: StopTimeout
+    backoff: Backoff | None
+    significant: bool
+
+    def __init__(
+        self,
+        factory: Callable[..., object],
+        *,
+        name: str | None = None,
+        namespace: str | None = None,
+        parameters: Mapping[str, object] | None = None,
+        remap: Mapping[str, str] | None = None,
+        args: Sequence[object] = (),
+        restart: Restart = permanent,
+        stop: StopTimeout = 5.0,
+        backoff: Backoff | None = None,
+        significant: bool = False,
+    ) -> None:
+        where = f"Child({factory_name(factory)})"
+        if not callable(factory):
+            raise DeclarationError(
+                f"{where}: factory must be a class or a callable that makes the node, not {factory!r}"
+            )
+        check_policy(where, restart, stop, backoff, significant)
+        self._set(
+            factory=factory,
+            name=checked_name(where, default_name(factory) if name is None else name),
+            namespace=namespace,
+            parameters=checked_mapping(where, "parameters", parameters),
+            remap=checked_mapping(where, "remap", remap),
+            args=checked_sequence(where, "args", args),
+            restart=restart,
+            stop=stop,
+            backoff=backoff,
+            significant=checked_flag(where, "significant", significant),
+        )
+        check_place(where, self.name, namespace, self.remap)
+
+    @property
+    def kind(self) -> Kind:
+        return "worker"
+
+    def _positional(self) -> list[str]:
+        return [factory_name(self.factory), f"name={self.name!r}"]
+
+
+def check_policy(where: str, restart: object, stop: object, backoff: object, significant: object) -> None:
+    """Refuse, with a `DeclarationError`, what a supervisor cannot be told about a child."""
+    checked_choice(where, "restart", restart, Restart)
+    if stop != "kill" and not (is_number(stop) and stop >= 0):
+        raise DeclarationError(f'{where}: stop must be seconds, 0 or more, math.inf or "kill", not {stop!r}')
+    if backoff is not None and not isinstance(backoff, Backoff):
+        raise DeclarationError(f"{where}: backoff must be a Backoff(first, most), not {backoff!r}")
+    if significant and restart == permanent:
+        raise DeclarationError(
+            f"{where}: significant=True does not go with restart=permanent: a permanent child never ends for good; "
+            "make it transient or temporary"
+        )

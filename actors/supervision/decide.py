@@ -1,0 +1,232 @@
+"""What a supervisor does about an event: the rules of Erlang/OTP's `supervisor`, as one pure function.
+
+`decide` looks at the event and at the books, and answers with acts; it waits for nothing, changes nothing and knows of no
+event loop. Who carries the acts out, in their order, is `Executor`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from actors.supervision.acts import (
+    Act,
+    CloseWhenReady,
+    Confirm,
+    Drop,
+    Forget,
+    Kill,
+    Restart,
+    RestartGroup,
+    ShutDown,
+    Start,
+    Stop,
+    StopNext,
+    Tell,
+)
+from actors.supervision.administer import administer, for_good, forgotten, gone
+from actors.supervision.child_task import ChildTask
+from actors.supervision.children import Children
+from actors.supervision.entry import Entry
+from actors.supervision.errors import StartFailed, SupervisorGaveUp
+from actors.supervision.events import AllReady, Ended, Event, KillAsked, Ready, StopAsked
+from actors.supervision.policy import all_significant, any_significant, one_for_all, one_for_one, permanent, temporary
+from actors.supervision.reasons import ExitReason, Killed, Returned, cause_of, is_abnormal
+
+__all__ = ["decide"]
+
+STOP_NEXT: Final = StopNext()
+
+
+def decide(event: Event, children: Children) -> Sequence[Act]:
+    """The acts that follow from `event`. The books already hold what has happened: the life of an `Ended` is not in them.
+
+    Raises what a request is refused with.
+    """
+    if isinstance(event, Ready):
+        return _ready(event.life)
+    if isinstance(event, Ended):
+        return _ended_while_stopping(event, children) if children.phase == "stopping" else _ended(event, children)
+    if isinstance(event, StopAsked):
+        return _shut_down(children, event.why)
+    if isinstance(event, KillAsked):
+        return _kill(children)
+    if isinstance(event, AllReady):
+        return () if children.closing is None else _close(children.closing, children)
+    return administer(event, children)
+
+
+def _ready(life: ChildTask) -> Sequence[Act]:
+    if life.over or life.ready:
+        return (Tell("unexpected", life, note="it said once more that it has started; dropped"),)
+    return () if life.asked is not None or life.imposed is not None else (Confirm(life.ref.id),)
+
+
+# ---------------------------------------------------------------------- the end of a life
+
+
+def _ended(event: Ended, children: Children) -> Sequence[Act]:
+    life, child = event.life, children[event.life.ref.id]
+    if life.asked is not None or child.marked:
+        return _ended_by_request(event, child, children)
+    if life.ready:
+        return _ended_by_itself(event, child, children)
+    if life.declined:
+        return (Drop(life.ref.id), *for_good(child, children))
+    return _failed_to_start(event, child, children)
+
+
+def _ended_by_request(event: Ended, child: Entry, children: Children) -> Sequence[Act]:
+    acts: list[Act] = []
+    if _unclean(event.reason, child):
+        acts.append(Tell("shutdown_error", event.life, event.reason))
+    if not child.intent:
+        acts += for_good(child, children)
+    elif not child.queued:
+        acts.append(Start(child.spec.name))
+    return acts
+
+
+def _ended_by_itself(event: Ended, child: Entry, children: Children) -> Sequence[Act]:
+    """A permanent child is restarted however it ended, a transient one after a failure, a temporary one never."""
+    restart, abnormal = child.spec.restart, is_abnormal(event.reason)
+    acts: list[Act] = []
+    if abnormal or restart == permanent:
+        acts.append(Tell("child_terminated", event.life, event.reason))
+    if restart == permanent or (abnormal and restart != temporary):
+        return [*acts, *_restart(event, child, children)]
+    if not (child.spec.significant and _ends_with(child, children)):
+        return [*acts, *for_good(child, children)]
+    if children.phase == "starting":
+        return [*acts, CloseWhenReady(event), *for_good(child, children)]
+    return [*acts, *forgotten(child, children), *_close(event, children), *_gone_of_a_template(child, children)]
+
+
+def _ends_with(child: Entry, children: Children) -> bool:
+    """Whether the end, for good, of the significant `child` is the supervisor's."""
+    if children.spec.auto_shutdown == all_significant:
+        return not any(
+            other.spec.significant and (other.now or other.intent) for other in children if other is not child
+        )
+    return children.spec.auto_shutdown == any_significant
+
+
+def _close(event: Ended, children: Children) -> Sequence[Act]:
+    note = f"auto_shutdown={children.spec.auto_shutdown}"
+    return (Tell("shutdown", event.life, event.reason, note), *_shut_down(children, "shutdown"))
+
+
+def _failed_to_start(event: Ended, child: Entry, children: Children) -> Sequence[Act]:
+    """A failed restart is tried again, and counts; a start that a caller waits for is the caller's; any other is the end."""
+    told = Tell("start_error", event.life, event.reason)
+    if child.intent == "restart":
+        return (told, *_restart(event, child, children))
+    error = _start_failed(event)
+    if child.answer is None:
+        return (told, *_shut_down(children, "shutdown", error))
+    drop = Drop(child.spec.name, error, park=True)
+    if child.fresh:
+        return (told, drop, Forget(child.spec.name), gone(child, children, lost=True))
+    return (told, drop, *for_good(child, children))
+
+
+def _start_failed(event: Ended) -> StartFailed:
+    reason = event.reason
+    cause = cause_of(reason)
+    if isinstance(cause, StartFailed):  # of a leaf further down: that one is at fault
+        return cause
+    failure = StartFailed(event.life.ref.path, str(reason) if cause else f"{reason} before it had started")
+    failure.__cause__ = cause
+    return failure
+
+
+# ---------------------------------------------------------------------- restarts
+
+
+def _restart(event: Ended, child: Entry, children: Children) -> Sequence[Act]:
+    """Once more, and whom its strategy says with it, unless that is once too often."""
+    spec, at = children.spec, event.at
+    if children.window.full(at, spec.intensity):
+        return (*_give_up(event, children), *_gone_of_a_template(child, children))
+    backoff = child.spec.backoff
+    earlier = None if backoff is None else child.earlier_attempts(backoff, at)
+    if spec.strategy == one_for_one:
+        return (Restart(child.spec.name, at, earlier),)
+    stops, due = _group(child, children)
+    return (RestartGroup(child.spec.name, at, earlier, stops, due),)
+
+
+def _group(failed: Entry, children: Children) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Who is to be stopped, and for whom a start becomes due, in a restart of the group of `failed`.
+
+    One that is starting is stopped too, and its start stays due. One that had ended for good by itself begins anew with its
+    group; one that was stopped by a request does not.
+    """
+    stops: list[str] = []
+    due: list[str] = []
+    reached = children.spec.strategy == one_for_all
+    for other in children:
+        life = other.now
+        if other is failed:
+            reached = True
+        elif not reached:
+            continue
+        elif life is None:
+            if not other.intent and not other.parked:
+                due.append(other.spec.name)
+        elif life.asked is None:
+            stops.append(other.spec.name)
+            if life.ready and other.spec.restart != temporary:
+                due.append(other.spec.name)
+    return tuple(reversed(stops)), tuple(due)
+
+
+def _give_up(event: Ended, children: Children) -> Sequence[Act]:
+    intensity = children.spec.intensity
+    failure = SupervisorGaveUp(children.path, event.life.ref.id, intensity.restarts, intensity.within, event.reason)
+    failure.__cause__ = cause_of(event.reason)
+    told = Tell("shutdown", event.life, event.reason, "restart intensity reached")
+    return (told, *_shut_down(children, "shutdown", failure))
+
+
+# ---------------------------------------------------------------------- the end of the supervisor
+
+
+def _shut_down(children: Children, why: str, failure: Exception | None = None) -> Sequence[Act]:
+    """Children stop one at a time, the last one first; instances of a template stop together."""
+    if children.phase not in ("starting", "running"):
+        return ()
+    together = [Stop(name, why) for name in _alive(children)] if children.dynamic else ()
+    return (ShutDown(why, failure), *together, STOP_NEXT)
+
+
+def _kill(children: Children) -> Sequence[Act]:
+    begun = () if children.phase == "stopping" else (ShutDown("killed"),)
+    return (*begun, *(Kill(name) for name in _alive(children)), STOP_NEXT)
+
+
+def _alive(children: Children) -> list[str]:
+    """The children that live, the last one first."""
+    return [child.spec.name for child in reversed(children.entries.values()) if child.now is not None]
+
+
+def _ended_while_stopping(event: Ended, children: Children) -> Sequence[Act]:
+    life, reason, child = event.life, event.reason, children[event.life.ref.id]
+    by_itself = life.asked is None and life.killed is None
+    told: tuple[Act, ...] = ()
+    if by_itself and not life.ready:
+        if not life.declined:
+            told = (Tell("start_error", life, reason),)
+    elif _unclean(reason, child) or (by_itself and isinstance(reason, Returned) and child.spec.restart == permanent):
+        told = (Tell("shutdown_error", life, reason),)
+    return (*told, STOP_NEXT, *_gone_of_a_template(child, children))
+
+
+def _unclean(reason: ExitReason, child: Entry) -> bool:
+    brutal = child.spec.stop == "kill" and isinstance(reason, Killed)
+    return is_abnormal(reason) and not brutal
+
+
+def _gone_of_a_template(child: Entry, children: Children) -> Sequence[Act]:
+    """A supervisor that ends as a whole need not say so of each child, unless it would not know them again."""
+    return (gone(child, children, lost=True),) if children.dynamic else ()

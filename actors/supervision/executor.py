@@ -1,0 +1,380 @@
+"""Executor: carries out what `decide` says. The imperative shell around a functional core."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import contextvars
+from collections import deque
+from collections.abc import Callable
+from itertools import count
+from typing import Any, TypeAlias, TypeVarTuple
+
+from actors.shield import see_through, shield
+from actors.supervision import acts
+from actors.supervision.acts import Act, BookAct
+from actors.supervision.child_task import ChildTask, LeakedChild
+from actors.supervision.children import Children
+from actors.supervision.decide import decide
+from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
+from actors.supervision.entry import Entry
+from actors.supervision.errors import StartFailed
+from actors.supervision.events import AllReady, Ended, Event, KillAsked, Ready, Request, StopAsked
+from actors.supervision.policy import Backoff
+from actors.supervision.reasons import ExitReason
+from actors.supervision.refs import ChildRef, Down
+from actors.supervision.report import Report
+from actors.supervision.seam import Life, Runtime
+
+__all__ = ["Caller", "Executor", "Nest"]
+
+Args = TypeVarTuple("Args")
+
+Caller: TypeAlias = asyncio.Future[ChildRef | None]
+"""Where a request's caller waits: for the live reference of a child, or for None."""
+
+Nest: TypeAlias = Callable[[Supervisor | DynamicSupervisor, tuple[str, ...], Callable[[], bool]], Life]
+"""Makes the life of a supervisor below: from its declaration, its path, and whether it has been killed."""
+
+_serials = count(1)
+
+
+class Executor:
+    """Runs the children of one supervisor once: owns their tasks and its inbox. What follows from an event is not its business.
+
+    No event is ever waited for. Starting a child makes a task, stopping it asks that task to end, and both answer later with an
+    event of their own. So a supervisor answers at once, whatever its children do.
+
+    Invariants:
+    - Events are handled one at a time, in the order in which they come, in the context of `run`.
+    - What an event tells of is entered in the books before `decide` is asked; acts are carried out in their order.
+    - `_over` is done when no child is left, or with an error when an event could not be handled: the books may be wrong then.
+    """
+
+    def __init__(
+        self,
+        children: Children,
+        runtime: Runtime,
+        started: Callable[[], object],
+        *,
+        leaked: list[LeakedChild],
+        killed: Callable[[], bool],
+        nest: Nest,
+        grace_of: Callable[[Life | None], float],
+    ) -> None:
+        self.loop = asyncio.get_running_loop()
+        self.grace_of = grace_of
+        self._children = children
+        self._runtime = runtime
+        self._started = started
+        self._leaked = leaked
+        self._killed = killed
+        self._nest = nest
+        self._context = contextvars.copy_context()
+        self._inbox: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
+        self._busy = False
+        self._over: asyncio.Future[None] = self.loop.create_future()
+        self._failure: Exception | None = None
+
+    # ------------------------------------------------------------------ from the start to the end
+
+    async def run(self) -> None:
+        """See `RunningSupervisor.run`."""
+        self.post(self._begin)
+        try:
+            await self._over
+        except BaseException as error:
+            if isinstance(error, asyncio.CancelledError):
+                await self._outlast_cancellation()
+            await self._kill_all()
+            raise
+        failure, self._failure = self._failure, None
+        if failure is not None:
+            raise failure
+
+    async def _outlast_cancellation(self) -> None:
+        """Unless it was a kill, stop all children in order all the same. Returns early when a kill comes after all."""
+        if self._killed() or self._children.phase == "over":
+            return
+        self._over = self.loop.create_future()
+        self.stop("its task was canceled by somebody else")
+        with shield():
+            while not self._killed() and not self._over.done():
+                with contextlib.suppress(asyncio.CancelledError):
+                    await asyncio.wait([self._over])
+
+    async def _kill_all(self) -> None:
+        """No clean-up for anybody. Bounded in time, so further cancellations have to wait."""
+        if self._children.phase == "over":
+            return
+        self._over = self.loop.create_future()
+        self.post(self._handle, KillAsked())
+        with contextlib.suppress(asyncio.CancelledError):
+            await see_through(self._over)
+        self._over.exception()  # if it broke once more, the first exception says why
+
+    # ------------------------------------------------------------------ events
+
+    def post(self, handler: Callable[[*Args], None], *args: *Args) -> None:
+        """Put an event, or a step that was put off, into the inbox, and handle what is in it unless that is under way."""
+        self._inbox.append((handler, args))
+        if not self._busy:
+            self._busy = True
+            try:
+                self._context.run(self._handle_all)
+            finally:
+                self._busy = False
+
+    def stop(self, why: str) -> None:
+        """Ask for the supervisor's orderly end."""
+        self.post(self._handle, StopAsked(why))
+
+    def serve(self, request: Request) -> Caller:
+        """Handle a request in its turn. That, or a later event, completes the future."""
+        caller: Caller = self.loop.create_future()
+        self.post(self._serve, request, caller)
+        return caller
+
+    def _handle_all(self) -> None:
+        while self._inbox:
+            handler, args = self._inbox.popleft()
+            try:
+                handler(*args)
+            except Exception as error:  # what we know may be wrong now, so we do not go on
+                if not self._over.done():
+                    self._over.set_exception(error)
+
+    def _handle(self, event: Event) -> None:
+        for act in decide(event, self._children):
+            self._carry_out(act, None)
+
+    def _serve(self, request: Request, caller: Caller) -> None:
+        try:
+            answer = decide(request, self._children)
+        except Exception as refusal:
+            if not caller.done():
+                caller.set_exception(refusal)
+            return
+        for act in answer:
+            self._carry_out(act, caller)
+
+    def _handle_end(self, event: Ended) -> None:
+        entry = self._children[event.life.ref.id]
+        life, entry.now = self._life(entry.spec.name), None
+        answer = decide(event, self._children)
+        entry.marked = False
+        for act in answer:
+            self._carry_out(act, None)
+        if life.watchers:
+            down = Down(life.ref, event.reason)
+            for watcher in list(life.watchers):
+                watcher(down)
+        self._step_done(entry)
+
+    # ------------------------------------------------------------------ acts
+
+    def _carry_out(self, act: Act, caller: Caller | None) -> None:
+        match act:
+            case acts.Confirm():
+                self._confirm(self._children[act.child])
+            case acts.StopNext():
+                self._stop_next()
+            case acts.Start():
+                self._start_in_turn(self._children[act.child])
+            case acts.Stop():
+                self._ask(self._children[act.child], act.why)
+            case acts.Restart():
+                self._restart(act)
+            case acts.RestartGroup():
+                self._restart_group(act)
+            case acts.Tell():
+                self._report(act)
+            case acts.Gone():
+                self._guard("gone()", self._runtime.gone, (*self._children.path, act.child), act.kept)
+            case acts.Kill():
+                self._life(act.child).kill()
+            case acts.ShutDown():
+                self._shut_down(act)
+            case acts.EndHold():
+                self._end_hold()
+            case _:
+                self._enter(act, caller)
+
+    def _enter(self, act: BookAct, caller: Caller | None) -> None:
+        children = self._children
+        match act:
+            case acts.Forget():
+                del children.entries[act.child]
+            case acts.Drop():
+                self._drop(children[act.child], act.error)
+                children[act.child].parked |= act.park
+            case acts.CloseWhenReady():
+                children.closing = children.closing or act.end
+            case acts.Add():
+                children.add(act.spec, act.given).fresh = True
+                children.numbered = max(children.numbered, act.numbered)
+            case acts.Due():
+                entry = children[act.child]
+                entry.intent, entry.parked, entry.answer = "start", False, caller
+            case acts.Update():
+                children[act.child].spec = act.spec
+            case acts.Adopt():
+                children.adopt(act.spec)
+            case acts.Answer():
+                _reply(caller)
+            case _:
+                self._life(act.child).watch(lambda _: _reply(caller))
+
+    def _life(self, name: str) -> ChildTask:
+        """The present life of a child that has one."""
+        life = self._children[name].now
+        assert life is not None
+        return life
+
+    def _confirm(self, entry: Entry) -> None:
+        life = self._life(entry.spec.name)
+        life.ready = True
+        entry.intent, entry.fresh, entry.ready_at = "", False, self.loop.time()
+        self._report(acts.Tell("progress", life))
+        if answer := entry.take_answer():
+            answer.set_result(life.ref)
+        self._step_done(entry)
+
+    def _drop(self, entry: Entry, error: Exception | None) -> None:
+        entry.intent, entry.marked, entry.fresh = "", False, False
+        if entry.timer is not None:
+            entry.timer.cancel()
+            entry.timer = None
+        if answer := entry.take_answer():
+            if error is None:
+                answer.set_result(None)
+            else:
+                answer.set_exception(error)
+
+    def _start(self, entry: Entry) -> None:
+        entry.number += 1
+        ref = ChildRef((*self._children.path, entry.spec.name), entry.number, next(_serials))
+        entry.now = ChildTask(self, entry, ref)
+
+    def _start_in_turn(self, entry: Entry) -> None:
+        if self._children.steps.busy:
+            self._children.steps.add(entry)
+            self._advance()
+        else:
+            self._start(entry)
+
+    def _restart(self, act: acts.Restart) -> None:
+        entry = self._children[act.child]
+        self._children.restart(entry, act.at, act.earlier)
+        if delay := self._delay(entry.spec.backoff, act.earlier):
+            entry.timer = self.loop.call_later(delay, self.post, self._retry, entry)
+        else:
+            self._start(entry)
+
+    def _retry(self, entry: Entry) -> None:
+        entry.timer = None
+        self._start(entry)
+
+    def _restart_group(self, act: acts.RestartGroup) -> None:
+        children, entry = self._children, self._children[act.child]
+        children.restart(entry, act.at, act.earlier)
+        delay = self._delay(entry.spec.backoff, act.earlier)
+        children.plan(act.stops, act.due)
+        if delay:
+            children.steps.hold_for(entry, self.loop.call_later(delay, self.post, self._end_hold))
+        self._advance()
+
+    def _delay(self, backoff: Backoff | None, earlier: int | None) -> float:
+        return 0.0 if backoff is None or earlier is None else backoff.delay(earlier, self._runtime.rng)
+
+    def _ask(self, entry: Entry, why: str) -> None:
+        entry.marked = False
+        self._life(entry.spec.name).stop(why, entry.spec.stop)
+
+    # ------------------------------------------------------------------ what is done in order
+
+    def _begin(self) -> None:
+        self._children.begin()
+        self._advance()
+
+    def _advance(self) -> None:
+        """Do the next step, unless one is under way."""
+        children, steps = self._children, self._children.steps
+        if steps.current is not None:
+            return
+        if (entry := steps.next_stop()) is not None:
+            self._ask(entry, "shutdown")
+        elif (entry := steps.next_start()) is not None:
+            self._start(entry)
+        elif children.phase == "starting" and not steps.busy:
+            children.phase = "running"
+            self._guard("started()", self._started)
+            self._handle(AllReady())
+
+    def _step_done(self, entry: Entry) -> None:
+        if self._children.steps.current is entry:
+            self._children.steps.current = None
+            self._advance()
+
+    def _end_hold(self) -> None:
+        self._children.steps.release()
+        self._advance()
+
+    def _shut_down(self, act: acts.ShutDown) -> None:
+        children = self._children
+        self._failure = act.failure
+        children.shut_down(act.why)
+        for entry in children:
+            error = None
+            if entry.answer is not None:
+                error = StartFailed((*children.path, entry.spec.name), f"{children.name} is shutting down")
+            self._drop(entry, error)
+
+    def _stop_next(self) -> None:
+        if (entry := self._children.last_alive()) is not None:
+            self._ask(entry, self._children.why)
+        else:
+            self._children.phase = "over"
+            if not self._over.done():  # it is when we have been cancelled in this very turn of the loop
+                self._over.set_result(None)
+
+    # ------------------------------------------------------------------ what lives ask and tell
+
+    def make_life(self, task: ChildTask, /) -> Life:
+        spec, ref = task.entry.spec, task.ref
+        if isinstance(spec, Child):
+            return self._runtime.life(spec, ref.path, ref.incarnation)
+        return self._nest(spec, ref.path, lambda: task.killed is not None)
+
+    def ready(self, task: ChildTask, /) -> None:
+        self.post(self._handle, Ready(task))
+
+    def ended(self, task: ChildTask, reason: ExitReason, /) -> None:
+        self.post(self._handle_end, Ended(task, reason, self.loop.time()))
+
+    def abandoned(self, task: ChildTask, /) -> None:
+        leaked = LeakedChild(task.ref, task.task)
+        self._leaked.append(leaked)
+        task.task.add_done_callback(lambda _: self._leaked.remove(leaked))
+
+    # ------------------------------------------------------------------ telling the system
+
+    def _report(self, act: acts.Tell) -> None:
+        life = act.life
+        report = Report(
+            act.context, self._children.path, life.ref, life.entry.spec.restart, self.loop.time(), act.reason, act.note
+        )
+        self._guard("report()", self._runtime.report, report)
+
+    def _guard(self, hook: str, call: Callable[[*Args], object], *args: *Args) -> None:
+        """Call somebody else's code. What it raises must not keep the supervisor from its work."""
+        try:
+            call(*args)
+        except Exception as error:
+            message = f"supervisor {self._children.name}: {hook} raised; the supervisor goes on"
+            self.loop.call_exception_handler({"message": message, "exception": error})
+
+
+def _reply(caller: Caller | None) -> None:
+    if caller is not None and not caller.done():
+        caller.set_result(None)

@@ -1,0 +1,103 @@
+"""What the virtual loop must wait for in real time: threads and processes that a task is waiting for."""
+
+# pyright: reportPrivateUsage=false
+# anyio starts its worker threads and processes itself and says nothing to the event loop; which of them are busy
+# can only be read from its run variables.
+from __future__ import annotations
+
+import asyncio
+import contextvars
+import functools
+import os
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from typing import Any
+
+from anyio import to_process
+from anyio._backends import _asyncio as anyio_backend
+from anyio.lowlevel import _run_vars
+
+from actors.time.deadlock import parked_frames
+
+__all__ = ["OutsideWork"]
+
+# typeshed's `classmethod` hides the function below it
+_ANYIO_CALL = anyio_backend.AsyncIOBackend.run_sync_in_worker_thread.__func__.__code__  # type: ignore[attr-defined]
+
+
+class OutsideWork:
+    """The threads and processes of one loop that somebody waits for, each with a name for the report.
+
+    Work that was abandoned (its future or its task was cancelled) no longer counts.
+    """
+
+    __slots__ = ("_loop", "anyio", "jobs")
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+        self.jobs: dict[object, str] = {}
+        self.anyio: dict[Any, Any] = _run_vars.setdefault(loop, {})
+
+    def possible(self) -> bool:
+        """Whether there may be any: cheap enough to ask before every jump of the clock."""
+        return bool(self.jobs) or (bool(self.anyio) and self._busy_anyio_threads())
+
+    def names(self) -> list[str]:
+        """One phrase for each piece of work under way."""
+        names = [name for job, name in list(self.jobs.items()) if not self._is_over(job)]
+        if self._busy_anyio_threads():
+            names += self._anyio_calls()
+        return sorted(names)
+
+    @contextmanager
+    def during(self, reason: str) -> Generator[None]:
+        """Count the block as outside work."""
+        key = object()
+        self.jobs[key] = reason
+        try:
+            yield
+        finally:
+            del self.jobs[key]
+
+    def add_thread(self, future: asyncio.Future[Any], function: Callable[..., object]) -> None:
+        """Count a call in an executor until its future is done or cancelled."""
+        self.jobs[future] = f"thread running {_function_name(function)}"
+        future.add_done_callback(self.jobs.pop)
+
+    def add_process(self, transport: asyncio.SubprocessTransport) -> None:
+        """Count a process until it has exited."""
+        command = transport.get_extra_info("subprocess").args
+        words = command if isinstance(command, (str, bytes)) else " ".join(map(os.fsdecode, command))
+        self.jobs[transport] = f"process {transport.get_pid()} ({words!s:.80})"
+
+    def _is_over(self, job: object) -> bool:
+        if not isinstance(job, asyncio.SubprocessTransport):
+            return False
+        if job.get_returncode() is None:
+            return job.get_pid() in self._idle_anyio_processes()
+        del self.jobs[job]
+        return True
+
+    def _idle_anyio_processes(self) -> set[int]:
+        return {process.pid for process, _ in self.anyio.get(to_process._process_pool_idle_workers, ())}
+
+    def _busy_anyio_threads(self) -> bool:
+        workers = self.anyio.get(anyio_backend._threadpool_workers, ())
+        return len(workers) > len(self.anyio.get(anyio_backend._threadpool_idle_workers, ()))
+
+    def _anyio_calls(self) -> list[str]:
+        """The calls that a task still waits for; a thread whose caller was cancelled runs on without anybody."""
+        frames = (stack[-1] for task in asyncio.all_tasks(self._loop) if (stack := parked_frames(task)))
+        return [
+            f"thread running {_function_name(frame.f_locals['func'])}"
+            for frame in frames
+            if frame.f_code is _ANYIO_CALL
+        ]
+
+
+def _function_name(function: Any) -> str:
+    if isinstance(function, functools.partial):
+        inner: Any = function.func  # asyncio.to_thread submits partial(context.run, function, ...)
+        wraps = isinstance(getattr(inner, "__self__", None), contextvars.Context)
+        return _function_name(function.args[0] if wraps else inner)
+    return str(getattr(function, "__qualname__", function))

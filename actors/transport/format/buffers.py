@@ -1,0 +1,110 @@
+"""The further keys of topics whose type has an unbounded ``uint8[]`` field, as ROS 2 Lyrical and later use them.
+
+A subscription of such a type with volatile durability may list in its token the memories from which it can read (`Backend`). Its publisher then
+writes to one of two kinds of key below the data key ``K``: ``K/_buf_cpu``, shared by all subscriptions that list the plain CPU memory only,
+or ``K/_buf/<GID>``, of one subscription.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+from actors.transport.format.errors import refuse
+from actors.transport.format.gids import GID_SIZE
+from actors.transport.format.keys import DataKey, parse_key, write_key
+
+__all__ = [
+    "CPU",
+    "Backend",
+    "BufferKey",
+    "parse_backends",
+    "parse_buffer_key",
+    "write_backends",
+    "write_buffer_key",
+]
+
+
+class Backend(NamedTuple):
+    """A memory from which a subscription can read."""
+
+    name: str
+    metadata: str = ""
+
+
+CPU: Final = (Backend("cpu"),)
+"""What a subscription lists that reads ordinary messages only."""
+
+
+class BufferKey(NamedTuple):
+    """A key below a data key."""
+
+    data_key: DataKey
+    gid: bytes | None
+    """The subscription that alone reads it; None for the key shared by those that list `CPU`."""
+
+
+_PREFIX: Final = "backends:"
+_ESCAPES: Final = {character: f"%{ord(character):02X}" for character in "%;:/"}
+_ESCAPED: Final = re.compile("[%;:/]")
+_UNESCAPED: Final = re.compile(r"%(?:([0-9A-Fa-f]{2})|)")
+_FORBIDDEN: Final = re.compile(r"[*$?#\ud800-\udfff]")
+
+
+def write_backends(backends: Iterable[Backend]) -> str:
+    """The last part of a token, sorted by name: ``backends:cpu:``. Raises WireFormatError."""
+    listed = sorted(backends)
+    for backend in listed:
+        for field in backend:
+            if _FORBIDDEN.search(field):
+                raise refuse(backend, "a backend", "no key may hold any of * $ ? #")
+    if not listed:
+        raise refuse(backends, "a list of backends", "it is empty")
+    return _PREFIX + ";".join(
+        ":".join(_ESCAPED.sub(lambda it: _ESCAPES[it[0]], field) for field in one) for one in listed
+    )
+
+
+def parse_backends(text: str) -> tuple[Backend, ...]:
+    """The memories that this part of a token lists, sorted. Raises WireFormatError."""
+    if not text.startswith(_PREFIX) or _FORBIDDEN.search(text) or "/" in text:
+        raise refuse(text, "a list of backends", "it would read backends:name:metadata, several with ; between them")
+    found: list[Backend] = []
+    for one in text.removeprefix(_PREFIX).split(";"):
+        fields = [_unescape(field) for field in one.split(":")]
+        if len(fields) != 2:
+            raise refuse(text, "a list of backends", "each would read name:metadata")
+        found.append(Backend(*fields))
+    return tuple(sorted(found))
+
+
+def _unescape(field: str) -> str:
+    def character(found: re.Match[str]) -> str:
+        code = int(found[1] or "0", 16)
+        if not 0 < code < 128 or _FORBIDDEN.match(chr(code)):
+            raise refuse(field, "a field of a backend", "it has a % that does not begin an escaped character")
+        return chr(code)
+
+    return _UNESCAPED.sub(character, field)
+
+
+def write_buffer_key(key: BufferKey) -> str:
+    """The key expression. Raises WireFormatError."""
+    below = "_buf_cpu"
+    if key.gid is not None:
+        if len(key.gid) != GID_SIZE:
+            raise refuse(key.gid, "a GID", f"it has {GID_SIZE} bytes")
+        below = f"_buf/{key.gid.hex()}"
+    return f"{write_key(key.data_key)}/{below}"
+
+
+def parse_buffer_key(text: str) -> BufferKey:
+    """What this key below a data key says. Raises WireFormatError."""
+    key, _, last = text.rpartition("/")
+    if last == "_buf_cpu":
+        return BufferKey(parse_key(key), None)
+    key, _, below = key.rpartition("/")
+    if below != "_buf" or not re.fullmatch(rf"[0-9a-f]{{{2 * GID_SIZE}}}", last):
+        raise refuse(text, "a key for buffers", "it would end with /_buf_cpu or with /_buf/ and a GID in hex")
+    return BufferKey(parse_key(key), bytes.fromhex(last))

@@ -1,0 +1,17 @@
+"""The one error of this format."""
+
+from __future__ import annotations
+
+__all__ = ["WireFormatError", "refuse"]
+
+
+class WireFormatError(ValueError):
+    """A text or bytes from the network are not in the format of `rmw_zenoh`, or a value cannot be written in it."""
+
+
+def refuse(found: object, wanted: str, reason: str) -> WireFormatError:
+    """The error to raise: ``found`` (its start, if it is long) is not ``wanted``, because of ``reason``."""
+    shown = repr(found)
+    if len(shown) > 300:
+        shown = f"{shown[:300]}..."
+    return WireFormatError(f"{shown} is not {wanted}: {reason}")

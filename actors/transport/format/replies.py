@@ -1,0 +1,80 @@
+"""Errors as answers of a service, for clients that are our own peers; a client of ROS 2 would only log them and go on waiting.
+
+They are the payload of a Zenoh error reply: four bytes, the last of which is the version, and a message in CDR. Zenoh itself answers a query that
+took too long with an error reply whose payload is `TIMED_OUT`.
+"""
+
+from __future__ import annotations
+
+from typing import Final, TypeAlias
+
+from actors.errors import CallCycle, NodeRestarting, NotRunning, ServiceFailed
+from actors.interfaces import CdrError, Message, decode, encode
+from actors.interfaces.types import Many, default, uint64
+from actors.transport.format.errors import refuse
+
+__all__ = ["TIMED_OUT", "ReplyError", "parse_reply_error", "write_reply_error"]
+
+ReplyError: TypeAlias = CallCycle | NodeRestarting | NotRunning | ServiceFailed
+"""Why a server of ours could not answer. To the caller it is raised as if the server were in its own process."""
+
+TIMED_OUT: Final = b"Timeout"
+
+_MARK: Final = b"RBE\x01"
+
+
+class Failure(Message, frozen=True, kw_only=True):
+    """Every kind of error in one form; what a kind does not use is empty."""
+
+    kind: str
+    nodes: Many[str] = default()
+    incarnation: uint64 = 0
+    type: str = ""
+    text: str = ""
+
+
+def write_reply_error(error: ReplyError) -> bytes:
+    """The payload. Characters that are not Unicode, as in names of files, are written as escapes. Never raises."""
+    return _MARK + encode(_failure(error))
+
+
+def _failure(error: ReplyError) -> Failure:
+    kind = type(error).__name__
+    match error:
+        case CallCycle():
+            return Failure(kind=kind, nodes=map(_unicode, error.nodes))
+        case NodeRestarting():
+            return Failure(kind=kind, nodes=(_unicode(error.node),), incarnation=error.incarnation)
+        case ServiceFailed():
+            return Failure(
+                kind=kind, nodes=(_unicode(error.node),), type=_unicode(error.type), text=_unicode(error.text)
+            )
+        case _:  # NotRunning
+            return Failure(kind=kind, text=_unicode(str(error)))
+
+
+def _unicode(text: str) -> str:
+    return text.encode(errors="backslashreplace").decode()
+
+
+def parse_reply_error(payload: bytes) -> ReplyError:
+    """The error that this payload tells of. Raises WireFormatError, also for error replies of other peers."""
+    if not payload.startswith(_MARK):
+        raise refuse(payload, "an error of one of our peers", "it does not begin as such")
+    try:
+        failure = decode(Failure, payload[len(_MARK) :])
+    except CdrError as error:
+        raise refuse(payload, "an error of one of our peers", str(error)) from None
+    match failure.kind, failure.nodes:
+        case "CallCycle", (_, *_):
+            return CallCycle(failure.nodes)
+        case "NodeRestarting", (node,):
+            return NodeRestarting(node, failure.incarnation)
+        case "ServiceFailed", (node,):
+            return ServiceFailed(node, failure.type, failure.text)
+        case "NotRunning", ():
+            return NotRunning(failure.text)
+        case _:
+            raise refuse(
+                payload, "an error of one of our peers", f"there is no kind {failure.kind!r:.40} with these nodes"
+            )

@@ -1,0 +1,1 @@
+"""From states and goals to commands: legs, paths, arm. No clock, no messages."""

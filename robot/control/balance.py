@@ -1,0 +1,111 @@
+"""From what the body should do to what the feet push: the body wrench, and its distribution over the standing feet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import hypot, sqrt
+
+from robot.geometry.vectors import Triple
+
+__all__ = ["distribute"]
+
+
+IMPORTANCE = (1.0, 1.0, 9.0, 100.0, 100.0, 16.0)
+"""Squared weights of force x, y, z (N) and moment x, y, z (N m) in the least-squares fit."""
+EFFORT = 1e-3
+"""Weight of the forces themselves."""
+LEAST, MOST = 10.0, 600.0
+"""Bounds of a standing foot's vertical force, N."""
+FRICTION = 0.6
+"""Force along the ground that a foot may ask for, per force into it."""
+STEEP_FRICTION = 0.3
+"""How much more of it on a slope, per rise: who stands on a steep slope stands on a rough one."""
+
+_SLACK = tuple(EFFORT / weight for weight in IMPORTANCE)
+
+
+def distribute(
+    arms: Sequence[Triple],
+    wrench: Sequence[float],
+    slope: tuple[float, float] = (0.0, 0.0),
+    grips: Sequence[float] = (1.0,) * 4,
+) -> list[Triple]:
+    """Ground forces at contact points `arms` (from the centre of mass) that best give `wrench` (force, moment about it; six numbers).
+
+    Regularised least squares, then each force is bounded along the ground's normal and to the friction cone around it. Axes: any,
+    z vertical; `slope` is the ground's rise per metre along x and y; `grips` are the shares of the usual friction that the feet may
+    use. Units N and m.
+    """
+    fx, fy, fz, mx, my, mz = _multipliers(arms, wrench)
+    steepness = hypot(*slope)
+    length = sqrt(1.0 + steepness * steepness)
+    up = (-slope[0] / length, -slope[1] / length, 1.0 / length)
+    grip = FRICTION + STEEP_FRICTION * steepness
+    return [
+        _grip((fx + my * z - mz * y, fy + mz * x - mx * z, fz + mx * y - my * x), up, grip * share)
+        for (x, y, z), share in zip(arms, grips, strict=False)
+    ]
+
+
+def _multipliers(arms: Sequence[Triple], wrench: Sequence[float]) -> list[float]:
+    """The fit in its dual form: forces f = A' u with (A A' + effort / importance) u = wrench. Six unknowns for any number of feet,
+    and A A' is known in closed form. Solved by Cholesky's method: the matrix is symmetric and positive definite.
+    """
+    sx = sy = sz = xx = yy = zz = xy = xz = yz = 0.0
+    for x, y, z in arms:
+        sx, sy, sz = sx + x, sy + y, sz + z
+        xx, yy, zz = xx + x * x, yy + y * y, zz + z * z
+        xy, xz, yz = xy + x * y, xz + x * z, yz + y * z
+    count = float(len(arms))
+    a, b, c, d, e, f = _SLACK
+    rows = (
+        (count + a,),
+        (0.0, count + b),
+        (0.0, 0.0, count + c),
+        (0.0, -sz, sy, yy + zz + d),
+        (sz, 0.0, -sx, -xy, xx + zz + e),
+        (-sy, sx, 0.0, -xz, -yz, xx + yy + f),
+    )
+    return solve_definite(rows, wrench)
+
+
+def solve_definite(rows: Sequence[Sequence[float]], right: Sequence[float]) -> list[float]:
+    """The solution of a symmetric positive definite system; `rows` hold its lower triangle. Cholesky, in plain floats: for so few
+    unknowns a call of a linear algebra library costs more than the arithmetic.
+    """
+    lower: list[list[float]] = []
+    half: list[float] = []
+    for i, row in enumerate(rows):
+        made: list[float] = []
+        for j, value in enumerate(row[:-1]):
+            other = lower[j]
+            for k in range(j):
+                value -= made[k] * other[k]
+            made.append(value / other[j])
+        pivot = row[i]
+        value = right[i]
+        for k, entry in enumerate(made):
+            pivot -= entry * entry
+            value -= entry * half[k]
+        root = sqrt(pivot)
+        made.append(root)
+        lower.append(made)
+        half.append(value / root)
+    for i in range(len(half) - 1, -1, -1):
+        value = half[i]
+        for k in range(i + 1, len(half)):
+            value -= lower[k][i] * half[k]
+        half[i] = value / lower[i][i]
+    return half
+
+
+def _grip(force: Triple, up: Triple, friction: float) -> Triple:
+    """The force, made one that a foot can give: it pushes, not too hard, and does not slide."""
+    x, y, z = force
+    ux, uy, uz = up
+    pressing = x * ux + y * uy + z * uz
+    x, y, z = x - pressing * ux, y - pressing * uy, z - pressing * uz
+    pressing = max(LEAST, min(MOST, pressing))
+    sideways = sqrt(x * x + y * y + z * z)
+    scale = min(1.0, friction * pressing / sideways) if sideways > 0.0 else 1.0
+    return (x * scale + pressing * ux, y * scale + pressing * uy, z * scale + pressing * uz)

@@ -1,0 +1,379 @@
+"""The gait controller: sits, stands and walks. IMU and joint samples in, motor targets out; no clock, no messages, no threads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, hypot, inf, sin
+
+import numpy as np
+
+from robot.control.command import CommandLimits, CommandShaper
+from robot.control.drive import Targets
+from robot.control.gaits import GAITS, Gait
+from robot.control.safe_stop import SafeStop
+from robot.control.stand import Planted
+from robot.control.walk import Walker
+from robot.estimation.leg_odometry import Estimator
+from robot.estimation.plausibility import ContactWatch, ImuWatch, JointWatch
+from robot.estimation.predict import Ahead
+from robot.estimation.terrain import TerrainPlane
+from robot.estimation.virtual_imu import felt
+from robot.geometry.vectors import Vector
+from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
+from robot.model.kinematics import inverse
+from robot.model.modes import GOALS, Mode
+from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
+from robot.model.stance import NOMINAL, nominal_feet
+
+__all__ = ["GaitController", "GaitState"]
+
+RISE_TIME = 2.0
+"""Seconds from sitting to standing and back."""
+SETTLE_TIME = 0.5
+"""Seconds from planting the feet after a walk to the standing height."""
+GATHER_SPEED = 1.5
+"""How fast joints move to the sitting pose, rad/s."""
+GATHERED = 0.35
+"""Joints this close (rad) to the sitting pose may begin to rise."""
+REST_TIME = 0.3
+"""Seconds to lie still before rising: the attitude filter needs them after a start."""
+SIT_SPRING, SIT_DAMPER = 60.0, 4.0
+HASTE = 0.2
+"""A body that is faster than its command by more than this (m/s) has been pushed: no moment to change the gait."""
+MOST_WAIT = 0.5
+"""Seconds for which feet are kept from lifting to change the gait, and after which they may lift for as long before the next attempt."""
+CATCH_TIME = 1.5
+"""Seconds of trot after a gait that sways has lost its balance."""
+UPRIGHT = 0.5
+"""Cosine of the body's tilt below which it has fallen: no step helps any more, and legs that go on stepping do harm."""
+_ZERO = (0.0, 0.0, 0.0)
+STOP_TIME = 2.5
+"""Seconds after which a walk that will not come to rest is ended all the same."""
+
+BLIND_STOP_TIME = 0.2
+"""The same without an IMU: every step is one in the dark."""
+
+
+@dataclass(frozen=True, slots=True)
+class GaitState:
+    """What the controller knows of the robot; estimated, in the `odom` frame that starts under the robot."""
+
+    mode: Mode
+    position: Vector
+    """Body origin, shape (3,), m; z is its height over the standing feet's soles."""
+    quaternion: Vector
+    """Attitude body to odom, shape (4,), w first."""
+    velocity: Vector
+    """Body origin's velocity in the heading frame (forward, left, up), shape (3,), m/s."""
+    angular_velocity: Vector
+    """Body axes, gyro bias removed, shape (3,), rad/s."""
+    contact: tuple[bool, ...]
+    """Feet on the ground, fl, fr, rl, rr."""
+    gyro_bias: Vector
+    """Learned while the robot stands still, shape (3,), rad/s."""
+    slope: tuple[float, float]
+    """The ground's rise per metre along odom x and y."""
+
+
+class GaitController:
+    """Turns samples into motor targets so that the robot sits, stands or walks as asked.
+
+    Call `step` at a fixed rate, 200 Hz by design (100 to 500 Hz work). `motor_delay` (s) is how late the drives act on targets,
+    as far as it is known: the controller acts on the state it predicts for that moment. `own_feet` is false for a body that steps by itself.
+    """
+
+    def __init__(
+        self,
+        *,
+        gait: str = "trot",
+        motor_delay: float = 0.004,
+        limits: CommandLimits | None = None,
+        own_feet: bool = True,
+    ) -> None:
+        self._gait = _gait(gait)
+        self._delay = motor_delay
+        self._commands = CommandShaper(limits or CommandLimits())
+        self._estimate = Estimator()
+        self._terrain = TerrainPlane()
+        self._mode: Mode = Mode.SIT
+        self._goal: Mode = Mode.SIT
+        self._planted: Planted | None = None
+        self._walker: Walker | None = None
+        self._sitting: Vector = inverse(nominal_feet(SIT_HEIGHT)).joints
+        self._held: Vector | None = None
+        self._stopping_for = 0.0
+        self._lying = 0.0
+        self._catching = self._held_for = 0.0
+        self._safe: SafeStop | None = None
+        self._told: Vector | None = None
+        """Where the joints were told to be by the latest targets, if those were positions."""
+        self._imu_watch, self._joint_watch, self._contact_watch = ImuWatch(), JointWatch(), ContactWatch(own_feet)
+
+    def __repr__(self) -> str:
+        x, y, _ = self._estimate.position
+        return f"GaitController(mode={self._mode.value!r}, gait={self._gait.name!r}, position=({x:.2f}, {y:.2f}))"
+
+    @property
+    def mode(self) -> Mode:
+        """`sit`, `stand` or `walk`, or on the way: `rising`, `lowering`, `stopping`."""
+        return self._mode
+
+    @property
+    def goal(self) -> Mode:
+        """The mode asked for last."""
+        return self._goal
+
+    @property
+    def aim(self) -> Mode:
+        """The mode it goes to: the one asked for, as far as the sensors allow."""
+        if self._joint_watch.lost:
+            return Mode.SIT
+        return Mode.STAND if self._goal == Mode.WALK and self._imu_watch.lost else self._goal
+
+    @property
+    def lost(self) -> tuple[str, ...]:
+        """The sensors that cannot be relied on: `imu`, `joints`, `contact fl` and so on."""
+        lost = ["imu"] if self._imu_watch.lost else []
+        if self._joint_watch.lost:
+            lost.append("joints")
+        contacts = zip(LEGS, self._contact_watch.trusted, strict=True)
+        return (*lost, *(f"contact {leg}" for leg, trusted in contacts if not trusted))
+
+    @property
+    def gait(self) -> str:
+        """The gait it walks with; while it does not walk, the one it would."""
+        return (self._walker.clock.gait if self._walker is not None else self._gait).name
+
+    @property
+    def refused(self) -> int:
+        """Commands dropped because they were not numbers."""
+        return self._commands.refused
+
+    @property
+    def velocity_command(self) -> tuple[float, float, float]:
+        """The velocity in force: clipped and slewed (m/s, m/s, rad/s)."""
+        return self._commands.velocity
+
+    @property
+    def state(self) -> GaitState:
+        """The state after the latest step."""
+        estimate = self._estimate
+        yaw = estimate.attitude.yaw
+        vx, vy, vz = estimate.velocity
+        return GaitState(
+            mode=self._mode,
+            position=np.array(estimate.position),
+            quaternion=np.array(estimate.attitude.quaternion),
+            velocity=np.array((cos(yaw) * vx + sin(yaw) * vy, cos(yaw) * vy - sin(yaw) * vx, vz)),
+            angular_velocity=np.array(estimate.attitude.turn),
+            contact=estimate.contact,
+            gyro_bias=np.array(estimate.attitude.bias.value),
+            slope=(self._terrain.slope_x, self._terrain.slope_y),
+        )
+
+    def command(self, vx: float, vy: float, wz: float) -> bool:
+        """Ask for a velocity (m/s forward and left, rad/s counter-clockwise), used while walking.
+
+        Clipped to the limits and slewed. False, without effect, if a part is NaN or infinite.
+        """
+        return self._commands.ask(vx, vy, wz)
+
+    def request(self, mode: str) -> None:
+        """Ask for `sit`, `stand` or `walk`; the controller goes there by way of the modes between. Raises ValueError for others."""
+        goal = next((known for known in GOALS if known == mode), None)
+        if goal is None:
+            raise ValueError(f"The gait controller has no mode {mode!r}: ask for 'sit', 'stand' or 'walk'.")
+        self._goal = goal
+        if goal is not Mode.WALK:
+            self._commands.ask(0.0, 0.0, 0.0)
+
+    def select_gait(self, gait: str) -> None:
+        """Walk with another gait. Raises ValueError for an unknown name.
+
+        A walk under way first slows down to what the new gait is good for, and changes in a moment when all feet stand.
+        """
+        self._gait = _gait(gait)
+
+    def interrupt(self) -> None:
+        """There were no joint samples for a while: nothing is known of the legs. Sit down from wherever they are."""
+        self._crouch()
+
+    def step(
+        self, dt: float, imu: ImuSample | None, joints: JointSample, contacts_silent: bool = False
+    ) -> MotorTargets:
+        """One control step, `dt` seconds after the last, from samples of this instant; `imu` None: it gave none.
+
+        Samples that cannot be believed are replaced. Without an IMU the robot stands until it is back; without an encoder, and when it has
+        fallen, it sits down.
+        """
+        estimate = self._estimate
+        joints = self._check(dt, joints, contacts_silent)
+        imu = self._imu_watch.check(dt, imu)
+        if imu is None:
+            slope = (self._terrain.slope_x, self._terrain.slope_y)
+            imu = felt(estimate.legs, joints, estimate.rotation, slope)
+        if self._safe is None and self._mode != Mode.SIT and estimate.rotation[2][2] < UPRIGHT:
+            self._crouch()
+        targets = self._act(dt, imu, joints)
+        self._told = targets.position if self._walker is None else None
+        return targets
+
+    def _check(self, dt: float, joints: JointSample, contacts_silent: bool) -> JointSample:
+        """The joint sample with what cannot be believed replaced; without an encoder the safe stop takes over."""
+        joints = self._joint_watch.check(dt, joints, self._told)
+        if self._joint_watch.lost and self._safe is None and self._mode != Mode.SIT:
+            self._crouch()
+        contact = self._contact_watch.check(dt, joints, self._estimate.legs, self._walker, contacts_silent)
+        if contact is None:
+            return joints
+        return JointSample(joints.position, joints.velocity, joints.effort, np.array(contact))
+
+    def _crouch(self) -> None:
+        """Give up whatever goes on, and sit down by the safe stop."""
+        self._goal, self._mode = Mode.SIT, Mode.LOWERING
+        self._walker = self._planted = None
+        self._commands.halt()
+        self._safe = SafeStop()
+
+    def _act(self, dt: float, imu: ImuSample, joints: JointSample) -> MotorTargets:
+        estimate = self._estimate
+        walker = self._walker
+        still = self._mode == Mode.SIT or (
+            self._mode == Mode.STAND and self._planted is not None and self._planted.arrived
+        )
+        estimate.update(dt, imu, joints, walker.leaving() if walker else (False,) * 4, still)
+        if self._mode in (Mode.WALK, Mode.STOPPING):
+            self._terrain.update(dt, estimate.contacts)
+        acceleration = walker.acceleration if walker else _ZERO
+        ahead = Ahead(estimate, joints, self._delay + 0.5 * dt, acceleration)
+        self._change_mode(dt, ahead, joints)
+        command = self._commands.advance(dt, self._mode == Mode.WALK, *self._bounds())
+        if self._walker is not None:
+            return self._walker.step(dt, estimate, ahead, self._terrain, command).freeze()
+        if self._planted is not None:
+            return self._planted.step(dt, ahead).freeze()
+        if self._safe is not None:
+            return self._safe.step(dt, joints)
+        return self._sit(dt, joints).freeze()
+
+    def _bounds(self) -> tuple[CommandLimits | None, ...]:
+        """What the gait in use, and one that waits to be used, allow."""
+        walker = self._walker
+        if walker is None:
+            return ()
+        waiting = self._gait if self._gait is not walker.clock.gait else None
+        return (walker.bound, (waiting.entry or waiting.most) if waiting is not None else None)
+
+    def _sit(self, dt: float, joints: JointSample) -> Targets:
+        """Gather the legs to the sitting pose and hold them there softly; the skid carries the body."""
+        if self._held is None:
+            self._held = joints.position.copy()
+        self._lying += dt
+        step = GATHER_SPEED * dt
+        self._held = self._held + np.clip(self._sitting - self._held, -step, step)
+        held = self._held.tolist()
+        targets = Targets()
+        for leg in range(4):
+            effort = self._estimate.legs.weight[3 * leg : 3 * leg + 3]
+            targets.leg(leg, effort=effort, position=held[3 * leg : 3 * leg + 3], kp=SIT_SPRING, kd=SIT_DAMPER)
+        return targets
+
+    def _change_mode(self, dt: float, ahead: Ahead, joints: JointSample) -> None:
+        """Take the next step towards the mode asked for, if this one is finished."""
+        mode, goal, planted = self._mode, self.aim, self._planted
+        if self._safe is not None:
+            if self._safe.done:
+                self._safe = None
+                self._mode, self._held, self._lying = Mode.SIT, joints.position.copy(), 0.0
+        elif mode == Mode.SIT:
+            if (
+                goal != Mode.SIT
+                and self._held is not None
+                and self._lying >= REST_TIME
+                and np.abs(joints.position - self._sitting).max() < GATHERED
+            ):
+                self._plant(Mode.RISING, ahead, STAND_HEIGHT, weight=0.0)
+        elif mode in (Mode.RISING, Mode.LOWERING) and planted is not None:
+            if goal == Mode.SIT and mode == Mode.RISING:
+                self._mode = Mode.LOWERING
+                planted.go(SIT_HEIGHT, RISE_TIME)
+            elif goal != Mode.SIT and mode == Mode.LOWERING:
+                self._mode = Mode.RISING
+                planted.go(STAND_HEIGHT, RISE_TIME)
+            elif planted.arrived:
+                self._mode = Mode.STAND if mode == Mode.RISING else Mode.SIT
+                if mode == Mode.LOWERING:
+                    self._planted, self._held, self._lying = None, joints.position.copy(), 0.0
+        elif mode == Mode.STAND and planted is not None:
+            if goal == Mode.SIT:
+                self._mode = Mode.LOWERING
+                planted.go(SIT_HEIGHT, RISE_TIME)
+            elif goal == Mode.WALK:
+                self._mode, self._planted = Mode.WALK, None
+                self._walker = Walker(self._gait, ahead)
+                self._terrain.update(inf, self._estimate.contacts)
+        elif mode in (Mode.WALK, Mode.STOPPING) and self._walker is not None:
+            self._walk_on(dt, ahead, self._walker)
+
+    def _walk_on(self, dt: float, ahead: Ahead, walker: Walker) -> None:
+        """Keep walking, change the gait, or come to rest and plant the feet."""
+        if self.aim == Mode.WALK:
+            self._mode, self._stopping_for, walker.halting = Mode.WALK, 0.0, False
+            self._change_gait(dt, self._chosen(dt, walker), ahead, walker)
+            return
+        self._mode = Mode.STOPPING
+        self._stopping_for += dt
+        if walker.halting:
+            if not walker.swinging:
+                self._walker, self._stopping_for = None, 0.0
+                self._commands.halt()
+                self._plant(Mode.STAND, ahead, STAND_HEIGHT, weight=1.0)
+        elif max(abs(part) for part in self._commands.velocity) < 1e-6:
+            speed = _speed(ahead, walker)
+            feet = np.array(ahead.legs.feet)[:, :2] - np.array(NOMINAL)
+            untwisted = np.abs(feet - feet.mean(axis=0)).max() < 0.04
+            walker.halting = (speed < 0.08 and bool(untwisted)) or self._stopping_for > (
+                BLIND_STOP_TIME if self._imu_watch.lost else STOP_TIME
+            )
+
+    def _change_gait(self, dt: float, gait: Gait, ahead: Ahead, walker: Walker) -> None:
+        """Let no foot lift until all stand, then go on with `gait`. A foot that finds no ground must not hold up the others for ever."""
+        if walker.clock.gait is gait or not self._slow_enough(gait, ahead, walker):
+            self._held_for = 0.0
+            return
+        self._held_for += dt
+        walker.halting = self._held_for % (2.0 * MOST_WAIT) < MOST_WAIT
+        if walker.halting and walker.grounded:
+            walker.halting, self._held_for = False, 0.0
+            walker.change(gait, ahead)
+
+    def _chosen(self, dt: float, walker: Walker) -> Gait:
+        """The gait asked for; a trot for a while if that one has lost its balance: a trot can catch itself."""
+        self._catching = CATCH_TIME if walker.upset else max(0.0, self._catching - dt)
+        return GAITS["trot"] if self._catching > 0.0 and self._gait.sway is not None else self._gait
+
+    def _slow_enough(self, gait: Gait, ahead: Ahead, walker: Walker) -> bool:
+        """Whether a walk may change to `gait` now."""
+        limits = gait.entry or gait.most
+        if limits is None:
+            return True
+        command = self._commands.velocity
+        return limits.allows(command) and _speed(ahead, walker) < hypot(command[0], command[1]) + HASTE
+
+    def _plant(self, mode: Mode, ahead: Ahead, height: float, weight: float) -> None:
+        self._mode = mode
+        self._planted = Planted(ahead, weight)
+        self._planted.go(height, RISE_TIME if mode == Mode.RISING else SETTLE_TIME)
+
+
+def _speed(ahead: Ahead, walker: Walker) -> float:
+    """Of the body over the ground, without its sway, m/s."""
+    vx, vy, _ = ahead.velocity
+    x, y = walker.drift
+    return hypot(vx - x, vy - y)
+
+
+def _gait(name: str) -> Gait:
+    if name not in GAITS:
+        raise ValueError(f"There is no gait {name!r}: choose one of {', '.join(sorted(GAITS))}.")
+    return GAITS[name]

@@ -1,0 +1,145 @@
+"""The safe stop: from whatever the legs are doing to sitting, with nothing but joint samples. No IMU, no gait, no estimate.
+
+It belongs to whoever commands the motors, for the moment when its commander falls silent.
+
+A robot that walks is first caught: standing feet tell its speed (what they move backwards at), feet in the air make one last step
+ahead of it, then all feet brake at a bounded rate while the body sinks.
+"""
+
+from __future__ import annotations
+
+from math import cos, hypot, pi
+
+from robot.control.balance import distribute
+from robot.control.drive import Targets
+from robot.geometry.vectors import Triple
+from robot.hardware.body import JointSample, MotorTargets
+from robot.model.kinematics import leg_inverse
+from robot.model.legs import LEVEL, Limbs, foot_velocities, limbs, torques
+from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT
+from robot.model.stance import NOMINAL
+
+__all__ = ["SafeStop"]
+
+SIT_TIME = 1.0
+"""Seconds from the first step to the sitting pose."""
+FIND_TIME = 0.15
+"""Seconds in which feet in the air reach for the ground the others stand on."""
+LAST_STEP = 0.20
+"""How far ahead of their places they land, per speed, s."""
+BRAKE = 4.0
+"""How hard the feet slow the body down, m/s2."""
+SEARCH = 0.3
+"""How fast a foot that has still not found the ground goes on downwards, m/s."""
+LONGEST = 0.58
+FASTEST = 2.0
+CARRY = 0.5
+SPRING, DAMPER = 250.0, 6.0
+REST_SPRING, REST_DAMPER = 60.0, 6.0
+RELAX_TIME = 0.2
+"""Seconds over which the legs stop carrying, once the pose is reached: the skid then carries the body."""
+
+
+class SafeStop:
+    """Sits the robot down within 1.2 s of the first step, then holds the pose softly. One object per stop.
+
+    Works from standing, from any moment of a walk, and from sitting. The body ends at about 0.17 m.
+    """
+
+    def __init__(self) -> None:
+        self._time = 0.0
+        self._anchors: list[tuple[Triple, float] | None] = []
+        """Of each foot that has touched the ground since the start: where, body frame, and how far the body had gone by then."""
+        self._start: list[Triple] = []
+        self._height = SIT_HEIGHT
+        self._speed = (0.0, 0.0)
+
+    @property
+    def done(self) -> bool:
+        """Whether the robot sits."""
+        return self._time >= SIT_TIME + RELAX_TIME
+
+    def step(self, dt: float, joints: JointSample) -> MotorTargets:
+        """The motor targets of this step, `dt` seconds after the last."""
+        angles = joints.position.tolist()
+        legs = limbs(angles, LEVEL)
+        standing: list[bool] = joints.contact.tolist()
+        if not self._start:
+            self._begin(legs, angles, joints.velocity.tolist(), standing)
+        else:
+            self._time += dt
+        for leg in range(4):
+            if self._anchors[leg] is None and standing[leg]:
+                self._anchors[leg] = (legs.feet[leg], self._gone())
+        relaxed = min(1.0, max(0.0, (self._time - SIT_TIME) / RELAX_TIME))
+        loads = _loads(legs, standing)
+        targets = Targets()
+        for leg in range(4):
+            x, y, z = self._place(leg)
+            hip_x, hip_y = HIPS[leg]
+            reach = leg_inverse(SIDES[leg], x - hip_x, y - hip_y, z)
+            push = torques(legs.jacobians[leg], *((1.0 - relaxed) * part for part in loads[leg]))
+            targets.leg(
+                leg,
+                effort=[a + b for a, b in zip(push, legs.weight[3 * leg : 3 * leg + 3], strict=True)],
+                position=reach[:3],
+                kp=SPRING + (REST_SPRING - SPRING) * relaxed,
+                kd=DAMPER + (REST_DAMPER - DAMPER) * relaxed,
+            )
+        return targets.freeze()
+
+    def _begin(self, legs: Limbs, angles: list[float], speeds: list[float], standing: list[bool]) -> None:
+        """Note where the feet are, which stand, and how fast the body goes over them."""
+        stood = standing if any(standing) else [True] * 4
+        self._start = legs.feet
+        self._anchors = [(foot, 0.0) if stands else None for foot, stands in zip(legs.feet, stood, strict=True)]
+        deepest = [-foot[2] for foot, stands in zip(legs.feet, stood, strict=True) if stands]
+        self._height = max(SIT_HEIGHT, sum(deepest) / len(deepest))
+        moving, _ = foot_velocities(legs, angles, speeds, (0.0, 0.0, 0.0), LEVEL)
+        self._speed = _backwards([speed for speed, stands in zip(moving, stood, strict=True) if stands])
+
+    def _gone(self) -> float:
+        """How far the body should have gone by now, m: on for a moment, then braked."""
+        fast = hypot(*self._speed)
+        braking = min(max(0.0, self._time - FIND_TIME), fast / BRAKE)
+        return fast * (min(self._time, FIND_TIME) + braking) - 0.5 * BRAKE * braking * braking
+
+    def _place(self, leg: int) -> Triple:
+        """Where a foot should be now, body frame."""
+        share = 0.5 * (1.0 - cos(pi * min(1.0, self._time / SIT_TIME)))
+        found = min(1.0, self._time / FIND_TIME)
+        height = self._height + (SIT_HEIGHT - self._height) * share
+        vx, vy = self._speed
+        goal_x, goal_y = NOMINAL[leg]
+        anchor = self._anchors[leg]
+        if anchor is None:
+            x, y, z = self._start[leg]
+            x, y = x + (goal_x + LAST_STEP * vx - x) * found, y + (goal_y + LAST_STEP * vy - y) * found
+            z = min(z, z + (-height - z) * found) - SEARCH * max(0.0, self._time - FIND_TIME)
+        else:
+            (x, y, z), before = anchor
+            back = (self._gone() - before) / max(1e-9, hypot(vx, vy))
+            x, y = x - back * vx, y - back * vy
+            z += (-height - z) * found
+        return (x + (goal_x - x) * share, y + (goal_y - y) * share, max(z, -LONGEST))
+
+
+def _loads(legs: Limbs, standing: list[bool]) -> list[list[float]]:
+    """What each foot should push so that the standing ones carry a level body without tilting it."""
+    down = [leg for leg in range(4) if standing[leg]]
+    loads = [[0.0, 0.0, 0.0] for _ in range(4)]
+    if down:
+        cx, cy, cz = legs.centre
+        arms = [(x - cx, y - cy, z - cz - FOOT_RADIUS) for x, y, z in (legs.feet[leg] for leg in down)]
+        carry = CARRY * min(1.0, len(down) / 2) * MASS * GRAVITY
+        for leg, force in zip(down, distribute(arms, (0.0, 0.0, carry, 0.0, 0.0, 0.0)), strict=True):
+            loads[leg] = list(force)
+    return loads
+
+
+def _backwards(speeds: list[Triple]) -> tuple[float, float]:
+    """The body's velocity over feet that move at `speeds` as seen from it, bounded."""
+    vx, vy = -sum(x for x, _, _ in speeds) / len(speeds), -sum(y for _, y, _ in speeds) / len(speeds)
+    fast = hypot(vx, vy)
+    scale = min(1.0, FASTEST / fast) if fast > 0.0 else 1.0
+    return (vx * scale, vy * scale)

@@ -1,0 +1,108 @@
+"""All four feet on the ground: standing, standing up, sitting down. The feet stay; the body moves above them.
+
+Each leg carries its share of the weight as a force; a joint spring on top holds the pose that the stance and the level body
+imply. The spring closes inside the motor drives, so no delay can shake it.
+"""
+
+from __future__ import annotations
+
+from math import atan, cos, inf, pi, sin
+
+from robot.control.balance import distribute
+from robot.control.drive import Targets
+from robot.estimation.predict import Ahead
+from robot.estimation.terrain import TerrainPlane
+from robot.geometry.vectors import Triple, to_body, to_ground
+from robot.model.kinematics import leg_inverse
+from robot.model.legs import torques
+from robot.model.mass import standing_mass
+from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, STAND_HEIGHT
+
+__all__ = ["Planted"]
+
+SPRING, DAMPER = 120.0, 4.0
+"""Joint gains, N m/rad and N m s/rad."""
+ATTITUDE_SPRING, ATTITUDE_DAMPER = 60.0, 8.0
+"""Roll and pitch, 1/s2 and 1/s, times the inertia."""
+SWAY_DAMPER = 6.0
+"""Force against moving sideways or forwards over the feet, 1/s times the mass."""
+BODY = standing_mass(STAND_HEIGHT)
+CENTRING = 0.6
+"""Seconds over which the body moves above the middle of its feet."""
+
+
+class Planted:
+    """A stance captured once; the body's height over it then follows a half-cosine to wherever it is sent."""
+
+    def __init__(self, ahead: Ahead, weight: float = 1.0) -> None:
+        """Capture the feet as they stand. `weight` is the share of the robot's weight the legs carry at once (0 to 1)."""
+        c, s = cos(ahead.yaw), sin(ahead.yaw)
+        level = [(c * x + s * y, c * y - s * x, z) for x, y, z in ahead.feet]
+        mx, my, mz = (0.25 * sum(column) for column in zip(*level, strict=True))
+        self._feet = [(x - mx, y - my, z - mz) for x, y, z in level]
+        plane = TerrainPlane()
+        plane.update(inf, level)
+        self._roll, self._pitch = atan(plane.slope_y), -atan(plane.slope_x)
+        self._offset = (-mx, -my)
+        self._from = self._to = self.height = -mz
+        self._time = self._duration = 0.0
+        self._clock = 0.0
+        self._weight = weight
+
+    def go(self, height: float, duration: float) -> None:
+        """Move the body to `height` over the feet (m) within `duration` seconds, along a half-cosine."""
+        self._from, self._to, self._time, self._duration = self.height, height, 0.0, duration
+
+    @property
+    def arrived(self) -> bool:
+        return self._time >= self._duration
+
+    def step(self, dt: float, ahead: Ahead) -> Targets:
+        """The motor targets of this step."""
+        self._clock += dt
+        self._weight = min(1.0, self._weight + dt / 0.4)
+        self._time += dt
+        share = 1.0 if self.arrived else 0.5 * (1.0 - cos(pi * self._time / self._duration))
+        self.height = self._from + (self._to - self._from) * share
+        targets = Targets()
+        forces = [to_body(ahead.rotation, force) for force in self._forces(ahead)]
+        angles = self._pose()
+        for leg in range(4):
+            push = torques(ahead.legs.jacobians[leg], *(self._weight * force for force in forces[leg]))
+            effort = [a + b for a, b in zip(push, ahead.legs.weight[3 * leg : 3 * leg + 3], strict=True)]
+            targets.leg(leg, effort=effort, position=angles[leg], kp=SPRING, kd=DAMPER)
+        return targets
+
+    def _forces(self, ahead: Ahead) -> list[Triple]:
+        c, s = cos(ahead.yaw), sin(ahead.yaw)
+        inertia_x, inertia_y, _ = BODY.inertia
+        moment_x = inertia_x * (ATTITUDE_SPRING * (self._roll - ahead.roll) - ATTITUDE_DAMPER * ahead.turn[0])
+        moment_y = inertia_y * (ATTITUDE_SPRING * (self._pitch - ahead.pitch) - ATTITUDE_DAMPER * ahead.turn[1])
+        vx, vy, _ = ahead.velocity
+        brake = -MASS * SWAY_DAMPER
+        wrench = (
+            brake * vx,
+            brake * vy,
+            MASS * GRAVITY,
+            c * moment_x - s * moment_y,
+            s * moment_x + c * moment_y,
+            0.0,
+        )
+        x, y, z = to_ground(ahead.rotation, ahead.legs.centre)
+        z += FOOT_RADIUS
+        return distribute([(fx - x, fy - y, fz - z) for fx, fy, fz in ahead.feet], wrench)
+
+    def _pose(self) -> list[tuple[float, float, float]]:
+        """The joint angles of a body above the middle of its feet, at the present height, parallel to the ground."""
+        share = 0.5 * (1.0 + cos(pi * min(1.0, self._clock / CENTRING)))
+        x0 = BODY.behind + (self._offset[0] - BODY.behind) * share
+        y0 = self._offset[1] * share
+        cr, sr, cp, sp = cos(self._roll), sin(self._roll), cos(self._pitch), sin(self._pitch)
+        pose: list[tuple[float, float, float]] = []
+        for (fx, fy, fz), (hip_x, hip_y), side in zip(self._feet, HIPS, SIDES, strict=True):
+            x, y, z = fx - x0, fy - y0, fz - self.height
+            along = cp * x - sp * z
+            lifted = sp * x + cp * z
+            angles = leg_inverse(side, along - hip_x, cr * y + sr * lifted - hip_y, cr * lifted - sr * y)
+            pose.append((angles.q1, angles.q2, angles.q3))
+        return pose

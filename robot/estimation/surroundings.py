@@ -1,0 +1,218 @@
+"""What stands around the robot now: the map, and what the LiDAR sees that the map does not know."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot.estimation.movers import Movers
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Floats
+from robot.hardware.beams import MAX_RANGE, beam_angles
+from robot.model.footprint import Footprint
+from robot.planning.grid import Grid, distance_to
+
+__all__ = ["Surroundings"]
+
+
+_REACH = 3.0
+"""Half side of the square around the robot in which motion is checked, m."""
+_NEAR = 1.0
+"""Distances to marks beyond this do not matter, m."""
+_SLACK = 0.1
+"""A beam must pass a mark by this much to clear it, m: five sigma of the LiDAR."""
+_SETTLED = 0.4
+"""A place marked for longer than this holds something that stands, s."""
+_FAR = 10.0
+"""Stands for 'nothing near', m."""
+
+
+class Surroundings:
+    """A map plus the obstacles that scans reveal. Marks what no mapped thing explains, forgets what a beam later passes
+    through.
+
+    A mark that can no longer be seen is kept for `memory` seconds.
+    """
+
+    def __init__(
+        self, grid: Grid, footprint: Footprint | None = None, max_range: float = MAX_RANGE, memory: float = 30.0
+    ) -> None:
+        self.grid = grid
+        self.footprint = footprint or Footprint()
+        self.max_range = max_range
+        self.memory = memory
+        self.movers = Movers()
+        shape = (grid.height, grid.width)
+        self._seen: Floats = np.full(shape, -np.inf)
+        self._since: Floats = np.full(shape, np.inf)
+        self._marked = np.zeros(shape, dtype=np.bool_)
+        self._closed: list[tuple[float, float]] = []
+        self._window: Floats | None = None
+        self._corner = (0, 0)
+        self.changes = 0
+        """Counts the scans that added or removed marks."""
+
+    def __repr__(self) -> str:
+        return f"Surroundings({self.grid!r}, {int(self._marked.sum())} cells marked by the LiDAR)"
+
+    @property
+    def marked(self) -> NDArray[np.bool_]:
+        """Cells that hold something the map does not know, shape of the map."""
+        return self._marked
+
+    def forget(self) -> None:
+        """Drop every mark: the first recovery, for ghosts that no beam can clear."""
+        self._seen.fill(-np.inf)
+        self._since.fill(np.inf)
+        self._marked = np.zeros_like(self._marked)
+        self.movers.forget()
+        self._window = None
+        self.changes += 1
+
+    def advance(self, now: float) -> None:
+        """Time passes, with or without a scan: what moved and has not been seen for a while is forgotten."""
+        self.movers.age(now)
+
+    # --- looking ----------------------------------------------------------------------------------------------------
+
+    def look(self, now: float, pose: Pose2, ranges: Floats) -> None:
+        """Take in one scan from `pose`: beam i looks along yaw - pi + i 2 pi / n; ranges at or over the maximum are no
+        return.
+        """
+        angles = beam_angles(len(ranges)) + pose.yaw
+        valid = np.isfinite(ranges) & (ranges > 0.0) & (ranges < self.max_range - 1e-6)
+        self._clear_seen_through(pose, np.where(np.isfinite(ranges), ranges, self.max_range))
+        r, a = ranges[valid], angles[valid]
+        self._mark(now, pose, pose.x + r * np.cos(a), pose.y + r * np.sin(a), r)
+        marked = self._seen > now - self.memory
+        if (marked != self._marked).any():
+            self._marked = marked
+            self.changes += 1
+            self._window = None
+
+    def _mark(self, now: float, pose: Pose2, x: Floats, y: Floats, ranges: Floats) -> None:
+        grid = self.grid
+        columns = np.floor((x - grid.origin_x) / grid.resolution).astype(np.intp)
+        rows = np.floor((y - grid.origin_y) / grid.resolution).astype(np.intp)
+        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        dx, dy = x - pose.x, y - pose.y
+        own = self.footprint.distances(c * dx + s * dy, c * dy - s * dx) <= 0.0
+        inside = (rows >= 0) & (rows < grid.height) & (columns >= 0) & (columns < grid.width) & ~own
+        rows, columns = rows[inside], columns[inside]
+        # Near a mapped face a hit is that face, seen from a pose that is a little wrong: the more so the farther the
+        # beam.
+        unexplained = grid.clearance[rows, columns] > 0.10 + 0.02 * ranges[inside]
+        rows, columns = rows[unexplained], columns[unexplained]
+        known = self._known(now, rows, columns)
+        self.movers.update(now, x[inside][unexplained], y[inside][unexplained], known)
+        self._since[rows, columns] = np.minimum(self._since[rows, columns], now)
+        self._seen[rows, columns] = now
+
+    def _known(self, now: float, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Which cells were marked, or touch one that was marked, a while ago."""
+        height, width = self.grid.height, self.grid.width
+        known = np.zeros(len(rows), dtype=np.bool_)
+        for up in (-1, 0, 1):
+            for right in (-1, 0, 1):
+                beside = np.clip(rows + up, 0, height - 1), np.clip(columns + right, 0, width - 1)
+                known |= self._since[beside] < now - _SETTLED
+        return known
+
+    def _clear_seen_through(self, pose: Pose2, ranges: Floats) -> None:
+        rows, columns = np.nonzero(np.isfinite(self._seen))
+        if not len(rows):
+            return
+        grid = self.grid
+        dx = grid.origin_x + (columns + 0.5) * grid.resolution - pose.x
+        dy = grid.origin_y + (rows + 0.5) * grid.resolution - pose.y
+        far = np.hypot(dx, dy)
+        turn = (np.arctan2(dy, dx) - pose.yaw + math.pi) * len(ranges) / (2 * math.pi)
+        beam = np.rint(turn).astype(np.intp)
+        # The beams beside it must agree, or the edge of a box would be wiped by the beam that just misses it.
+        behind = np.minimum.reduce([ranges[(beam + k) % len(ranges)] for k in (-1, 0, 1)])
+        gone = (far < self.max_range) & (behind > far + _SLACK)
+        self._seen[rows[gone], columns[gone]] = -np.inf
+        self._since[rows[gone], columns[gone]] = np.inf
+
+    # --- distances --------------------------------------------------------------------------------------------------
+
+    def extra(self) -> Floats | None:
+        """Clearance (m) from the marks and closed places, per cell of the map, 1 m at most; None when there are none."""
+        if not self._closed:
+            return self._distance(self._marked) if self._marked.any() else None
+        marked = self._marked.copy()
+        for x, y in self._closed:
+            cell = self.grid.cell(x, y)
+            if cell is not None:
+                marked[cell] = True
+        return self._distance(marked)
+
+    def close(self, x: float, y: float) -> None:
+        """Plan no path through this place: the body turned out not to fit. It stays closed until `reopen`."""
+        self._closed.append((x, y))
+
+    def reopen(self) -> bool:
+        """Open all closed places again; True if there were any."""
+        had, self._closed = bool(self._closed), []
+        return had
+
+    def _distance(self, marked: NDArray[np.bool_]) -> Floats:
+        """Distance (m) to the marks. A hit lies anywhere in its cell, so on average in its middle: count from there, less 1 cm."""
+        return distance_to(marked, self.grid.resolution, _NEAR) + (0.5 * self.grid.resolution - 0.01)
+
+    def center_on(self, pose: Pose2) -> None:
+        """Prepare the distances around the robot; call it before `clearance` whenever the robot moved or a scan came
+        in.
+        """
+        grid, reach = self.grid, math.ceil(_REACH / self.grid.resolution)
+        row = math.floor((pose.y - grid.origin_y) / grid.resolution)
+        column = math.floor((pose.x - grid.origin_x) / grid.resolution)
+        drift = max(abs(row - self._corner[0] - reach), abs(column - self._corner[1] - reach))
+        if self._window is not None and drift * grid.resolution < _REACH / 3:
+            return
+        top, left = min(max(row - reach, 0), grid.height - 1), min(max(column - reach, 0), grid.width - 1)
+        part = slice(top, max(row + reach, top + 1)), slice(left, max(column + reach, left + 1))
+        window = np.minimum(grid.clearance[part], _FAR)
+        if self._marked[part].any():
+            window = np.minimum(window, self._distance(self._marked[part]))
+        self._window, self._corner = _twice_as_fine(window), (top, left)
+
+    def clearance(self, x: Floats, y: Floats) -> Floats:
+        """Distance (m) from each point to the nearest thing, mapped or seen, within the square around the robot."""
+        assert self._window is not None, "call center_on(pose) first"
+        grid, (top, left) = self.grid, self._corner
+        fine = 2.0 / grid.resolution
+        rows = ((y - grid.origin_y) * fine - (2 * top + 0.5)).astype(np.intp)
+        columns = ((x - grid.origin_x) * fine - (2 * left + 0.5)).astype(np.intp)
+        np.clip(rows, 0, self._window.shape[0] - 1, out=rows)
+        np.clip(columns, 0, self._window.shape[1] - 1, out=columns)
+        return self._window[rows, columns]
+
+    def body_clearance(self, x: Floats, y: Floats, yaw: Floats) -> Floats:
+        """Smallest distance (m) from the body's outline to anything that stands, for poses of any shape."""
+        px, py = self.footprint.placed(x, y, yaw)
+        return np.asarray(self.clearance(px, py).min(axis=-1), dtype=np.float64)
+
+    def mover_clearance(self, x: Floats, y: Floats, yaw: Floats, after: Floats) -> Floats:
+        """Smallest distance (m) from the body to anything that moves, `after` seconds from the last scan; inf without
+        movers.
+        """
+        c, s = np.cos(yaw), np.sin(yaw)
+        least = np.full(np.broadcast_shapes(x.shape, after.shape), np.inf)
+        for mover in self.movers.moving:
+            dx, dy = mover.x + mover.vx * after - x, mover.y + mover.vy * after - y
+            gap = self.footprint.distances(c * dx + s * dy, c * dy - s * dx) - mover.radius
+            np.minimum(least, gap, out=least)
+        return least
+
+
+def _twice_as_fine(field: Floats) -> Floats:
+    """The field with its linear values halfway between cells: middles at every half cell, shape (2 rows - 1, 2 columns - 1)."""
+    rows, columns = field.shape
+    fine = np.empty((2 * rows - 1, 2 * columns - 1))
+    fine[::2, ::2] = field
+    fine[1::2, ::2] = (field[:-1] + field[1:]) / 2
+    fine[:, 1::2] = (fine[:, :-1:2] + fine[:, 2::2]) / 2
+    return fine

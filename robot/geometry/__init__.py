@@ -1,0 +1,1 @@
+"""Poses, angles, vectors and transforms: values and functions that know nothing of the robot."""

@@ -1,0 +1,30 @@
+"""Vectors: their types, and turning them from the body's axes into those of the ground and back, in plain floats."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Floats", "Rows", "Triple", "Vector", "to_body", "to_ground"]
+
+Floats = NDArray[np.float64]
+"""An array of any shape."""
+Vector = NDArray[np.float64]
+"""An array of one dimension, or a few of them stacked."""
+Triple = tuple[float, float, float]
+Rows = tuple[Triple, Triple, Triple]
+"""A 3 x 3 matrix by its rows."""
+
+
+def to_ground(rotation: Rows, vector: Triple) -> Triple:
+    """R v: `rotation` is body to ground."""
+    (a, b, c), (d, e, f), (g, h, i) = rotation
+    x, y, z = vector
+    return (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
+
+
+def to_body(rotation: Rows, vector: Triple) -> Triple:
+    """R' v: `rotation` is body to ground."""
+    (a, b, c), (d, e, f), (g, h, i) = rotation
+    x, y, z = vector
+    return (a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z)

@@ -1,0 +1,164 @@
+"""The robot's body as its controllers meet it: motors that take commands, sensors that can be read, and the truth for judges.
+
+Two back ends serve this one interface: ``physics`` (MuJoCo: contacts, falls, torque limits, motor delay) and ``kinematic``
+(numpy only: it cannot fall, so it may never be reported as walking performance). Both are advanced on demand: whoever reads or
+commands first says which instant it is, and the body integrates up to there, so several nodes share one body without a rate of its own.
+
+Joint order everywhere: fl, fr, rl, rr; in each leg hip, shoulder, knee (12 joints). Units are SI, angles rad, quaternions (w, x, y, z).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot.geometry.angles import yaw_of
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Vector
+from robot.hardware.beams import BEAMS, MAX_RANGE
+from robot.scenes.scene import Scene, Thing
+
+if TYPE_CHECKING:
+    from robot.hardware.arm import ArmDevice
+
+__all__ = ["JOINT_NAMES", "LEGS", "Body", "ImuSample", "JointSample", "MotorTargets", "Sample", "Truth"]
+
+LEGS = ("fl", "fr", "rl", "rr")
+JOINT_NAMES = tuple(f"{leg}_{joint}" for leg in LEGS for joint in ("hip", "shoulder", "knee"))
+
+
+@dataclass(frozen=True, slots=True)
+class MotorTargets:
+    """What the motor drives of all 12 joints are told: torque = effort + kp (position - q) + kd (velocity - qd), then limited.
+
+    Every field has shape (12,). The drives close this loop themselves at the back end's step; the motor delay lies on the targets.
+    """
+
+    position: Vector
+    velocity: Vector
+    effort: Vector
+    kp: Vector
+    kd: Vector
+
+
+@dataclass(frozen=True, slots=True)
+class ImuSample:
+    """Angular velocity (rad/s) and specific force (m/s2) in body axes, with the noise of robot-domain section 6; shape (3,) each."""
+
+    gyro: Vector
+    accel: Vector
+
+
+@dataclass(frozen=True, slots=True)
+class JointSample:
+    """Encoder positions (rad), speeds (rad/s) and motor torques (N m), shape (12,), and foot contact (force > 5 N), shape (4,) bool."""
+
+    position: Vector
+    velocity: Vector
+    effort: Vector
+    contact: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What IMU and encoders measured at one instant."""
+
+    time: float
+    """Simulated seconds."""
+    imu: ImuSample
+    joints: JointSample
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """The true state, for judges and pictures only: no controller may read it."""
+
+    position: Vector
+    """Body frame origin in the world, shape (3,), metres."""
+    quaternion: Vector
+    """Attitude, body to world, shape (4,), w first."""
+    velocity: Vector
+    """Linear velocity in world axes, shape (3,), m/s."""
+    angular_velocity: Vector
+    """In body axes, shape (3,), rad/s."""
+    joints: Vector
+    """Joint positions, shape (12,), rad."""
+    fallen: bool
+    """Body z axis more than 60 degrees from vertical, or body less than 0.15 m above its lowest foot."""
+    touching: tuple[str, ...]
+    """Names of scene obstacles (``box_0``, ``cylinder_3`` in scene order) that any part of the robot touches now."""
+    power: float
+    """Electrical motor power now: sum(max(tau qd, 0)) + k_cu sum(tau^2), W (robot-domain section 7), without hotel load."""
+
+    @property
+    def yaw(self) -> float:
+        """Of the attitude, rad."""
+        w, x, y, z = self.quaternion.tolist()
+        return yaw_of(w, x, y, z)
+
+
+class Body(Protocol):
+    """One simulated robot in one scene."""
+
+    @property
+    def backend(self) -> str:
+        """``physics`` or ``kinematic``; every report names it."""
+        ...
+
+    @property
+    def scene(self) -> Scene: ...
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds since construction."""
+        ...
+
+    @property
+    def arm(self) -> ArmDevice | None:
+        """The arm, if it has one."""
+        ...
+
+    def things(self) -> tuple[Thing, ...]:
+        """The scene's things where they are now, for cameras and judges; without an arm they stay where the scene has them."""
+        ...
+
+    def advance(self, until: float) -> None:
+        """Integrate up to `until` (simulated seconds). Never goes back; a body with no command for 100 ms damps its joints."""
+        ...
+
+    def command(self, targets: MotorTargets) -> None:
+        """Give the motor drives new targets at the present instant; they take effect after the motor delay."""
+        ...
+
+    def sample(self, hz: float) -> None:
+        """From the body's present instant on, sample IMU and encoders `hz` times a second of its time; samples that wait are forgotten."""
+        ...
+
+    def next_sample(self) -> Sample | None:
+        """The oldest sample that nobody has taken, of those the body has reached; at most the newest 40 wait."""
+        ...
+
+    def imu(self) -> ImuSample: ...
+
+    def joints(self) -> JointSample: ...
+
+    def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
+        """Ranges (m) from the body origin, beam i at angle -pi + i 2 pi / beams in the body's yaw frame; `max_range` means no return."""
+        ...
+
+    def truth(self) -> Truth: ...
+
+    def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:
+        """Push the body with a constant force for `duration` seconds; `impulse` is the total, N s in world axes."""
+        ...
+
+    def place(self, pose: Pose2) -> None:
+        """Put the robot down, lying in its sitting pose at rest, at `pose`."""
+        ...
+
+    def close(self) -> None:
+        """Free what the back end holds."""
+        ...

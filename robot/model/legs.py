@@ -1,0 +1,130 @@
+"""What the four legs are at given joint angles: feet, Jacobians, the robot's centre of mass, the torques of the links' weight.
+
+One pass in plain floats: this runs at every control step, and arrays of three numbers would cost several times as much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import cos, sin
+from typing import NamedTuple
+
+from robot.geometry.vectors import Rows, Triple
+from robot.model.parameters import (
+    ABDUCTION,
+    CALF,
+    CALF_COM,
+    CALF_MASS,
+    FOOT_RADIUS,
+    GRAVITY,
+    HIP_COM,
+    HIP_MASS,
+    HIPS,
+    MASS,
+    SIDES,
+    THIGH,
+    THIGH_COM,
+    THIGH_MASS,
+)
+
+__all__ = ["LEVEL", "Limbs", "foot_velocities", "limbs", "torques"]
+
+LEVEL: Triple = (0.0, 0.0, 1.0)
+"""The vertical of a level body, body axes."""
+
+_THIGH_MASS_POINT = -THIGH_COM[2]
+_CALF_MASS_POINT = -CALF_COM[2]
+_LEGS = tuple((x, y, side, side * ABDUCTION) for (x, y), side in zip(HIPS, SIDES, strict=True))
+
+
+class Limbs(NamedTuple):
+    """Four legs at one instant, body axes, legs in order fl, fr, rl, rr."""
+
+    feet: list[Triple]
+    """Foot centres in the body frame, m."""
+    jacobians: list[Rows]
+    """Per leg: rows x, y, z against hip, shoulder, knee, m/rad."""
+    centre: Triple
+    """Centre of mass of the whole robot in the body frame, m."""
+    weight: list[float]
+    """The 12 joint torques that carry the links against gravity, N m."""
+
+
+def limbs(angles: Sequence[float], up: Triple) -> Limbs:
+    """The legs at 12 joint angles (rad); `up` is the world's vertical in body axes.
+
+    Weight torques: minus the sum over the links of J_com^T (m g), robot-domain section 4.5.
+    """
+    feet: list[Triple] = []
+    jacobians: list[Rows] = []
+    weight: list[float] = []
+    mx = my = mz = 0.0
+    up_x, up_y, up_z = up
+    hip_pull, thigh_pull, calf_pull = HIP_MASS * GRAVITY, THIGH_MASS * GRAVITY, CALF_MASS * GRAVITY
+    for leg, (hip_x, hip_y, side, offset) in enumerate(_LEGS):
+        q1, q2, q3 = angles[3 * leg : 3 * leg + 3]
+        s1, c1, s2, c2 = sin(q1), cos(q1), sin(q2), cos(q2)
+        s23, c23 = sin(q2 + q3), cos(q2 + q3)
+        calf_x, calf_z = CALF * s23, CALF * c23
+        x, height = -THIGH * s2 - calf_x, -THIGH * c2 - calf_z
+        y, z = offset * c1 - height * s1, offset * s1 + height * c1
+        feet.append((hip_x + x, hip_y + y, z))
+        jacobians.append(((0.0, height, -calf_z), (-z, x * s1, -calf_x * s1), (y, -x * c1, calf_x * c1)))
+
+        thigh_x, thigh_h = -_THIGH_MASS_POINT * s2, -_THIGH_MASS_POINT * c2
+        shin_x, shin_z = _CALF_MASS_POINT * s23, _CALF_MASS_POINT * c23
+        point_x, point_h = -THIGH * s2 - shin_x, -THIGH * c2 - shin_z
+        thigh_y, thigh_z = offset * c1 - thigh_h * s1, offset * s1 + thigh_h * c1
+        point_y, point_z = offset * c1 - point_h * s1, offset * s1 + point_h * c1
+        lean = HIP_COM[0] if hip_x > 0.0 else -HIP_COM[0]
+        hip_side = HIP_COM[1] * side
+        mx += HIP_MASS * (hip_x + lean) + THIGH_MASS * (hip_x + thigh_x) + CALF_MASS * (hip_x + point_x)
+        my += HIP_MASS * (hip_y + hip_side * c1) + THIGH_MASS * (hip_y + thigh_y) + CALF_MASS * (hip_y + point_y)
+        mz += HIP_MASS * hip_side * s1 + THIGH_MASS * thigh_z + CALF_MASS * point_z
+        sideways = s1 * up_y - c1 * up_z
+        weight.append(
+            thigh_pull * (thigh_y * up_z - thigh_z * up_y)
+            + calf_pull * (point_y * up_z - point_z * up_y)
+            + hip_pull * hip_side * (c1 * up_z - s1 * up_y)
+        )
+        weight.append(
+            thigh_pull * (thigh_h * up_x + thigh_x * sideways) + calf_pull * (point_h * up_x + point_x * sideways)
+        )
+        weight.append(calf_pull * (-shin_z * up_x - shin_x * sideways))
+    return Limbs(feet, jacobians, (mx / MASS, my / MASS, mz / MASS), weight)
+
+
+def torques(jacobian: Rows, fx: float, fy: float, fz: float) -> Triple:
+    """The joint torques -J^T f of one leg whose foot is pushed by the force (fx, fy, fz), body axes, N."""
+    (_, xb, xc), (ya, yb, yc), (za, zb, zc) = jacobian
+    return (-(ya * fy + za * fz), -(xb * fx + yb * fy + zb * fz), -(xc * fx + yc * fy + zc * fz))
+
+
+def foot_velocities(
+    now: Limbs, angles: Sequence[float], speeds: Sequence[float], turn: Triple, up: Triple
+) -> tuple[list[Triple], list[Triple]]:
+    """Velocity of each foot's centre as seen from the body, and what of it is rolling, if the foot stands; m/s, body axes.
+
+    The first includes the body's own angular velocity `turn` (rad/s): J qd + w x p. The second is the velocity of the centre
+    of a ball that rolls on its contact point, w_calf x (rf up): a standing foot's centre is not at rest. Leaving it out is
+    worth several per cent of the distance walked (robot-domain section 6).
+    """
+    wx, wy, wz = turn
+    moving: list[Triple] = []
+    rolling: list[Triple] = []
+    rx, ry, rz = FOOT_RADIUS * up[0], FOOT_RADIUS * up[1], FOOT_RADIUS * up[2]
+    for leg in range(4):
+        a, b, c = speeds[3 * leg : 3 * leg + 3]
+        (_, xb, xc), (ya, yb, yc), (za, zb, zc) = now.jacobians[leg]
+        x, y, z = now.feet[leg]
+        moving.append(
+            (
+                xb * b + xc * c + wy * z - wz * y,
+                ya * a + yb * b + yc * c + wz * x - wx * z,
+                za * a + zb * b + zc * c + wx * y - wy * x,
+            )
+        )
+        bend, hip = b + c, angles[3 * leg]
+        cx, cy, cz = wx + a, wy + bend * cos(hip), wz + bend * sin(hip)
+        rolling.append((cy * rz - cz * ry, cz * rx - cx * rz, cx * ry - cy * rx))
+    return moving, rolling

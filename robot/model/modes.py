@@ -1,0 +1,22 @@
+"""What the robot does with its legs."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+__all__ = ["GOALS", "Mode"]
+
+
+class Mode(StrEnum):
+    """Three that can be asked for, and three on the way between them."""
+
+    SIT = "sit"
+    RISING = "rising"
+    STAND = "stand"
+    WALK = "walk"
+    STOPPING = "stopping"
+    LOWERING = "lowering"
+
+
+GOALS = (Mode.SIT, Mode.STAND, Mode.WALK)
+"""Those that can be asked for."""

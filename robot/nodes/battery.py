@@ -1,0 +1,124 @@
+"""The battery controller: it counts the charge, judges it, and answers for it."""
+
+from __future__ import annotations
+
+from actors import Node, every, parameter, publishes
+from actors.interfaces.sensor_msgs.msg import BatteryState
+from actors.interfaces.std_msgs.msg import Header
+from robot.contracts import BATTERY_STATE, BATTERY_STATUS, GET_BATTERY_STATUS, MOTOR_POWER
+from robot.estimation.battery_gauge import BatteryGauge, UnknownRobot
+from robot.estimation.battery_levels import CRITICAL, ChargeLevel, LevelMonitor
+from robot.estimation.battery_runtime import RuntimeEstimator
+from robot.hardware.battery import SupplyStatus
+from robot.interfaces.my_robot_interfaces.srv import (
+    GetBatteryStatus,
+    GetBatteryStatus_Request,
+    GetBatteryStatus_Response,
+)
+from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
+from robot.model.power import electrical_power
+from robot.sim.battery import Pack
+
+__all__ = ["Battery"]
+
+
+class Battery(Node):
+    """Simulates the pack under the measured motor power. Publishes battery_state and battery_status at 1 Hz; serves get_battery_status.
+
+    The pack is the robot's hardware, so it is handed in and outlives this node. Parameters: robot_id.
+    """
+
+    state = publishes(BATTERY_STATE)
+    judgement = publishes(BATTERY_STATUS)
+    robot_id = parameter("robot_01", description="Whose battery this is; requests for another robot are refused.")
+
+    def __init__(self, pack: Pack) -> None:
+        self._pack = pack
+        self._levels = LevelMonitor()
+        self._runtime = RuntimeEstimator(pack.design)
+        self._motors = 0.0
+        self._charger = False
+        self._stepped = 0.0
+
+    def resume(self, state: tuple[ChargeLevel, float]) -> None:
+        self._levels = LevelMonitor(state)
+
+    async def on_start(self) -> None:
+        self._gauge = BatteryGauge((self.robot_id,))
+        self._stepped = self.clock.now()
+        self._report()
+
+    @MOTOR_POWER.on()
+    def load(self, message: MotorPower) -> None:
+        """Ten times a second: let the pack deliver what the motors took."""
+        self._motors, self._charger = message.mean, message.charger
+        now = self.clock.now()
+        dt, self._stepped = now - self._stepped, now
+        power = electrical_power(self._motors)
+        state = self._pack.step(dt, power, self._charger)
+        self._runtime.update(dt, power)
+        before = self._levels.level
+        level = self._levels.update(dt, state)
+        if level is not before:
+            say = self.log.warning if level is not ChargeLevel.GOOD else self.log.info
+            say("battery level", level=level.value, percent=round(state.percent, 1), gauge="coulomb count")
+            self.checkpoint(self._levels.kept)
+            self._report()
+
+    @every(hz=1)
+    def report(self) -> None:
+        self._report()
+
+    @GET_BATTERY_STATUS.serve()
+    async def status(self, request: GetBatteryStatus_Request) -> GetBatteryStatus_Response:
+        """The tutorials' voltage gauge. Raises `UnknownRobot` for another robot's id."""
+        self.log.info(f"Battery status requested for: {request.robot_id}")
+        try:
+            reading = self._gauge.read(request.robot_id, self._pack.state.gauge_voltage, is_charging=self._charging)
+        except UnknownRobot as error:
+            self.log.warning("battery of an unknown robot asked for", error=str(error))
+            raise
+        self.log.info(f"Response: {reading.voltage:.1f}V ({reading.percentage:.0f}%)")
+        return GetBatteryStatus.Response(
+            voltage=reading.voltage,
+            percentage=reading.percentage,
+            estimated_runtime_minutes=reading.estimated_runtime_minutes,
+            health_status=reading.health_status,
+            is_charging=reading.is_charging,
+        )
+
+    @property
+    def _charging(self) -> bool:
+        return self._pack.state.status in (SupplyStatus.CHARGING, SupplyStatus.FULL)
+
+    def _report(self) -> None:
+        state = self._pack.state
+        self.state(
+            BatteryState(
+                header=Header(stamp=self.clock.stamp(), frame_id="base_link"),
+                voltage=state.voltage,
+                temperature=state.temperature,
+                current=state.current,
+                charge=state.charge,
+                capacity=state.capacity,
+                design_capacity=self._pack.design.design_capacity,
+                percentage=state.soc,
+                power_supply_status=int(state.status),
+                power_supply_health=BatteryState.POWER_SUPPLY_HEALTH_GOOD,
+                power_supply_technology=BatteryState.POWER_SUPPLY_TECHNOLOGY_LION,
+                present=True,
+                location="body",
+                serial_number="sim-605",
+            )
+        )
+        self.judgement(
+            BatteryStatus(
+                stamp=self.clock.stamp(),
+                level=self._levels.level.value,
+                percent=state.percent,
+                runtime=self._runtime.seconds(state),
+                mean_load=self._runtime.load.watts,
+                energy=self._runtime.energy_above(CRITICAL, state),
+                charging=self._charging,
+            )
+        )

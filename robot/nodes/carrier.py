@@ -1,0 +1,99 @@
+"""The mission of one errand: fetch a thing, carry it somewhere if that was asked, and sit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from actors import ActorError, GoalFailed, GoalRejected, Node, background, publishes
+from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
+from actors.interfaces.std_msgs.msg import Header
+from actors.interfaces.std_srvs.srv import Trigger
+from robot.contracts import FETCH_AND_CARRY, GOAL_REPORT, NAVIGATE_AND_GRAB, POSE, SIT
+from robot.geometry.messages import from_pose
+from robot.geometry.vectors import Triple
+from robot.interfaces.proposed_interfaces.action import NavigateAndGrab
+from robot.interfaces.robactor_msgs.action import FetchAndCarry
+from robot.interfaces.robactor_msgs.msg import GoalReport
+
+__all__ = ["Carrier", "Delivery"]
+
+
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """What to fetch, and where to."""
+
+    name: str
+    """Of the thing."""
+    about: Triple
+    """Where on the map it is about, m."""
+    to: Triple | None = None
+    """Where it shall stand, m; `None`: hold it."""
+
+
+class Carrier(Node):
+    """Runs one errand by navigate_and_grab or fetch_and_carry, tells its stages, and sits. Publishes mission/goals, one report when it has ended."""
+
+    reports = publishes(GOAL_REPORT)
+
+    def __init__(self, delivery: Delivery) -> None:
+        self._delivery = delivery
+        self.finished = False
+
+    @background
+    async def mission(self) -> None:
+        await self.wait_for(NAVIGATE_AND_GRAB, FETCH_AND_CARRY, SIT)
+        async with self.subscribe(POSE) as poses:
+            await poses.next(timeout=30.0)
+        begun = self.clock.now()
+        outcome, reason = "succeeded", ""
+        try:
+            await self._run()
+        except (GoalRejected, GoalFailed) as error:
+            outcome, reason = type(error).__name__.removeprefix("Goal").lower(), error.reason
+        except ActorError as error:
+            outcome, reason = "aborted", f"{type(error).__name__}: {error}"
+        taken = self.clock.now() - begun
+        why: dict[str, Any] = {"why": reason} if reason else {}
+        self.log.info("errand over", outcome=outcome, seconds=round(taken, 1), **why)
+        await self._report(outcome, reason, taken)
+        await self.call(SIT, Trigger.Request())
+        self.finished = True
+
+    async def _run(self) -> None:
+        delivery, stage = self._delivery, ""
+        target = _pose(delivery.about)
+        if delivery.to is None:
+            async with self.start(
+                NAVIGATE_AND_GRAB, NavigateAndGrab.Goal(object_name=delivery.name, target_pose=target)
+            ) as grabbing:
+                async for told in grabbing:
+                    stage = self._say(stage, told.stage)
+                await grabbing
+            return
+        goal = FetchAndCarry.Goal(object_name=delivery.name, target_pose=target, place_pose=_pose(delivery.to))
+        async with self.start(FETCH_AND_CARRY, goal) as carrying:
+            async for carried in carrying:
+                stage = self._say(stage, carried.stage)
+            await carrying
+
+    def _say(self, before: str, stage: str) -> str:
+        if stage != before:
+            self.log.info(stage, thing=self._delivery.name)
+        return stage
+
+    async def _report(self, outcome: str, reason: str, taken: float) -> None:
+        """The place in the report is where the robot believes to be."""
+        async with self.subscribe(POSE) as poses:
+            here = from_pose((await poses.next(timeout=5.0)).pose)
+        self.reports(
+            GoalReport(
+                stamp=self.clock.stamp(), name=f"fetch {self._delivery.name}", x=here.x, y=here.y, theta=here.yaw,
+                outcome=outcome, reason=reason, seconds=taken,
+            )
+        )  # fmt: skip
+
+
+def _pose(at: Triple) -> PoseStamped:
+    x, y, z = at
+    return PoseStamped(header=Header(frame_id="map"), pose=Pose(position=Point(x=x, y=y, z=z)))

@@ -1,0 +1,372 @@
+"""Docking as a node: to the front of the charging station by navigation, then onto it by sight, and down on its contacts."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncGenerator, Callable
+from contextlib import aclosing
+from dataclasses import dataclass, field
+from enum import Enum, StrEnum, auto
+from math import cos, hypot, sin
+
+from actors import (
+    Aborted,
+    ActorError,
+    Done,
+    GoalFailed,
+    GoalRejected,
+    Node,
+    Reject,
+    Steps,
+    parameter,
+    publishes,
+)
+from actors.interfaces.geometry_msgs.msg import PoseStamped, Twist, Vector3
+from actors.interfaces.nav_msgs.msg import Path
+from actors.interfaces.sensor_msgs.msg import BatteryState, LaserScan
+from actors.interfaces.std_srvs.srv import Trigger
+from robot.contracts import (
+    AUTONOMY_CMD,
+    BATTERY_STATE,
+    DOCK,
+    DOCK_STATUS,
+    GAIT_STATUS,
+    NAVIGATE_TO_GOAL,
+    PATH,
+    POSE,
+    SAFETY_STATE,
+    SCAN,
+    SIT,
+    STAND,
+    UNDOCK,
+    WALK,
+)
+from robot.estimation.dock_finder import find_dock
+from robot.geometry.angles import wrap
+from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.planar import Pose2, compose, inverse
+from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
+from robot.interfaces.robactor_msgs.action import Dock, Dock_Feedback, Dock_Goal, Dock_Result
+from robot.interfaces.robactor_msgs.msg import DockStatus, GaitStatus, SafetyState
+from robot.model.modes import Mode
+from robot.scenes.dock import BEFORE
+
+__all__ = ["Docking"]
+
+PERIOD = 0.05
+"""Between two commands of the final approach, s."""
+CLOSE, STRAIGHT = 0.025, 0.04
+"""On the dock: so near to its pose (m, rad)."""
+GAIN = 0.2
+"""Share of each sight of the station that is taken at once: one scan tells the place to some 3 cm only."""
+LOOKS = 6
+"""Sights of the station before it counts as found."""
+FINDING = 3.0
+"""How long to look for it, s."""
+LOST = 1.0
+"""How long it may be out of sight on the way, s."""
+RISING, SITTING, CONTACT = 10.0, 8.0, 3.0
+"""How long to wait for walking, for sitting, and for the charger to be felt, s."""
+STOP = Twist()
+
+
+class Task(Enum):
+    """What was asked for last."""
+
+    DOCK = auto()
+    UNDOCK = auto()
+
+
+class Stage(StrEnum):
+    """What goes on in it: the feedback's words."""
+
+    GOING = "going"
+    LOOKING = "looking"
+    APPROACHING = "approaching"
+    SITTING = "sitting"
+    RISING = "rising"
+    LEAVING = "leaving"
+
+
+class State(StrEnum):
+    """What dock_status tells."""
+
+    UNDOCKED = "UNDOCKED"
+    DOCKING = "DOCKING"
+    DOCKED = "DOCKED"
+
+
+class _Failed(Exception):
+    """Docking has ended with this outcome."""
+
+    def __init__(self, outcome: str, message: str) -> None:
+        super().__init__(message)
+        self.outcome = outcome
+
+
+@dataclass(slots=True)
+class _Sight:
+    """What has been seen of the station in this attempt."""
+
+    correction: Pose2 = field(default_factory=lambda: Pose2(0.0, 0.0))
+    """From the pose in the dock's frame by the map to the one by sight."""
+    count: int = 0
+    at: float = 0.0
+
+
+class Docking(Node):
+    """Serves the actions dock and undock; publishes dock_status (UNDOCKED, DOCKING, DOCKED), latched.
+
+    `dock` ends as ``docked``, ``misaligned`` (it sat down, and the charger's contacts did not close, as often as `tries` says),
+    ``dock not found``, ``dock lost`` or ``timed out``; it aborts with that word, and with another reason when it could not get there or
+    another goal took the robot away. A dock without a station to see (`visible` False) is approached by the map alone.
+
+    Takes pose, lidar/scan, gait_status, battery_state, safety/state, plan; publishes autonomy/cmd_vel during the final approach.
+    Parameters: tries, time_limit.
+    """
+
+    cmd = publishes(AUTONOMY_CMD)
+    status = publishes(DOCK_STATUS)
+    tries = parameter(3, ge=1, le=10, description="Approaches before it gives up.")
+    time_limit = parameter(120.0, unit="s", ge=1.0, description="For all of it, when the goal names no time.")
+
+    def __init__(self, dock: Pose2, visible: bool) -> None:
+        self._dock = dock
+        self._visible = visible
+
+    async def on_start(self) -> None:
+        self._pose: Pose2 | None = None
+        self._mode = ""
+        self._charging = False
+        self._outcome = self._stopped = ""
+        self._stage: Stage | None = None
+        self._task = Task.DOCK
+        self._sight = _Sight()
+        self._others_path = -1.0
+        self._state: State | None = None
+        self._report()
+
+    # -- what it hears -----------------------------------------------------------------------------------------------
+
+    @POSE.on(qos=1)
+    def pose(self, message: PoseStamped) -> None:
+        self._pose = from_pose(message.pose)
+
+    @GAIT_STATUS.on()
+    def gait(self, message: GaitStatus) -> None:
+        self._mode = message.mode
+
+    @BATTERY_STATE.on()
+    def battery(self, message: BatteryState) -> None:
+        self._charging = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        self._report()
+
+    @SAFETY_STATE.on()
+    def safety(self, message: SafetyState) -> None:
+        self._stopped = "; ".join(message.reasons) if message.stopped else ""
+
+    @PATH.on()
+    def plan(self, message: Path) -> None:
+        """Somebody is being navigated: when that begins during a final approach, the robot is theirs."""
+        self._others_path = self.clock.now()
+
+    @SCAN.on()
+    def scan(self, message: LaserScan) -> None:
+        """Compare what the map says with what is seen of the station, while that matters."""
+        if self._stage not in (Stage.LOOKING, Stage.APPROACHING) or not self._visible or self._pose is None:
+            return
+        seen = find_dock(message.ranges.astype(float), self._pose, self._dock)
+        if seen is None:
+            return
+        sight, believed = self._sight, compose(inverse(self._dock), self._pose)
+        off = compose(seen, inverse(believed))
+        share = max(GAIN, 1.0 / (sight.count + 1))
+        was = sight.correction
+        sight.correction = Pose2(
+            was.x + share * (off.x - was.x), was.y + share * (off.y - was.y), was.yaw + share * wrap(off.yaw - was.yaw)
+        )
+        sight.count, sight.at = sight.count + 1, self.clock.now()
+
+    # -- dock --------------------------------------------------------------------------------------------------------
+
+    @DOCK.accepts
+    def check(self, goal: Dock_Goal) -> None:
+        self._check(goal)
+        if self._pose is None:
+            raise Reject("the robot does not know where it is yet: try again when /pose is published")
+
+    @DOCK.serve()
+    async def dock(self, goal: Dock_Goal) -> Steps[Dock_Feedback, Dock_Result]:
+        if self._charging:
+            yield Done(Dock.Result(success=True, outcome="docked", message="already docked and charging"))
+            return
+        self._task = Task.DOCK
+        async with aclosing(self._attempts()) as stages:
+            async for item in self._conclude(stages, goal, "docked", "docked and charging"):
+                yield item
+
+    @UNDOCK.accepts
+    def check_leaving(self, goal: Dock_Goal) -> None:
+        self._check(goal)
+
+    @UNDOCK.serve()
+    async def undock(self, goal: Dock_Goal) -> Steps[Dock_Feedback, Dock_Result]:
+        self._task = Task.UNDOCK
+        async with aclosing(self._leave()) as stages:
+            async for item in self._conclude(stages, goal, "undocked", "up, and in front of the dock"):
+                yield item
+
+    def _check(self, goal: Dock_Goal) -> None:
+        if not 0.0 <= goal.timeout < float("inf"):
+            raise Reject(
+                f"the timeout {goal.timeout} is not a number of seconds: give a positive one, or 0 for the default"
+            )
+        if self._stopped:
+            raise Reject(f"safety stop: {self._stopped}")
+        if self._stage is not None:
+            raise Reject(f"busy {self._stage}: cancel that first")
+
+    async def _conclude(
+        self, stages: AsyncGenerator[Dock_Feedback, None], goal: Dock_Goal, outcome: str, message: str
+    ) -> AsyncGenerator[Dock_Feedback | Done[Dock_Result] | Aborted[Dock_Result], None]:
+        """The stages as feedback, then how it ended; the robot stands still after every end."""
+        deadline = self.clock.now() + (goal.timeout or self.time_limit)
+        success = False
+        try:
+            async for feedback in stages:
+                if self._stopped:
+                    raise _Failed("not reached", f"safety stop: {self._stopped}")
+                if self.clock.now() > deadline:
+                    raise _Failed("timed out", f"not finished within {goal.timeout or self.time_limit:g} s")
+                self._stage = Stage(feedback.stage)
+                self._report()
+                yield feedback
+            success = True
+        except _Failed as failure:
+            outcome, message = failure.outcome, str(failure)
+        except asyncio.CancelledError:
+            outcome, message = "canceled", "canceled on the way"
+        finally:
+            if self._stage in (Stage.APPROACHING, Stage.LEAVING):
+                self.cmd(STOP)
+            self._stage, self._outcome = None, outcome
+            self._report()
+        result = Dock.Result(success=success, outcome=outcome, message=message)
+        yield Done(result) if success or outcome == "canceled" else Aborted(result, f"{outcome}: {message}")
+
+    async def _attempts(self) -> AsyncGenerator[Dock_Feedback, None]:
+        for attempt in range(1, self.tries + 1):
+            async for feedback in self._go():
+                yield feedback
+            async for feedback in self._look():
+                yield feedback
+            async for feedback in self._drive_to(Pose2(0.0, 0.0, 0.0), Stage.APPROACHING):
+                yield feedback
+            yield Dock.Feedback(stage=Stage.SITTING.value)
+            await self.call(SIT, Trigger.Request())
+            await self._until(lambda: self._mode == Mode.SIT, SITTING)
+            await self._until(lambda: self._charging, CONTACT)
+            if self._charging:
+                return
+            self.log.warning("docked, but the charger's contacts do not touch", attempt=attempt, tries=self.tries)
+            yield Dock.Feedback(stage=Stage.RISING.value)
+            await self._rise()
+        raise _Failed("misaligned", f"the charger's contacts did not close in {self.tries} approaches")
+
+    async def _leave(self) -> AsyncGenerator[Dock_Feedback, None]:
+        yield Dock.Feedback(stage=Stage.RISING.value)
+        await self._rise()
+        if self._pose is None or hypot(*self._place()[:2]) > -BEFORE.x / 2:
+            return  # it stood elsewhere
+        self._sight = _Sight()
+        async for feedback in self._drive_to(BEFORE, Stage.LEAVING):
+            yield feedback
+
+    async def _go(self) -> AsyncGenerator[Dock_Feedback, None]:
+        """To the front of the station, by navigation."""
+        target = compose(self._dock, BEFORE)
+        goal = NavigateToGoal.Goal(target_pose=pose_stamped(target, self.clock.stamp()))
+        try:
+            async with self.start(NAVIGATE_TO_GOAL, goal) as going:
+                async for feedback in going:
+                    yield Dock.Feedback(stage=Stage.GOING.value, distance_remaining=feedback.distance_remaining)
+                await going
+        except GoalRejected as error:
+            raise _Failed("dock not found", f"no way to the front of the dock: {error.reason}") from None
+        except GoalFailed as error:
+            raise _Failed("not reached", f"the front of the dock was not reached: {error.reason}") from None
+
+    async def _look(self) -> AsyncGenerator[Dock_Feedback, None]:
+        """Stand in front of it until it has been seen often enough. Navigation has let go of the robot by then."""
+        self._sight, begun = _Sight(), self.clock.now()
+        yield Dock.Feedback(stage=Stage.LOOKING.value, distance_remaining=-BEFORE.x)
+        while self.clock.now() < begun + 1.0 or (self._visible and self._sight.count < LOOKS):
+            if self.clock.now() > begun + FINDING:
+                raise _Failed("dock not found", f"no station seen within {FINDING:g} s where the map has the dock")
+            await self.clock.sleep(PERIOD)
+
+    async def _drive_to(self, target: Pose2, stage: Stage) -> AsyncGenerator[Dock_Feedback, None]:
+        """Slowly to a pose in the dock's frame, forward, backward and sideways as need be."""
+        await self._walking()
+        begun = self._sight.at = self.clock.now()
+        while True:
+            if self._others_path >= begun:
+                raise _Failed("preempted", "another goal took the robot away")
+            if stage is Stage.APPROACHING and self._visible and self.clock.now() - self._sight.at > LOST:
+                raise _Failed("dock lost", f"the station has been out of sight for {LOST:g} s")
+            x, y, yaw = self._place()
+            ahead, left, turn = target.x - x, target.y - y, wrap(target.yaw - yaw)
+            if hypot(ahead, left) < CLOSE and abs(turn) < STRAIGHT:
+                self.cmd(STOP)
+                return
+            c, s = cos(yaw), sin(yaw)
+            vx, vy = 1.2 * (c * ahead + s * left), 1.2 * (c * left - s * ahead)
+            slow = max(1.0, abs(vx) / 0.25, abs(vy) / 0.12)
+            wz = min(max(1.5 * turn, -0.4), 0.4)
+            self.cmd(Twist(linear=Vector3(x=vx / slow, y=vy / slow), angular=Vector3(z=wz)))
+            yield Dock.Feedback(stage=stage.value, distance_remaining=hypot(ahead, left))
+            await self.clock.sleep(PERIOD)
+
+    def _place(self) -> tuple[float, float, float]:
+        """x, y, yaw in the dock's frame: by the map, corrected by sight."""
+        assert self._pose is not None
+        pose = compose(self._sight.correction, compose(inverse(self._dock), self._pose))
+        return pose.x, pose.y, pose.yaw
+
+    # -- modes of the gait ---------------------------------------------------------------------------------------------
+
+    async def _rise(self) -> None:
+        reply = await self.call(STAND, Trigger.Request())
+        if not reply.success:
+            raise _Failed("not reached", reply.message)
+        await self._until(lambda: self._mode == Mode.STAND, RISING)
+
+    async def _walking(self) -> None:
+        try:
+            reply = await self.call(WALK, Trigger.Request())
+        except ActorError as error:
+            raise _Failed("not reached", str(error)) from None
+        if not reply.success or not await self._until(lambda: self._mode == Mode.WALK, RISING):
+            raise _Failed("not reached", reply.message if not reply.success else "the robot does not walk")
+
+    async def _until(self, true: Callable[[], bool], seconds: float) -> bool:
+        """Wait for something, at most so long; whether it came."""
+        deadline = self.clock.now() + seconds
+        while not true() and self.clock.now() < deadline:
+            await self.clock.sleep(PERIOD)
+        return true()
+
+    def _report(self) -> None:
+        state = state_of(self._task, self._stage, self._charging)
+        if state != self._state:
+            self._state = state
+            self.status(
+                DockStatus(stamp=self.clock.stamp(), state=state.value, outcome=self._outcome, charging=self._charging)
+            )
+
+
+def state_of(task: Task, stage: Stage | None, charging: bool) -> State:
+    """What dock_status tells: a robot that leaves its dock is docked as long as the charger is felt."""
+    if task is Task.DOCK and stage is not None:
+        return State.DOCKING
+    return State.DOCKED if charging else State.UNDOCKED

@@ -1,0 +1,256 @@
+"""The gait controller as a node: samples in, motor targets out, one step for each joint state."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+import numpy as np
+
+from actors import Node, every, parameter, publishes
+from actors.interfaces.geometry_msgs.msg import (
+    Point,
+    Pose,
+    PoseWithCovariance,
+    Quaternion,
+    Twist,
+    TwistWithCovariance,
+    Vector3,
+)
+from actors.interfaces.nav_msgs.msg import Odometry
+from actors.interfaces.sensor_msgs.msg import BatteryState, Imu, JointState
+from actors.interfaces.std_msgs.msg import Header
+from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
+from robot.contracts import (
+    BATTERY_STATE,
+    BODY_DRIVE,
+    CMD_VEL,
+    CONTACTS,
+    GAIT_STATUS,
+    IMU,
+    JOINT_STATES,
+    MOTOR_TARGETS,
+    ODOMETRY,
+    SIT,
+    STAND,
+    WALK,
+)
+from robot.control.gait_controller import GaitController
+from robot.hardware.body import ImuSample, JointSample, MotorTargets
+from robot.interfaces.robactor_msgs.msg import BodyDrive, FootContacts, GaitStatus
+from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
+from robot.model.modes import Mode
+from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
+
+__all__ = ["Gait"]
+
+COMMAND_LIFE = 0.5
+"""Seconds after which a velocity command is forgotten."""
+SENSOR_LIFE = 0.1
+"""Seconds after which a silent sensor counts as lost."""
+CRITICAL, RECOVERED = 0.10, 0.13
+"""Charge below which the robot sits and refuses to walk, and above which it may walk again."""
+
+
+class Gait(Node):
+    """Sits, stands and walks. Takes imu/data, foot_contacts, joint_states, cmd_vel, battery_state; serves spot/sit, spot/stand, spot/walk.
+
+    Publishes motor_targets (200 Hz), or body_drive for the kinematic body, odom (50 Hz) and gait_status. Parameters: backend, motor_delay, gait.
+    """
+
+    targets = publishes(MOTOR_TARGETS)
+    drive = publishes(BODY_DRIVE)
+    odometry = publishes(ODOMETRY)
+    status = publishes(GAIT_STATUS)
+    backend = parameter("physics", choices=("physics", "kinematic"), read_only=True)
+    motor_delay = parameter(
+        0.004, unit="s", ge=0.0, le=0.02, read_only=True, description="How late the drives act, as far as is known."
+    )
+    gait = parameter(
+        "trot",
+        choices=("trot", "crawl", "pace", "bound", "pronk"),
+        description="May be set at any time; a walk under way slows down as far as the new gait needs and changes when all feet stand.",
+    )
+
+    async def on_start(self) -> None:
+        self._asked_gait = self.gait
+        self._controller = GaitController(
+            gait=self._asked_gait, motor_delay=self.motor_delay, own_feet=self.backend == "physics"
+        )
+        self._imu: ImuSample | None = None
+        self._joints_heard = self._contacts_heard = self._commanded = -1.0
+        self._contact = np.ones(4, dtype=np.bool_)
+        self._stepped: float | None = None
+        self._steps = 0
+        self._mode = self._used_gait = ""
+        self._critical = False
+        self._lost: tuple[str, ...] = ()
+        self._ignored = False
+
+    # -- sensors ------------------------------------------------------------------------------------------------------------
+
+    @IMU.on()
+    def imu(self, message: Imu) -> None:
+        w, a = message.angular_velocity, message.linear_acceleration
+        self._imu = ImuSample(np.array((w.x, w.y, w.z)), np.array((a.x, a.y, a.z)))
+
+    @CONTACTS.on()
+    def contacts(self, message: FootContacts) -> None:
+        self._contact = message.contact
+        self._contacts_heard = self.clock.now()
+
+    @JOINT_STATES.on()
+    def joints(self, message: JointState) -> None:
+        """One control step, from the samples of this instant."""
+        now = self._joints_heard = self.clock.now()
+        controller = self._controller
+        sampled = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+        gap = 0.005 if self._stepped is None else sampled - self._stepped
+        self._stepped = sampled
+        if gap > SENSOR_LIFE:  # by the samples' own time: a loop that was held up has not lost any
+            self.log.warning("joint encoders are back: sitting down", seconds=round(gap, 2))
+            controller.interrupt()
+        dt = min(max(gap, 0.001), 0.02)
+        if self.gait != self._asked_gait:
+            self._asked_gait = self.gait
+            controller.select_gait(self._asked_gait)
+        if self._commanded >= 0.0 and now - self._commanded > COMMAND_LIFE:
+            self._commanded = -1.0
+            controller.command(0.0, 0.0, 0.0)
+        sample = JointSample(message.position, message.velocity, message.effort, self._contact)
+        self._send(controller.step(dt, self._imu, sample, now - self._contacts_heard > SENSOR_LIFE))
+        if controller.lost != self._lost:
+            self._warn(controller.lost)
+        self._steps += 1
+        if self._steps % 4 == 0:
+            self.odometry(self._odometry(message.header))
+        if controller.mode != self._mode or controller.gait != self._used_gait:
+            self._report()
+
+    # -- commands -----------------------------------------------------------------------------------------------------------
+
+    @CMD_VEL.on()
+    def command(self, message: Twist) -> None:
+        if self._controller.goal != Mode.WALK:
+            if not self._ignored:
+                self.log.warning("Not in walk mode, ignoring cmd_vel")
+            self._ignored = True
+            return
+        self._ignored = False
+        if self._controller.command(message.linear.x, message.linear.y, message.angular.z):
+            self._commanded = self.clock.now()
+        else:
+            self.log.warning("velocity command is not a number: dropped", refused=self._controller.refused)
+
+    @STAND.serve()
+    async def stand(self, request: Trigger_Request) -> Trigger_Response:
+        return self._ask(Mode.STAND, "Robot is now standing")
+
+    @SIT.serve()
+    async def sit(self, request: Trigger_Request) -> Trigger_Response:
+        return self._ask(Mode.SIT, "Robot is now sitting")
+
+    @WALK.serve()
+    async def walk(self, request: Trigger_Request) -> Trigger_Response:
+        return self._ask(Mode.WALK, "Robot is now walking")
+
+    @BATTERY_STATE.on()
+    def battery(self, message: BatteryState) -> None:
+        """A critical battery sits the robot down; it walks again a little above that, or on the charger."""
+        charge = message.percentage
+        if not isfinite(charge):
+            return
+        charging = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        if charge < CRITICAL and not charging and not self._critical:
+            self._critical = True
+            self.log.error("battery critical: sitting down", percent=round(100 * charge, 1), gauge="coulomb count")
+            self._controller.request(Mode.SIT)
+        elif self._critical and charge > RECOVERED:
+            self._critical = False
+
+    # -- reports ------------------------------------------------------------------------------------------------------------
+
+    @every(hz=10)
+    def report(self) -> None:
+        if self._encoders_silent():
+            self.log.error(
+                "joint encoders are silent: no motor targets", seconds=round(self.clock.now() - self._joints_heard, 2)
+            )
+        self._report()
+
+    def _encoders_silent(self) -> bool:
+        return self._joints_heard >= 0.0 and self.clock.now() - self._joints_heard > SENSOR_LIFE
+
+    def _ask(self, mode: Mode, text: str) -> Trigger_Response:
+        if self._critical and mode != Mode.SIT:
+            return Trigger.Response(success=False, message=f"battery critical: refusing to {mode}")
+        if mode == Mode.WALK and "imu" in self._lost:
+            return Trigger.Response(success=False, message="no IMU: refusing to walk")
+        self._controller.request(mode)
+        return Trigger.Response(success=True, message=text)
+
+    def _warn(self, lost: tuple[str, ...]) -> None:
+        """Say which sensors are no longer believed, what is done about it, and which are back."""
+        for sensor in lost:
+            if sensor not in self._lost:
+                remedy = {"imu": "standing without it", "joints": "sitting down"}.get(sensor, "walking by schedule")
+                name = {"imu": "IMU", "joints": "a joint encoder"}.get(sensor, sensor)
+                self.log.warning(f"{name} is silent or cannot be believed: {remedy}", sensor=sensor)
+        for sensor in self._lost:
+            if sensor not in lost:
+                self.log.info(f"{'IMU' if sensor == 'imu' else sensor} is back", sensor=sensor)
+        self._lost = lost
+
+    def _send(self, targets: MotorTargets) -> None:
+        stamp = self.clock.stamp()
+        if self.backend == "physics":
+            self.targets(
+                MotorTargetsMessage(
+                    stamp=stamp,
+                    position=targets.position,
+                    velocity=targets.velocity,
+                    effort=targets.effort,
+                    kp=targets.kp,
+                    kd=targets.kd,
+                )
+            )
+            return
+        goal = self._controller.aim
+        vx, vy, wz = self._controller.velocity_command if goal == Mode.WALK else (0.0, 0.0, 0.0)
+        self.drive(
+            BodyDrive(
+                stamp=stamp,
+                vx=vx,
+                vy=vy,
+                wz=wz,
+                height=SIT_HEIGHT if goal == Mode.SIT else STAND_HEIGHT,
+                mode=goal.value,
+            )
+        )
+
+    def _odometry(self, header: Header) -> Odometry:
+        state = self._controller.state
+        x, y, z = state.position.tolist()
+        qw, qx, qy, qz = state.quaternion.tolist()
+        vx, vy, vz = state.velocity.tolist()
+        wx, wy, wz = state.angular_velocity.tolist()
+        return Odometry(
+            header=Header(stamp=header.stamp, frame_id="odom"),
+            child_frame_id="base_link",
+            pose=PoseWithCovariance(
+                pose=Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+            ),
+            twist=TwistWithCovariance(twist=Twist(linear=Vector3(x=vx, y=vy, z=vz), angular=Vector3(x=wx, y=wy, z=wz))),
+        )
+
+    def _report(self) -> None:
+        self._mode, self._used_gait = self._controller.mode, self._controller.gait
+        self.status(
+            GaitStatus(
+                stamp=self.clock.stamp(),
+                mode=self._controller.mode.value,
+                goal=self._controller.goal.value,
+                height=float(self._controller.state.position[2]),
+                sensors_ok=not {"imu", "joints"}.intersection(self._lost) and not self._encoders_silent(),
+                gait=self._used_gait,
+            )
+        )

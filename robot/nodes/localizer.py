@@ -1,0 +1,81 @@
+"""Where the robot is on the map: odometry between scans, and at each scan a correction that makes it fit the map."""
+
+from __future__ import annotations
+
+from actors import Node, parameter, publishes
+from actors.interfaces.nav_msgs.msg import Odometry
+from actors.interfaces.sensor_msgs.msg import LaserScan
+from robot.contracts import GET_ROBOT_POSE, ODOMETRY, POSE, SCAN
+from robot.estimation.scan_match import ACCEPTED, ScanMatcher
+from robot.geometry.messages import from_pose, pose_stamped, seconds
+from robot.geometry.planar import Pose2, compose, inverse
+from robot.interfaces.proposed_interfaces.srv import GetRobotPose, GetRobotPose_Request, GetRobotPose_Response
+from robot.planning.grid import Grid
+
+__all__ = ["Localizer"]
+
+JUMP = 0.5
+"""An odometry step longer than this, m, means that odometry has begun anew."""
+
+
+class Localizer(Node):
+    """Publishes pose (frame map) at the rate of odom, and serves get_robot_pose. Starts at the pose it is given; knows its last pose after a
+    restart.
+
+    Parameters: gain, the share of each scan's correction that is taken at once.
+    """
+
+    pose = publishes(POSE)
+    gain = parameter(0.4, ge=0.0, le=1.0, description="Share of a scan's correction that is taken at once.")
+
+    def __init__(self, grid: Grid, start: Pose2) -> None:
+        self._matcher = ScanMatcher(grid)
+        self._here = start
+        self._offset: Pose2 | None = None
+        self._odom = Pose2(0.0, 0.0)
+        self._stamp = 0.0
+        self._speed = Pose2(0.0, 0.0)
+        self._refused = 0
+
+    def resume(self, state: Pose2) -> None:
+        self._here = state
+
+    @ODOMETRY.on()
+    def odometry(self, message: Odometry) -> None:
+        odom = from_pose(message.pose.pose)
+        jumped = abs(odom.x - self._odom.x) + abs(odom.y - self._odom.y) > JUMP
+        if self._offset is None or jumped:
+            self._offset = compose(self._here, inverse(odom))
+        self._odom, self._stamp = odom, seconds(message.header.stamp)
+        twist = message.twist.twist
+        self._speed = Pose2(twist.linear.x, twist.linear.y, twist.angular.z)
+        self._here = compose(self._offset, odom)
+        self.checkpoint(self._here)
+        self.pose(pose_stamped(self._here, message.header.stamp))
+
+    @SCAN.on()
+    def scan(self, message: LaserScan) -> None:
+        """Fit the scan to the map, from where the robot must have been when it was taken."""
+        if self._offset is None:
+            return
+        dt = min(max(seconds(message.header.stamp) - self._stamp, 0.0), 0.1)
+        moved = compose(self._odom, Pose2(self._speed.x * dt, self._speed.y * dt, self._speed.yaw * dt))
+        prior = compose(self._offset, moved)
+        fitted, quality = self._matcher.correct(prior, message.ranges.astype(float))
+        if quality < ACCEPTED:
+            self._refused += 1
+            if self._refused in (10, 100, 1000):
+                self.log.warning("scans do not fit the map", refused=self._refused, quality=round(quality, 2))
+            return
+        self._refused = 0
+        step = compose(inverse(prior), fitted)
+        taken = compose(prior, Pose2(self.gain * step.x, self.gain * step.y, self.gain * step.yaw))
+        self._offset = compose(taken, inverse(moved))
+
+    @GET_ROBOT_POSE.serve()
+    async def get_robot_pose(self, request: GetRobotPose_Request) -> GetRobotPose_Response:
+        """The latest pose, at once; without success before the first odometry."""
+        if self._offset is None:
+            return GetRobotPose.Response(success=False, message="no odometry yet: the pose is not known")
+        words = f"at ({self._here.x:.2f}, {self._here.y:.2f}), heading {self._here.yaw:.2f} rad"
+        return GetRobotPose.Response(success=True, pose=pose_stamped(self._here, self.clock.stamp()), message=words)

@@ -1,0 +1,118 @@
+"""The motor node: the last to stop, and the robot's last line of safety.
+
+It owns the body's drives. While targets keep coming it passes them on; 100 ms after the last one, whatever has become of the gait
+controller or its supervisor, it sits the robot down by itself. When it is stopped it does the same, and only then ends.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from actors import Node, Stopped, every, publishes
+from robot.contracts import BODY_DRIVE, MOTOR_POWER, MOTOR_TARGETS
+from robot.control.safe_stop import SafeStop
+from robot.hardware import body as hardware
+from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorPower
+from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
+from robot.model.modes import Mode
+from robot.model.parameters import SIT_HEIGHT
+from robot.sim.charger import charger_connected
+
+if TYPE_CHECKING:
+    from actors import ExitReason
+    from robot.hardware.body import Body
+    from robot.sim.kinematic import KinematicBody
+
+__all__ = ["RATE", "SILENCE", "Motors"]
+
+RATE = 200.0
+SILENCE = 0.1
+"""Seconds without targets after which the motors act by themselves."""
+SAFE_STOP_SECONDS = 1.4
+"""How long a stop of the node may take to sit the robot down."""
+KINEMATIC_SIT_SECONDS = 2.4
+"""The same for the kinematic body, which sits in its own time."""
+
+
+class Motors(Node):
+    """Drives the 12 joints of `body`. Takes motor_targets (or body_drive); publishes motor_power at 10 Hz."""
+
+    power = publishes(MOTOR_POWER)
+
+    def __init__(self, body: Body) -> None:
+        self._body = body
+        self._kinematic: KinematicBody | None = body if getattr(body, "accepts_drive", False) else None  # type: ignore[assignment]
+        self._safe: SafeStop | None = None
+        self._heard = 0.0
+        self._energy = 0.0
+        self._counted = 0
+
+    async def on_start(self) -> None:
+        # The robot lies in its sitting pose: silence before the first target is no reason for a safe stop.
+        self._heard = -1.0
+
+    @every(hz=RATE, late="catch_up")
+    def drive(self) -> None:
+        """Keep the body's time going, count the energy, and watch for silence."""
+        now = self.clock.now()
+        self._body.advance(now)
+        self._energy += self._body.truth().power
+        self._counted += 1
+        if self._heard >= 0.0 and now - self._heard > SILENCE:
+            self._sit_down(1.0 / RATE)
+
+    @every(hz=10)
+    def measure(self) -> None:
+        """Report the mean electrical power since the last report."""
+        mean = self._energy / self._counted if self._counted else 0.0
+        self._energy, self._counted = 0.0, 0
+        self.power(MotorPower(stamp=self.clock.stamp(), mean=mean, charger=charger_connected(self._body)))
+
+    @MOTOR_TARGETS.on()
+    def follow(self, message: MotorTargetsMessage) -> None:
+        self._listen()
+        self._body.command(
+            hardware.MotorTargets(message.position, message.velocity, message.effort, message.kp, message.kd)
+        )
+
+    @BODY_DRIVE.on()
+    def follow_drive(self, message: BodyDrive) -> None:
+        if self._kinematic is None:
+            return
+        self._listen()
+        self._kinematic.drive(message.vx, message.vy, message.wz, message.height, message.mode)
+
+    async def on_stop(self, reason: ExitReason) -> None:
+        """Brake and sit, then let go. After a failure of this node itself its next life, or the drives, take over."""
+        if not isinstance(reason, Stopped):
+            return
+        self.log.info("stopping: braking and sitting down")
+        self._safe = self._safe or SafeStop()
+        seconds = SAFE_STOP_SECONDS if self._kinematic is None else KINEMATIC_SIT_SECONDS
+        begun = self.clock.now()
+        tick = 0
+        while self.clock.now() - begun < seconds and not (self._safe.done and self._kinematic is None):
+            tick += 1
+            await self.clock.sleep_until(begun + tick / RATE)
+            self._body.advance(self.clock.now())
+            self._sit_down(1.0 / RATE)
+
+    def _listen(self) -> None:
+        now = self.clock.now()
+        self._body.advance(now)
+        self._heard = now
+        if self._safe is not None:
+            self.log.info("targets again: the safe stop is over")
+            self._safe = None
+
+    def _sit_down(self, dt: float) -> None:
+        if self._safe is None:
+            self._safe = SafeStop()
+            self.log.warning(
+                "no motor targets: sitting down", silence=round(self.clock.now() - max(self._heard, 0.0), 3)
+            )
+        if self._kinematic is not None:
+            self._kinematic.drive(0.0, 0.0, 0.0, SIT_HEIGHT, Mode.SIT)
+            self._safe.step(dt, self._body.joints())
+        else:
+            self._body.command(self._safe.step(dt, self._body.joints()))

@@ -1,0 +1,188 @@
+"""The navigation controller as a node: three actions and a planning service on one navigator."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import aclosing
+from math import hypot, isfinite
+
+import numpy as np
+
+from actors import Aborted, Done, Reject, Steps
+from robot.contracts import HUMANOID_NAVIGATE, MOVE_TO_POSITION, NAVIGATE_TO_GOAL, PLAN_PATH
+from robot.control.navigator import Motion
+from robot.geometry.angles import wrap
+from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.planar import Pose2
+from robot.interfaces.humanoid_control_interfaces.action import (
+    NavigateToGoal,
+    NavigateToGoal_Feedback,
+    NavigateToGoal_Goal,
+    NavigateToGoal_Result,
+)
+from robot.interfaces.humanoid_control_interfaces.srv import PlanPath, PlanPath_Request, PlanPath_Response
+from robot.interfaces.my_robot_interfaces.action import (
+    MoveToPosition,
+    MoveToPosition_Feedback,
+    MoveToPosition_Goal,
+    MoveToPosition_Result,
+)
+from robot.interfaces.your_package.action import (
+    HumanoidNav,
+    HumanoidNav_Feedback,
+    HumanoidNav_Goal,
+    HumanoidNav_Result,
+)
+from robot.nodes.walks import Walks, verdict
+from robot.planning.errors import NavigationError
+
+__all__ = ["Navigation"]
+
+NEAR = 0.1
+"""A humanoid_navigate goal within this of the robot (m, and rad of heading) is reached at once."""
+FEEDBACK_EVERY = 10
+"""Looks at the walk (tenths of a second) between two feedbacks of humanoid_navigate, as its tutorial has it."""
+
+
+class Navigation(Walks):
+    """Walks to goals. Serves the actions navigate_to_goal, move_to_position and humanoid_navigate, and the service plan_path.
+
+    One goal at a time: a new one preempts, whichever of the three it comes by. The preempted goal ends with its result, canceled when it
+    came by the same action, else aborted, and its reason says so. A goal that cannot be reached by the map is rejected with a named reason.
+
+    Takes pose, odom, lidar/scan, gait_status, battery_state, battery_status, safety/state; publishes autonomy/cmd_vel (20 Hz while it walks), plan.
+    Parameters: max_speed.
+    """
+
+    # -- navigate_to_goal --------------------------------------------------------------------------------------------
+
+    @NAVIGATE_TO_GOAL.accepts
+    def check_navigation(self, goal: NavigateToGoal_Goal) -> None:
+        frame = goal.target_pose.header.frame_id
+        if frame not in ("map", ""):
+            raise Reject(f"unknown frame {frame!r}: give the goal in frame 'map'")
+        self.check(from_pose(goal.target_pose.pose))
+
+    @NAVIGATE_TO_GOAL.serve(arrivals="preempt")
+    async def navigate(self, goal: NavigateToGoal_Goal) -> Steps[NavigateToGoal_Feedback, NavigateToGoal_Result]:
+        walked, whole, progress = self._walked, 0.0, 0.0
+        motion: Motion | None = None
+
+        def result(success: bool, message: str) -> NavigateToGoal_Result:
+            return NavigateToGoal.Result(success=success, message=message, total_distance=self._walked - walked)
+
+        try:
+            async with aclosing(self.walk(from_pose(goal.target_pose.pose))) as motions:
+                async for motion in motions:
+                    whole = max(whole, motion.distance_remaining + (self._walked - walked))
+                    share = 1.0 - motion.distance_remaining / whole if whole > 0.0 else 1.0
+                    # A way that grows longer, round something unforeseen, does not take back what has been done.
+                    progress = max(progress, 100.0 * min(1.0, max(0.0, share)))
+                    assert self._pose is not None
+                    yield NavigateToGoal.Feedback(
+                        current_pose=pose_stamped(self._pose, self.clock.stamp()),
+                        distance_remaining=motion.distance_remaining,
+                        progress_percent=progress,
+                    )
+        except asyncio.CancelledError:
+            yield Done(result(False, "Goal canceled"))
+        else:
+            ok, text = verdict(motion)
+            yield Done(result(ok, text)) if ok else Aborted(result(ok, text), text)
+
+    # -- move_to_position --------------------------------------------------------------------------------------------
+
+    @MOVE_TO_POSITION.accepts
+    def check_move(self, goal: MoveToPosition_Goal) -> None:
+        self.check(Pose2(goal.target_x, goal.target_y, goal.target_theta))
+
+    @MOVE_TO_POSITION.serve(arrivals="preempt")
+    async def move(self, goal: MoveToPosition_Goal) -> Steps[MoveToPosition_Feedback, MoveToPosition_Result]:
+        begun = self.clock.now()
+        motion: Motion | None = None
+
+        def result(success: bool, message: str) -> MoveToPosition_Result:
+            here = self._pose or Pose2(0.0, 0.0)
+            seconds = self.clock.now() - begun
+            return MoveToPosition.Result(
+                success=success, final_x=here.x, final_y=here.y, total_time_seconds=seconds, message=message
+            )
+
+        try:
+            async with aclosing(self.walk(Pose2(goal.target_x, goal.target_y, goal.target_theta))) as motions:
+                async for motion in motions:
+                    assert self._pose is not None
+                    yield MoveToPosition.Feedback(
+                        current_x=self._pose.x,
+                        current_y=self._pose.y,
+                        distance_remaining=motion.distance_remaining,
+                        estimated_time_remaining=motion.eta,
+                    )
+        except asyncio.CancelledError:
+            yield Done(result(False, "Movement canceled"))
+        else:
+            ok, text = verdict(motion)
+            yield Done(result(True, "Reached target position")) if ok else Aborted(result(False, text), text)
+
+    # -- humanoid_navigate -------------------------------------------------------------------------------------------
+
+    @HUMANOID_NAVIGATE.accepts
+    def check_humanoid(self, goal: HumanoidNav_Goal) -> None:
+        target = goal.target_position.tolist()
+        if len(target) != 3 or not all(map(isfinite, target)):
+            raise Reject(
+                f"target_position {target} is not [x, y, theta]: give three finite numbers, in metres and radians"
+            )
+        self.check(Pose2(*target), straight=not goal.avoid_obstacles)
+
+    @HUMANOID_NAVIGATE.serve(arrivals="preempt")
+    async def humanoid(self, goal: HumanoidNav_Goal) -> Steps[HumanoidNav_Feedback, HumanoidNav_Result]:
+        target = Pose2(*goal.target_position.tolist())
+        looks, motion = 0, None
+        away = hypot(target.x - self._here.x, target.y - self._here.y)
+        if away < NEAR and abs(wrap(target.yaw - self._here.yaw)) < NEAR:
+            yield self._humanoid_feedback(looks, away)
+            yield Done(self._humanoid_result(True, "Goal reached"))
+            return
+        try:
+            async with aclosing(self.walk(target, straight=not goal.avoid_obstacles)) as motions:
+                async for motion in motions:
+                    looks += 1
+                    if looks % FEEDBACK_EVERY == 0:
+                        yield self._humanoid_feedback(looks, motion.distance_remaining)
+            if looks < FEEDBACK_EVERY:
+                yield self._humanoid_feedback(looks, motion.distance_remaining if motion is not None else away)
+        except asyncio.CancelledError:
+            yield Done(self._humanoid_result(False, "Goal canceled"))
+        else:
+            ok, text = verdict(motion)
+            ended = self._humanoid_result(ok, text)
+            yield Done(ended) if ok else Aborted(ended, text)
+
+    @property
+    def _here(self) -> Pose2:
+        return self._pose or Pose2(0.0, 0.0)
+
+    def _humanoid_feedback(self, looks: int, remaining: float) -> HumanoidNav_Feedback:
+        here = self._here
+        return HumanoidNav.Feedback(
+            current_waypoint=looks,
+            current_position=np.array([here.x, here.y, here.yaw]),
+            distance_remaining=remaining,
+            status_message=f"Navigating... {remaining:.2f}m to go",
+        )
+
+    def _humanoid_result(self, success: bool, message: str) -> HumanoidNav_Result:
+        here = self._here
+        return HumanoidNav.Result(success=success, final_position=np.array([here.x, here.y, here.yaw]), message=message)
+
+    # -- plan_path ---------------------------------------------------------------------------------------------------
+
+    @PLAN_PATH.serve()
+    async def plan_path(self, request: PlanPath_Request) -> PlanPath_Response:
+        """A path on the map; a start or goal that cannot be used is answered with success False and the reason."""
+        try:
+            path = self._planner.plan(from_pose(request.start.pose), from_pose(request.goal.pose))
+        except NavigationError as error:
+            return PlanPath.Response(success=False, message=f"{error.name}: {error}")
+        return PlanPath.Response(path=self.path_message(path), success=True, message="Path planned successfully")

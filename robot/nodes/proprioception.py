@@ -1,0 +1,121 @@
+"""The driver of IMU, joint encoders and foot contacts: it reads the body at its rate and publishes what it read.
+
+The one thing that it computes is to take off the gyro's bias, once a calibration has told it.
+"""
+
+from __future__ import annotations
+
+from math import isclose
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from actors import Node, every, parameter, publishes
+from actors.interfaces.geometry_msgs.msg import Vector3
+from actors.interfaces.sensor_msgs.msg import Imu, JointState
+from actors.interfaces.std_msgs.msg import Header
+from robot.contracts import CONTACTS, IMU, IMU_CALIBRATION, IMU_RAW, JOINT_STATES
+from robot.hardware.body import JOINT_NAMES
+from robot.interfaces.robactor_msgs.msg import FootContacts, ImuCalibration
+
+if TYPE_CHECKING:
+    from robot.hardware.body import Body, ImuSample
+
+__all__ = ["RATE", "Proprioception"]
+
+RATE: Final = 200.0
+"""Samples of IMU and encoders per second, unless told otherwise."""
+
+NO_BIAS: Final = (0.0, 0.0, 0.0)
+
+NOT_MEASURED = np.array([-1.0] + [0.0] * 8)
+"""An orientation covariance that says: no orientation here (sensor_msgs/Imu)."""
+NOT_MEASURED.flags.writeable = False
+
+
+class Proprioception(Node):
+    """IMU, joint encoders and foot contacts of one instant at 200 Hz: imu/data_raw, imu/data, foot_contacts, then joint_states.
+
+    Takes imu/calibration: its gyro_bias is taken off every sample of imu/data from then on, not of imu/data_raw.
+    Parameters: rate, imu_rate (of imu/data: a whole part of rate).
+    """
+
+    imu_raw = publishes(IMU_RAW)
+    imu = publishes(IMU)
+    contacts = publishes(CONTACTS)
+    joints = publishes(JOINT_STATES)
+    rate = parameter(
+        RATE, unit="Hz", ge=50.0, le=1000.0, read_only=True, description="Joint states and foot contacts a second."
+    )
+    imu_rate = parameter(
+        0.0,
+        unit="Hz",
+        ge=0.0,
+        le=1000.0,
+        read_only=True,
+        description="Messages of imu/data a second: a whole part of rate; 0 is all.",
+    )
+
+    def __init__(self, body: Body) -> None:
+        self._body = body
+        self._bias = NO_BIAS
+        self._count = 0
+
+    def resume(self, state: tuple[float, float, float]) -> None:
+        self._bias = state
+
+    async def on_start(self) -> None:
+        self._every = max(1, round(self.rate / self.imu_rate)) if self.imu_rate else 1
+        if self.imu_rate and not isclose(self._every * self.imu_rate, self.rate):
+            raise ValueError(
+                f"imu_rate {self.imu_rate:g} Hz is no whole part of rate {self.rate:g} Hz: "
+                f"give {self.rate:g}, {self.rate / 2:g}, {self.rate / 3:g} ..."
+            )
+        self._body.advance(self.clock.now())
+        self._body.sample(self.rate)
+
+    @IMU_CALIBRATION.on()
+    def calibrate(self, message: ImuCalibration) -> None:
+        bias = message.gyro_bias
+        self._bias = (bias.x, bias.y, bias.z)
+        self.checkpoint(self._bias)
+
+    @every(hz="rate", late="catch_up")
+    def read(self) -> None:
+        """Publish the next sample. A loop that was held up publishes those it owes one by one: the sensors have not waited for it."""
+        self._body.advance(self.clock.now())
+        sample = self._body.next_sample()
+        if sample is None:
+            return
+        stamp, joints = self.clock.stamp(sample.time), sample.joints
+        raw = _message(Header(stamp=stamp, frame_id="imu_link"), sample.imu)
+        self.imu_raw(raw)
+        if self._count % self._every == 0:
+            self.imu(self._corrected(raw))
+        self._count += 1
+        self.contacts(FootContacts(stamp=stamp, contact=joints.contact))
+        self.joints(
+            JointState(
+                header=Header(stamp=stamp, frame_id="base_link"),
+                name=JOINT_NAMES,
+                position=joints.position,
+                velocity=joints.velocity,
+                effort=joints.effort,
+            )
+        )
+
+    def _corrected(self, raw: Imu) -> Imu:
+        if self._bias == NO_BIAS:
+            return raw
+        (bx, by, bz), w = self._bias, raw.angular_velocity
+        return raw.replace(angular_velocity=Vector3(x=w.x - bx, y=w.y - by, z=w.z - bz))
+
+
+def _message(header: Header, imu: ImuSample) -> Imu:
+    (wx, wy, wz), (ax, ay, az) = imu.gyro.tolist(), imu.accel.tolist()
+    return Imu(
+        header=header,
+        orientation_covariance=NOT_MEASURED,
+        angular_velocity=Vector3(x=wx, y=wy, z=wz),
+        linear_acceleration=Vector3(x=ax, y=ay, z=az),
+    )

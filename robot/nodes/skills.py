@@ -1,0 +1,196 @@
+"""What a task can have the robot do, each a few words: look for an object, walk somewhere, stand still, move the arm, grip.
+
+Every skill raises `TaskFailed` with a stage and a reason that a user can read. A skill that is canceled leaves nothing moving: its goals are
+canceled with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncGenerator, Sequence
+from itertools import pairwise
+from math import cos, dist, inf, sin
+
+from actors import ActorError, GoalAborted, GoalCanceled, GoalRejected, Node
+from actors.interfaces.geometry_msgs.msg import PoseStamped
+from actors.interfaces.std_srvs.srv import SetBool, Trigger
+from robot.contracts import (
+    CALIBRATE_GRIPPER,
+    CONFIRM_OBJECT,
+    GAIT_STATUS,
+    GRIPPER,
+    GRIPPER_STATE,
+    MOVE_ARM,
+    NAVIGATE_TO_GOAL,
+    PLAN_PATH,
+    POSE,
+)
+from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.planar import Pose2
+from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
+from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
+from robot.interfaces.robactor_msgs.msg import GaitStatus, GripperState
+from robot.interfaces.robactor_msgs.srv import ConfirmObject
+from robot.interfaces.robot_arm_control.action import MoveArm
+from robot.model.arm import STOWED
+from robot.model.modes import Mode
+from robot.planning.grasp import STANDING, Spot
+
+__all__ = ["Skills", "Stalled", "TaskFailed"]
+
+LOOK_TIMEOUT = 3.0
+STILL_TIMEOUT = 10.0
+"""Seconds within which a robot that has arrived must stand."""
+NEARLY, PATIENCE = 0.2, 2.5
+"""A walk that has so little left, m, and gets no further for so long, s, is over."""
+SETTLE = 0.4
+"""How long a body that stands sways on, s."""
+
+
+class Stalled:
+    """Whether a walk that is nearly over has come to nothing: near its goal, and for some time neither nearer nor turning."""
+
+    def __init__(self) -> None:
+        self._since = -inf
+        self._left, self._yaw = inf, inf
+
+    def at(self, now: float, left: float, yaw: float) -> bool:
+        """Take in how far it is and how the robot is turned (m, rad), at `now` (s)."""
+        if left < self._left - 0.01 or abs(yaw - self._yaw) > 0.05:
+            self._since, self._left, self._yaw = now, min(left, self._left), yaw
+        return left < NEARLY and now - self._since > PATIENCE
+
+
+class TaskFailed(Exception):
+    """A task cannot go on; the text says in which stage, and why."""
+
+    def __init__(self, stage: str, reason: str) -> None:
+        super().__init__(f"{stage}: {reason}")
+
+
+class Skills(Node):
+    """Listens to pose, gait_status and gripper/state; asks navigation, the arm and the camera."""
+
+    async def on_start(self) -> None:
+        self._pose: Pose2 | None = None
+        self._gait = ""
+        self._height = STANDING
+        self._gripping = False
+        self._stowed = False
+
+    @POSE.on(qos=1)
+    def pose(self, message: PoseStamped) -> None:
+        self._pose = from_pose(message.pose)
+
+    @GAIT_STATUS.on()
+    def gait(self, message: GaitStatus) -> None:
+        self._gait, self._height = message.mode, message.height
+
+    @GRIPPER_STATE.on()
+    def gripper(self, message: GripperState) -> None:
+        self._gripping = message.gripping
+
+    @property
+    def here(self) -> Pose2:
+        """Where the robot is on the map. Raises `TaskFailed` before the localizer's first word."""
+        if self._pose is None:
+            raise TaskFailed("navigate", "the robot does not know where it is")
+        return self._pose
+
+    def on_map(self, spot: Spot) -> Spot:
+        """A point of base_link on the map, for a level body."""
+        pose = self.here
+        c, s = cos(pose.yaw), sin(pose.yaw)
+        return Spot(pose.x + c * spot.x - s * spot.y, pose.y + s * spot.x + c * spot.y, spot.z + self._height)
+
+    def in_base(self, spot: Spot) -> Spot:
+        """A point of the map in base_link, for a level body."""
+        pose = self.here
+        c, s, dx, dy = cos(pose.yaw), sin(pose.yaw), spot.x - pose.x, spot.y - pose.y
+        return Spot(c * dx + s * dy, c * dy - s * dx, spot.z - self._height)
+
+    async def look(self, name: str) -> tuple[Spot | None, str]:
+        """Where the camera sees the object now, in base_link, or `None`; and what the confirmation said."""
+        try:
+            reply = await self.call(CONFIRM_OBJECT, ConfirmObject.Request(object_name=name), timeout=LOOK_TIMEOUT)
+        except ActorError as error:
+            raise TaskFailed("confirm", f"{type(error).__name__}: {error}") from error
+        point = reply.position.point
+        return (Spot(point.x, point.y, point.z) if reply.success else None), reply.message
+
+    async def calibrate(self) -> None:
+        """Have the gripper calibrated."""
+        try:
+            reply = await self.call(CALIBRATE_GRIPPER, Trigger.Request(), timeout=LOOK_TIMEOUT)
+        except ActorError as error:
+            raise TaskFailed("calibrate", f"{type(error).__name__}: {error}") from error
+        if not reply.success:
+            raise TaskFailed("calibrate", reply.message)
+
+    async def path_length(self, start: Pose2, goal: Pose2) -> float | None:
+        """How long the way is, m; `None` if there is none."""
+        stamp = self.clock.stamp()
+        request = PlanPath.Request(start=pose_stamped(start, stamp), goal=pose_stamped(goal, stamp))
+        try:
+            reply = await self.call(PLAN_PATH, request, timeout=2.0)
+        except ActorError as error:
+            raise TaskFailed("navigate", f"{type(error).__name__}: {error}") from error
+        if not reply.success:
+            return None
+        points = [(pose.pose.position.x, pose.pose.position.y) for pose in reply.path.poses]
+        return sum(dist(a, b) for a, b in pairwise(points))
+
+    async def walk(self, goal: Pose2) -> AsyncGenerator[float, None]:
+        """Walk to a pose with the arm stowed, and stand still there; yields the distance that is left, m.
+
+        A robot that gets no nearer a hand's breadth before its goal, because it does not like what is there, is there: the arm makes up for it.
+        """
+        await self.stow()
+        request = NavigateToGoal.Goal(target_pose=pose_stamped(goal, self.clock.stamp()))
+        try:
+            async with self.start(NAVIGATE_TO_GOAL, request) as handle:
+                stalled = Stalled()
+                async for feedback in handle:
+                    yield feedback.distance_remaining
+                    if stalled.at(self.clock.now(), feedback.distance_remaining, self.here.yaw):
+                        break
+                else:
+                    await handle
+        except (GoalRejected, GoalAborted, GoalCanceled) as error:
+            raise TaskFailed("navigate", error.reason) from error
+        except ActorError as error:
+            raise TaskFailed("navigate", f"{type(error).__name__}: {error}") from error
+        await self._still()
+
+    async def stow(self) -> None:
+        """Fold the arm over the body, where it does not disturb walking."""
+        if not self._stowed:
+            await self.move(STOWED)
+            self._stowed = True
+
+    async def move(self, angles: Sequence[float]) -> list[float]:
+        """Move the arm; returns where its joints really are then, rad."""
+        self._stowed = False
+        try:
+            async with self.start(MOVE_ARM, MoveArm.Goal(target_angles=angles)) as handle:
+                result = await handle
+        except (GoalRejected, GoalAborted, GoalCanceled) as error:
+            raise TaskFailed("arm", error.reason) from error
+        except ActorError as error:
+            raise TaskFailed("arm", f"{type(error).__name__}: {error}") from error
+        return [float(angle) for angle in result.final_angles]
+
+    async def grip(self, closing: bool) -> bool:
+        """Close the gripper, or open it; whether it then holds something, or nothing, as wanted."""
+        try:
+            reply = await self.call(GRIPPER, SetBool.Request(data=closing), timeout=LOOK_TIMEOUT)
+        except ActorError as error:
+            raise TaskFailed("gripper", f"{type(error).__name__}: {error}") from error
+        return reply.success
+
+    async def _still(self) -> None:
+        deadline = self.clock.now() + STILL_TIMEOUT
+        while self._gait != Mode.STAND:
+            if self.clock.now() > deadline:
+                raise TaskFailed("navigate", f"the robot has arrived but does not stand: its gait is {self._gait!r}")
+            await self.clock.sleep(0.1)
+        await self.clock.sleep(SETTLE)

@@ -1,0 +1,163 @@
+"""From pose to pose on a map: the cheapest way round obstacles, pulled straight, or the name of what is wrong."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+
+import numpy as np
+
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Floats
+from robot.model.footprint import Footprint
+from robot.planning.costmap import Inflation
+from robot.planning.errors import GoalBlocked, InvalidPose, StartBlocked, Unreachable
+from robot.planning.grid import Cell, Grid, block_mean
+from robot.planning.path import Path, pull
+from robot.planning.wavefront import Wavefront
+
+__all__ = ["Planner", "check_finite"]
+
+
+_ROOMY, _TIGHT = 0.09, 0.01
+"""Margins beside a body that walks straight on, m: first with room to turn a little on the way; where that finds no way, with 1 cm."""
+_COARSE = 0.1
+"""Cells of the first try, m."""
+_ESCAPE = 0.5
+"""How far from a spot that is too near to things (but free) a path may begin, m."""
+
+
+def check_finite(pose: Pose2, what: str) -> None:
+    """Raise `InvalidPose` unless x, y and yaw are finite."""
+    if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
+        raise InvalidPose(f"the {what} ({pose.x}, {pose.y}, yaw {pose.yaw}) holds NaN or infinity")
+
+
+class Planner:
+    """Plans for the middle of a body with this footprint: on cells of about 10 cm with room to spare, else on the map's own cells
+    without.
+    """
+
+    def __init__(self, grid: Grid, footprint: Footprint | None = None) -> None:
+        body = footprint or Footprint()
+        factor = max(1, round(_COARSE / grid.resolution))
+        self.grid = grid
+        self._levels = (
+            _Level(grid, factor, Inflation.for_footprint(body, _ROOMY)),
+            _Level(grid, 1, Inflation.for_footprint(body, _TIGHT)),
+        )
+
+    def __repr__(self) -> str:
+        return f"Planner({self.grid!r})"
+
+    def plan(self, start: Pose2, goal: Pose2, extra: Floats | None = None) -> Path:
+        """The cheapest path between two places; its ends are exactly theirs.
+
+        `extra` is a clearance (m) per cell of the map for what the map does not know. Raises `InvalidPose`, `StartBlocked`,
+        `GoalBlocked` or `Unreachable`.
+        """
+        check_finite(start, "start")
+        check_finite(goal, "goal")
+        roomy, tight = self._levels
+        try:
+            return roomy.plan(start, goal, extra)
+        except (StartBlocked, GoalBlocked, Unreachable):
+            return tight.plan(start, goal, extra)
+
+    @property
+    def tightest(self) -> float:
+        """The least clearance of the body's middle with which a path is ever planned, m."""
+        return self._levels[-1].inflation.inscribed
+
+    def price(self, points: Floats, extra: Floats | None = None) -> float:
+        """What walking along points (n, 2) not far apart costs, in metres of open floor; inf where it leads into something."""
+        return self._levels[-1].price(points, extra)
+
+    def check_on_map(self, goal: Pose2) -> None:
+        """Raise `InvalidPose` or `GoalBlocked` when the goal is no place of the map at all."""
+        check_finite(goal, "goal")
+        if self.grid.cell(goal.x, goal.y) is None:
+            raise GoalBlocked(f"the goal ({goal.x:.2f}, {goal.y:.2f}) lies outside of the map, {self.grid!r}")
+
+    def check_goal(self, goal: Pose2) -> None:
+        """Raise `InvalidPose` or `GoalBlocked` when the map alone rules the goal out."""
+        check_finite(goal, "goal")
+        self._levels[-1].check_goal(goal)
+
+
+class _Level:
+    """Planning with one size of cell and one idea of how near is too near."""
+
+    def __init__(self, grid: Grid, factor: int, inflation: Inflation) -> None:
+        self.inflation = inflation
+        self.factor = factor
+        self.grid = grid.coarser(factor)
+
+    @cached_property
+    def _weights(self) -> Floats:
+        return self.inflation.weights(self.grid.clearance)
+
+    @cached_property
+    def _static(self) -> Wavefront:
+        return Wavefront(self._weights)
+
+    def plan(self, start: Pose2, goal: Pose2, extra: Floats | None) -> Path:
+        clearance, weights = self.grid.clearance, self._weights
+        if extra is not None:
+            clearance = np.minimum(clearance, block_mean(extra, self.factor, math.inf))
+            weights = self.inflation.weights(clearance)
+        last = self._goal_cell(goal, clearance)
+        first = self._start_cell(start, clearance, weights)
+        found = (self._static if extra is None else Wavefront(weights)).path(first, last)
+        if found is None:
+            raise Unreachable(
+                f"no passage of {2 * self.inflation.inscribed:.2f} m or more joins ({start.x:.2f}, {start.y:.2f})"
+                f" and ({goal.x:.2f}, {goal.y:.2f})"
+            )
+        inner = [self.grid.middle(*cell) for cell in pull(found[0], weights)[1:-1]]
+        return Path(np.array([(start.x, start.y), *inner, (goal.x, goal.y)]))
+
+    def price(self, points: Floats, extra: Floats | None) -> float:
+        grid = self.grid
+        clearance = grid.clearance if extra is None else np.minimum(grid.clearance, extra)
+        columns, rows = ((points - (grid.origin_x, grid.origin_y)) / grid.resolution).astype(np.intp).T
+        inside = (rows >= 0) & (rows < grid.height) & (columns >= 0) & (columns < grid.width)
+        if len(points) < 2 or not inside.all():
+            return 0.0 if inside.all() else math.inf
+        weights = self.inflation.weights(clearance[rows, columns])
+        steps = np.hypot(*np.diff(points, axis=0).T)
+        return float((steps * (weights[1:] + weights[:-1]) / 2).sum())
+
+    def check_goal(self, goal: Pose2) -> None:
+        self._goal_cell(goal, self.grid.clearance)
+
+    def _goal_cell(self, goal: Pose2, clearance: Floats) -> Cell:
+        cell = self.grid.cell(goal.x, goal.y)
+        if cell is None:
+            raise GoalBlocked(f"the goal ({goal.x:.2f}, {goal.y:.2f}) lies outside of the map, {self.grid!r}")
+        if clearance[cell] < self.inflation.inscribed:
+            room = max(float(clearance[cell]), 0.0)
+            raise GoalBlocked(
+                f"the goal ({goal.x:.2f}, {goal.y:.2f}) has {room:.2f} m to the nearest obstacle;"
+                f" the robot needs {self.inflation.inscribed:.2f} m"
+            )
+        return cell
+
+    def _start_cell(self, start: Pose2, clearance: Floats, weights: Floats) -> Cell:
+        """The start's cell or, where the robot stands too near to something, the nearest cell that is not."""
+        cell = self.grid.cell(start.x, start.y)
+        if cell is None:
+            raise StartBlocked(f"the robot ({start.x:.2f}, {start.y:.2f}) stands outside of the map, {self.grid!r}")
+        if np.isfinite(weights[cell]):
+            return cell
+        reach = math.ceil(_ESCAPE / self.grid.resolution)
+        row, column = max(cell[0] - reach, 0), max(cell[1] - reach, 0)
+        window = weights[row : cell[0] + reach + 1, column : cell[1] + reach + 1]
+        near = np.argwhere(np.isfinite(window)) + np.array([row, column])
+        if clearance[cell] <= 0.0 or not len(near):
+            raise StartBlocked(
+                f"the robot ({start.x:.2f}, {start.y:.2f}) stands in an obstacle,"
+                f" or nothing is free within {_ESCAPE} m of it"
+            )
+        best = near[((near - cell) ** 2).sum(axis=1).argmin()]
+        return int(best[0]), int(best[1])

@@ -1,0 +1,75 @@
+"""What stands in a world: its walls, its shelves, its dock and the places worth walking to. Values only, metres and radians.
+
+Frames follow REP-103: x forward, y left, z up. A yaw of zero looks along +x.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from robot.geometry.planar import Pose2
+
+__all__ = ["Box", "Cylinder", "Obstacle", "Scene", "Thing"]
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """An upright box on the floor: centre (x, y), full side lengths along its own axes, yaw, height; metres and radians."""
+
+    x: float
+    y: float
+    length: float
+    width: float
+    yaw: float = 0.0
+    height: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """An upright cylinder on the floor: centre (x, y), radius, height; metres."""
+
+    x: float
+    y: float
+    radius: float
+    height: float = 1.0
+
+
+Obstacle = Box | Cylinder
+
+
+@dataclass(frozen=True, slots=True)
+class Thing:
+    """A small coloured object that a camera sees and an arm may take; the LiDAR looks over it, and no leg is stopped by it."""
+
+    name: str
+    shape: Obstacle
+    color: tuple[int, int, int]
+    """Red, green, blue; 0..255 each."""
+    z: float = 0.0
+    """Height of its underside over the floor, m."""
+
+    @property
+    def thickness(self) -> float:
+        """How far a gripper's jaws stay open around it, m."""
+        shape = self.shape
+        return min(shape.length, shape.width) if isinstance(shape, Box) else 2.0 * shape.radius
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """One world, the same for every back end, for the map and for the pictures."""
+
+    name: str
+    bounds: tuple[float, float, float, float]
+    """x_min, y_min, x_max, y_max of the floor, metres."""
+    obstacles: tuple[Obstacle, ...]
+    start: Pose2
+    dock: Pose2
+    """Where the robot charges: the pose of its body when docked."""
+    patrol: tuple[Pose2, ...] = ()
+    places: Mapping[str, Pose2] = field(default_factory=lambda: MappingProxyType({}))
+    """Named poses for the map service, such as ``shelf_3``."""
+    things: tuple[Thing, ...] = ()
+    """Small objects at the start. A body whose arm carries them off tells by a method ``things()`` where they are now."""

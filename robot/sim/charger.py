@@ -1,0 +1,24 @@
+"""The contacts of the charging station, simulated: they look at where the body truly is."""
+
+from __future__ import annotations
+
+from math import atan2, cos, hypot, sin
+
+from robot.hardware.body import Body
+
+__all__ = ["charger_connected"]
+
+REACH = 0.3
+"""How far the body may be off the dock, m: the contacts are long."""
+TURN = 0.35
+"""How far it may be turned, rad."""
+DOWN = 0.25
+"""The body must be lower than this over the floor, m: the contacts are under its belly."""
+
+
+def charger_connected(body: Body) -> bool:
+    """Whether the robot sits on its dock."""
+    truth, dock = body.truth(), body.scene.dock
+    x, y, z = (float(v) for v in truth.position)
+    off = truth.yaw - dock.yaw
+    return z < DOWN and hypot(x - dock.x, y - dock.y) < REACH and abs(atan2(sin(off), cos(off))) < TURN

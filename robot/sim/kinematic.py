@@ -1,0 +1,415 @@
+"""A body without forces, in numpy only: it goes where it is told, its feet stick to the floor, and it cannot fall.
+
+For tests, for machines without a physics engine, and for questions that are not about walking. Nothing that it
+shows may be reported as walking performance. It passes through obstacles and reports which ones its outline
+touches.
+
+It is told what to do in one of two ways. `KinematicBody.drive` takes a body velocity, height and mode, and does the
+legs itself. `KinematicBody.command` takes motor targets like any body; without forces only joints with a position
+gain can be followed, and the body goes where their standing feet push it. Either way standing feet roll on their balls as real ones do,
+so that an estimator finds what it expects.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, exp, isfinite, sin
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from robot.control.command import CommandLimits, CommandShaper
+from robot.control.drive import joint_speeds
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Triple, Vector
+from robot.hardware.beams import BEAMS, MAX_RANGE
+from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Sample, Truth
+from robot.model.kinematics import feet, inverse, leg_forward, leg_inverse, leg_jacobian, within_limits
+from robot.model.legs import limbs, torques
+from robot.model.modes import GOALS, Mode
+from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT, STAND_HEIGHT
+from robot.model.power import STANDING, typical_motor_power
+from robot.model.stance import nominal_feet
+from robot.scenes.scene import Scene, Thing
+from robot.sim.following import chase, pushed_body
+from robot.sim.kinematic_arm import KinematicArm
+from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
+from robot.sim.rays import cast
+from robot.sim.sampling import Sampling
+from robot.sim.stepping import Footwork, Planar
+from robot.sim.touch import Outline
+
+if TYPE_CHECKING:
+    from robot.hardware.arm import ArmDevice
+
+__all__ = ["KinematicBody", "NotAchievable"]
+
+TICK = 0.0005
+"""Every instant of a body is a whole number of these, s."""
+LONGEST = 10
+"""Ticks of the longest step: the 200 Hz of the sensors."""
+LOST_COMMAND_TICKS = 200
+"""Ticks without a command (0.1 s) after which the body stops and lies down, as damped joints would let it."""
+LAG = 0.15
+"""The body follows its slewed command like a first-order system with this time constant, s."""
+CLIMB, SINK = 0.25, 0.40
+"""Fastest rise and descent of the body, m/s: standing up takes about 1.5 s, sitting down about one."""
+WALKING_HEIGHT = 0.30
+"""Below this height, m, there is no room to step: the body stands up first."""
+FASTEST_JOINT = 12.0
+"""rad/s."""
+LEVEL: Triple = (0.0, 0.0, 1.0)
+SPELL = 1.0
+"""Steps that are not achievable and less than this apart, s, are logged as one."""
+STILL = 0.03
+"""A body slower than this, m/s and rad/s, may plant its feet."""
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class NotAchievable:
+    """A step that a real leg could not have made."""
+
+    time: float
+    """Simulated seconds."""
+    reason: str
+    count: int
+    """How many steps were not achievable so far, this one included."""
+
+
+class KinematicBody:
+    """One robot in one scene, without dynamics; implements `Body`, and `drive` besides.
+
+    Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `noise=False` gives exact
+    sensors. With `arm` it carries one, exact too. The body stays level. Joint efforts are what standing still would take: each standing foot carries its
+    share of the weight.
+
+    A step that no leg could make (a foot point out of reach or of joint limits, a joint beyond 12 rad/s) is made
+    all the same, logged once per spell, and kept in `not_achievable`.
+    """
+
+    accepts_drive: ClassVar[bool] = True
+    """Controllers that find this true call `drive` instead of computing forces."""
+
+    def __init__(self, scene: Scene, *, seed: int, noise: bool = True, arm: bool = False) -> None:
+        self._scene, self._noise = scene, noise
+        self._outline = Outline(scene)
+        self._imu_noise, self._encoder_noise = ImuNoise(seed), EncoderNoise(seed)
+        self._contact_noise, self._lidar_noise = ContactNoise(seed), LidarNoise(seed)
+        self._footwork, self._shaper = Footwork(), CommandShaper(CommandLimits())
+        self._targets: MotorTargets | None = None
+        self._imu_read: tuple[int, ImuSample] | None = None
+        self._joints_read: tuple[int, JointSample] | None = None
+        self._ticks = 0
+        self._arm = KinematicArm(scene, lambda: self.time, self._where) if arm else None
+        self._sampling = Sampling(self._integrate, self._sample)
+        self.not_achievable: NotAchievable | None = None
+        """The latest step that a real leg could not have made; `None` if there was none."""
+        self.place(scene.start)
+
+    def __repr__(self) -> str:
+        x, y, yaw = self._pose
+        return f"KinematicBody(scene={self._scene.name!r}, time={self.time:.4f}, x={x:.2f}, y={y:.2f}, yaw={yaw:.2f})"
+
+    @property
+    def backend(self) -> str:
+        return "kinematic"
+
+    @property
+    def scene(self) -> Scene:
+        return self._scene
+
+    @property
+    def time(self) -> float:
+        return self._ticks * TICK
+
+    @property
+    def arm(self) -> ArmDevice | None:
+        return self._arm
+
+    def things(self) -> tuple[Thing, ...]:
+        """The scene's things, where they are now."""
+        return self._arm.things() if self._arm is not None else self._scene.things
+
+    def drive(self, vx: float, vy: float, wz: float, height: float, mode: str) -> None:
+        """Walk at (vx, vy) m/s forward and left, turning wz rad/s, with the hips `height` m above the foot centres.
+
+        Velocities are clipped and slewed like those of the gait controller and count only in mode ``walk``. In
+        ``stand`` and ``sit`` the body first walks to a halt and plants its feet, then takes the height. A body
+        lower than 0.3 m rises before it walks. Velocities that are not numbers leave the last ones in force. Valid
+        for 0.1 s.
+
+        Raises `ValueError` for an unknown mode or a height that is not a number.
+        """
+        if mode not in GOALS or not isfinite(height):
+            raise ValueError(
+                f"A kinematic body cannot take mode {mode!r} at height {height!r} m: "
+                "give 'sit', 'stand' or 'walk' and a height in metres, such as 0.45."
+            )
+        if self._targets is not None:
+            self._replant()
+        self._shaper.ask(vx, vy, wz)
+        self._asked_height, self._mode = height, Mode(mode)
+        self._commanded, self._powered = self._ticks, True
+
+    def command(self, targets: MotorTargets) -> None:
+        """Follow motor targets as far as they give positions: joints without position gain keep their angle.
+
+        Feet within 4 mm of the lowest one stand, and the body moves as the least squares of their motion
+        demand. If no joint has a position gain the body stands still.
+        """
+        if self._targets is None:
+            self._shaper.halt()
+        self._targets = targets
+        self._commanded, self._powered = self._ticks, True
+
+    def advance(self, until: float) -> None:
+        """Move up to `until`, to the last tick not later. With no command for 0.1 s the body stops and lies down."""
+        self._sampling.advance(until)
+
+    def sample(self, hz: float) -> None:
+        """Take a sample `hz` times a second from now on."""
+        self._sampling.begin(self.time, hz)
+
+    def next_sample(self) -> Sample | None:
+        """The oldest sample that waits."""
+        return self._sampling.next()
+
+    def imu(self) -> ImuSample:
+        """The sample of this instant (the same one for every reader), from the differentiated pose."""
+        if self._imu_read is None or self._imu_read[0] != self._ticks:
+            (ax, ay, az), c, s = self._acceleration, cos(self._pose.yaw), sin(self._pose.yaw)
+            gyro = np.array([0.0, 0.0, self._twist.yaw])
+            accel = np.array([c * ax + s * ay, c * ay - s * ax, az + GRAVITY])
+            sample = self._imu_noise.apply(gyro, accel) if self._noise else ImuSample(gyro, accel)
+            self._imu_read = (self._ticks, sample)
+        return self._imu_read[1]
+
+    def joints(self) -> JointSample:
+        """The sample of this instant (the same one for every reader)."""
+        if self._joints_read is None or self._joints_read[0] != self._ticks:
+            position, velocity, contact = self._joints.copy(), self._speeds.copy(), np.array(self._contact)
+            if self._noise:
+                position, velocity = self._encoder_noise.apply(position, velocity)
+                contact = self._contact_noise.apply(contact)
+            self._joints_read = (self._ticks, JointSample(position, velocity, self._static_torque(), contact))
+        return self._joints_read[1]
+
+    def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
+        """A scan of the scene's obstacles at the height of the body origin."""
+        ranges = cast(self._scene, *self._pose, beams=beams, max_range=max_range, height=self._height + FOOT_RADIUS)
+        return self._lidar_noise.apply(ranges, max_range) if self._noise else ranges
+
+    def truth(self) -> Truth:
+        """The true state of this instant."""
+        position, quaternion = self._where()
+        return Truth(
+            position=position,
+            quaternion=quaternion,
+            velocity=np.array(self._velocity),
+            angular_velocity=np.array([0.0, 0.0, self._twist.yaw]),
+            joints=self._joints.copy(),
+            fallen=False,
+            touching=self._outline.touching(*self._pose),
+            power=self._power(),
+        )
+
+    def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:
+        """Shove the body sideways for `duration` seconds (the vertical part is ignored); a new push replaces an old
+        one.
+
+        The body slides off by impulse / mass and the lag brings it back to its command; it steps after the shove if
+        it can.
+        """
+        duration = max(duration, TICK)
+        self._shove = (impulse[0] / (MASS * duration), impulse[1] / (MASS * duration), duration)
+
+    def place(self, pose: Pose2) -> None:
+        """Put the robot down in its sitting pose at rest; what it was told before is forgotten."""
+        self._pose, self._twist = Planar(pose.x, pose.y, pose.yaw), Planar(0.0, 0.0, 0.0)
+        self._height, self._velocity, self._acceleration = SIT_HEIGHT, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        self._shove = (0.0, 0.0, 0.0)
+        self._joints, self._speeds = inverse(nominal_feet(SIT_HEIGHT)).joints, np.zeros(12)
+        self._imu_read = self._joints_read = None
+        self._stepping = False
+        self._shaper.halt()
+        self._replant()
+        self._release()
+        self._commanded = self._ticks
+        if self._arm is not None:
+            self._arm.reset()
+
+    def close(self) -> None:
+        """Nothing is held that Python would not free."""
+
+    def _integrate(self, until: float) -> None:
+        end = int(until / TICK + 1e-6)
+        while self._ticks < end:
+            lost = self._commanded + LOST_COMMAND_TICKS
+            if self._ticks >= lost:
+                self._release()
+                lost = end
+            ahead = min(end, lost) - self._ticks
+            ticks = -(-ahead // -(-ahead // LONGEST))
+            self._step(ticks * TICK)
+            self._ticks += ticks
+            if self._arm is not None:
+                self._arm.step(ticks * TICK)
+
+    def _where(self) -> tuple[Vector, Vector]:
+        """Position and attitude of the body."""
+        x, y, yaw = self._pose
+        return np.array([x, y, self._height + FOOT_RADIUS]), np.array([cos(yaw / 2), 0.0, 0.0, sin(yaw / 2)])
+
+    def _sample(self) -> Sample:
+        return Sample(self.time, self.imu(), self.joints())
+
+    def _release(self) -> None:
+        """No one commands: stop, lie down, draw nothing."""
+        if self._targets is not None:
+            self._replant()
+        self._shaper.ask(0.0, 0.0, 0.0)
+        self._asked_height, self._mode, self._powered = SIT_HEIGHT, Mode.SIT, False
+
+    def _replant(self) -> None:
+        """All feet on the floor below where they are, and the legs are ours again."""
+        self._targets = None
+        self._footwork.plant([self._to_world(x, y) for x, y, _ in feet(self._joints).tolist()])
+        self._contact = self._footwork.contact
+
+    def _step(self, dt: float) -> None:
+        before = self._velocity
+        targets = self._targets
+        height = self._step_body(dt) if targets is None else self._step_joints(dt, targets)
+        climb, self._height = (height - self._height) / dt, height
+        c, s = cos(self._pose.yaw), sin(self._pose.yaw)
+        vx, vy, _ = self._twist
+        self._velocity = (c * vx - s * vy, s * vx + c * vy, climb)
+        bx, by, bz = before
+        wx, wy, wz = self._velocity
+        self._acceleration = ((wx - bx) / dt, (wy - by) / dt, (wz - bz) / dt)
+        if targets is None:
+            self._pose_legs()
+
+    def _step_joints(self, dt: float, targets: MotorTargets) -> float:
+        """Joints chase their targets and push the body; returns the new height."""
+        wanted = chase(self._joints, targets)
+        self._speeds = np.clip(wanted, -FASTEST_JOINT, FASTEST_JOINT)
+        self._judge(wanted, reachable=(True,) * 4)
+        self._joints = self._joints + self._speeds * dt
+        pushed = pushed_body(self._joints, self._speeds)
+        self._contact = pushed.contact
+        self._stepping = not all(pushed.contact)
+        self._glide(dt, pushed.twist)
+        return pushed.height
+
+    def _step_body(self, dt: float) -> float:
+        """The body follows its command and the feet keep up; returns the new height."""
+        high_enough = self._height >= WALKING_HEIGHT
+        walking = self._mode == Mode.WALK and high_enough
+        self._glide(dt, Planar(*self._shaper.advance(dt, walking)))
+        moving = max(abs(speed) for speed in (*self._twist, *self._shaper.velocity)) > STILL
+        self._stepping = walking or (moving and high_enough)
+        self._footwork.advance(dt, self._pose, self._twist, stepping=self._stepping)
+        self._contact = self._footwork.contact
+        if self._mode != Mode.WALK and (moving or not self._footwork.standing):
+            return self._height
+        rise = (self._asked_height - self._height) * (1.0 - exp(-dt / LAG))
+        return self._height + max(-SINK * dt, min(CLIMB * dt, rise))
+
+    def _glide(self, dt: float, aim: Planar) -> None:
+        """First-order lag towards the twist `aim`, shoves included; the pose moves with the mean of both twists."""
+        share = 1.0 - exp(-dt / LAG)
+        old = self._twist
+        vx, vy, wz = (now + share * (wanted - now) for now, wanted in zip(old, aim, strict=True))
+        ax, ay, left = self._shove
+        if left > 0.0:
+            c, s, lasts = cos(self._pose.yaw), sin(self._pose.yaw), min(dt, left)
+            vx, vy = vx + (c * ax + s * ay) * lasts, vy + (c * ay - s * ax) * lasts
+            self._shove = (ax, ay, left - dt)
+        self._twist = Planar(vx, vy, wz)
+        mx, my, mw = ((a + b) / 2 * dt for a, b in zip(old, self._twist, strict=True))
+        c, s = cos(self._pose.yaw + mw / 2), sin(self._pose.yaw + mw / 2)
+        self._pose = Planar(self._pose.x + c * mx - s * my, self._pose.y + s * mx + c * my, self._pose.yaw + mw)
+
+    def _pose_legs(self) -> None:
+        """Joint angles that put the feet where they are, and the joint speeds of that motion."""
+        joints: list[float] = []
+        speeds: list[float] = []
+        reachable: list[bool] = []
+        for leg, (hip_x, hip_y) in enumerate(HIPS):
+            x, y, z = self._to_body(self._footwork.feet[leg])
+            *angles, within = leg_inverse(SIDES[leg], x - hip_x, y - hip_y, z)
+            if not within:
+                nearest = leg_forward(SIDES[leg], *angles)
+                x, y = hip_x + nearest[0], hip_y + nearest[1]
+                if self._contact[leg]:
+                    self._footwork.slip(leg, *self._to_world(x, y))
+            joints += angles
+            reachable.append(within)
+            speeds += self._leg_speeds(leg, x, y, angles)
+        self._joints, self._speeds = np.array(joints), np.array(speeds)
+        self._judge(self._speeds, reachable)
+
+    def _leg_speeds(self, leg: int, x: float, y: float, angles: list[float]) -> Triple:
+        """Joint speeds that give one foot its velocity; a standing foot's is that of a ball rolling on its contact point."""
+        jacobian = leg_jacobian(SIDES[leg], *angles)
+        vx, vy, wz = self._twist
+        away = (wz * y - vx, -wz * x - vy, -self._velocity[2])
+        if not self._contact[leg]:
+            fx, fy, fz = self._footwork.velocity[leg]
+            c, s = cos(self._pose.yaw), sin(self._pose.yaw)
+            return joint_speeds(jacobian, away[0] + c * fx + s * fy, away[1] + c * fy - s * fx, away[2] + fz)
+        # the centre moves with w_calf x (0, 0, r), w_calf = (q1d, (q2d + q3d) cos q1, ..): linear in the joint speeds as well
+        (zero, xb, xc), (ya, yb, yc), below = jacobian
+        lever = FOOT_RADIUS * cos(angles[0])
+        hip, shoulder, knee = joint_speeds(((zero, xb - lever, xc - lever), (ya + FOOT_RADIUS, yb, yc), below), *away)
+        self._footwork.roll(leg, self._pose.yaw, lever * (shoulder + knee), -FOOT_RADIUS * hip)
+        return (hip, shoulder, knee)
+
+    def _judge(self, speeds: Vector, reachable: Sequence[bool]) -> None:
+        """Keep, and log once in a spell, a step that no leg could make."""
+        reason = None
+        fastest = int(np.argmax(np.abs(speeds)))
+        if not all(reachable):
+            reason = f"foot {LEGS[reachable.index(False)]} is out of its leg's reach"
+        elif not within_limits(self._joints.tolist(), margin=-1e-9):
+            reason = "a joint is beyond its limits"
+        elif abs(speeds[fastest]) > FASTEST_JOINT:
+            reason = f"joint {JOINT_NAMES[fastest]} would have to turn at {abs(speeds[fastest]):.1f} rad/s"
+        if reason is not None:
+            last = self.not_achievable
+            if last is None or self.time - last.time > SPELL:
+                _log.warning("Step not achievable at %.3f s: %s.", self.time, reason)
+            self.not_achievable = NotAchievable(self.time, reason, last.count + 1 if last else 1)
+
+    def _static_torque(self) -> Vector:
+        """Torques that hold the robot still: its weight in equal shares on the standing feet, and the links' own."""
+        now = limbs(self._joints.tolist(), LEVEL)
+        share = MASS * GRAVITY / max(1, sum(self._contact))
+        effort = np.array(now.weight)
+        for leg, stands in enumerate(self._contact):
+            if stands:
+                effort[3 * leg : 3 * leg + 3] += torques(now.jacobians[leg], 0.0, 0.0, share)
+        return effort
+
+    def _power(self) -> float:
+        """Typical motor power, W: walking by speed, standing by height, nothing when it lies or no one commands."""
+        if not self._powered:
+            return 0.0
+        if self._stepping:
+            return typical_motor_power(*self._twist, walking=True)
+        upright = (self._height - SIT_HEIGHT) / (STAND_HEIGHT - SIT_HEIGHT)
+        return STANDING * min(1.0, max(0.0, upright))
+
+    def _to_world(self, x: float, y: float) -> tuple[float, float]:
+        c, s = cos(self._pose.yaw), sin(self._pose.yaw)
+        return self._pose.x + c * x - s * y, self._pose.y + s * x + c * y
+
+    def _to_body(self, point: Triple) -> Triple:
+        c, s = cos(self._pose.yaw), sin(self._pose.yaw)
+        dx, dy = point[0] - self._pose.x, point[1] - self._pose.y
+        return (c * dx + s * dy, c * dy - s * dx, point[2] - self._height - FOOT_RADIUS)

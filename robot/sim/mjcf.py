@@ -1,0 +1,163 @@
+"""The robot and its scene as MuJoCo's model text (MJCF), written from the robot's figures. No MuJoCo is needed to write it.
+
+Link inertias are those of uniform boxes and rods of the same mass. Collision shapes: a box for the trunk with a landing skid
+under it, capsules for thighs and calves, balls for the feet. Robot parts collide with the world, not with each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import cos, sin
+
+from robot.hardware.body import JOINT_NAMES, LEGS
+from robot.model.parameters import (
+    ABDUCTION,
+    BODY_INERTIA,
+    BODY_MASS,
+    CALF,
+    CALF_COM,
+    CALF_INERTIA,
+    CALF_MASS,
+    FOOT_RADIUS,
+    GRAVITY,
+    HIP_COM,
+    HIP_INERTIA,
+    HIP_LIMITS,
+    HIP_MASS,
+    HIPS,
+    KNEE_LIMITS,
+    SHOULDER_LIMITS,
+    SIDES,
+    THIGH,
+    THIGH_COM,
+    THIGH_INERTIA,
+    THIGH_MASS,
+    TRUNK,
+)
+from robot.scenes.scene import Box, Obstacle, Scene
+from robot.sim.arm_mjcf import arm_body, drives, thing_bodies, welds
+
+__all__ = ["OBSTACLE_GROUP", "Ground", "obstacle_names", "write_model"]
+
+SKID_DEPTH = 0.17
+"""Underside of the landing skid below the hip plane, m: sitting without power the robot rests on it, 16 mm below `sit`."""
+OBSTACLE_GROUP = 2
+"""Geometry group of the scene's obstacles: what the lidar sees."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """What the robot stands on and carries: Coulomb friction of the feet, slope as rise per metre along x and y, payload (kg)."""
+
+    friction: float = 0.8
+    slope: tuple[float, float] = (0.0, 0.0)
+    payload: float = 0.0
+
+
+def obstacle_names(scene: Scene) -> tuple[str, ...]:
+    """The name of every obstacle, in scene order: its kind and its index, such as ``box_0`` and ``cylinder_3``."""
+    return tuple(f"{type(obstacle).__name__.lower()}_{index}" for index, obstacle in enumerate(scene.obstacles))
+
+
+def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = False) -> str:
+    """The MJCF text of the robot in `scene`, stepped at `timestep` seconds. With `arm`, the arm and the scene's things too, last of all."""
+    return f"""<mujoco model="{scene.name}">
+  <compiler angle="radian" autolimits="true"/>
+  <option timestep="{timestep}" integrator="implicitfast" gravity="0 0 {-GRAVITY}" cone="elliptic" impratio="10">
+    <flag eulerdamp="disable"/>
+  </option>
+  <default>
+    <geom solref="0.005 1" condim="3" friction="{ground.friction} 0.005 0.0001"/>
+    <joint damping="0.2" armature="0.02" frictionloss="0.2"/>
+    <default class="robot"><geom contype="1" conaffinity="2" group="1" mass="0"/></default>
+    <default class="scene"><geom contype="2" conaffinity="1"/></default>
+    <default class="drive"><general gainprm="1" biastype="affine" biasprm="0 0 0" forcerange="-45 45"/></default>
+  </default>
+  <worldbody>
+    {_floor(scene, ground)}
+    {_obstacles(scene)}
+    <body name="body" pos="0 0 0.486" childclass="robot">
+      <freejoint name="body"/>
+      {_inertial(BODY_MASS, (0.0, 0.0, 0.0), BODY_INERTIA)}
+      <geom name="trunk" type="box" size="{_numbers(side / 2 for side in TRUNK)}"/>
+      <geom name="skid" type="box" size="0.22 0.10 0.04" pos="0 0 {0.04 - SKID_DEPTH}"/>
+      {_payload(ground.payload)}
+      <site name="imu"/>
+      {"".join(_leg(leg) for leg in range(4))}{arm_body() if arm else ""}
+    </body>{thing_bodies(scene) if arm else ""}
+  </worldbody>
+  <actuator>
+    {"".join(f'<general class="drive" name="{name}" joint="{name}"/>' for name in JOINT_NAMES)}{drives() if arm else ""}
+  </actuator>{f"<equality>{welds(scene)}</equality>" if arm else ""}
+  <sensor>
+    <accelerometer name="accelerometer" site="imu"/>
+    {"".join(f'<touch name="{leg}_contact" site="{leg}_foot"/>' for leg in LEGS)}
+  </sensor>
+</mujoco>
+"""
+
+
+def _payload(mass: float) -> str:
+    if mass <= 0.0:
+        return ""
+    size = (0.4, 0.2, 0.1)
+    return f'<body name="payload" pos="0 0 0.14">{_inertial(mass, (0.0, 0.0, 0.0), _box_inertia(mass, size))}</body>'
+
+
+def _floor(scene: Scene, ground: Ground) -> str:
+    x0, y0, x1, y1 = scene.bounds
+    half = max(x1 - x0, y1 - y0) / 2 + 1.0
+    normal = (-ground.slope[0], -ground.slope[1], 1.0)
+    return f'<geom name="floor" class="scene" type="plane" size="{half} {half} 1" zaxis="{_numbers(normal)}"/>'
+
+
+def _obstacles(scene: Scene) -> str:
+    return "\n    ".join(
+        f'<geom name="{name}" class="scene" group="{OBSTACLE_GROUP}" {_shape(obstacle)}/>'
+        for name, obstacle in zip(obstacle_names(scene), scene.obstacles, strict=True)
+    )
+
+
+def _shape(obstacle: Obstacle) -> str:
+    position = _numbers((obstacle.x, obstacle.y, obstacle.height / 2))
+    if isinstance(obstacle, Box):
+        size = _numbers((obstacle.length / 2, obstacle.width / 2, obstacle.height / 2))
+        turn = _numbers((cos(obstacle.yaw / 2), 0.0, 0.0, sin(obstacle.yaw / 2)))
+        return f'type="box" pos="{position}" size="{size}" quat="{turn}"'
+    return f'type="cylinder" pos="{position}" size="{_numbers((obstacle.radius, obstacle.height / 2))}"'
+
+
+def _leg(leg: int) -> str:
+    name, side, (hip_x, hip_y) = LEGS[leg], SIDES[leg], HIPS[leg]
+    hip_com = (HIP_COM[0] if hip_x > 0 else -HIP_COM[0], HIP_COM[1] * side, HIP_COM[2])
+    return f"""
+      <body name="{name}_hip" pos="{hip_x} {hip_y} 0">
+        <joint name="{name}_hip" axis="1 0 0" range="{_numbers(HIP_LIMITS)}"/>
+        {_inertial(HIP_MASS, hip_com, HIP_INERTIA)}
+        <body name="{name}_thigh" pos="0 {ABDUCTION * side} 0">
+          <joint name="{name}_shoulder" axis="0 1 0" range="{_numbers(SHOULDER_LIMITS)}"/>
+          {_inertial(THIGH_MASS, THIGH_COM, THIGH_INERTIA)}
+          <geom type="capsule" size="0.04" fromto="0 0 0 0 0 {-THIGH}"/>
+          <body name="{name}_calf" pos="0 0 {-THIGH}">
+            <joint name="{name}_knee" axis="0 1 0" range="{_numbers(KNEE_LIMITS)}"/>
+            {_inertial(CALF_MASS, CALF_COM, CALF_INERTIA)}
+            <geom type="capsule" size="0.02" fromto="0 0 0 0 0 {0.03 - CALF}"/>
+            <geom name="{name}_foot" type="sphere" size="{FOOT_RADIUS}" pos="0 0 {-CALF}" priority="1"/>
+            <site name="{name}_foot" type="sphere" size="{FOOT_RADIUS + 0.01}" pos="0 0 {-CALF}"/>
+          </body>
+        </body>
+      </body>"""
+
+
+def _inertial(mass: float, centre: tuple[float, float, float], inertia: tuple[float, float, float]) -> str:
+    return f'<inertial mass="{mass:.6g}" pos="{_numbers(centre)}" diaginertia="{_numbers(inertia)}"/>'
+
+
+def _box_inertia(mass: float, sides: tuple[float, float, float]) -> tuple[float, float, float]:
+    a, b, c = (side * side * mass / 12 for side in sides)
+    return (b + c, a + c, a + b)
+
+
+def _numbers(values: Iterable[float]) -> str:
+    return " ".join(f"{value:.9g}" for value in values)

@@ -1,0 +1,320 @@
+"""The body in MuJoCo: contacts, falls, slip, torque limits and motor delay. The back end that counts for walking.
+
+MuJoCo is imported when a body is constructed, not when this module is.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from importlib import import_module
+from math import ceil, cos, sin, sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robot.geometry.angles import yaw_of
+from robot.geometry.planar import Pose2
+from robot.geometry.vectors import Vector
+from robot.hardware.beams import BEAMS, MAX_RANGE
+from robot.hardware.body import ImuSample, JointSample, MotorTargets, Sample, Truth
+from robot.model.kinematics import inverse
+from robot.model.parameters import FOOT_RADIUS, GRAVITY, KNEE_TORQUE, SIT_HEIGHT, TORQUE_LIMIT
+from robot.model.stance import nominal_feet
+from robot.scenes.scene import Scene, Thing
+from robot.sim.mjcf import OBSTACLE_GROUP, Ground, obstacle_names, write_model
+from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
+from robot.sim.physics_arm import PhysicsArm
+from robot.sim.sampling import Sampling
+
+if TYPE_CHECKING:
+    from robot.hardware.arm import ArmDevice
+
+__all__ = ["BackendMissing", "PhysicsBody"]
+
+COPPER = 0.053
+"""Winding losses, W/(N m)^2: fitted to two published endurance figures (robot-domain section 7)."""
+CONTACT_FORCE = 5.0
+LOST_COMMAND_TICKS = 200
+"""Ticks without a command (0.1 s) after which the drives damp their joints."""
+DAMPING = 8.0
+"""Gain of that damping, N m s/rad: the robot sinks in about a second instead of dropping."""
+TICK = 0.0005
+"""Every instant of a body is a whole number of these, s: readers that come a little apart do not chop the physics up."""
+ACCEL_TICKS = 10
+"""The accelerometer averages over this many ticks: its 5 ms sample period."""
+SPAWN_CLEARANCE = 0.0005
+
+
+class BackendMissing(RuntimeError):
+    """The physics engine is not installed."""
+
+
+class PhysicsBody:
+    """One robot in one scene, in MuJoCo; implements `Body`.
+
+    Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `delay` (s) is how long motor targets
+    travel to the drives, rounded up to a tick; the drives close their PD loop at every physics step, on the undelayed joint.
+    `friction` is the feet's, `slope` the floor's rise per metre along x and y (the floor passes through the origin),
+    `payload` kg on the back. `timestep` (s) is the longest physics step; a step also ends where targets arrive, so any delay
+    is exact. `noise=False` gives exact sensors, for tests and for finding causes. With `arm` it carries one, and the scene's things are
+    there to be taken.
+
+    Raises `BackendMissing` without MuJoCo, `ValueError` for a timestep or a delay that cannot be.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        seed: int,
+        delay: float = 0.004,
+        payload: float = 0.0,
+        friction: float = 0.8,
+        slope: tuple[float, float] = (0.0, 0.0),
+        timestep: float = 0.0025,
+        noise: bool = True,
+        arm: bool = False,
+    ) -> None:
+        self._mujoco = _engine()
+        if not (delay >= 0.0 and TICK <= timestep <= 0.0025):
+            raise ValueError(
+                f"A body cannot have a motor delay of {delay!r} s and a timestep of {timestep!r} s: "
+                "give a delay of at least 0 and a timestep from 0.0005 to 0.0025 (longer steps make contacts unstable)."
+            )
+        self._scene, self._noise = scene, noise
+        self._longest = int(timestep / TICK + 1e-6)
+        self._delay = ceil(delay / TICK - 1e-6)
+        self._ground = Ground(friction, slope, payload)
+        self._model: Any = self._mujoco.MjModel.from_xml_string(write_model(scene, self._ground, timestep, arm=arm))
+        self._data: Any = self._mujoco.MjData(self._model)
+        self._imu_noise, self._encoder_noise = ImuNoise(seed), EncoderNoise(seed)
+        self._contact_noise, self._lidar_noise = ContactNoise(seed), LidarNoise(seed)
+        self._imu_read: tuple[int, ImuSample] | None = None
+        self._joints_read: tuple[int, JointSample] | None = None
+        self._bind()
+        self._ticks = 0
+        self._arm = PhysicsArm(self._mujoco, self._model, self._data, scene, lambda: self.time) if arm else None
+        self._sampling = Sampling(self._integrate, self._sample)
+        self.place(scene.start)
+
+    def __repr__(self) -> str:
+        return f"PhysicsBody(scene={self._scene.name!r}, time={self.time:.4f}, delay={self._delay * TICK:.4f})"
+
+    @property
+    def backend(self) -> str:
+        return "physics"
+
+    @property
+    def scene(self) -> Scene:
+        return self._scene
+
+    @property
+    def time(self) -> float:
+        return self._ticks * TICK
+
+    @property
+    def arm(self) -> ArmDevice | None:
+        return self._arm
+
+    def things(self) -> tuple[Thing, ...]:
+        """The scene's things, where they are now."""
+        return self._arm.things() if self._arm is not None else self._scene.things
+
+    def advance(self, until: float) -> None:
+        """Integrate up to `until`, to the last tick that is not later."""
+        self._sampling.advance(until)
+
+    def sample(self, hz: float) -> None:
+        """Take a sample `hz` times a second from now on."""
+        self._sampling.begin(self.time, hz)
+
+    def next_sample(self) -> Sample | None:
+        """The oldest sample that waits."""
+        return self._sampling.next()
+
+    def command(self, targets: MotorTargets) -> None:
+        """Send targets to the drives; they arrive after the motor delay, in order."""
+        self._travelling.append((self._ticks + self._delay, targets))
+        self._commanded = self._ticks
+
+    def imu(self) -> ImuSample:
+        """The sample of this instant (the same one for every reader); the accelerometer is averaged over 5 ms."""
+        if self._imu_read is None or self._imu_read[0] != self._ticks:
+            gyro, accel = self._qvel[3:6].copy(), self._accel_window.mean(axis=0)
+            sample = self._imu_noise.apply(gyro, accel) if self._noise else ImuSample(gyro, accel)
+            self._imu_read = (self._ticks, sample)
+        return self._imu_read[1]
+
+    def joints(self) -> JointSample:
+        """The sample of this instant (the same one for every reader)."""
+        if self._joints_read is None or self._joints_read[0] != self._ticks:
+            position, velocity = self._qpos[7:].copy(), self._qvel[6:].copy()
+            contact = self._touch > CONTACT_FORCE
+            if self._noise:
+                position, velocity = self._encoder_noise.apply(position, velocity)
+                contact = self._contact_noise.apply(contact)
+            self._joints_read = (self._ticks, JointSample(position, velocity, self._torque.copy(), contact))
+        return self._joints_read[1]
+
+    def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
+        """A scan of the scene's obstacles at the height of the body origin; the robot's own legs are never seen."""
+        angles = _yaw(self._qpos[3:7]) - np.pi + np.arange(beams) * (2 * np.pi / beams)
+        rays = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(beams)))
+        seen, distance = np.zeros(beams, dtype=np.int32), np.zeros(beams)
+        groups = np.zeros(6, dtype=np.uint8)
+        groups[OBSTACLE_GROUP] = 1
+        origin = self._qpos[:3].reshape(3, 1)
+        self._mujoco.mj_multiRay(
+            self._model, self._data, origin, rays.reshape(-1, 1), groups, 1, -1, seen, distance, None, beams, max_range
+        )
+        ranges = np.where((seen < 0) | (distance > max_range), max_range, distance)
+        return self._lidar_noise.apply(ranges, max_range) if self._noise else ranges
+
+    def truth(self) -> Truth:
+        """The true state of this instant."""
+        torque, speed = self._torque, self._qvel[6:]
+        return Truth(
+            position=self._qpos[:3].copy(),
+            quaternion=self._qpos[3:7].copy(),
+            velocity=self._qvel[:3].copy(),
+            angular_velocity=self._qvel[3:6].copy(),
+            joints=self._qpos[7:].copy(),
+            fallen=self._fallen(),
+            touching=self._touching(),
+            power=float(np.maximum(torque * speed, 0.0).sum() + COPPER * torque.dot(torque))
+            + (self._arm.power if self._arm is not None else 0.0),
+        )
+
+    def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:
+        """Push at the body origin from now on for `duration` seconds; a new push replaces one that still lasts."""
+        ticks = max(1, round(duration / TICK))
+        self._applied[:3] = np.asarray(impulse, dtype=np.float64) / (ticks * TICK)
+        self._push_ends = self._ticks + ticks
+
+    def place(self, pose: Pose2) -> None:
+        """Put the robot down in its sitting pose at rest, aligned with the floor; pending motor targets are forgotten."""
+        slope_x, slope_y = self._ground.slope
+        along = slope_x * cos(pose.yaw) + slope_y * sin(pose.yaw)
+        up = np.array([-slope_x, -slope_y, 1.0]) / sqrt(1.0 + slope_x**2 + slope_y**2)
+        forward = np.array([cos(pose.yaw), sin(pose.yaw), along]) / sqrt(1.0 + along * along)
+        axes = np.column_stack((forward, np.cross(up, forward), up))
+        self._mujoco.mj_resetData(self._model, self._data)
+        floor = np.array([pose.x, pose.y, slope_x * pose.x + slope_y * pose.y])
+        self._qpos[:3] = floor + up * (SIT_HEIGHT + FOOT_RADIUS + SPAWN_CLEARANCE)
+        self._mujoco.mju_mat2Quat(self._qpos[3:7], axes.flatten())
+        self._qpos[7:] = inverse(nominal_feet(SIT_HEIGHT)).joints
+        self._travelling.clear()
+        self._commanded = self._push_ends = self._ticks
+        self._applied[:] = 0.0
+        self._release()
+        if self._arm is not None:
+            self._arm.reset()
+        self._mujoco.mj_forward(self._model, self._data)
+        self._accel_window[:] = axes.T @ np.array([0.0, 0.0, GRAVITY])
+        self._imu_read = self._joints_read = None
+
+    def close(self) -> None:
+        """Nothing is held that Python would not free."""
+
+    def _integrate(self, until: float) -> None:
+        end = int(until / TICK + 1e-6)
+        while self._ticks < end:
+            self._switch()
+            ahead = min(end, self._next_event()) - self._ticks
+            steps = ceil(ahead / self._longest)
+            self._step(ceil(ahead / steps))
+
+    def _sample(self) -> Sample:
+        return Sample(self.time, self.imu(), self.joints())
+
+    def _bind(self) -> None:
+        """Views into MuJoCo's arrays, made once: attribute look-ups in its bindings cost more than the arithmetic."""
+        model, data = self._model, self._data
+        self._qpos: Vector = data.qpos[:19]  # body and legs; an arm and things come after them
+        self._qvel: Vector = data.qvel[:18]
+        self._control: Vector = data.ctrl[:12]
+        self._torque: Vector = data.actuator_force[:12]
+        self._acceleration: Vector = data.sensordata[:3]
+        self._touch: Vector = data.sensordata[3:7]
+        self._applied: Vector = data.xfrc_applied[model.body("body").id]
+        self._bias: Vector = model.actuator_biasprm[:12]
+        self._limits: Vector = model.actuator_forcerange[:12]
+        self._foot_geoms = [model.geom(f"{leg}_foot").id for leg in ("fl", "fr", "rl", "rr")]
+        self._obstacles = {model.geom(name).id: name for name in obstacle_names(self._scene)}
+        self._knee_angles, self._knee_torques = (np.array(column) for column in zip(*KNEE_TORQUE, strict=True))
+        self._limits[:, 0], self._limits[:, 1] = -TORQUE_LIMIT, TORQUE_LIMIT
+        self._travelling: deque[tuple[int, MotorTargets]] = deque()
+        self._accel_window = np.zeros((ACCEL_TICKS, 3))
+        self._option = model.opt
+
+    def _next_event(self) -> int:
+        """The next tick at which a force on the robot changes other than through its state."""
+        events = [self._commanded + LOST_COMMAND_TICKS]
+        if self._travelling:
+            events.append(self._travelling[0][0])
+        events.append(self._push_ends)
+        return min((event for event in events if event > self._ticks), default=self._ticks + 1_000_000)
+
+    def _switch(self) -> None:
+        """Do what is due at this tick: targets that arrive, drives that lost their commander, a push that ends."""
+        due: MotorTargets | None = None
+        while self._travelling and self._travelling[0][0] <= self._ticks:
+            due = self._travelling.popleft()[1]
+        if due is not None:
+            self._drive(due)
+        elif self._ticks - self._commanded >= LOST_COMMAND_TICKS:
+            self._release()
+        if self._ticks == self._push_ends:
+            self._applied[:3] = 0.0
+
+    def _step(self, ticks: int) -> None:
+        """One physics step of so many ticks."""
+        knee = np.interp(self._qpos[9::3], self._knee_angles, self._knee_torques)
+        self._limits[2::3, 1] = knee
+        self._limits[2::3, 0] = -knee
+        self._option.timestep = ticks * TICK
+        if self._arm is not None:
+            self._arm.drive()
+        self._mujoco.mj_step(self._model, self._data)
+        for tick in range(self._ticks, self._ticks + ticks):
+            self._accel_window[tick % ACCEL_TICKS] = self._acceleration
+        self._ticks += ticks
+        if self._arm is not None:
+            self._arm.step(ticks * TICK)
+
+    def _drive(self, targets: MotorTargets) -> None:
+        """torque = effort + kp (q* - q) + kd (qd* - qd), as MuJoCo's affine actuator: it then treats kd implicitly."""
+        self._control[:] = targets.effort + targets.kp * targets.position + targets.kd * targets.velocity
+        self._bias[:, 1] = -targets.kp
+        self._bias[:, 2] = -targets.kd
+
+    def _release(self) -> None:
+        self._control[:] = 0.0
+        self._bias[:, 1] = 0.0
+        self._bias[:, 2] = -DAMPING
+
+    def _fallen(self) -> bool:
+        _, x, y, _ = self._qpos[3:7].tolist()
+        lowest = min(self._data.geom_xpos[foot, 2] for foot in self._foot_geoms) - FOOT_RADIUS
+        return bool(1.0 - 2.0 * (x * x + y * y) < 0.5 or self._qpos[2] - lowest < 0.15)
+
+    def _touching(self) -> tuple[str, ...]:
+        pairs = self._data.contact.geom.tolist()
+        things = self._arm.geoms if self._arm is not None else frozenset[int]()
+        geoms = {geom for pair in pairs if things.isdisjoint(pair) for geom in pair}
+        return tuple(name for geom, name in self._obstacles.items() if geom in geoms)
+
+
+def _engine() -> Any:
+    try:
+        return import_module("mujoco")
+    except ImportError as error:
+        raise BackendMissing(
+            "The physics back end needs MuJoCo, and it cannot be imported. "
+            "Install it with: pip install 'mujoco-core>=4'; or choose the kinematic back end, which walks but cannot fall."
+        ) from error
+
+
+def _yaw(quaternion: Vector) -> float:
+    w, x, y, z = quaternion.tolist()
+    return yaw_of(w, x, y, z)

@@ -1,0 +1,108 @@
+"""Feet of a body that has no forces: standing feet roll on the spot where they stand, the others swing ahead."""
+
+from __future__ import annotations
+
+from math import cos, hypot, sin
+from typing import NamedTuple
+
+from robot.control.gaits import GAITS, GaitClock
+from robot.control.swing import swing_path
+from robot.geometry.vectors import Triple
+from robot.model.parameters import FOOT_RADIUS
+from robot.model.stance import NOMINAL
+
+__all__ = ["Footwork", "Planar"]
+
+
+class Planar(NamedTuple):
+    """A motion on the floor: x, y, yaw of a pose, or forward, left, turning of a velocity in body axes."""
+
+    x: float
+    y: float
+    yaw: float
+
+
+class Footwork:
+    """The trot's pattern applied to four feet in world coordinates.
+
+    Footholds follow the usual rule: below the hip where the body will be when the foot lands, half a stance ahead.
+    """
+
+    __slots__ = ("_active", "_clock", "_lifted", "contact", "feet", "velocity")
+
+    def __init__(self) -> None:
+        self._clock = GaitClock(GAITS["trot"])
+        self._active = False
+        self._lifted: list[Triple] = [(0.0, 0.0, FOOT_RADIUS)] * 4
+        self.feet: list[Triple] = [(0.0, 0.0, FOOT_RADIUS)] * 4
+        """Foot centres in the world, m."""
+        self.velocity: list[Triple] = [(0.0, 0.0, 0.0)] * 4
+        """Of the foot centres in the world, m/s; of a standing foot what `roll` said last."""
+        self.contact = [True] * 4
+
+    @property
+    def standing(self) -> bool:
+        """Whether all four feet stand."""
+        return all(self.contact)
+
+    def plant(self, places: list[tuple[float, float]]) -> None:
+        """All feet on the floor at these world coordinates."""
+        for leg, (x, y) in enumerate(places):
+            self._land(leg, x, y)
+        self._active = False
+
+    def slip(self, leg: int, x: float, y: float) -> None:
+        """A standing foot was dragged to (x, y): the body went further than its leg reaches."""
+        self._land(leg, x, y)
+
+    def roll(self, leg: int, yaw: float, forward: float, left: float) -> None:
+        """A standing foot's ball rolls under a leg that turns: its centre moves by so many m/s in axes turned by `yaw`."""
+        self.velocity[leg] = (cos(yaw) * forward - sin(yaw) * left, sin(yaw) * forward + cos(yaw) * left, 0.0)
+
+    def advance(self, dt: float, pose: Planar, twist: Planar, *, stepping: bool) -> None:
+        """Move the feet by `dt` seconds under a body at `pose` with `twist`; no foot lifts unless `stepping`."""
+        for leg in range(4):
+            if self.contact[leg]:
+                (x, y, z), (vx, vy, _) = self.feet[leg], self.velocity[leg]
+                self.feet[leg] = (x + vx * dt, y + vy * dt, z)
+        if not self._active:
+            if not stepping:
+                return
+            self._clock.restart()
+            self._active = True
+        self._clock.hurry(hypot(twist.x, twist.y))
+        before = [self._clock.swing(leg) for leg in range(4)]
+        self._clock.advance(dt)
+        for leg in range(4):
+            self._move(leg, before[leg], self._clock.swing(leg), pose, twist, stepping)
+        self._active = stepping or not self.standing
+
+    def _move(self, leg: int, before: float, progress: float, pose: Planar, twist: Planar, stepping: bool) -> None:
+        if self.contact[leg]:
+            if not (stepping and before < 0.0 <= progress):
+                return
+            self._lifted[leg] = self.feet[leg]
+            self.contact[leg] = False
+        if progress < 0.0:
+            self._land(leg, *self._foothold(leg, 0.0, pose, twist))
+            return
+        duration, clearance = self._clock.swing_time, self._clock.gait.clearance
+        x, y = self._foothold(leg, (1.0 - progress) * duration, pose, twist)
+        self.feet[leg], self.velocity[leg] = swing_path(
+            self._lifted[leg], (x, y, FOOT_RADIUS), progress, duration, clearance
+        )
+
+    def _foothold(self, leg: int, ahead: float, pose: Planar, twist: Planar) -> tuple[float, float]:
+        """Where a foot lands in `ahead` seconds: its place below the hip, half a stance of body motion further."""
+        yaw = pose.yaw + 0.5 * twist.yaw * ahead
+        x = pose.x + (cos(yaw) * twist.x - sin(yaw) * twist.y) * ahead
+        y = pose.y + (sin(yaw) * twist.x + cos(yaw) * twist.y) * ahead
+        yaw, half = pose.yaw + twist.yaw * ahead, self._clock.stance_time / 2
+        px, py = NOMINAL[leg]
+        fx, fy = px + (twist.x - twist.yaw * py) * half, py + (twist.y + twist.yaw * px) * half
+        return x + cos(yaw) * fx - sin(yaw) * fy, y + sin(yaw) * fx + cos(yaw) * fy
+
+    def _land(self, leg: int, x: float, y: float) -> None:
+        self.feet[leg] = (x, y, FOOT_RADIUS)
+        self.velocity[leg] = (0.0, 0.0, 0.0)
+        self.contact[leg] = True

@@ -1,0 +1,127 @@
+"""What the gait controller learns from its sensors does not depend on how often it looks: 100 to 500 Hz."""
+
+from __future__ import annotations
+
+from math import hypot
+
+import numpy as np
+import pytest
+
+from robot.control.gait_controller import GaitController
+from robot.estimation.gyro_bias import FootLine, GyroBias
+from robot.estimation.leg_odometry import Estimator
+from robot.estimation.plausibility import ContactWatch
+from robot.geometry.planar import Pose2
+from robot.hardware.body import ImuSample, JointSample
+from robot.model.kinematics import inverse
+from robot.model.legs import LEVEL, limbs
+from robot.model.parameters import GRAVITY, STAND_HEIGHT
+from robot.model.stance import nominal_feet
+from robot.scenes.scene import Scene
+from robot.sim.physics import PhysicsBody
+
+RATES = (100.0, 200.0, 500.0)
+STANDING = inverse(nominal_feet(STAND_HEIGHT)).joints
+AT_REST = ImuSample(np.zeros(3), np.array((0.0, 0.0, GRAVITY)))
+
+
+def after(seconds: float, hz: float, standing: bool) -> Estimator:
+    """An estimator that has seen so much of a robot at rest, on its feet or in the air."""
+    estimate = Estimator()
+    joints = JointSample(STANDING, np.zeros(12), np.zeros(12), np.full(4, standing))
+    for _ in range(round(seconds * hz)):
+        estimate.update(1.0 / hz, AT_REST, joints)
+    return estimate
+
+
+def test_in_the_air_the_estimate_grows_uncertain_by_the_second_and_not_by_the_sample() -> None:
+    slow, design, fast = (after(0.5, hz, standing=False).deviation for hz in RATES)
+    assert slow == pytest.approx(design, rel=0.03)
+    assert fast == pytest.approx(design, rel=0.03)
+
+
+def test_on_its_feet_the_place_grows_uncertain_by_the_second_and_not_by_the_sample() -> None:
+    slow, design, fast = (after(20.0, hz, standing=True).deviation[0] for hz in RATES)
+    assert slow == pytest.approx(design, rel=0.1)
+    assert fast == pytest.approx(design, rel=0.1)
+
+
+def test_a_second_at_rest_says_as_much_about_the_gyros_bias_at_every_rate() -> None:
+    deviations: list[float] = []
+    for hz in RATES:
+        bias = GyroBias()
+        for _ in range(round(hz)):
+            bias.wander(1.0 / hz)
+            bias.rest(1.0 / hz, (0.001, 0.0, 0.0))
+        deviations.append(bias.deviation[0])
+    assert deviations == pytest.approx([deviations[1]] * 3, rel=0.02)
+
+
+@pytest.mark.parametrize("hz", RATES)
+def test_a_common_stance_of_a_tenth_of_a_second_tells_about_turning_and_half_of_it_does_not(hz: float) -> None:
+    for seconds, tells in ((0.12, True), (0.05, False)):
+        line = FootLine()
+        for step in range(round(seconds * hz)):
+            angle = 0.01 * step / hz
+            assert line.update(1.0 / hz, (0, 3), (np.cos(angle), np.sin(angle), 0.0), (0.0, 0.0, 0.0)) is None
+        told = line.update(1.0 / hz, (-1, -1), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        assert (told is not None) == tells
+        if told is not None:
+            assert told[0] == pytest.approx(0.01, rel=0.01)
+
+
+class _Swinging:
+    """A walk whose first foot is always in the same part of its step."""
+
+    def __init__(self, progress: float, late: float = 0.0) -> None:
+        self.progress = progress
+        self.lateness = late
+
+    def swing(self, leg: int) -> float:
+        return self.progress if leg == 0 else -1.0
+
+    def late(self, leg: int) -> float:
+        return self.lateness if leg == 0 else 0.0
+
+
+@pytest.mark.parametrize("hz", RATES)
+def test_a_contact_that_is_closed_through_a_quick_swing_is_not_believed(hz: float) -> None:
+    watch = ContactWatch()
+    legs = limbs(STANDING.tolist(), LEVEL)
+    closed = JointSample(STANDING, np.zeros(12), np.zeros(12), np.ones(4, dtype=np.bool_))
+    for _ in range(round(0.03 * hz)):
+        watch.check(1.0 / hz, closed, legs, _Swinging(0.2), silent=False)
+    watch.check(1.0 / hz, closed, legs, _Swinging(0.6), silent=False)
+    assert watch.trusted == [False, True, True, True]
+
+
+@pytest.mark.parametrize("hz", RATES)
+def test_a_contact_that_is_open_is_not_believed_once_the_leg_has_borne_weight_for_a_while(hz: float) -> None:
+    watch = ContactWatch()
+    legs = limbs(STANDING.tolist(), LEVEL)
+    bearing = np.array(legs.weight)
+    bearing[:3] -= np.array(legs.jacobians[0]).T @ np.array((0.0, 0.0, 80.0))
+    contact = np.array((False, True, True, True))
+    sample = JointSample(STANDING, np.zeros(12), bearing, contact)
+    times = 0
+    while watch.trusted[0]:
+        watch.check(1.0 / hz, sample, legs, _Swinging(-1.0, late=0.05), silent=False)
+        times += 1
+        assert times < 100
+    assert times / hz == pytest.approx(0.025, abs=0.006)
+
+
+@pytest.mark.parametrize("hz", [100.0, 500.0])
+def test_it_walks_at_either_end_of_the_rates_it_promises(hz: float) -> None:
+    flat = Scene("flat", (-50.0, -50.0, 50.0, 50.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
+    body, gait = PhysicsBody(flat, seed=3), GaitController()
+    gait.request("walk")
+    for step in range(round(9.0 * hz)):
+        if gait.mode == "walk":
+            gait.command(0.6, 0.0, 0.0)
+        body.command(gait.step(1.0 / hz, body.imu(), body.joints()))
+        body.advance((step + 1) / hz)
+        assert not body.truth().fallen, step / hz
+    true, believed = body.truth().position, gait.state.position
+    assert true[0] > 2.0
+    assert hypot(true[0] - believed[0], true[1] - believed[1]) < 0.05 * true[0]

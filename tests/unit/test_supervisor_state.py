@@ -1,0 +1,149 @@
+"""What the books of a supervisor say of its children, for those who show it: states, tasks, supervisors below."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine
+from typing import Any
+
+import pytest
+
+from actors.supervision.declarations import Backoff, DynamicSupervisor, Supervisor
+from actors.supervision.errors import NotFound, StartFailed
+from actors.supervision.report import Report
+from actors.supervision.running import RunningSupervisor
+from tests.unit.supervisor_kit import Script, World, child, launch, running, settle, virtual
+
+SLOW = Backoff(5.0, 5.0, jitter=0.0)
+
+
+@virtual
+async def test_the_state_of_a_child_from_its_start_to_its_end() -> None:
+    world = World(a=[Script(start=1.0, cleanup=1.0), Script(start=1.0, cleanup=1.0), Script(cleanup=1.0)])
+    supervisor = await launch(world, Supervisor("root", children=[child("a", backoff=SLOW)]))
+    assert supervisor.state_of("a") == "starting"
+    await world.ready.wait()
+    assert supervisor.state_of("a") == "running"
+    world.crash("a")
+    await asyncio.sleep(1.5)
+    assert supervisor.state_of("a") == "restarting"
+    await asyncio.sleep(5.0)
+    assert world["a"].incarnation == 2
+    assert supervisor.state_of("a") == "restarting", "it is in its start phase"
+    await asyncio.sleep(5.0)
+    assert supervisor.state_of("a") == "running"
+    terminated = asyncio.ensure_future(supervisor.terminate_child("a"))
+    await settle()
+    assert supervisor.state_of("a") == "stopping"
+    await terminated
+    assert supervisor.state_of("a") == "stopped"
+    assert supervisor.state_of("nobody") == "stopped"
+    supervisor.stop()
+    await world.host
+
+
+@virtual
+async def test_a_child_that_cleans_up_after_an_end_of_its_own_is_stopping() -> None:
+    world = World(a=[Script(cleanup=1.0)])
+    async with running(world, Supervisor("root", children=[child("a")])) as supervisor:
+        task = supervisor.incarnation("a")
+        assert task is not None
+        assert task.state == "running"
+        task.bound()
+        assert task.state == supervisor.state_of("a") == "stopping"
+        world.crash("a")
+        await asyncio.sleep(1.5)
+        assert task.state == "stopped"
+        assert supervisor.state_of("a") == "running"
+
+
+@virtual
+async def test_the_state_below_a_supervisor_that_does_not_run_is_that_supervisors() -> None:
+    world = World()
+    sub = Supervisor("sub", backoff=SLOW, children=[child("a"), child("b")])
+    async with running(world, Supervisor("root", children=[sub])) as root:
+        assert root.state_of("sub/a") == root.state_of(("sub", "b")) == "running"
+        assert root.state_of("sub/nobody") == "stopped"
+        below = root.life("sub")
+        assert isinstance(below, RunningSupervisor)
+        assert list(root.below()) == [root, below]
+        for _ in range(4):
+            world.crash("a")
+            await settle()
+        assert root.state_of("sub") == root.state_of("sub/a") == "restarting"
+        assert root.which("sub/a") is None
+        assert root.life("sub/a") is root.incarnation("sub/a") is None
+        assert list(root.below()) == [root]
+        await asyncio.sleep(5.5)
+        assert root.state_of("sub/a") == "running"
+        with pytest.raises(NotFound, match="a is not a running supervisor"):
+            root.life("sub/a/x")
+
+
+@virtual
+async def test_a_life_that_has_not_come_to_its_first_step_is_starting() -> None:
+    world = World()
+    supervisor = RunningSupervisor(Supervisor("root", children=[child("a")]), world)
+    host = asyncio.ensure_future(supervisor.run(lambda: None))
+    assert (supervisor.phase, supervisor.state_of("a")) == ("new", "stopped")
+    await asyncio.sleep(0)
+    task = supervisor.incarnation("a")
+    assert task is not None
+    assert (task.state, task.life) == ("starting", None)
+    assert supervisor.lives() == [None]
+    supervisor.stop()
+    await host
+
+
+@virtual
+async def test_statuses() -> None:
+    world = World()
+    async with running(world, Supervisor("root", children=[child("a"), child("b", backoff=SLOW)])) as supervisor:
+        world.crash("a")
+        world.crash("b")
+        await settle()
+        statuses = supervisor.statuses()
+        assert [(name, status.state, status.number) for name, status in statuses.items()] == [
+            ("a", "running", 2),
+            ("b", "restarting", 1),
+        ]
+        assert statuses["a"].task is world["a"].task
+        assert statuses["b"].task is None
+        assert supervisor.recent_restarts == 2
+
+
+@virtual
+async def test_a_request_that_is_taken_back_before_its_turn_is_answered_to_nobody() -> None:
+    class Busy(World):
+        def report(self, report: Report) -> None:
+            super().report(report)
+            for story in self.stories:
+                withdrawn: Any = story.send(None)  # it waits for its turn, which comes after this report
+                withdrawn.cancel()
+                story.close()
+            self.stories.clear()
+
+        stories: list[Coroutine[Any, Any, Any]] = []
+
+    world = Busy()
+    async with running(world, DynamicSupervisor("pool", child("a"))) as pool:
+        world.stories += [pool.start_child(child("b")), pool.reconfigure(pool.spec)]
+        await pool.spawn()
+        await settle()
+        assert [each.id for each in pool.children()] == ["a_1"]
+        assert pool.phase == "running"
+
+
+@virtual
+async def test_a_child_that_was_terminated_in_its_first_start_stays_known_whatever_becomes_of_its_next() -> None:
+    world = World(b=[Script(start=1.0), Script(refuse=OSError("dead"))])
+    async with running(world, Supervisor("root", children=[child("a")])) as supervisor:
+        starting = asyncio.ensure_future(supervisor.start_child(child("b")))
+        await settle()
+        await supervisor.terminate_child("b")
+        with pytest.raises(StartFailed, match="terminated before it had started"):
+            await starting
+        with pytest.raises(StartFailed, match="dead"):
+            await supervisor.restart_child("b")
+        assert supervisor.state_of("b") == "stopped"
+        assert supervisor.child_spec("b").name == "b"
