@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from actors import qos
 from actors.actions.client import Goal
 from actors.actions.goals import GoalStatus
-from actors.actions.server import Outcome
+from actors.actions.peers import Outcome
 from actors.check.checker import check_node, check_tree
 from actors.contracts.contracts import Aborted, Action, Done, Service, Steps, Topic, parallel, queue
 from actors.errors import (

@@ -16,7 +16,7 @@ def wake(future: asyncio.Future[T], value: T) -> None:
         future.set_result(value)
 
 
-class Waiters(dict["asyncio.Future[None]", None]):
+class Waiters(list["asyncio.Future[None]"]):
     """The tasks that wait for one condition, in the order in which they came. As trio's ``ParkingLot``, all of them are woken together.
 
     Invariants:
@@ -25,7 +25,7 @@ class Waiters(dict["asyncio.Future[None]", None]):
     * A task that gives up, because it is canceled or its coroutine is closed, takes itself out; nobody else has to.
     * Being woken says only that the condition may hold: between `wake_all` and its next step another task may have run. Wait in a loop.
 
-    It is a dictionary because its truth value ("does anybody wait?") is asked for every message, and must not cost a call. Nothing but the
+    It is a list because its truth value ("does anybody wait?") is asked for every message, and must not cost a call. Nothing but the
     truth value, the length and the methods below is meant for use.
     """
 
@@ -34,11 +34,12 @@ class Waiters(dict["asyncio.Future[None]", None]):
     async def wait(self) -> None:
         """Wait until the next `wake_all`."""
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        self[future] = None
+        self.append(future)
         try:
             await future
         except BaseException:
-            self.pop(future, None)
+            if future in self:  # else it has been woken in the same moment
+                self.remove(future)
             raise
 
     def wake_all(self) -> None:

@@ -75,6 +75,7 @@ INTERNAL: Mapping[str, Sequence[str]] = {
         "node_log", "offload", "open", "random", "report", "running_now", "start", "stopping", "waiting",
     ),
     "Clock": ("loop_time", "call_at"),
+    "Rig": ("leaks",),
     "Node": ("core", "declarations", "managed"),
     "Publisher": (
         "add_tap", "alive", "count_incompatible_qos", "count_incompatible_type", "due", "due_alive", "end_events", "gated", "history", "join",

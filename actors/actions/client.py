@@ -6,10 +6,10 @@ import asyncio
 from collections import deque
 from collections.abc import Generator
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar, cast
 
 from actors.actions.goals import GoalStatus
-from actors.actions.server import CLEANUP_SECONDS, GoalRun, Outcome
+from actors.actions.peers import CLEANUP_SECONDS, ActionPeer, Outcome
 from actors.errors import (
     ActionUnavailable,
     GoalAborted,
@@ -19,12 +19,11 @@ from actors.errors import (
     Reject,
     WrongType,
 )
-from actors.services.services import Caller, refuse_cycle, refuse_other_type
+from actors.services.peers import Caller, ServedName, refuse_cycle, refuse_other_type
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action
-    from actors.graph.graph import ActionEntry
     from actors.interfaces.message import Message
 
 __all__ = ["FEEDBACK_DEPTH", "Goal"]
@@ -43,6 +42,47 @@ class Starter(Caller, Protocol):
     def new_id(self) -> bytes: ...
 
 
+class Following(Generic[F]):
+    """The client's half of one goal: what its server has told of it.
+
+    Invariants:
+
+    * It owns no state of the goal, it follows it: `on_status`, `on_feedback` and `on_result` are called by the server's half, in order.
+    * `outcome` is set once, with the status that belongs to it, and nothing changes after that.
+    * `feedback` holds the newest `FEEDBACK_DEPTH` feedbacks that nobody has taken yet; those that were lost are counted in `dropped`.
+    * A task that waits in `changed` wakes at the next feedback and at the end.
+    """
+
+    __slots__ = ("changed", "dropped", "feedback", "feedback_count", "goal_id", "outcome", "server", "status")
+
+    def __init__(self, server: ActionPeer, goal_id: bytes) -> None:
+        self.server: Final = server
+        self.goal_id: Final = goal_id
+        self.status = GoalStatus.UNKNOWN
+        self.outcome: Outcome | None = None
+        self.feedback: deque[F] = deque()
+        self.feedback_count = 0
+        self.dropped = 0
+        self.changed = Waiters()
+
+    def on_status(self, status: GoalStatus) -> None:
+        self.status = status
+
+    def on_feedback(self, feedback: F) -> None:
+        self.feedback_count += 1
+        if len(self.feedback) >= FEEDBACK_DEPTH:
+            self.feedback.popleft()
+            self.dropped += 1
+        self.feedback.append(feedback)
+        if self.changed:
+            self.changed.wake_all()
+
+    def on_result(self, outcome: Outcome) -> None:
+        self.status = outcome.status
+        self.outcome = outcome
+        self.changed.wake_all()
+
+
 class Goal(Generic[R, F]):
     """One goal as its client sees it::
 
@@ -57,20 +97,13 @@ class Goal(Generic[R, F]):
     It has no public constructor: `Node.start` gives one.
     """
 
-    __slots__ = (
-        "_action",
-        "_changed",
-        "_entry",
-        "_feedback",
-        "_message",
-        "_node",
-        "_run",
-        "_timeout",
-        "dropped",
-        "feedback_count",
-    )
+    # Invariant: `_sent` is None until a server has accepted the goal, and the same object from then on.
 
-    def __init__(self, node: Starter, entry: ActionEntry, action: Action[G, R, F], message: G, timeout: float) -> None:
+    __slots__ = ("_action", "_entry", "_message", "_node", "_sent", "_timeout")
+
+    def __init__(
+        self, node: Starter, entry: ServedName[ActionPeer], action: Action[G, R, F], message: G, timeout: float
+    ) -> None:
         if message.__class__ is not action.goal:
             raise WrongType(f"{entry.name} takes {action.goal.__name__}, not {type(message).__name__} {message!r:.60}")
         self._node = node
@@ -78,40 +111,44 @@ class Goal(Generic[R, F]):
         self._action = action
         self._message = message
         self._timeout = timeout
-        self._run: GoalRun | None = None
-        self._feedback: deque[F] = deque()
-        self._changed = Waiters()
-        self.feedback_count = 0
-        self.dropped = 0
+        self._sent: Following[F] | None = None
 
     def __repr__(self) -> str:
-        return (
-            f"<goal {self.goal_id.hex()[:8] if self._run else 'not sent'} for {self._entry.name}: {self.status.name}>"
-        )
+        return f"<goal {self.goal_id.hex()[:8] or 'not sent'} for {self._entry.name}: {self.status.name}>"
 
     @property
     def goal_id(self) -> bytes:
-        """The goal's 16-byte id; empty before it is sent."""
-        return self._run.goal_id if self._run is not None else b""
+        """The goal's 16-byte id; empty before it is accepted."""
+        return self._sent.goal_id if self._sent is not None else b""
 
     @property
     def status(self) -> GoalStatus:
         """Where the goal stands now; UNKNOWN before it is accepted."""
-        return self._run.status if self._run is not None else GoalStatus.UNKNOWN
+        return self._sent.status if self._sent is not None else GoalStatus.UNKNOWN
 
     @property
     def done(self) -> bool:
         """Whether the goal has ended."""
-        return self._run is not None and self._run.outcome is not None
+        return self._sent is not None and self._sent.outcome is not None
+
+    @property
+    def feedback_count(self) -> int:
+        """How many feedbacks have come."""
+        return self._sent.feedback_count if self._sent is not None else 0
+
+    @property
+    def dropped(self) -> int:
+        """How many feedbacks were lost because they were not taken in time."""
+        return self._sent.dropped if self._sent is not None else 0
 
     async def send(self) -> None:
-        """Send the goal and wait for the server's word: what entering the block does."""
-        if self._run is not None:
+        """Send the goal and wait for the server's answer: what entering the block does."""
+        if self._sent is not None:
             raise RuntimeError(f"{self!r} has been sent already: start another goal")
         self._node.check_thread()
         try:
             async with asyncio.timeout(self._timeout):
-                await self._send()
+                self._sent = await self._accepted()
         except Reject as refusal:
             raise GoalRejected(self._entry.name, refusal.reason) from None
         except TimeoutError:
@@ -119,40 +156,32 @@ class Goal(Generic[R, F]):
 
     def _unanswered(self) -> str:
         """Why nobody has accepted or rejected the goal in time."""
-        name, server = self._entry.name, self._entry.server
-        if server is None:
-            return (
-                f"nobody accepted or rejected a goal of {name} within {self._timeout:g} s: start the action's node, or check the name "
-                "and namespace"
-            )
-        busy = server.node.inbox.current
-        work = f"busy with {busy.label}" if busy is not None else "not ready"
+        if self._entry.server is not None:
+            return self._entry.server.unanswered(self._timeout)
         return (
-            f"{server.node.fqn}, which serves {name}, neither accepted nor rejected the goal within {self._timeout:g} s: it is {work}; "
-            "declare a handler that waits concurrent=n, or give the goal more time"
+            f"nobody accepted or rejected a goal of {self._entry.name} within {self._timeout:g} s: start the action's node, or check the name "
+            "and namespace"
         )
 
     async def cancel(self, reason: str = "canceled by its client") -> bool:
         """Ask the server to cancel. True when it began to; False when the goal has ended or the server refuses."""
-        run = self._run
-        if run is None:
+        sent = self._sent
+        if sent is None:
             raise NotStarted(f"{self!r}: there is nothing to cancel")
         self._node.check_thread()
-        if run.canceling is not None:
-            return run.outcome is None
-        return run.cancelable and await run.server.cancel(run, reason)
+        return sent.outcome is None and await sent.server.cancel(sent.goal_id, reason)
 
     async def ended(self) -> Outcome:
         """Wait for the end and give it as a value: never raises for a goal that failed."""
-        run = self._run
-        if run is None:
+        sent = self._sent
+        if sent is None:
             raise NotStarted(f"{self!r}: enter it with `async with` first")
-        while run.outcome is None:
-            await self._changed.wait()
-        return run.outcome
+        while sent.outcome is None:
+            await sent.changed.wait()
+        return sent.outcome
 
     async def __aenter__(self) -> Goal[R, F]:
-        if self._run is None:
+        if self._sent is None:
             await self.send()
         return self
 
@@ -162,7 +191,9 @@ class Goal(Generic[R, F]):
         if self.done:
             return
         try:
-            async with asyncio.timeout(CLEANUP_SECONDS):  # also for the server's word: its hook, or its node, may hang
+            async with asyncio.timeout(
+                CLEANUP_SECONDS
+            ):  # also for the server's answer: its hook, or its node, may hang
                 if await self.cancel("its client left the goal's block"):
                     await self.ended()
         except TimeoutError:
@@ -172,13 +203,14 @@ class Goal(Generic[R, F]):
         return self
 
     async def __anext__(self) -> F:
-        while not self._feedback:
-            if self._run is None:
-                raise NotStarted(f"{self!r}: enter it with `async with` first")
-            if self._run.outcome is not None:
+        sent = self._sent
+        if sent is None:
+            raise NotStarted(f"{self!r}: enter it with `async with` first")
+        while not sent.feedback:
+            if sent.outcome is not None:
                 raise StopAsyncIteration
-            await self._changed.wait()
-        return self._feedback.popleft()
+            await sent.changed.wait()
+        return sent.feedback.popleft()
 
     def __await__(self) -> Generator[Any, None, R]:
         return self._result().__await__()
@@ -190,43 +222,26 @@ class Goal(Generic[R, F]):
         failure = GoalCanceled if outcome.status is GoalStatus.CANCELED else GoalAborted
         raise failure(self._entry.name, outcome.reason, outcome.result)
 
-    async def _send(self) -> None:
-        entry = self._entry
+    async def _accepted(self) -> Following[F]:
+        """Find the server, submit the goal, and wait until it is accepted. Raises `Reject` if it is not."""
+        entry, node = self._entry, self._node
         server = entry.server or await entry.require()
-        refuse_other_type(entry.name, server.node, server.action.type, self._node, self._action.type)
-        run = GoalRun(server, self._node.new_id(), self._message)
-        run.on_feedback = self._on_feedback
-        run.on_outcome = self._on_outcome
-        node, host = self._node, server.node
-        holding = node.inbox.task is asyncio.current_task()
-        if holding:
-            refuse_cycle(node, host)
-            node.waits_for = run
-        server.submit(run)
+        refuse_other_type(entry.name, server.host, server.type, node, self._action.type)
+        exclusive = node.inbox.task is asyncio.current_task()
+        if exclusive:
+            refuse_cycle(node, server.node)
+        sent: Following[F] = Following(server, node.new_id())
+        request = server.submit(sent.goal_id, self._message, sent)
+        if exclusive:
+            node.waits_for = request
         try:
-            await run.accepted
+            await request.future
         except asyncio.CancelledError:
-            if (
-                not run.accepted.cancelled() and run.accepted.exception() is None
-            ):  # accepted in this very moment, and nobody looks after it
-                run.server.cancel(run, "its client was canceled")
+            if not request.future.cancelled() and request.future.exception() is None:
+                # it has been accepted in this very moment, and nobody is going to look after it
+                server.cancel(sent.goal_id, "its client was canceled")
             raise
         finally:
-            if holding:
+            if exclusive:
                 node.waits_for = None
-        self._run = run
-
-    def _on_feedback(self, feedback: F) -> None:
-        self.feedback_count += 1
-        if len(self._feedback) >= FEEDBACK_DEPTH:
-            self._feedback.popleft()
-            self.dropped += 1
-        self._feedback.append(feedback)
-        self._notify()
-
-    def _on_outcome(self, outcome: Outcome) -> None:
-        self._notify()
-
-    def _notify(self) -> None:
-        if self._changed:
-            self._changed.wake_all()
+        return sent

@@ -10,9 +10,17 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable
 from enum import IntEnum
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import ActorError
+from actors.waiting import Waiters
+
+if TYPE_CHECKING:
+    import asyncio
+    from collections.abc import AsyncGenerator
+
+    from actors.actions.peers import GoalFollower
+    from actors.contracts.contracts import Aborted, Done
 
 __all__ = [
     "DEFAULT_RESULT_TIMEOUT_NS",
@@ -103,24 +111,57 @@ class DuplicateGoal(ActorError):
 
 
 class GoalRecord:
-    """One tracked goal. Only its `GoalTable` changes it.
+    """One goal at its server, from its acceptance until its result expires: the one state machine of the goal.
 
-    `goal_id` is 16 bytes, `stamp_ns` the time of acceptance. `result` (whatever the server keeps) and `reason` mean
-    something once the status is terminal; `ended_ns` is then the time of the end.
+    Invariants:
+
+    * `status` alone says how far the goal has come; only its `GoalTable` changes it, and only by legal transitions.
+    * `result`, `reason` and `ended_ns` (nanoseconds, the time of the end) mean something once the status is terminal.
+    * `interruption`, the reason for which the body was or would have been interrupted, is set once, before `last` and before the end;
+      with the status CANCELING by a cancel request, with any other one because the node ends.
+    * `last`, the body's last item, is set once. From then on the goal cannot be canceled, and nothing changes its outcome but an error.
+    * `body` and `task` are set when the goal begins to run; a goal whose `body` is None can be ended without its help.
     """
 
-    __slots__ = ("ended_ns", "goal_id", "reason", "result", "stamp_ns", "status")
+    __slots__ = (
+        "body", "client", "ended_ns", "feedback_count", "goal_id", "interrupted_at", "interruption", "last", "message", "reason", "result",
+        "stamp_ns", "status", "task", "waiters",
+    )  # fmt: skip
 
-    def __init__(self, goal_id: bytes, stamp_ns: int) -> None:
+    def __init__(self, goal_id: bytes, stamp_ns: int, message: Any = None, client: GoalFollower | None = None) -> None:
         self.goal_id: Final = goal_id
+        """16 bytes."""
         self.stamp_ns: Final = stamp_ns
+        """When it was accepted, nanoseconds."""
+        self.message: Final = message
+        self.client = client
+        """The client's half, which is told of everything; None for a goal that was sent without one, and after the end."""
         self.status = GoalStatus.ACCEPTED
         self.ended_ns = 0
         self.result: Any = None
         self.reason = ""
+        self.task: asyncio.Task[None] | None = None
+        self.body: AsyncGenerator[Any, None] | None = None
+        self.interruption: str | None = None
+        self.interrupted_at: tuple[float, int] = (0.0, 0)
+        """Loop time and feedback count at the last interruption."""
+        self.last: Done[Any] | Aborted[Any] | None = None
+        self.feedback_count = 0
+        self.waiters = Waiters()
+        """Those that wait for the end."""
 
     def __repr__(self) -> str:
         return f"<goal {self.goal_id.hex()[:8]} {self.status.name}{f': {self.reason}' if self.reason else ''}>"
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the goal can still be interrupted: it has not ended, and its body has not had its last word."""
+        return self.last is None and not self.status.is_terminal
+
+    @property
+    def interrupted_as(self) -> GoalStatus:
+        """How an interrupted goal ends: CANCELED after a cancel request, ABORTED when its node ends."""
+        return GoalStatus.CANCELED if self.status is GoalStatus.CANCELING else GoalStatus.ABORTED
 
 
 class CancelCode(IntEnum):
@@ -163,13 +204,21 @@ class GoalTable:
 
     `result_timeout_ns` counts from a goal's end: negative keeps results forever, 0 drops them at the next `expire`.
     Every operation is O(1) except those that list or select goals. Active goals never expire.
+
+    Invariants:
+
+    * A goal is in `_goals` from its acceptance until its result expires, and meanwhile in exactly one of `waiting`, `running`, `_ended`.
+    * `waiting` holds, in order of acceptance, the goals for which `execute` has not been called; `running` those for which it has.
+    * `_ended` is in order of the ends; no `ended_ns` in it is later than that of a goal behind it.
     """
 
-    __slots__ = ("_ended", "_goals", "result_timeout_ns")
+    __slots__ = ("_ended", "_goals", "result_timeout_ns", "running", "waiting")
 
     def __init__(self, result_timeout_ns: int = DEFAULT_RESULT_TIMEOUT_NS) -> None:
         self.result_timeout_ns: Final = result_timeout_ns
         self._goals: dict[bytes, GoalRecord] = {}
+        self.waiting: dict[GoalRecord, None] = {}
+        self.running: dict[GoalRecord, None] = {}
         self._ended: deque[GoalRecord] = deque()
 
     def __len__(self) -> int:
@@ -198,14 +247,17 @@ class GoalTable:
         """The goals that have not ended, in order of acceptance."""
         return tuple(record for record in self._goals.values() if record.status.is_active)
 
-    def accept(self, goal_id: bytes, stamp_ns: int) -> GoalRecord:
+    def accept(
+        self, goal_id: bytes, stamp_ns: int, message: Any = None, client: GoalFollower | None = None
+    ) -> GoalRecord:
         """Track a new goal as ACCEPTED. Raises DuplicateGoal for an id that is still known, ended or not."""
         known = self._goals.get(goal_id)
         if known is not None:
             raise DuplicateGoal(
                 f"goal id {goal_id.hex()} is already in use ({known.status.name}); make a new id for each goal"
             )
-        record = self._goals[goal_id] = GoalRecord(goal_id, stamp_ns)
+        record = self._goals[goal_id] = GoalRecord(goal_id, stamp_ns, message, client)
+        self.waiting[record] = None
         return record
 
     def execute(self, record: GoalRecord) -> bool:
@@ -213,10 +265,12 @@ class GoalTable:
 
         Raises InvalidGoalTransition in any other state.
         """
-        if record.status is GoalStatus.CANCELING:
-            return False
-        self._advance(record, GoalEvent.EXECUTE)
-        return True
+        canceled = record.status is GoalStatus.CANCELING
+        if not canceled:
+            self._advance(record, GoalEvent.EXECUTE)
+        self.waiting.pop(record, None)
+        self.running[record] = None
+        return not canceled
 
     def end(self, record: GoalRecord, event: GoalEvent, now_ns: int, result: Any = None, reason: str = "") -> None:
         """The goal has ended by SUCCEED, ABORT or CANCELED; its result is kept from now on.
@@ -227,6 +281,8 @@ class GoalTable:
         if event not in (GoalEvent.SUCCEED, GoalEvent.ABORT, GoalEvent.CANCELED):
             raise InvalidGoalTransition(f"{event.name} does not end a goal; use SUCCEED, ABORT or CANCELED")
         self._advance(record, event)
+        self.waiting.pop(record, None)
+        self.running.pop(record, None)
         record.result = result
         record.reason = reason
         record.ended_ns = now_ns

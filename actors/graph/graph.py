@@ -16,7 +16,7 @@ from actors.waiting import Waiters
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer  # noqa: F401  # in a quoted base class
     from actors.interfaces.message import Message
-    from actors.services.services import Server  # in a quoted base class
+    from actors.services.server import Server  # in a quoted base class
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
 __all__ = ["ActionEntry", "Graph", "Interceptor", "ServerEntry", "ServiceEntry", "Tap", "TopicEntry"]
@@ -202,6 +202,10 @@ class ServerEntry(Generic[S]):
         self.restarting = None
         self.stopped = node
         self.graph.changed()
+
+    def withdraw(self) -> None:
+        """The server has gone, and may be opened again when somebody asks for it."""
+        self.server = None
 
     def forget(self, node: str) -> None:
         """`node` will not come back: it is no client any more, and a name that nobody serves or waits for leaves the graph."""

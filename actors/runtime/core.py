@@ -29,14 +29,15 @@ from actors.qos.policies import QoS
 from actors.runtime.ground import Ground
 from actors.runtime.mailbox import Mailbox
 from actors.runtime.timers import NodeTimer, TimerRecord
-from actors.services.services import Client, Server
+from actors.services.client import Client
+from actors.services.server import Server
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 from actors.topics.stream import Stream, StreamSubscription
 from actors.topics.timed_publisher import publisher_for
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service, Topic
-    from actors.graph.graph import TopicEntry
+    from actors.graph.graph import ActionEntry, TopicEntry
     from actors.interfaces.message import Message
     from actors.node.declarations import Declarations
     from actors.node.node import Node
@@ -247,20 +248,18 @@ class Core(Ground):
         entry = self.system.graph.service(self.identity.service(service.name))
         if entry.server is not None:
             self._refuse_second(entry.server, "service", entry.server.type, service.type)
-        server = Server(self, entry, service.type, label, concurrent)
-        server.handler = handler
+        server = Server(self, entry, service.type, handler, label, concurrent)
         self.mailbox.services[entry.name] = server
         entry.open(server)
 
-    def serve_action(self, server: ActionServer) -> None:
-        first = server.entry.server
-        if first is not None:
-            self._refuse_second(first, "action", first.action.type, server.action.type)
-        self.mailbox.actions[server.entry.name] = server
-        server.entry.open(server)
+    def serve_action(self, entry: ActionEntry, server: ActionServer) -> None:
+        if entry.server is not None:
+            self._refuse_second(entry.server, "action", entry.server.type, server.type)
+        self.mailbox.actions[entry.name] = server
+        entry.open(server)
         graph = self.system.graph
         for part in ("status", "feedback"):  # who listened to the last incarnation's hears this one's
-            topic = graph.topics.get(f"{server.entry.name}/_action/{part}")
+            topic = graph.topics.get(f"{entry.name}/_action/{part}")
             if topic is not None and topic.subscriptions:
                 graph.open_standard_topic(topic)
 
@@ -365,6 +364,6 @@ class Core(Ground):
             subscription.close()
         for server in self.derived:
             server.fail_all(self.absent)
-            server.entry.server = None
+            server.entry.withdraw()
         self.derived.clear()
         self.mailbox.park(self.fqn, self.absent)

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
+from actors.actions.driver import GoalHandlers
 from actors.actions.server import ActionServer
 from actors.errors import DeclarationError, ProgramExit
 from actors.inbox.control import StopServing, blame, stray_cancel
@@ -226,14 +227,12 @@ def open_endpoints(core: Core) -> None:
         core.serve(service.service, getattr(node, service.attribute), labels[service.attribute], service.concurrent)
     for action in declarations.actions:
         entry = core.system.graph.action(core.identity.service(action.action.name))
-        server = ActionServer(
-            core, entry, action.action, action.arrivals, action.result_timeout, labels[action.attribute]
-        )
-        server.handler = getattr(node, action.attribute)
-        for hook in declarations.hooks:
-            if hook.action is action.action:
-                setattr(server, hook.verb, getattr(node, hook.attribute))
-        core.serve_action(server)
+        hooks = {
+            hook.verb: getattr(node, hook.attribute) for hook in declarations.hooks if hook.action is action.action
+        }
+        handlers = GoalHandlers(labels[action.attribute], getattr(node, action.attribute), **hooks)
+        server = ActionServer(core, entry, action.action, handlers, action.arrivals, action.result_timeout)
+        core.serve_action(entry, server)
 
 
 def start_backgrounds(core: Core) -> None:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from actors.actions.server import ActionServer
     from actors.runtime.core import Core
     from actors.runtime.timers import TimerRecord
-    from actors.services.services import Server
+    from actors.services.server import Server
 
 __all__ = ["Mailbox"]
 

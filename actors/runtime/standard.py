@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.errors import Reject
-from actors.services.services import Server
+from actors.services.server import Server
 from actors.time.values import nanoseconds_of, stamp_of
 
 if TYPE_CHECKING:
@@ -92,8 +92,7 @@ def _core_of(server: ActionServer) -> Core:
 
 
 def _serve(core: Core, entry: ServiceEntry, type: Any, handler: Any, label: str, concurrent: int) -> None:
-    server = Server(core, entry, type, label, concurrent)
-    server.handler = handler
+    server = Server(core, entry, type, handler, label, concurrent)
     core.derived.append(server)
     entry.open(server)
 
@@ -152,19 +151,15 @@ def _open_rosout(system: System, entry: TopicEntry) -> None:
 
 
 def _open_action_service(core: Core, server: ActionServer, entry: ServiceEntry, verb: str) -> None:
-    from actors.actions.server import GoalRun
     from actors.interfaces import derived as types
     from actors.interfaces.action_msgs.srv import CancelGoal
 
     async def send_goal(request: Any) -> Any:
-        run = GoalRun(server, request.goal_id.uuid.tobytes(), request.goal)
-        server.submit(run)
         try:
-            await run.accepted
+            stamp_ns = await server.submit(request.goal_id.uuid.tobytes(), request.goal, None).future
         except Reject:
             return service.Response(accepted=False)
-        assert run.record is not None
-        return service.Response(accepted=True, stamp=stamp_of(run.record.stamp_ns))
+        return service.Response(accepted=True, stamp=stamp_of(stamp_ns))
 
     async def get_result(request: Any) -> Any:
         status, result = await server.result_of(request.goal_id.uuid.tobytes())
@@ -203,7 +198,7 @@ def _goal_info(goal_id: bytes, stamp: Any) -> Any:
 
 def _open_status(core: Core, server: ActionServer, entry: TopicEntry) -> None:
     """Publish the list of goals after every change; changes of one instant are told together."""
-    if server.on_change is not None:
+    if server.observers.status:
         return
     from actors.interfaces.action_msgs.msg import GoalStatus, GoalStatusArray
 
@@ -233,12 +228,12 @@ def _open_status(core: Core, server: ActionServer, entry: TopicEntry) -> None:
             pending = True
             core.system.loop.call_soon(tell)
 
-    server.on_change = changed
+    server.observers.status.append(changed)
     tell()
 
 
 def _open_feedback(core: Core, server: ActionServer, entry: TopicEntry) -> None:
-    if server.on_feedback is not None:
+    if server.observers.feedback:
         return
     from actors.interfaces import derived as types
     from actors.interfaces.unique_identifier_msgs.msg import UUID
@@ -249,4 +244,4 @@ def _open_feedback(core: Core, server: ActionServer, entry: TopicEntry) -> None:
     def feed(goal_id: bytes, feedback: Any) -> None:
         publisher.publish(message(goal_id=UUID(uuid=goal_id), feedback=feedback))
 
-    server.on_feedback = feed
+    server.observers.feedback.append(feed)

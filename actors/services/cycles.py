@@ -11,12 +11,12 @@ import asyncio
 from collections.abc import Iterable, Iterator
 from functools import partial
 from itertools import chain
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
-if TYPE_CHECKING:
-    from actors.services.services import Request
+from actors.inbox.inbox import Inbox, Item
+from actors.services.peers import Caller, Registration
 
-__all__ = ["cycle_of", "waiting_for"]
+__all__ = ["ServedCall", "cycle_of", "waiting_for"]
 
 AnyFuture: TypeAlias = "asyncio.Future[Any]"
 
@@ -24,7 +24,33 @@ SEEN = 1000
 """So many futures and tasks are looked at, at most."""
 
 
-def cycle_of(late: Request, others: Iterable[Request]) -> str | None:
+class Responder(Protocol):
+    """The server of a call."""
+
+    @property
+    def node(self) -> Caller: ...
+
+    @property
+    def entry(self) -> Registration: ...
+
+    @property
+    def inbox(self) -> Inbox: ...
+
+    @property
+    def concurrent(self) -> int: ...
+
+
+class ServedCall(Item, Protocol):
+    """An inbox item: a call to a server of this process that has no answer yet. Its handler runs in its method `run`."""
+
+    @property
+    def server(self) -> Responder: ...
+
+    @property
+    def future(self) -> AnyFuture: ...
+
+
+def cycle_of(late: ServedCall, others: Iterable[ServedCall]) -> str | None:
     """Why `late` cannot be answered, if it waits for itself; else None. `others` are calls that have no answer yet.
 
     A call waits for itself when it, or a call on which its answer depends, is in the inbox of a node whose present handler waits for it.
@@ -42,9 +68,9 @@ def cycle_of(late: Request, others: Iterable[Request]) -> str | None:
     return None
 
 
-def _way(stuck: Request, holder: asyncio.Task[Any]) -> list[Request] | None:
+def _way(stuck: ServedCall, holder: asyncio.Task[Any]) -> list[ServedCall] | None:
     """The calls by which `holder` waits for `stuck`, that one first; None if it does not."""
-    begun: list[tuple[AnyFuture, list[Request]]] = [(stuck.future, [stuck])]
+    begun: list[tuple[AnyFuture, list[ServedCall]]] = [(stuck.future, [stuck])]
     seen: set[AnyFuture] = {stuck.future}
     while begun and len(seen) < SEEN:
         awaited, way = begun.pop()
@@ -81,13 +107,13 @@ def waiting_for(awaited: AnyFuture) -> Iterator[AnyFuture]:
                 yield one
 
 
-def _served_by(task: asyncio.Task[Any], kind: type[Request]) -> Request | None:
-    """The request whose handler runs in this task."""
+def _served_by(task: asyncio.Task[Any], kind: type[Any]) -> ServedCall | None:
+    """The call whose handler runs in this task."""
     waiting: Any = task.get_coro()
     while waiting is not None:
         frame = getattr(waiting, "cr_frame", None)
         if frame is not None and frame.f_code is kind.run.__code__:
-            request: Request = frame.f_locals["self"]
+            request: ServedCall = frame.f_locals["self"]
             return request
         waiting = getattr(waiting, "cr_await", None)
     return None

@@ -17,22 +17,23 @@ gives up, fails the test too, unless the test caused it by `crash` or announced 
 from __future__ import annotations
 
 import asyncio
-import threading
 from collections import deque
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast, overload
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 from actors.errors import NotStarted
 from actors.inbox.control import Failure
-from actors.logs import LogRecord
+from actors.logs import DEBUG, LogRecord
 from actors.node.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.qos import of
+from actors.running.options import options_of
 from actors.running.trees import tree_of
 from actors.supervision.declarations import Child
 from actors.system import NodeState, System
 from actors.testing.failures import ExpectedFailure, FailureWatch, UnexpectedFailure
+from actors.testing.leaks import Leak, LeakWatch
+from actors.testing.probe import Probe
 from actors.time.virtual_loop import VirtualLoop
-from actors.topics.subscription import Subscription
 
 if TYPE_CHECKING:
     from actors.actions.client import Goal
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
+    from actors.running.options import ParameterSources
     from actors.running.run import Observer
     from actors.running.trees import Runnable
     from actors.runtime.life import NodeLife
@@ -58,60 +60,8 @@ N = TypeVar("N", bound=Node)
 O = TypeVar("O", bound="Observer")  # noqa: E741
 
 KEPT_LINES = 200
-ENDING_SECONDS = 0.5
-"""Real seconds within which a thread that is not left over ends."""
 _ME = ("guests", "rig")
 """The path of the rig's own node."""
-
-
-class Leak(AssertionError):
-    """Something outlived the system that owned it."""
-
-
-class Probe(Subscription[M], Generic[M]):
-    """Everything that was published on a topic since the probe was made, with the times.
-
-    It has no public constructor: `Rig.probe` gives one.
-    """
-
-    __slots__ = ("_now", "times")
-
-    def __init__(self, rig_node: Any, entry: Any, type: type[M], qos: QoS, now: Callable[[], float]) -> None:
-        super().__init__(rig_node, entry, type, qos)
-        self.keep_all = False  # it has room for everything, so nobody needs to wait for it
-        self.times: list[float] = []
-        self._now = now
-
-    def deliver(self, message: M) -> None:
-        self.received += 1
-        self.messages.append(message)
-        self.times.append(self._now())
-
-    def __len__(self) -> int:
-        return len(self.messages)
-
-    def __iter__(self) -> Iterator[M]:
-        return iter(self.messages)
-
-    def __getitem__(self, index: int) -> M:
-        return self.messages[index]
-
-    @property
-    def last(self) -> M | None:
-        """The newest message, or None: to be compared, as in ``probe.last == Twist()``."""
-        return self.messages[-1] if self.messages else None
-
-    @property
-    def newest(self) -> M:
-        """The newest message, to look into: ``probe.newest.linear.x``. Raises `AssertionError` when nothing has come."""
-        if not self.messages:
-            raise AssertionError(f"nothing has come on {self.entry.name} since the probe was made")
-        return self.messages[-1]
-
-    def clear(self) -> None:
-        """Forget what was seen."""
-        self.messages.clear()
-        self.times.clear()
 
 
 class Rig:
@@ -140,12 +90,14 @@ class Rig:
         self._system: System | None = None
         self._me: NodeLife | None = None
         self._tree: Spec | None = None
-        self._tasks_before = asyncio.all_tasks()
-        self._threads_before = set(threading.enumerate())
+        self.leaks = LeakWatch(loop)
+        """What ran before the rig was made, and so is nothing that its system has left over."""
 
     # -- the system ---------------------------------------------------------------------------------------------------------
 
-    async def start(self, tree: Runnable, *more: Spec | type[Node], seed: int = 0) -> System:
+    async def start(
+        self, tree: Runnable, *more: Spec | type[Node], seed: int = 0, parameters: ParameterSources | None = None
+    ) -> System:
         """Start a tree, or a few nodes under a plain supervisor, and return when all of it is ready. Takes what `actors.run` takes."""
         if self._system is not None:
             raise RuntimeError("this rig runs a system already: one rig, one system")
@@ -155,7 +107,8 @@ class Rig:
                 '@pytest.mark.asyncio(loop_scope="function")'
             )
         whole = tree_of("rig.start(...)", tree, *more)
-        system = self._make_system(seed=seed, sinks=(self.logs.append,), level=10)
+        options = options_of("rig.start(parameters=...)", whole, parameters, None, DEBUG)
+        system = self._make_system(seed=seed, sinks=(self.logs.append,), level=DEBUG, options=options)
         self._watch.begin(system)
         while self._observers:  # each observes one system: the first, also when it does not come to start
             self._observers.pop(0).attach(system)
@@ -213,16 +166,12 @@ class Rig:
             self._watch.look_beside()
             await system.stop("the test is over")
             await self.quiet()
-            left = self._left_over(system)
+            left = self.leaks.left_over(system)
             sentence = "left over after the system's end: " + "; ".join(left) if left else ""
             self._watch.check(more=sentence)
             if left:
                 raise Leak(sentence)
         self._watch.demand()
-
-    def _forgive_threads(self) -> None:
-        """Threads that run now are none that the system has left over: whoever would have ended them was not allowed to."""
-        self._threads_before |= set(threading.enumerate())
 
     # -- time ---------------------------------------------------------------------------------------------------------------
 
@@ -351,36 +300,6 @@ class Rig:
         time = f"{self.now:.6f}" if self._system is not None else "-"
         lines = [str(record) for record in list(self.logs)[-last:]]
         return "\n".join([f"rig: seed={seed} t={time} s; the last {len(lines)} log lines:", *lines])
-
-    def _left_over(self, system: System) -> list[str]:
-        left = [
-            f"task {task.get_name()}"
-            for task in asyncio.all_tasks() - self._tasks_before
-            if task is not asyncio.current_task()
-        ]
-        threads = set(threading.enumerate()) - self._threads_before
-        left += [
-            f"thread {thread.name}" for thread in threads if not _is_pooled(thread, self.loop) and _goes_on(thread)
-        ]
-        for entry in system.graph.topics.values():
-            left += [repr(endpoint) for endpoint in (*entry.publishers, *entry.subscriptions)]
-        for state in system.nodes.values():
-            left += [
-                repr(run) for server in state.mailbox.actions.values() for run in (*server.running, *server.waiting)
-            ]
-        return sorted(left)
-
-
-def _goes_on(thread: threading.Thread) -> bool:
-    """Whether a thread has more to do; one that has told the loop its result may need a moment of real time to end."""
-    thread.join(ENDING_SECONDS)
-    return thread.is_alive()
-
-
-def _is_pooled(thread: threading.Thread, loop: VirtualLoop) -> bool:
-    """Whether a thread is the loop's own, or anyio's: it waits for its next job, and ends with the loop."""
-    executor = getattr(loop, "_default_executor", None)
-    return thread in getattr(executor, "_threads", ()) or type(thread).__module__.startswith("anyio.")
 
 
 def _is_called(state: NodeState, node: type[Node] | str) -> bool:

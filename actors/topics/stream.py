@@ -12,7 +12,7 @@ from actors.inbox.expiring import ExpiringMessage
 from actors.time.deadlines import check_timeout
 from actors.topics.events import EventStream, close_forgotten
 from actors.topics.subscription import Subscription
-from actors.waiting import Waiters
+from actors.waiting import wake
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
@@ -29,10 +29,10 @@ class StreamSubscription(Subscription[M]):
     """The subscription behind a `Stream`. `on_close` is called once, when it is closed."""
 
     # Invariants:
-    # * Somebody waits in `readers` only while no message waits and the subscription is open; a stream sees to it that it is at most one task.
+    # * `reader` is what the one task waits for that iterates the stream; None while none waits.
     # * Once `closed`, it is in no topic, and nothing more arrives; what waits can still be taken out.
 
-    __slots__ = ("_on_close", "closed", "latest", "readers")
+    __slots__ = ("_on_close", "closed", "latest", "reader")
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class StreamSubscription(Subscription[M]):
     ) -> None:
         super().__init__(node, entry, type, qos)
         self.latest: M | None = None
-        self.readers = Waiters()
+        self.reader: asyncio.Future[None] | None = None
         self.closed = False
         self._on_close = on_close
 
@@ -55,8 +55,9 @@ class StreamSubscription(Subscription[M]):
             self._overflow(message)
             return
         self.messages.append(message)
-        if self.readers:
-            self.readers.wake_all()
+        reader = self.reader
+        if reader is not None and not reader.done():  # `wake`, written out: this is the hot path of streams
+            reader.set_result(None)
 
     def wrapped(self, expiring: ExpiringMessage[M]) -> M:
         self.must_unwrap = True
@@ -69,7 +70,8 @@ class StreamSubscription(Subscription[M]):
         super().close()
         if self._on_close is not None:
             self._on_close(self)
-        self.readers.wake_all()
+        if self.reader is not None:
+            wake(self.reader, None)
 
 
 class Stream(Generic[M]):
@@ -134,11 +136,7 @@ class Stream(Generic[M]):
             while not subscription.messages:
                 if subscription.closed:
                     raise StopAsyncIteration
-                if subscription.readers:
-                    raise RuntimeError(
-                        f"two tasks wait on one stream of {subscription.entry.name}: give each its own subscribe()"
-                    )
-                await subscription.readers.wait()
+                await self._arrival(subscription)
             message = subscription.messages.popleft()
             if not subscription.must_unwrap:
                 return message
@@ -174,3 +172,14 @@ class Stream(Generic[M]):
         subscription = getattr(self, "_subscription", None)
         if subscription is not None and not subscription.closed:
             close_forgotten(self._loop, self._thread, subscription.close)
+
+    async def _arrival(self, subscription: StreamSubscription[M]) -> None:
+        if subscription.reader is not None:
+            raise RuntimeError(
+                f"two tasks wait on one stream of {subscription.entry.name}: give each its own subscribe()"
+            )
+        subscription.reader = asyncio.get_running_loop().create_future()
+        try:
+            await subscription.reader
+        finally:
+            subscription.reader = None

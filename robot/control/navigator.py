@@ -21,7 +21,7 @@ from robot.model.footprint import Footprint
 from robot.planning.errors import GoalBlocked, NavigationError, NoProgress, PathBlocked
 from robot.planning.grid import Grid
 from robot.planning.path import Path
-from robot.planning.planner import Planner, check_finite
+from robot.planning.planner import Margins, Planner, check_finite
 
 __all__ = ["Motion", "Navigator", "State"]
 
@@ -94,8 +94,9 @@ class Navigator:
         limits: Limits | None = None,
         tolerance: Tolerance | None = None,
         footprint: Footprint | None = None,
+        margins: Margins | None = None,
     ) -> None:
-        self._footprint = footprint or Footprint()
+        self._footprint, self._margins = footprint or Footprint(), margins or Margins()
         self.follower = Follower(limits, tolerance)
         self.state = State.IDLE
         self.goal: Pose2 | None = None
@@ -132,7 +133,7 @@ class Navigator:
 
     def update_map(self, grid: Grid) -> None:
         """Use another map from now on; a running goal is planned anew at the next step."""
-        self.planner = Planner(grid, self._footprint)
+        self.planner = Planner(grid, self._footprint, self._margins)
         self.around = Surroundings(grid, self._footprint)
         self._planned_at = -math.inf
         self._planned_changes = -1

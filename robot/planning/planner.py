@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,15 +17,23 @@ from robot.planning.grid import Cell, Grid, block_mean
 from robot.planning.path import Path, pull
 from robot.planning.wavefront import Wavefront
 
-__all__ = ["Planner", "check_finite"]
+__all__ = ["Margins", "Planner", "check_finite"]
 
 
-_ROOMY, _TIGHT = 0.09, 0.01
-"""Margins beside a body that walks straight on, m: first with room to turn a little on the way; where that finds no way, with 1 cm."""
 _COARSE = 0.1
 """Cells of the first try, m."""
 _ESCAPE = 0.5
 """How far from a spot that is too near to things (but free) a path may begin, m."""
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """What a plan leaves to each side of a body that walks straight on, m."""
+
+    roomy: float = 0.09
+    """At the first try; chosen: room to turn a little on the way."""
+    tight: float = 0.01
+    """Where that finds no way; chosen for the data sheet's outline, which holds 2 cm more to each side than the legs sweep."""
 
 
 def check_finite(pose: Pose2, what: str) -> None:
@@ -38,13 +47,13 @@ class Planner:
     without.
     """
 
-    def __init__(self, grid: Grid, footprint: Footprint | None = None) -> None:
-        body = footprint or Footprint()
+    def __init__(self, grid: Grid, footprint: Footprint | None = None, margins: Margins | None = None) -> None:
+        body, margins = footprint or Footprint(), margins or Margins()
         factor = max(1, round(_COARSE / grid.resolution))
         self.grid = grid
         self._levels = (
-            _Level(grid, factor, Inflation.for_footprint(body, _ROOMY)),
-            _Level(grid, 1, Inflation.for_footprint(body, _TIGHT)),
+            _Level(grid, factor, Inflation.for_footprint(body, margins.roomy)),
+            _Level(grid, 1, Inflation.for_footprint(body, margins.tight)),
         )
 
     def __repr__(self) -> str:

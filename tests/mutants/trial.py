@@ -67,7 +67,7 @@ SUBJECTS: Final = {
         ),
     ),
     "services": Subject(
-        ("actors/services/services.py",),
+        ("actors/services/server.py", "actors/services/client.py", "actors/services/peers.py"),
         (
             "tests/scenarios/test_services.py",
             "tests/scenarios/test_derived.py",
@@ -87,7 +87,7 @@ SUBJECTS: Final = {
         ),
     ),
     "actions": Subject(
-        ("actors/actions/server.py", "actors/actions/client.py"),
+        ("actors/actions/*.py",),
         (
             "tests/scenarios/test_actions.py",
             "tests/scenarios/test_crossings.py",

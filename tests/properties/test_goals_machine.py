@@ -133,6 +133,10 @@ class Goals(RuleBasedStateMachine):
             assert [record.goal_id for record in self.table.records()] == list(self.known)
             assert all(self.table.status_of(known) is status for known, status in self.known.items())
             assert len(self.table.active()) == sum(status.is_active for status in self.known.values())
+            assert {*self.table.waiting, *self.table.running} == {*self.table.active()}
+            assert len(self.table.waiting) + len(self.table.running) == len(self.table.active())
+            assert all(record.status is not GoalStatus.EXECUTING for record in self.table.waiting)
+            assert all(record.status is not GoalStatus.ACCEPTED for record in self.table.running)
 
 
 TestGoals = Goals.TestCase

@@ -518,8 +518,8 @@ async def test_A_66_a_cancel_after_the_last_word_comes_too_late(rig: Rig) -> Non
 async def test_a_goal_canceled_in_the_very_moment_of_its_acceptance_is_canceled_and_blocks_nobody(rig: Rig) -> None:
     await rig.start(Counter)
     goal = await rig.start_goal(COUNT, order(1))
-    run = next(iter(server_of(rig).running))
-    assert not run.begun  # its task has not come to its first step
+    running = next(iter(server_of(rig).running))
+    assert running.body is None  # its task has not come to its first step
     assert await goal.cancel() is True
     assert (await goal.ended()).status is GoalStatus.CANCELED
     assert rig.node(Counter).log_of == []
@@ -597,7 +597,7 @@ async def test_a_client_that_is_canceled_while_its_goal_is_considered_leaves_not
     late.cancel()
     await rig.advance(5.0)
     assert rig.node(Slow).log_of == []
-    assert not server_of(rig).arriving
+    assert not server_of(rig).requests
 
 
 async def test_a_client_that_goes_while_its_goal_is_considered_preempts_nobody(rig: Rig) -> None:
@@ -620,11 +620,11 @@ async def test_a_client_that_is_canceled_in_the_moment_of_acceptance_cancels_its
     starting = asyncio.create_task(rig.start_goal(COUNT, order(5)))
     await asyncio.sleep(0)
     server = server_of(rig)
-    (run,) = server.arriving
+    (request,) = server.requests
     rig.state(Counter).mailbox.inbox.put_control(Moment(starting.cancel))  # before the client can look at the answer
     await rig.advance(10.0)
     assert starting.cancelled()
-    assert run.outcome.status is GoalStatus.CANCELED
+    assert server.table.status_of(request.goal_id) is GoalStatus.CANCELED
 
 
 @pytest.mark.task_order("the client counts the steps to the rejection")

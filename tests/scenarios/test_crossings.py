@@ -152,8 +152,8 @@ async def test_who_no_longer_waits_for_a_result_does_not_hold_up_the_goals_end(r
     first, second = (asyncio.create_task(server_of(rig).result_of(goal.goal_id)) for _ in range(2))
     await rig.advance(1.0)
     first.cancel()
-    (run,) = server_of(rig).running
-    assert repr(run).endswith("of /count: EXECUTING>")
+    (running,) = server_of(rig).running
+    assert server_of(rig).describe(running).endswith("of /count: EXECUTING>")
     await rig.advance(2.0)
     assert await second == (GoalStatus.SUCCEEDED, result(2))
 

@@ -107,7 +107,7 @@ async def test_D4_a_goal_whose_block_is_left_is_canceled_by_its_server(rig: Rig,
     await rig.advance(0.2)
     (server,) = rig.node(Gripper).core.mailbox.actions.values()
     assert not server.running
-    assert [run.status.name for run in server.known.values()] == ["CANCELED"]
+    assert [goal.status.name for goal in server.table.records()] == ["CANCELED"]
 
 
 async def test_D4_a_server_that_refuses_is_heard_also_when_nobody_waits_for_its_answer(rig: Rig) -> None:

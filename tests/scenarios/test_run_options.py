@@ -28,6 +28,7 @@ from actors.nodes import ParameterServer
 from actors.parameters.files import InvalidParams
 from actors.running.arguments import InvalidRosArguments, UnknownRosArguments
 from actors.running.options import parameters_by_node
+from actors.testing import Rig
 
 WORDS = Topic(String, "words")
 
@@ -364,3 +365,17 @@ def test_a_blocking_node_hands_its_arguments_to_its_tree_or_takes_them_itself() 
         assert script.name == "other"
     with pytest.raises(InvalidParams, match="no node is called that"):
         blocking.open_node("script", tree=tree(), argv=ros("-p", "gate:speed:=1.5"))
+
+
+# -- tests ----------------------------------------------------------------------------------------------------------------------
+
+
+async def test_a_rig_takes_parameters_as_a_run_does(rig: Rig) -> None:
+    system = await rig.start(tree(), parameters={"/left/gait": {"speed": 1.25}})
+    assert (node(system, "/left/gait").speed, node(system, "/gait").speed) == (1.25, 0.5)
+    assert [line for line in rig.logs if line.event == "gait ready"] != []
+
+
+async def test_a_rig_refuses_them_as_a_run_does(rig: Rig) -> None:
+    with pytest.raises(InvalidParams, match=r"rig.start\(parameters=...\): gate: no node is called that"):
+        await rig.start(tree(), parameters={"gate": {"speed": 1.0}})

@@ -45,8 +45,6 @@ FLOORS = (
 
 UPWARDS: frozenset[tuple[str, str]] = frozenset(
     {
-        ("actors.actions.client", "actors.graph.graph"),
-        ("actors.actions.server", "actors.graph.graph"),
         ("actors.node.node", "actors.runtime.core"),
         ("actors.runtime.core", "actors.system"),
         ("actors.runtime.ground", "actors.system"),
@@ -55,7 +53,6 @@ UPWARDS: frozenset[tuple[str, str]] = frozenset(
         ("actors.runtime.standard", "actors.lifecycle.node"),
         ("actors.runtime.standard", "actors.system"),
         ("actors.runtime.unsupervised", "actors.system"),
-        ("actors.services.services", "actors.graph.graph"),
     }
 )
 """The exceptions, (module, module above it), none of them at module level. This list only gets shorter."""

@@ -277,7 +277,7 @@ async def test_where_a_task_waits_is_told_by_the_users_own_line() -> None:
         await asyncio.sleep(5.0)
         yield
 
-    for way, function in (("direct", "inner"), ("library", "through_a_library"), ("generator", "outer")):
+    for way, function in (("direct", "inner"), ("library", "through_a_library"), ("generator", "stepping")):
         task = asyncio.create_task(outer(way))
         await asyncio.sleep(0)
         place = awaited_in(task)

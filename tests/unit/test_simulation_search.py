@@ -524,15 +524,6 @@ def test_a_fault_that_comes_while_a_tree_ends_by_itself_is_no_failure() -> None:
         assert Scenario(body).run(0, shuffled=False, faults=parse(f"crash:/listener#{nth}")).error is None
 
 
-def test_a_child_of_another_process_runs_in_this_one() -> None:
-    async def body(rig: Rig) -> None:
-        await rig.start(odd_systems.elsewhere())
-        await rig.advance(1.0)
-        assert rig.node(Source).count == 10
-
-    assert Scenario(body).run(0).error is None
-
-
 def test_a_system_without_a_tree_has_nothing_to_count() -> None:
     async def body(rig: Rig) -> None:
         system = rig._make_system(seed=0, sinks=())

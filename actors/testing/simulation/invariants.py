@@ -141,11 +141,13 @@ class Watch:
         for state in self._system.nodes.values():
             for server in state.mailbox.actions.values():
                 for goal in server.running:
-                    if goal.canceling is None:
+                    if goal.interruption is None:
                         continue
                     since = canceling[goal] = self._canceling.get(goal, now)
                     if now - since > self._patience:
-                        raise InvariantBroken(f"{goal!r} was asked to cancel at t={since:.3f} s and goes on")
+                        raise InvariantBroken(
+                            f"{server.describe(goal)} was asked to cancel at t={since:.3f} s and goes on"
+                        )
         self._canceling = canceling
 
     def _look_at_locks(self, now: float) -> None:

@@ -17,7 +17,7 @@ from actors.interfaces.message import Message
 from actors.places import USER, chain_of, owner_of
 from actors.runtime.core import Core
 from actors.runtime.life import NodeLife
-from actors.services.services import Client
+from actors.services.client import Client
 from actors.system import System
 from actors.testing.faults import CLOCK, Fault, Profile
 from actors.testing.simulation.links import Link, interceptor
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service
     from actors.node.node import Node
     from actors.runtime.timers import NodeTimer
-    from actors.services.services import Server
+    from actors.services.server import Server
     from actors.supervision.declarations import Child
     from actors.supervision.report import Report
     from actors.time.virtual_loop import VirtualLoop

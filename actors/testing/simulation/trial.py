@@ -129,7 +129,7 @@ class Scenario:
             for watch in watches:
                 watch.look(loop.time())
             if any(system.deaths for system in systems):
-                rig._forgive_threads()
+                rig.leaks.forgive_threads()
         except BaseException as error:
             await _close_after(rig, error)
             raise

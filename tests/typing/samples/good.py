@@ -35,7 +35,7 @@ from actors import (
     run,
     subscribes,
 )
-from actors.actions.server import Outcome
+from actors.actions.peers import Outcome
 from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Feedback, Fibonacci_Goal, Fibonacci_Result
 from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Request, AddTwoInts_Response
 from actors.interfaces.std_msgs.msg import Int32, String

@@ -1,0 +1,24 @@
+"""Arrival policies: what becomes of a goal that arrives while others wait or run."""
+
+from __future__ import annotations
+
+from actors.contracts.contracts import ArrivalPolicy
+
+__all__ = ["places", "refusal"]
+
+
+def places(arrivals: ArrivalPolicy) -> int:
+    """How many goals may run at once."""
+    return arrivals.size if arrivals.policy == "parallel" else 1
+
+
+def refusal(arrivals: ArrivalPolicy, waiting: int, running: int) -> str | None:
+    """Why a goal that arrives now is rejected; None when it is accepted. A goal that preempts is always accepted."""
+    policy, size = arrivals.policy, arrivals.size
+    if policy == "queue" and waiting >= size:
+        return f"the queue is full: {size} goals wait"
+    if policy == "parallel" and waiting + running >= size:
+        return f"{size} goals run already"
+    if policy == "reject" and waiting + running:
+        return "another goal is running"
+    return None

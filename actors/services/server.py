@@ -1,0 +1,206 @@
+"""The serving side of services: a request waits for its node's turn, or has a task of its own; its answer completes the caller's future.
+
+The caller gets the response or one error, never silence. A caller that gives up is forgotten; a late answer is dropped, never given to a
+later call.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections import deque
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING, Any, cast
+
+import msgspec
+
+from actors.errors import CallTimeout, ServiceFailed, WrongType
+from actors.inbox.control import blame
+from actors.services.cycles import cycle_of
+from actors.services.peers import Caller, Registration
+from actors.time.deadlines import FEW
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import Message, ServiceType
+
+__all__ = ["Request", "Server"]
+
+
+class Server:
+    """One node's service: requests go through the node's inbox, or, `concurrent`, into tasks of their own.
+
+    Invariants:
+
+    * A request without an answer is in the inbox or in `active`, until it is answered or `fail_all` has failed it.
+    * Of a concurrent server, all open requests are in `active`; those that have no task yet are in `waiting`, too. At most `concurrent`
+      of them have a task, and none before the node has started.
+    * Of a server that is not concurrent, `active` holds only requests whose handler was broken off by the end of the node.
+    """
+
+    __slots__ = (
+        "active",
+        "calls",
+        "concurrent",
+        "deadlines",
+        "entry",
+        "handler",
+        "inbox",
+        "label",
+        "node",
+        "response",
+        "type",
+        "waiting",
+    )
+
+    def __init__(
+        self,
+        node: Caller,
+        entry: Registration,
+        kind: type[ServiceType[Any, Any]],
+        handler: Callable[[Any], Awaitable[Message]],
+        label: str,
+        concurrent: int = 0,
+    ) -> None:
+        self.node = node
+        self.inbox = node.inbox
+        self.deadlines = node.deadlines
+        self.entry = entry
+        self.type = kind
+        self.response: type[Message] = cast("Any", kind).Response
+        self.handler = handler
+        self.label = label
+        self.concurrent = concurrent
+        self.active: dict[Request, None] | None = {} if concurrent else None
+        self.waiting: deque[Request] | None = deque() if concurrent else None
+        self.calls = 0
+
+    def __repr__(self) -> str:
+        return f"<server of {self.entry.name} in {self.node.fqn}: {self.calls} calls, {len(self.open())} open>"
+
+    @property
+    def host(self) -> str:
+        return self.node.fqn
+
+    def open(self) -> list[Request]:
+        """The requests that have no answer yet."""
+        inbox = self.inbox
+        queued = [one for one in (inbox.current, *inbox.items) if isinstance(one, Request) and one.server is self]
+        return [*(self.active or ()), *queued]
+
+    def submit(self, message: Any, caller: Caller, timeout: float) -> Request:
+        """Queue a request; its future is completed whatever happens, within `timeout` seconds."""
+        inbox = self.inbox
+        request = Request(self, message, inbox.loop.create_future(), caller)
+        self.deadlines.watch(request, timeout)
+        self.calls += 1
+        if not self.concurrent:
+            inbox.items.append(request)
+            # `Inbox.put`, written out: a call less for every request. A node that sleeps has a waiter; one that is busy is told of the
+            # first request only, which begins the watch over the handler that keeps it waiting.
+            if inbox.waiter is not None or inbox.watch is None:
+                inbox.wake()
+            return request
+        assert self.active is not None
+        assert self.waiting is not None
+        self.active[request] = None
+        if self.node.serving and len(self.active) - len(self.waiting) <= self.concurrent:
+            self.node.spawn(self._work(request), name=self.label)
+        else:
+            self.waiting.append(request)
+        return request
+
+    def begin(self) -> None:
+        """The node has started: work off the requests that have come meanwhile."""
+        if self.waiting:
+            for _ in range(min(self.concurrent, len(self.waiting))):
+                self.node.spawn(self._work(self.waiting.popleft()), name=self.label)
+
+    def fail_all(self, error: Callable[[], Exception]) -> None:
+        """The node has ended: let every open request fail with `error()`."""
+        if self.waiting:
+            self.waiting.clear()
+        for request in self.open():
+            request.fail(error())
+        if self.active is not None:
+            self.active.clear()
+
+    async def _work(self, request: Request) -> None:
+        """A task of a concurrent server: it runs one request after another, until none waits."""
+        assert self.active is not None
+        while True:
+            await request.run()
+            self.active.pop(request, None)
+            if not self.waiting:
+                return
+            request = self.waiting.popleft()
+
+
+class Request(msgspec.Struct, eq=False):
+    """One call under way; as an inbox item it is answered in its turn.
+
+    Invariants:
+
+    * `future` is completed once: by `run`, by `fail`, by the deadline (`late`), or by the caller, who cancels it when it gives up.
+    * A request whose future is done when its turn comes is not run.
+    """
+
+    server: Server
+    message: Message
+    future: asyncio.Future[Any]
+    caller: Caller
+    due: float = math.inf
+
+    def __repr__(self) -> str:
+        return f"<request of {self.caller.fqn} to {self.server.entry.name}: {self.message!r:.60}>"
+
+    @property
+    def label(self) -> str:
+        return self.server.label
+
+    @property
+    def answered(self) -> bool:
+        return self.future.done()
+
+    def fail(self, error: BaseException) -> None:
+        """Let the caller have `error`, if it still waits."""
+        if not self.future.done():
+            self.future.set_exception(error)
+
+    def late(self) -> CallTimeout:
+        """The error of a caller that has waited long enough; it names the cycle of calls if this call is part of one."""
+        server = self.server
+        # Other calls matter only to one that is being answered; and thousands that are late together must not hold the loop.
+        begun = len(server.waiting) < FEW if server.waiting is not None else server.inbox.current is self
+        others = self.caller.deadlines.waiting() if begun else ()
+        cycle = cycle_of(self, (one for one in others if isinstance(one, Request)))
+        why = "give the call more time, or make it an action"
+        if cycle is not None:
+            why = f"{cycle}; declare one of the handlers concurrent=n, or do not call back into a caller"
+        return CallTimeout(f"{server.node.fqn} did not answer {server.entry.name} in time: {why}")
+
+    async def run(self) -> None:
+        """Run the handler and complete the caller's future; when the node itself is ended, that is left to `Server.fail_all`.
+
+        An error that is no `Exception` is the caller's answer, too, and ends the node.
+        """
+        server, future = self.server, self.future
+        if future.done():  # the caller has given up: do not work for nobody
+            return
+        try:
+            reply = await server.handler(self.message)
+            if reply.__class__ is not server.response:
+                raise WrongType(f"{server.label} answered {type(reply).__name__}, not {server.response.__name__}")
+        except BaseException as error:
+            failure = blame(error, server.label)
+            if failure is None:
+                server.active = {**(server.active or {}), self: None}
+                raise
+            answer = ServiceFailed(server.node.fqn, type(failure).__name__, str(failure))
+            answer.__cause__ = failure
+            self.fail(answer)
+            if not isinstance(failure, Exception):  # a panic of a native library, for instance
+                raise
+            server.node.service_failed(server.label, failure)
+        else:
+            if not future.done():
+                future.set_result(reply)

@@ -1,0 +1,62 @@
+"""`Probe`: a test's ear on one topic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from actors.topics.subscription import Subscription
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import Message
+    from actors.qos.policies import QoS
+
+__all__ = ["Probe"]
+
+M = TypeVar("M", bound="Message")
+
+
+class Probe(Subscription[M], Generic[M]):
+    """Everything that was published on a topic since the probe was made, with the times.
+
+    It has no public constructor: `Rig.probe` gives one.
+    """
+
+    __slots__ = ("_now", "times")
+
+    def __init__(self, rig_node: Any, entry: Any, type: type[M], qos: QoS, now: Callable[[], float]) -> None:
+        super().__init__(rig_node, entry, type, qos)
+        self.keep_all = False  # it has room for everything, so nobody needs to wait for it
+        self.times: list[float] = []
+        self._now = now
+
+    def deliver(self, message: M) -> None:
+        self.received += 1
+        self.messages.append(message)
+        self.times.append(self._now())
+
+    def __len__(self) -> int:
+        return len(self.messages)
+
+    def __iter__(self) -> Iterator[M]:
+        return iter(self.messages)
+
+    def __getitem__(self, index: int) -> M:
+        return self.messages[index]
+
+    @property
+    def last(self) -> M | None:
+        """The newest message, or None: to be compared, as in ``probe.last == Twist()``."""
+        return self.messages[-1] if self.messages else None
+
+    @property
+    def newest(self) -> M:
+        """The newest message, to look into: ``probe.newest.linear.x``. Raises `AssertionError` when nothing has come."""
+        if not self.messages:
+            raise AssertionError(f"nothing has come on {self.entry.name} since the probe was made")
+        return self.messages[-1]
+
+    def clear(self) -> None:
+        """Forget what was seen."""
+        self.messages.clear()
+        self.times.clear()
