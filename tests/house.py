@@ -24,7 +24,7 @@ __all__ = ["Figure", "House", "circles", "main"]
 LONG_FILE = 400
 LONG_FUNCTION = 60
 GENERATED = frozenset({"msg", "srv", "action"})
-FOREIGN = frozenset({"_args", "_callback", "_cancelled", "_context", "_exit", "_fields", "_run"})
+FOREIGN = frozenset({"_args", "_callback", "_cancelled", "_context", "_exit", "_fields", "_replace", "_run"})
 """Private names of asyncio's handles, of named tuples and of `os`, which modules of ours use, too."""
 
 OBJECTS = """
@@ -160,7 +160,10 @@ class House:
 
     def _class(self, module: str, base: ast.expr) -> Definition | None:
         plain = base.value if isinstance(base, ast.Subscript) else base
-        return self.surface.resolve(module, plain.id) if isinstance(plain, ast.Name) else None
+        found = self.surface.resolve(module, plain.id) if isinstance(plain, ast.Name) else None
+        if found is None or not found.name:
+            return None
+        return found if isinstance(self.surface.modules[found.module].defined[found.name], ast.ClassDef) else None
 
     def private_access(self) -> Iterator[str]:
         """Uses of a private name, of an object, that another module of the package defines and the own one does not."""

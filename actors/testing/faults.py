@@ -183,12 +183,15 @@ class Delay(_OnLinks):
 
 
 @dataclass(frozen=True, slots=True)
-class Freeze(Delay):
+class Freeze(_OnLinks):
     """A sensor repeats its last message for up to `up_to` seconds."""
 
     at_most: int = 1
     up_to: float = 2.0
     kind: Kind = field(default="freeze", init=False, repr=False)
+
+    def _by(self, rng: Random) -> float:
+        return _seconds(rng, self.up_to)
 
 
 @dataclass(frozen=True, slots=True)

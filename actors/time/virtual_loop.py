@@ -143,6 +143,15 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return not self._ready
 
     @property
+    def progress(self) -> object:
+        """Equal to an earlier value only if the loop has not turned since. May be read in another thread."""
+        return self._now, self._order, self._spins
+
+    def last_step(self, task: asyncio.Task[Any] | None, default: float) -> float:
+        """When a task made its last step, in virtual seconds; `default` if that is not known."""
+        return self._stamps.get(id(task), default)
+
+    @property
     def stands_still(self) -> bool:
         """Whether virtual time waits for a thread or a process."""
         return bool(self._outside.names())

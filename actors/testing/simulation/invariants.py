@@ -161,7 +161,7 @@ class Watch:
 
     def _last_step(self, task: asyncio.Task[Any] | None, now: float) -> float:
         """When a task ran for the last time, seconds."""
-        return cast("VirtualLoop", self._system.loop)._stamps.get(id(task), now)
+        return cast("VirtualLoop", self._system.loop).last_step(task, now)
 
     def _look_at_orphans(self, now: float) -> None:
         bereaved = self._system.bereaved

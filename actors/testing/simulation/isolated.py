@@ -169,4 +169,4 @@ def progress(loop: VirtualLoop | None, thread: int) -> object:
     frame = sys._current_frames().get(thread)
     if loop is None or frame is None or frame.f_code.co_filename == selectors.__file__:
         return None
-    return loop.time(), loop._order, loop._spins
+    return loop.progress
