@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from tests.imports import edges, modules
 from tests.surface import Definition, Surface
@@ -24,7 +24,9 @@ __all__ = ["Figure", "House", "circles", "main"]
 LONG_FILE = 400
 LONG_FUNCTION = 60
 GENERATED = frozenset({"msg", "srv", "action"})
-FOREIGN = frozenset({"_args", "_callback", "_cancelled", "_context", "_exit", "_fields", "_replace", "_run"})
+FOREIGN = frozenset(
+    {"_args", "_callback", "_cancelled", "_check_closed", "_context", "_exit", "_fields", "_replace", "_run"}
+)
 """Private names of asyncio's handles, of named tuples and of `os`, which modules of ours use, too."""
 
 OBJECTS = """
@@ -62,14 +64,20 @@ class Figure(NamedTuple):
 
 
 class House:
-    """The package in a folder, read once."""
+    """The package in a folder, read once. Its public modules are those that the tests beside it name; without them, all its packages."""
 
     def __init__(self, package: Path) -> None:
         self.package = package
         self.paths = {name: path for name, path in modules(package).items() if name.rpartition(".")[2] not in GENERATED}
         self.trees = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in self.paths.items()}
         self.edges = [one for one in edges(package) if one.source in self.paths and one.target in self.paths]
-        self.surface = Surface(package)
+        tests = package.parent / "tests"
+        internal: dict[str, tuple[str, ...]] = _literal(tests / "reference.py", "INTERNAL") or {}
+        self.surface = Surface(
+            package, {f"{kind}.{member}" for kind, members in internal.items() for member in members}
+        )
+        packages = [name for name, path in self.paths.items() if path.name == "__init__.py"]
+        self.faces: tuple[str, ...] = _literal(tests / "unit" / "test_surface.py", "FACES") or tuple(packages)
 
     def figures(self) -> Iterator[Figure]:
         """The whole table, without the objects of a node."""
@@ -98,10 +106,10 @@ class House:
         yield Figure(f"names in {root}.__all__", len(self.surface.exports(root)))
         public = self.surface.exported([root])
         yield _listed("own types in their signatures, not in it", map(str, self.surface.missing(public)))
-        faces = [name for name, path in self.paths.items() if path.name == "__init__.py" and self.surface.exports(name)]
-        public = self.surface.exported(faces)
-        yield Figure("names in the __all__ of all packages", len(public))
-        yield _listed("own types in their signatures, not in them", map(str, self.surface.missing(public)))
+        public = self.surface.exported(self.faces)
+        yield Figure("names in the __all__ of all public modules", len(public))
+        missing = (one for one in self.surface.missing(public) if one.module.rpartition(".")[2] not in GENERATED)
+        yield _listed("own types in their signatures, not in them", map(str, missing))
         yield _listed(f"files over {LONG_FILE} lines", self.long_files())
         yield _listed(f"functions over {LONG_FUNCTION} lines", self.long_functions())
 
@@ -222,6 +230,20 @@ def main(arguments: list[str]) -> int:
             for item in figure.items if "-v" in arguments else ():
                 print(f"          {item}")
     return 0
+
+
+def _literal(path: Path, name: str) -> Any:
+    """The value of a constant of a module, as it is written there; None if there is no such file or constant."""
+    tree = ast.parse(path.read_text(encoding="utf-8")) if path.is_file() else ast.Module([], [])
+    for statement in tree.body:
+        targets = statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]
+        if any(isinstance(one, ast.Name) and one.id == name for one in targets):
+            return (
+                ast.literal_eval(statement.value)
+                if isinstance(statement, (ast.Assign, ast.AnnAssign)) and statement.value
+                else None
+            )
+    return None
 
 
 def _listed(name: str, items: Iterable[str]) -> Figure:

@@ -88,7 +88,7 @@ def test_it_counts(toy: House) -> None:
         "private access across our own modules": 2,
         "names in toy.__all__": 2,
         "own types in their signatures, not in it": 1,
-        "names in the __all__ of all packages": 2,
+        "names in the __all__ of all public modules": 2,
         "own types in their signatures, not in them": 1,
         "files over 400 lines": 0,
         "functions over 60 lines": 0,
@@ -101,6 +101,19 @@ def test_it_counts(toy: House) -> None:
         "toy.top.door:3 _oil",
     )
     assert found["own types in their signatures, not in it"].items == ("toy.middle.lock.Lock",)
+
+
+def test_what_is_public_is_read_from_the_tests_beside_the_package(toy: House) -> None:
+    assert toy.faces == ("toy", "toy.messages", "toy.middle", "toy.top")
+    tests = toy.package.parent / "tests" / "unit"
+    tests.mkdir(parents=True)
+    (tests / "test_surface.py").write_text("FACES = ('toy',)\n", encoding="utf-8")
+    (tests.parent / "reference.py").write_text(
+        "INTERNAL: dict[str, tuple[str, ...]] = {'Door': ('lock', '__init__')}\n", encoding="utf-8"
+    )
+    found = House(toy.package)
+    assert found.faces == ("toy",)
+    assert found.surface.missing(found.surface.exported(found.faces)) == {}
 
 
 def test_rooms_that_import_each_other_share_a_floor(toy: House) -> None:
