@@ -173,7 +173,7 @@ class FlightRecorder:
         return self
 
     def freeze(self) -> FlightRecord:
-        """What is held at this instant, as a value that later events do not change. Quick: nothing is copied but references."""
+        """The present contents as a value that later events do not change. Only references are copied."""
         newest = max((ring.entries[-1].at for ring in self._rings if ring.entries), default=0.0)
         for ring in self._rings:
             ring.trim(newest - self.seconds)
@@ -246,7 +246,7 @@ class FlightRecorder:
 
 
 class FlightRecord:
-    """What a recorder held at one instant: `entries`, in the order in which they happened, and before them `latched`, what was still valid then.
+    """The contents of a recorder at one instant: `entries` in the order in which they happened, and `latched`, the older messages still valid then.
 
     It has no public constructor: `FlightRecorder.freeze` gives one.
     """

@@ -1,4 +1,4 @@
-"""What a `BlockingNode` hands out: streams and goals whose methods block a thread until the event loop has done what they ask for."""
+"""Streams and goals of a `BlockingNode`: their methods block a thread until the event loop has the answer."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Do(Protocol):
 
 
 class _End:
-    """What comes after the last one."""
+    """Marks the end of a stream or of a goal's feedback."""
 
 
 _END = _End()

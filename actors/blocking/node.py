@@ -99,7 +99,7 @@ def open_node(
 
 
 class OpenBlockingNode:
-    """What `open_node` returns: a context manager, to be entered once.
+    """A blocking node to be entered: a context manager that can be entered once.
 
     It has no public constructor: `open_node` gives one.
     """

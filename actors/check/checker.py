@@ -42,7 +42,7 @@ class Finding(msgspec.Struct, frozen=True, order=True):
 
 
 def check_node(node: type[Node]) -> tuple[Finding, ...]:
-    """What can be said of one class by itself."""
+    """Check one class by itself."""
     declarations, found = node.declarations, list[Finding]()
     if not (node.__doc__ or "").strip():
         found.append(Finding(node.__name__, "it has no docstring", "say what it does, publishes, takes and serves"))
@@ -63,7 +63,7 @@ def check_node(node: type[Node]) -> tuple[Finding, ...]:
 
 
 def check_tree(tree: Spec, *, external: Iterable[str] = (), each_node: bool = True) -> tuple[Finding, ...]:
-    """What can be said of a tree before it runs, `check_node` of each of its classes included unless `each_node` is False.
+    """Check a tree before it runs, and each of its classes by `check_node` unless `each_node` is False.
 
     `external` are full names of topics, services and actions that come from elsewhere.
     """
@@ -73,7 +73,7 @@ def check_tree(tree: Spec, *, external: Iterable[str] = (), each_node: bool = Tr
 
 
 class _Tree:
-    """Who would publish, take, serve and ask what, by full names."""
+    """The publishers, subscriptions, servers and clients that a tree would have, by full names."""
 
     def __init__(self, external: set[str], each_node: bool) -> None:
         self.external = external

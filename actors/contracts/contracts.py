@@ -79,7 +79,7 @@ class Aborted(Generic[R]):
 
 
 Steps: TypeAlias = AsyncGenerator[F | Done[R] | Aborted[R], None]
-"""What an action body is: an async generator of feedback, ended by `Done` or `Aborted`. Written ``Steps[Feedback, Result]``."""
+"""The type of an action body: an async generator of feedback, ended by `Done` or `Aborted`. Written ``Steps[Feedback, Result]``."""
 
 
 class ArrivalPolicy:
@@ -101,7 +101,7 @@ class ArrivalPolicy:
 
 
 Arrivals: TypeAlias = Literal["reject", "preempt", "queue", "parallel"] | ArrivalPolicy
-"""What a goal meets that comes while another one runs; see `Action.serve`."""
+"""How an action server treats a goal that arrives while another one runs; see `Action.serve`."""
 
 
 def queue(n: int) -> ArrivalPolicy:

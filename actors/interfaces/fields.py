@@ -1,4 +1,4 @@
-"""What a type consists of: its fields and constants as plain values.
+"""The fields and constants of a type, as plain values.
 
 `Field` and `Constant` are what every message class carries (`__ros_fields__`, `__ros_constants__`), whether it was
 written in Python, generated from a .msg file or loaded from one at run time.

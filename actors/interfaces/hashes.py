@@ -38,7 +38,7 @@ TYPE_IDS: Final = {
 }
 NESTED: Final = 1
 BOUNDED_STRING: Final = 4
-"""What a bound adds to the id of `string` or `wstring`."""
+"""Added to the type id of `string` or `wstring` if it is bounded."""
 ARRAY_OFFSETS: Final = {"single": 0, "fixed": 48, "bounded": 96, "unbounded": 144}
 
 

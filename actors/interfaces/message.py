@@ -30,7 +30,7 @@ __all__ = ["ActionType", "InterfaceClass", "Message", "ServiceType"]
 
 
 class MessageBase(msgspec.Struct, frozen=True, kw_only=True, gc=False):
-    """What every message can do. Declare messages with `Message`, of which this is the inner side."""
+    """The methods of all messages. Declare messages with `Message`, whose metaclass makes them subclasses of this class."""
 
     __ros_type__: ClassVar[str]
     """Full ROS name, `geometry_msgs/msg/Twist`. State it in the class body to choose one; see `own_type_name`."""
@@ -169,7 +169,7 @@ def _default_of(name: str, field: Field, written: Any) -> Any:
 
 
 def zero(field: Field) -> bool | int | float | str:
-    """What ROS 2 gives one element of a primitive field without a default."""
+    """The default of ROS 2 for one element of a primitive field."""
     base = field.type.base
     if base in STRINGS:
         return ""

@@ -197,7 +197,7 @@ else:
 
 
 class ManyMark:
-    """What `Many[X]` leaves in an annotation: the element, still to be read."""
+    """The value of `Many[X]` in an annotation: its element, not resolved yet."""
 
     __slots__ = ("element",)
 

@@ -65,7 +65,7 @@ class CallbackChains:
         setattr(self, handle.kind, tuple(other for other in kept if other is not handle))
 
     def rewrite(self, parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
-        """What the pre-set callbacks make of the list: the answers of all of them, one after another."""
+        """The list as rewritten by the pre-set callbacks: the answers of all of them, concatenated."""
         with self._run():
             return tuple(parameter for handle in self.pre for parameter in handle.callback(parameters))
 

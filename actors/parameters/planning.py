@@ -21,7 +21,7 @@ DYNAMIC: Final = ParameterDescriptor(dynamic_typing=True)
 def planned(
     node: str, name: str, value: object, descriptor: ParameterDescriptor | None, overrides: Mapping[str, Any]
 ) -> tuple[Parameter, ParameterDescriptor]:
-    """What a declaration would store: an override of that name counts before `value`.
+    """The parameter and the descriptor that a declaration would store. An override of that name takes precedence over `value`.
 
     Raises InvalidParameterName, ValueError and TypeError as `ParameterStore.declare` does. A name alone is deprecated, and warns its caller's
     caller.

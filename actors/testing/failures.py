@@ -1,4 +1,4 @@
-"""What a test does not let pass: nodes that fail and supervisors that give up, unless the test says that it expects them.
+"""Failures that fail a test: of nodes, and of supervisors that give up, unless the test says that it expects them.
 
 `Rig.advance` and the rig's end look here; `Rig.expect_failure` and `Rig.crash` say what is meant to happen.
 """

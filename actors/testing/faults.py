@@ -1,4 +1,4 @@
-"""What goes wrong in a simulated run: faults as values, and how a seed draws them.
+"""The faults of a simulated run, as values, and how a seed draws them.
 
 A `Fault` is concrete ("the 12th message from /scan to /planner is lost") and can be written down and read back, so that a failing
 run is replayed from one line. What may go wrong at all is said with `Lose`, `Delay`, `Crash`, ...: each draws faults from a seed and
@@ -55,7 +55,7 @@ class Fault:
         return f"{self.kind}:{self.target}#{self.nth}" + (f"{self.by:+g}" if self.by else "")
 
     def in_words(self) -> str:
-        """What goes wrong, as a sentence."""
+        """The fault as a sentence."""
         first, _, second = self.target.partition(">")  # TOPIC>NODE, or NODE>WORK
         nth, by = self.nth, f"{self.by:g} s"
         message = f"message {nth} of {first} to {second}"
@@ -95,7 +95,7 @@ def _parse_one(word: str) -> Fault:
 
 @dataclass(slots=True)
 class Profile:
-    """What there is to go wrong: counted in a run without faults."""
+    """The places where faults can strike, counted in a run without faults."""
 
     links: dict[str, int] = field(default_factory=dict[str, int])
     """``TOPIC>SUBSCRIBER`` -> messages, to nodes of the tree."""

@@ -178,7 +178,7 @@ class RosClock:
         return handle
 
     def forget(self, handle: JumpHandle) -> None:
-        """What ``handle.remove()`` does."""
+        """Remove a jump callback, for ``handle.remove()``."""
         self._handles = tuple(one for one in self._handles if one is not handle)
 
     def _before(self, jump: TimeJump) -> tuple[JumpHandle, ...]:

@@ -378,7 +378,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             raise Stalled(self._news(reason, deadlock.NO_INPUT))
 
     def _judge_spinning(self) -> None:
-        """So many iterations at one instant: a livelock, unless a task is polling for outside work."""
+        """The number of iterations at one instant that is taken for a livelock, unless a task polls for outside work."""
         if not (work := self._outside.names()):
             spins, self._spins = self._spins, 0  # the loop is still needed for clean-up
             raise Livelock(

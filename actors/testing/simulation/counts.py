@@ -16,7 +16,7 @@ __all__ = ["miscounts"]
 
 
 def miscounts(system: System) -> Iterator[str]:
-    """What does not agree in a quiet system, each in a sentence.
+    """The contradictions in the counts of a quiet system, each in a sentence.
 
     A child that its supervisor counts as there has a task that runs, and the other way round; a node runs exactly if its supervisor says
     so; it has had more lives than ends; and a supervisor that goes on has not seen more restarts than it allows.

@@ -1,4 +1,4 @@
-"""What must hold whenever a simulated system is quiet: nothing can run until time passes."""
+"""The invariants of a simulated system, checked whenever it is quiet: when nothing can run until time passes."""
 
 # pyright: reportPrivateUsage=false
 # When a task ran for the last time is known to the loop alone.
