@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from functools import lru_cache
-from math import cos, degrees, pi, sin, tau
+from math import cos, degrees, sin
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -15,6 +15,7 @@ from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.std_srvs.srv import Trigger
 from robot.contracts import CALIBRATE_SENSOR, IMU_CALIBRATION, POSE, STAND
 from robot.evaluate.trial import PERIOD, Trial
+from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Body
@@ -156,7 +157,7 @@ class _Witness(Node):
         self._body.advance(self.clock.now())
         truth, told = self._body.truth(), from_pose(message.pose)
         x, y, _ = truth.position.tolist()
-        error = (told.x - x, told.y - y, _wrapped(told.yaw - truth.yaw))
+        error = (told.x - x, told.y - y, wrap(told.yaw - truth.yaw))
         self._seen.append((error, (x, y)))
 
 
@@ -190,7 +191,3 @@ def _up(quaternion: Vector) -> tuple[float, float, float]:
     """The world's vertical in body axes."""
     w, x, y, z = quaternion.tolist()
     return 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
-
-
-def _wrapped(angle: float) -> float:
-    return (angle + pi) % tau - pi

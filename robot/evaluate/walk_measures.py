@@ -13,6 +13,7 @@ from robot.evaluate.trial import PERIOD, Trial
 from robot.geometry.planar import Pose2
 from robot.model.kinematics import leg_forward, leg_inverse, leg_jacobian
 from robot.model.parameters import GRAVITY, JOINT_LIMITS, MASS
+from robot.model.power import HOTEL_LOAD
 from robot.scenes.scene import Box, Scene
 
 __all__ = [
@@ -35,8 +36,6 @@ Command = tuple[float, float, float]
 
 WINDOW = 0.5
 """Speeds are averaged over one gait period before they are compared, s."""
-HOTEL = 120.0
-"""What computers and sensors draw, W (robot-domain section 7)."""
 FAST = CommandLimits(forward=3.5, backward=1.5, sideways=1.2, turn=3.2)
 
 
@@ -183,7 +182,7 @@ def cost_of_transport(seed: int, delay: float, speed: float) -> float:
     record = trial.run(7.0, (speed, 0.0, 0.0))
     if trial.fallen:
         return float("inf")
-    return float((record.power.mean() + HOTEL) / (MASS * GRAVITY * record.velocity[:, 0].mean()))
+    return float((record.power.mean() + HOTEL_LOAD) / (MASS * GRAVITY * record.velocity[:, 0].mean()))
 
 
 def odometry_error(seed: int, delay: float, distance: float = 100.0) -> float:

@@ -29,8 +29,8 @@ TURNING_ARM = 0.43
 
 
 def motor_power(torque: Vector, speed: Vector) -> float:
-    """Electrical power of motors, W, for torques (N m) and speeds (rad/s) of one shape. Braking gives nothing back."""
-    return float(np.maximum(torque * speed, 0.0).sum() + COPPER_LOSS * np.square(torque).sum())
+    """Electrical power of motors, W, for torques (N m) and speeds (rad/s), shape (n,). Braking gives nothing back."""
+    return float(np.maximum(torque * speed, 0.0).sum() + COPPER_LOSS * torque.dot(torque))
 
 
 def electrical_power(motor: float, *, arm: float = 0.0, payload: float = 0.0) -> float:

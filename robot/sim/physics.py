@@ -19,6 +19,7 @@ from robot.hardware.beams import BEAMS, MAX_RANGE
 from robot.hardware.body import ImuSample, JointSample, MotorTargets, Sample, Truth
 from robot.model.kinematics import inverse
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, KNEE_TORQUE, SIT_HEIGHT, TORQUE_LIMIT
+from robot.model.power import motor_power
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Scene, Thing
 from robot.sim.mjcf import OBSTACLE_GROUP, Ground, obstacle_names, write_model
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
 
 __all__ = ["BackendMissing", "PhysicsBody"]
 
-COPPER = 0.053
-"""Winding losses, W/(N m)^2: fitted to two published endurance figures (robot-domain section 7)."""
 CONTACT_FORCE = 5.0
 LOST_COMMAND_TICKS = 200
 """Ticks without a command (0.1 s) after which the drives damp their joints."""
@@ -181,8 +180,7 @@ class PhysicsBody:
             joints=self._qpos[7:].copy(),
             fallen=self._fallen(),
             touching=self._touching(),
-            power=float(np.maximum(torque * speed, 0.0).sum() + COPPER * torque.dot(torque))
-            + (self._arm.power if self._arm is not None else 0.0),
+            power=motor_power(torque, speed) + (self._arm.power if self._arm is not None else 0.0),
         )
 
     def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:

@@ -7,13 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.model.footprint import Footprint
 from robot.scenes.scene import Box, Cylinder, Scene
 from robot.sim.mjcf import obstacle_names
 
-__all__ = ["LENGTH", "WIDTH", "Outline"]
+__all__ = ["Outline"]
 
-LENGTH, WIDTH = 1.10, 0.50
-"""The robot's outline, m (data sheet)."""
+LENGTH, WIDTH = Footprint().length, Footprint().width
 
 
 class Outline:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.tutorials.stepping_arm import Ending, InvalidTarget, Progress, TutorialArm
+from robot.sim.stepping_arm import Ending, InvalidTarget, Progress, TutorialArm
 
 TARGET = [1.57, 0.78, -0.78, 0.0]
 angles = st.lists(st.floats(-3.14, 3.14), min_size=4, max_size=4)

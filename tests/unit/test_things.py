@@ -39,7 +39,7 @@ def test_only_a_thing_within_two_centimeters_of_the_tip_is_near() -> None:
 
 
 def test_jaws_close_on_the_thinner_side() -> None:
-    assert (CUP.BRICK.thickness) == (0.07, 0.05)
+    assert (CUP.thickness, BRICK.thickness) == (0.07, 0.05)
 
 
 @pytest.mark.parametrize(
