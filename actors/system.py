@@ -38,7 +38,7 @@ N = TypeVar("N", bound="Node")
 class System:
     """One running tree. Make it with `run(tree)`; everything in it lives in the event loop that made it.
 
-    What its nodes use of it is in `runtime`, which is the framework's own.
+    It has no public constructor: `run` gives one. What its nodes use of it is in `runtime`, which is the framework's own.
     """
 
     def __init__(

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["Trace"]
 
 ADDRESS: Final = re.compile(r" at 0x[0-9a-fA-F]+")
-"""What the default `repr` says of an object and no run has in common with another."""
+"""The address in the default `repr` of an object, which differs from run to run."""
 
 
 class Trace:

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 __all__ = ["HOLDING_SECONDS", "STEP_SECONDS", "Inbox", "Item"]
 
 HOLDING_SECONDS = 0.5
-"""A plain handler that keeps the others waiting for longer than this is reported once (architecture section 5)."""
+"""A plain handler that keeps the others waiting for longer than this is reported once (docs/concepts.md)."""
 
 STEP_SECONDS = 0.01
 """An item that runs for at least so long without an await is made known: it may have delayed somebody's timer."""
 
 LOOKS = 8
-"""So many measured runs of a handler that awaits are held against the turns of the loop, which costs a callback each."""
+"""The number of measured runs of a handler that awaits for which the turns of the loop are watched, at the price of a callback each."""
 
 TURN = 256
 """After so many items without a pause the loop gets a turn, so that a flood in one node cannot starve the others."""
@@ -256,7 +256,7 @@ class Inbox:
 
     @property
     def load(self) -> Load:
-        """What was measured until now."""
+        """The measurements so far."""
         from actors.inbox.load import Load
 
         age = 0.0 if self.mark is None else self.loop.time() - self.mark.since

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 from actors.errors import ProgramExit, described
 from actors.inbox.control import blame
@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 
 __all__ = ["LifecycleNode", "bring_down", "bring_up"]
 
-PrimaryState = Literal["unconfigured", "inactive", "active"]
+PrimaryState: TypeAlias = Literal["unconfigured", "inactive", "active"]
+"""The states in which a lifecycle node may stay."""
 _WAY: Final[dict[str, tuple[str, ...]]] = {
     "unconfigured": (),
     "inactive": ("configure",),

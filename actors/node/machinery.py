@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from actors.logs import NodeLog
     from actors.names.identity import Identity
     from actors.parameters import ParameterStore
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
     from actors.services.client import Client
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump

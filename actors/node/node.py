@@ -16,13 +16,14 @@ import asyncio
 import inspect
 from collections.abc import Callable, Coroutine, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
 from actors.errors import DeclarationError, NotStarted
 from actors.node.declarations import Declarations
 from actors.node.habits import Habits
 from actors.places import claim
-from actors.qos import QoS, of
+from actors.qos import of
+from actors.qos.policies import QoS
 from actors.time.deadlines import check_timeout
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
     from actors.node.machinery import Machinery
-    from actors.parameters import SetResult
+    from actors.parameters.values import SetResult
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
@@ -58,7 +59,8 @@ CALL_TIMEOUT = 1.0
 GOAL_TIMEOUT = 5.0
 """Seconds a goal waits for its acceptance unless told otherwise. Its execution has no limit of its own."""
 
-ErrorVerdict = Literal["continue", "fail"] | None
+ErrorVerdict: TypeAlias = Literal["continue", "fail"] | None
+"""What `Node.on_error` decides: the node lives on, its incarnation ends, or the default for that handler."""
 
 
 class Node(Habits):

@@ -20,7 +20,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.contracts.contracts import Service
 from actors.node.node import CALL_TIMEOUT, Node
-from actors.parameters import Parameter, ParameterDescriptor, ParameterNotDeclared, SetResult, Value
+from actors.parameters import ParameterDescriptor, ParameterNotDeclared, Value
+from actors.parameters.values import Parameter, SetResult
 from actors.runtime.incarnation import incarnation_of
 
 if TYPE_CHECKING:

@@ -26,6 +26,8 @@ class ParameterDeclaration(Generic[T_co]):
 
     Reading it on an instance is one dictionary look-up and gives the current value; it raises NotStarted before the
     node is. Assigning to it is refused, because setting a parameter can be refused and must be reported.
+
+    It has no public constructor: `parameter` gives one.
     """
 
     __slots__ = ("_attribute", "default", "descriptor", "name")

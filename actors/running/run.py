@@ -66,7 +66,10 @@ def run(
 
 
 class Run:
-    """What `run` returns: an async context manager."""
+    """What `run` returns: an async context manager.
+
+    It has no public constructor: `run` gives one.
+    """
 
     def __init__(
         self,
@@ -202,7 +205,10 @@ def open_node(
 
 
 class OpenNode:
-    """What `open_node` returns: an async context manager."""
+    """What `open_node` returns: an async context manager.
+
+    It has no public constructor: `open_node` gives one.
+    """
 
     def __init__(self, child: Child, system: System | None, seed: int, sinks: tuple[LogSink, ...], level: int) -> None:
         self._child = child

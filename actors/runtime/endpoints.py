@@ -14,9 +14,9 @@ from actors.qos import (
     DEFAULT,
     PARAMETER_EVENTS,
     ROSOUT,
-    QoS,
     resolve_subscription,
 )
+from actors.qos.policies import QoS
 from actors.services.server import Server
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 from actors.topics.timed_publisher import publisher_for

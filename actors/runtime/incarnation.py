@@ -14,7 +14,8 @@ from actors.actions.client import Goal
 from actors.errors import DeclarationError, Ended, NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread
 from actors.inbox.control import Failure, StopRequest, blame
 from actors.logs import WARN
-from actors.qos import QoS, resolve_publisher, resolve_subscription
+from actors.qos import resolve_publisher, resolve_subscription
+from actors.qos.policies import QoS
 from actors.runtime import answers, endpoints, life, owned_tasks
 from actors.runtime.node_parameters import check_store, make_store
 from actors.services.client import Client

@@ -68,6 +68,8 @@ class Tick:
     """One tick: its number from 1, when it was due and by how much it began late, seconds on the event loop's clock.
 
     Under simulated time both are seconds of ROS time.
+
+    It has no public constructor: a handler of `@every` is given one.
     """
 
     __slots__ = ("due", "k", "late")

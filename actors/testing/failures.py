@@ -1,4 +1,4 @@
-"""What a test does not let pass: nodes that fail and supervisors that give up, unless the test says that it expects them.
+"""Failures that fail a test: of nodes, and of supervisors that give up, unless the test says that it expects them.
 
 `Rig.advance` and the rig's end look here; `Rig.expect_failure` and `Rig.crash` say what is meant to happen.
 """
@@ -46,6 +46,8 @@ class ExpectedFailure:
     """A failure that a test expects: from where it says so to its end, or within the ``with`` block that it opens.
 
     `errors` are those that came. The test fails when none has come by the end of the block, or of the test.
+
+    It has no public constructor: `Rig.expect_failure` gives one.
     """
 
     def __init__(self, watch: FailureWatch, kinds: Kinds, node: type | str | None, match: str) -> None:

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from actors.check.checker import Finding
     from actors.contracts.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
     from actors.running.options import ParameterSources
     from actors.running.run import Observer
     from actors.running.trees import Runnable

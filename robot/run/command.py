@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 from robot.run.options import Crash, Options, UsageError, parse
 
 if TYPE_CHECKING:
-    from actors import Supervisor
-    from actors.system import System
+    from actors import Supervisor, System
     from robot.assembly import Robot
     from robot.hardware.body import Body
     from robot.run.flight import Flight
@@ -97,8 +96,7 @@ class Session:
 
     async def _main(self) -> int:
         from actors import Child, run
-        from actors.logs import console_sink, json_sink
-        from actors.logs.levels import Level
+        from actors.logs import Level, console_sink, json_sink
         from robot.run.flight import Flight
         from robot.run.judge import Judge, Score
         from robot.run.mission import failure

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-from actors.system import System
+from actors import System
 from robot.hardware.body import Body
 from robot.run.judge import Score
 

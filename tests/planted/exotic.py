@@ -13,6 +13,7 @@ from actors import (
     Done,
     DynamicSupervisor,
     Node,
+    Parameter,
     Service,
     Steps,
     Supervisor,
@@ -27,7 +28,6 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.rcl_interfaces.srv import SetParameters
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
-from actors.parameters import Parameter
 from actors.parameters.messages import to_parameter
 from actors.system import system_of
 from tests.planted.kit import ok, turns

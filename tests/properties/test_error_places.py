@@ -17,8 +17,10 @@ from actors import (
     GoalRejected,
     Node,
     NotRunning,
+    Parameter,
     Service,
     ServiceFailed,
+    SetResult,
     Skip,
     StartFailed,
     Steps,
@@ -33,7 +35,6 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.rcl_interfaces.srv import SetParameters
 from actors.interfaces.std_msgs.msg import Int32
-from actors.parameters import Parameter, SetResult
 from actors.parameters.messages import to_parameter
 from actors.runtime.incarnation import incarnation_of
 from actors.system import System, system_here

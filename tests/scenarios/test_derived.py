@@ -4,7 +4,21 @@ from __future__ import annotations
 
 import pytest
 
-from actors import Action, Done, Node, Reject, Service, ServiceUnavailable, Steps, Topic, every, parameter, qos
+from actors import (
+    Action,
+    Done,
+    Node,
+    Parameter,
+    Reject,
+    Service,
+    ServiceUnavailable,
+    SetResult,
+    Steps,
+    Topic,
+    every,
+    parameter,
+    qos,
+)
 from actors.actions.goals import CancelCode, GoalStatus
 from actors.interfaces import derived
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
@@ -13,7 +27,6 @@ from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Fee
 from actors.interfaces.rcl_interfaces.msg import Log, ParameterEvent
 from actors.interfaces.rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from actors.interfaces.unique_identifier_msgs.msg import UUID
-from actors.parameters import Parameter, SetResult
 from actors.parameters.messages import to_parameter
 from actors.runtime.incarnation import incarnation_of
 from actors.testing import Rig

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 import actors
-from actors import Child, DeclarationError, Node, Service, SetResult, StartFailed, parameter
+from actors import Child, DeclarationError, Node, Parameter, Service, SetResult, StartFailed, parameter
 from actors.interfaces.rcl_interfaces import srv
-from actors.parameters import Parameter, SetParametersResult, on_set, post_set, pre_set
+from actors.parameters import SetParametersResult, on_set, post_set, pre_set
 from actors.parameters.messages import to_parameter
 from actors.runtime.incarnation import incarnation_of
 from actors.testing import Rig

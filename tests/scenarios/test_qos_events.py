@@ -11,6 +11,7 @@ from actors import (
     DeclarationError,
     Ended,
     Node,
+    QoS,
     Supervisor,
     Topic,
     background,
@@ -20,7 +21,6 @@ from actors import (
 )
 from actors.interfaces.rcl_interfaces.msg import Log
 from actors.interfaces.std_msgs.msg import Int32
-from actors.qos import QoS
 from actors.qos.events import (
     DeadlineMissed,
     IncompatibleQoS,

@@ -23,6 +23,7 @@ from actors import (
     LifecycleState,
     Node,
     NodeRestarting,
+    Parameter,
     Service,
     ServiceFailed,
     Steps,
@@ -44,7 +45,6 @@ from actors.interfaces.rcl_interfaces import srv
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 from actors.interfaces.std_msgs.msg import Int32
 from actors.nodes.clock_publisher import ClockPublisher
-from actors.parameters import Parameter
 from actors.parameters.messages import to_parameter
 from actors.runtime.incarnation import incarnation_of
 from tests.stage import ADD, COUNT, NUMBERS, number, order, result, step, total, two, values

@@ -487,7 +487,7 @@ async def test_a_sleep_that_began_on_the_system_s_clock_ends_on_it(rig: Rig) -> 
 
 
 async def test_tools_switch_it_by_the_parameter_services(rig: Rig) -> None:
-    from actors.parameters import Parameter
+    from actors import Parameter
     from actors.parameters.messages import from_result, to_parameter
 
     follower = await following(rig)

@@ -15,6 +15,7 @@ from actors import (
     Ended,
     Node,
     NotStarted,
+    QoS,
     Supervisor,
     Topic,
     WrongThread,
@@ -27,7 +28,6 @@ from actors import (
 from actors.errors import CallTimeout
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Float32, Header, Int32, String
-from actors.qos import QoS
 from actors.qos.policies import History
 from actors.testing import Rig
 from tests.stage import NUMBERS, WORDS, events, number, values, word

@@ -8,11 +8,10 @@ from math import nan
 
 import pytest
 
-from actors import Child, GoalCanceled, GoalRejected, Node, Service, StartFailed, execute, publishes, run
+from actors import Child, GoalCanceled, GoalRejected, Node, Parameter, Service, StartFailed, execute, publishes, run
 from actors.interfaces.rcl_interfaces.msg import SetParametersResult
 from actors.interfaces.rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from actors.interfaces.std_msgs.msg import Int32
-from actors.parameters import Parameter
 from actors.parameters.messages import to_parameter
 from actors.qos import SENSOR_DATA
 from actors.testing import Rig

@@ -8,11 +8,10 @@ from typing import Any
 
 import pytest
 
-from actors import Ended, WrongThread, WrongType, qos
+from actors import Ended, QoS, WrongThread, WrongType, qos
 from actors.graph.graph import Graph, TopicEntry
 from actors.inbox.inbox import Inbox, Item
 from actors.interfaces.std_msgs.msg import Int32, String
-from actors.qos import QoS
 from actors.qos.events import Matched
 from actors.qos.policies import History
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from actors import parameter
 from actors.errors import DeclarationError, NotStarted
 from actors.parameters import (
     NO_PARAMETERS,
@@ -17,7 +18,6 @@ from actors.parameters import (
     ParameterStore,
     ParameterTable,
     ParameterType,
-    parameter,
 )
 from actors.parameters.values import INT64_MAX, INT64_MIN
 

@@ -17,7 +17,7 @@ __all__ = ["miscounts"]
 
 
 def miscounts(system: System) -> Iterator[str]:
-    """What does not agree in a quiet system, each in a sentence.
+    """The contradictions in the counts of a quiet system, each in a sentence.
 
     A child that its supervisor counts as there has a task that runs, and the other way round; a node has an incarnation only
     while its supervisor has a task for it; it has had more lives than restarts; and a supervisor that goes on has not seen more restarts than it allows.

@@ -1,4 +1,4 @@
-"""What must hold whenever a simulated system is quiet: nothing can run until time passes."""
+"""The invariants of a simulated system, checked whenever it is quiet: when nothing can run until time passes."""
 
 # pyright: reportPrivateUsage=false
 # When a task ran for the last time is known to the loop alone.
@@ -162,7 +162,7 @@ class Watch:
 
     def _last_step(self, task: asyncio.Task[Any] | None, now: float) -> float:
         """When a task ran for the last time, seconds."""
-        return cast("VirtualLoop", self._system.loop)._stamps.get(id(task), now)
+        return cast("VirtualLoop", self._system.loop).last_step(task, now)
 
     def _look_at_orphans(self, now: float) -> None:
         bereaved = self._simulation.bereaved

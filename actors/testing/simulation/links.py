@@ -25,7 +25,7 @@ __all__ = ["Link", "has_numbers", "interceptor", "not_a_number"]
 
 
 MOST_AT_ONCE = 100
-"""So many messages of one instant are frozen, and no more: whoever answers each of them at once would never let time pass."""
+"""The number of messages of one instant that may be frozen: a node that answers each of them at once would never let time pass."""
 
 
 class Delivery(NamedTuple):

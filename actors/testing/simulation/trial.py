@@ -30,7 +30,7 @@ CLEAN_UP_SECONDS = 60.0
 """What a trial leaves has this long to end once it is canceled."""
 
 Body = Callable[[Rig], Awaitable[None]]
-"""What happens in a scenario, and what has to come of it."""
+"""The body of a scenario: what happens, and what must come of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class Outcome:
     profile: Profile
     timeline: str
     signature: tuple[str, str]
-    """What kind of failure it is, and where it arose: two trials with the same one have failed in the same way. Empty without an error."""
+    """The kind of the failure and its place of origin: two trials with the same signature have failed in the same way. Empty without an error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,6 +201,6 @@ def _signature(error: BaseException | None) -> tuple[str, str]:
 
 
 def _problem(context: dict[str, Any]) -> BaseException:
-    """What the event loop would only have logged: an error that nobody has taken notice of."""
+    """The error of a context that the event loop would only have logged."""
     error = context.get("exception")
     return error if isinstance(error, BaseException) else RuntimeError(str(context.get("message", context)))
