@@ -45,6 +45,8 @@ class GraphEntry(Protocol):
 class NodeRecord:
     """One node, by its place in the tree, over all its lives: what outlives a life, and what reports and tools ask for.
 
+    It has no public constructor: `System.nodes` holds them.
+
     Invariants:
 
     - `life` is the one incarnation that works from this record, or None. It is set when an incarnation is made and cleared when that one is

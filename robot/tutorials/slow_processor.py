@@ -7,9 +7,8 @@ it at once, and a queue that is deep enough for a hiccup.
 
 from __future__ import annotations
 
-from actors import Node, Supervisor, Topic, every, publishes
+from actors import Node, Supervisor, Topic, every, publishes, system_of
 from actors.interfaces.std_msgs.msg import Int32
-from actors.system import system_of
 from robot.tutorials.program import main, system
 
 __all__ = ["READINGS", "FastSensor", "MendedProcessor", "SlowProcessor", "diagnosis", "tree"]
