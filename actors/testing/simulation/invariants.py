@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from actors.places import awaited_in
 from actors.testing.simulation.counts import miscounts
@@ -22,11 +22,15 @@ if TYPE_CHECKING:
 
 __all__ = ["PATIENCE", "Invariant", "InvariantBroken", "Watch"]
 
-Invariant = Callable[["System"], None]
-"""Looks at a quiet system and raises `AssertionError` when something is wrong."""
 
 PATIENCE = 10.0
 """Seconds after which a handler that keeps its node from everything else is taken to be stuck, and a canceled goal that goes on, too."""
+
+
+class Invariant(Protocol):
+    """Looks at a quiet system and raises `AssertionError` when something is wrong."""
+
+    def __call__(self, system: System, /) -> None: ...
 
 
 class InvariantBroken(AssertionError):
