@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robot.control.follow import Limits
+from robot.control.limits import Limits
 from robot.estimation.surroundings import Surroundings
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2

@@ -10,8 +10,9 @@ from enum import StrEnum
 
 import numpy as np
 
-from robot.control.follow import STOP, Command, Follower, Limits, Phase, Step, Tolerance
+from robot.control.follow import Follower, Phase, Step
 from robot.control.gaps import thread
+from robot.control.limits import STOP, Command, Limits, Tolerance
 from robot.control.progress import Manoeuvre, ProgressChecker, Recovery
 from robot.estimation.surroundings import Surroundings
 from robot.geometry.angles import wrap
@@ -255,7 +256,7 @@ class Navigator:
     def _is_better(self, path: Path, extra: Floats | None) -> bool:
         """Whether to change over to a new path: not for a little, or the robot would waver between two ways round a thing."""
         rest = self.planner.price(self.follower.ahead(math.inf), extra)
-        return self.planner.price(path.spaced(0.05).points, extra) < _GAIN * rest
+        return self.planner.price(path.spaced(self.follower.config.spacing).points, extra) < _GAIN * rest
 
     def _thread(self, now: float, pose: Pose2) -> None:
         """Where it is too narrow to follow the path with the body's middle, plan the heading too."""
@@ -270,7 +271,7 @@ class Navigator:
             self.follower.thread(poses)
             return
         self._misfits += 1
-        clearance, x, y = self.follower.narrowest(self.around)
+        clearance, x, y = self.follower.narrowest(self.around, self.follower.config.offered_over)
         if self._misfits >= _MISFITS and clearance < _CONTACT:
             self._misfits, self._planned_changes = 0, -1
             self.around.close(x, y)

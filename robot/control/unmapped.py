@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from robot.control.follow import Limits, Tolerance
+from robot.control.limits import Limits, Tolerance
 from robot.control.navigator import Navigator
 from robot.geometry.planar import Pose2
 from robot.model.footprint import Footprint

@@ -14,8 +14,8 @@ from typing import Literal
 
 import numpy as np
 
-from robot.control.follow import Command
 from robot.control.gait_controller import GaitController
+from robot.control.limits import Command
 from robot.control.navigator import Motion, State
 from robot.control.unmapped import SHEET, WALKING, unmapped_navigator
 from robot.evaluate.barn_worlds import BarnWorld

@@ -25,7 +25,7 @@ from robot.contracts import (
     STAND,
     WALK,
 )
-from robot.control.follow import Command, Limits
+from robot.control.limits import Command, Limits
 from robot.control.navigator import Motion, Navigator, State
 from robot.geometry.messages import from_pose, pose_stamped
 from robot.geometry.planar import Pose2, compose

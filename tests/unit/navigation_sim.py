@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.control.follow import Command
+from robot.control.limits import Command
 from robot.control.navigator import Motion, Navigator, State
 from robot.geometry.planar import Pose2
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene

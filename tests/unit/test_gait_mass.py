@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from robot.control.gaits import GAITS
-from robot.control.walk import WALK_HEIGHT, Walker
+from robot.control.walk import Walker
+from robot.control.walk_config import WalkConfig
 from robot.estimation.leg_odometry import Estimator
 from robot.estimation.predict import Ahead
 from robot.estimation.terrain import TerrainPlane
@@ -22,6 +23,7 @@ from robot.model.stance import NOMINAL, nominal_feet
 from robot.scenes.scene import Scene
 from robot.sim.mjcf import Ground, write_model
 
+WALK_HEIGHT = WalkConfig().height
 FLAT = Scene("flat", (-5.0, -5.0, 5.0, 5.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
 engine: Any = mujoco
 

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot.control.follow import Command, Follower, Limits
+from robot.control.follow import Follower
+from robot.control.limits import Command, Limits
 from robot.estimation.surroundings import Surroundings
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2

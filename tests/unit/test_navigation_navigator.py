@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from robot.control.follow import Command, Limits
+from robot.control.limits import Command, Limits
 from robot.control.navigator import Motion, Navigator, State
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2

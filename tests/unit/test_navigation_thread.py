@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from robot.control.follow import Limits
 from robot.control.gaps import thread
+from robot.control.limits import Limits
 from robot.control.navigator import Navigator, State
 from robot.estimation.surroundings import Surroundings
 from robot.geometry.planar import Pose2

@@ -1,0 +1,102 @@
+"""The numbers of walking. All were chosen, and are measured together by `evaluate walk`; what a number comes to is computed from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from robot.geometry.vectors import Triple
+
+__all__ = ["WalkConfig"]
+
+
+@dataclass(frozen=True, slots=True)
+class WalkConfig:
+    """Gains are per mass or inertia, so that they are those of the motion and not of the robot."""
+
+    # -- the body over its feet
+    height: float = 0.52
+    """Hip plane over the foot centres, m; chosen: tall legs carry cheaply, as the knee's torque falls with its bend."""
+    crouch: float = 0.05
+    """How much less of it at speed, m; chosen: bent legs reach far."""
+    crouch_speeds: tuple[float, float] = (1.0, 2.0)
+    """Between these speeds it is lowered, m/s; chosen."""
+    rise_speed: float = 0.15
+    """How fast the wanted height changes, m/s; chosen."""
+    height_spring: float = 60.0
+    """k_h, 1/s2; chosen: a frequency of 1.2 Hz."""
+    height_damper: float = 12.0
+    """d_h, 1/s; chosen: 0.8 of critical damping."""
+    least_lift: float = 0.2
+    """Of the weight, the least that the feet carry; chosen: feet that carry nothing cannot steer."""
+    turn_spring: Triple = (180.0, 180.0, 60.0)
+    """k_R in roll, pitch and yaw, 1/s2; chosen: 2.1 Hz, 2.1 Hz and 1.2 Hz."""
+    turn_damper: Triple = (18.0, 18.0, 12.0)
+    """d_R, 1/s; chosen: 0.7 to 0.8 of critical damping."""
+    heading_error: float = 0.3
+    """Bound of the wanted turn against the body's yaw, rad; chosen: a robot that is held does not spin when it is let go."""
+    most_slope: float = 0.5
+    """Bound of roll and pitch that follow the ground, rad; chosen: 29 degrees."""
+
+    # -- velocity
+    speed_gain: float = 6.0
+    """k_v, 1/s; chosen: a time constant of 0.17 s, a third of a step."""
+    speed_integral: float = 3.0
+    """Growth of the integral, 1/s2; chosen: half the gain, so that it follows within half a second."""
+    most_integral: float = 2.0
+    """Bound of the integral, m/s2; chosen: what a slope of 12 degrees needs."""
+    most_push: float = 5.0
+    """Bound of the horizontal acceleration asked of the feet, m/s2; chosen: what friction of 0.5 gives."""
+
+    # -- where the feet land
+    step_share: float = 1.0
+    """Share of the integral that is realised by shifting footholds instead of by friction; chosen: two feet cannot push across their line
+    without tilting the body."""
+    capture: float = 0.12
+    """k: how far a foot steps beyond symmetry for each m/s of wrong speed, s; chosen: half of the
+    sqrt(h / g) = 0.23 s that would stop an inverted pendulum within one step."""
+    most_capture: float = 0.25
+    """Bound of that, m; chosen: the legs' reach."""
+
+    # -- one leg
+    swing_spring: float = 250.0
+    """Joint gain of a foot in the air, N m/rad; chosen."""
+    swing_damper: float = 4.0
+    """N m s/rad; chosen."""
+    stance_damper: float = 1.0
+    """Of a standing leg, N m s/rad; chosen: forces rule, this only calms the joints."""
+    early: float = 0.5
+    """From this progress of a swing on, a contact ends it; chosen."""
+    stumble: tuple[float, float] = (0.2, 0.5)
+    """A contact between these shares of a swing is something in the way; chosen: before, the foot may still scrape the floor it left."""
+    boost_speed: float = 1.0
+    """How fast a foot that stumbles is lifted over what it met, m/s; chosen."""
+    most_boost: float = 0.10
+    """How far, m; chosen: with the swing's clearance, above a step of 15 cm."""
+    boost_end: float = 4.0
+    """Per rest of the swing, how soon that is taken back: within its last quarter; chosen."""
+    caution: float = 0.10
+    """How much higher all feet are lifted after a stumble, m; chosen: what was in the way may come again."""
+    most_caution: float = 0.16
+    """At most, m; chosen: the legs' reach."""
+    calm: float = 0.015
+    """How soon that is forgotten, m/s; chosen: one stumble in 7 s."""
+    grace: float = 0.02
+    """Seconds for which a foot that should have landed is taken to stand without having reported contact; chosen: four samples."""
+    search_speed: float = 1.0
+    """How fast a foot that has not found the ground is lowered, m/s; chosen."""
+    least_grip: float = 0.4
+    """Share of the usual friction that a slipping foot is trusted with at least; chosen: of 0.6, that is 0.24."""
+    grip_loss: float = 20.0
+    """How fast a foot that slips loses trust, 1/s; chosen: within 30 ms."""
+    grip_back: float = 0.5
+    """How fast it gets it back, 1/s; chosen: within a second or two."""
+
+    # -- gaits that sway
+    sway_time: float = 0.6
+    """Seconds within which a gait's sway is begun, and before which no foot lifts; chosen."""
+    side_change: float = 0.1
+    """Share of a period within which the sway changes sides; chosen: while all four feet stand."""
+    most_lean: float = 0.10
+    """A body that leans more (rad) has lost the balance that a swaying gait relies on; chosen."""
+    most_error: float = 0.30
+    """The same for a velocity that is off by more, m/s; chosen."""

@@ -1,0 +1,194 @@
+"""The equations of walking, as functions without state: what the body should feel, and where the feet should land.
+
+Frames: `odom` axes unless said otherwise; the heading frame is odom turned by the body's yaw. With the unit vectors of the heading frame e,
+the error of velocity d = v* - v + v_sway, the integral i of it, and the angles lean = (roll, pitch, yaw wanted) - (those predicted):
+
+    force   horizontal   m (clip(k_v d + i) + a_sway)
+            vertical     m max(0.2 g, g + k_h (h* - h) + d_h (slope . v - v_z))
+    moment  per axis     I (k_R lean + d_R (w* - w))
+    landing              p + v T + R(yaw at landing) hip + v t_stance / 2 + k (v - v*) + h / (2 g) (w* x v) - h / g i
+
+The landing is Raibert's rule (Legged Robots That Balance, 1986) with the yaw term of Di Carlo et al. (MIT Cheetah 3, 2018).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import atan, cos, hypot, pi, sin, tau
+from typing import NamedTuple
+
+from robot.control.sway import Sway
+from robot.control.walk_config import WalkConfig
+from robot.estimation.predict import Ahead
+from robot.estimation.terrain import TerrainPlane
+from robot.geometry.vectors import Triple
+from robot.model.mass import StandingMass
+from robot.model.parameters import GRAVITY, MASS
+from robot.model.stance import NOMINAL
+
+__all__ = ["AT_REST", "Step", "Tracking", "WalkState", "body_wrench", "foothold", "has_lost_balance", "track"]
+
+Planar = tuple[float, float]
+
+
+class WalkState(NamedTuple):
+    """What a walk remembers from one step to the next."""
+
+    heading: float
+    """The yaw that it holds, rad."""
+    integral: Planar = (0.0, 0.0)
+    """What makes up for lasting errors of velocity, heading frame, m/s2."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What one control step is about."""
+
+    dt: float
+    """Since the last one, s."""
+    ahead: Ahead
+    """Body and legs when the motors will act."""
+    terrain: TerrainPlane
+    wanted: Planar
+    """Velocity, odom axes, m/s."""
+    turn: float
+    """Rate wanted, rad/s."""
+    sway: tuple[Sway, Sway]
+    """Forward and to the left, heading frame."""
+    height: float
+    """Of the hip plane over the feet, wanted, m."""
+    mass: StandingMass
+    """How the mass lies at that height."""
+
+
+class Tracking(NamedTuple):
+    """How the body differs from what is wanted of it."""
+
+    error: Planar
+    """Of velocity, heading frame, m/s."""
+    ground: Planar
+    """Roll and pitch of the ground under the heading, rad."""
+    lean: Triple
+    """Roll, pitch and yaw by which the body is to turn, rad."""
+    back: Planar
+    """How far the feet are set back so that the body leans into what the integral has learned, odom axes, m."""
+
+
+AT_REST = Tracking((0.0, 0.0), (0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0))
+"""Of a body that is just as it should be."""
+
+
+def track(config: WalkConfig, state: WalkState, step: Step) -> tuple[WalkState, Tracking]:
+    """One step of the integral and of the heading that is held, and how far off the body is."""
+    ahead, terrain = step.ahead, step.terrain
+    c, s = cos(ahead.yaw), sin(ahead.yaw)
+    vx, vy, _ = ahead.velocity
+    error_x, error_y = step.wanted[0] - vx, step.wanted[1] - vy
+    fore, side = step.sway
+    error = (c * error_x + s * error_y + fore[1], c * error_y - s * error_x + side[1])
+    ix, iy = (
+        clip(learned + config.speed_integral * value * step.dt, config.most_integral)
+        for learned, value in zip(state.integral, error, strict=True)
+    )
+    share = config.step_share * step.height / GRAVITY
+    back = (share * (c * ix - s * iy), share * (s * ix + c * iy))
+    heading = ahead.yaw + clip(_wrap(state.heading + step.turn * step.dt - ahead.yaw), config.heading_error)
+    roll = clip(atan(c * terrain.slope_y - s * terrain.slope_x), config.most_slope)
+    pitch = clip(-atan(c * terrain.slope_x + s * terrain.slope_y), config.most_slope)
+    lean = (roll - ahead.roll, pitch - ahead.pitch, _wrap(heading - ahead.yaw))
+    return WalkState(heading, (ix, iy)), Tracking(error, (roll, pitch), lean, back)
+
+
+def has_lost_balance(config: WalkConfig, tracking: Tracking) -> bool:
+    """Whether the body leans or moves in a way that a swaying gait was not made for."""
+    roll, pitch, _ = tracking.lean
+    return max(abs(roll), abs(pitch)) > config.most_lean or hypot(*tracking.error) > config.most_error
+
+
+def body_wrench(
+    config: WalkConfig, state: WalkState, tracking: Tracking, step: Step, standing: Sequence[int]
+) -> tuple[float, ...]:
+    """Force (N) and moment about the centre of mass (N m) that the standing feet shall give, odom axes."""
+    ahead, terrain = step.ahead, step.terrain
+    c, s = cos(ahead.yaw), sin(ahead.yaw)
+    vx, vy, vz = ahead.velocity
+    fore, side = step.sway
+    push_x, push_y = (
+        clip(config.speed_gain * error + learned, config.most_push) + swaying[2]
+        for error, learned, swaying in zip(tracking.error, state.integral, (fore, side), strict=True)
+    )
+    slope_x, slope_y = terrain.slope_x, terrain.slope_y
+    below = (ahead.feet[leg] for leg in standing)
+    height = -sum(z - slope_x * x - slope_y * y for x, y, z in below) / len(standing)
+    climb = slope_x * vx + slope_y * vy - vz
+    lift = GRAVITY + config.height_spring * (step.height - height) + config.height_damper * climb
+    wx, wy, wz = ahead.turn
+    mx, my, mz = (
+        inertia * (spring * angle + damper * rate)
+        for inertia, spring, angle, damper, rate in zip(
+            step.mass.inertia,
+            config.turn_spring,
+            tracking.lean,
+            config.turn_damper,
+            (-wx, -wy, step.turn - wz),
+            strict=True,
+        )
+    )
+    return (
+        MASS * (c * push_x - s * push_y),
+        MASS * (s * push_x + c * push_y),
+        MASS * max(config.least_lift * GRAVITY, lift),
+        c * mx - s * my,
+        s * mx + c * my,
+        mz,
+    )
+
+
+def foothold(
+    config: WalkConfig, tracking: Tracking, step: Step, leg: int, remaining: float, stance_time: float
+) -> Triple:
+    """Where a foot should land in `remaining` seconds, odom axes, m."""
+    ahead, half = step.ahead, 0.5 * stance_time
+    yaw = ahead.yaw + ahead.turn[2] * remaining
+    c, s = cos(yaw), sin(yaw)
+    roll, pitch = tracking.ground
+    # Seen from above, the stance of a body that leans with the slope is shorter.
+    nominal_x, nominal_y = NOMINAL[leg][0] * cos(pitch) - step.mass.behind, NOMINAL[leg][1] * cos(roll)
+    rx, ry = c * nominal_x - s * nominal_y, s * nominal_x + c * nominal_y
+    (fore, forward, _), (side, left, _) = step.sway
+    now_c, now_s = cos(ahead.yaw), sin(ahead.yaw)
+    vx = ahead.velocity[0] - (now_c * forward - now_s * left)
+    vy = ahead.velocity[1] - (now_s * forward + now_c * left)
+    lean = 0.5 * step.height / GRAVITY * step.turn
+    back_x, back_y = tracking.back
+    x = (
+        ahead.position[0]
+        - (now_c * fore - now_s * side)
+        + vx * remaining
+        + rx
+        + (vx - step.turn * ry) * half
+        + clip(config.capture * (vx - step.wanted[0]), config.most_capture)
+        + lean * vy
+        - back_x
+    )
+    y = (
+        ahead.position[1]
+        - (now_s * fore + now_c * side)
+        + vy * remaining
+        + ry
+        + (vy + step.turn * rx) * half
+        + clip(config.capture * (vy - step.wanted[1]), config.most_capture)
+        - lean * vx
+        - back_y
+    )
+    return (x, y, step.terrain.height(x, y))
+
+
+def clip(value: float, most: float) -> float:
+    """The nearest value whose magnitude is at most `most`."""
+    return max(-most, min(most, value))
+
+
+def _wrap(angle: float) -> float:
+    return (angle + pi) % tau - pi
