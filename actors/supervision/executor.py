@@ -8,7 +8,7 @@ import contextvars
 from collections import deque
 from collections.abc import Callable, Mapping
 from itertools import count
-from typing import Any, ClassVar, TypeAlias, TypeVarTuple
+from typing import Any, TypeAlias, TypeVarTuple
 
 from actors.shield import see_through, shield
 from actors.supervision import acts
@@ -75,6 +75,8 @@ class Executor:
         self._busy = False
         self._over: asyncio.Future[None] = self.loop.create_future()
         self._failure: Exception | None = None
+        self._carry_out = self._carriers()
+        self._for_caller = self._repliers()
 
     # ------------------------------------------------------------------ from the start to the end
 
@@ -146,7 +148,7 @@ class Executor:
 
     def _handle(self, event: Event) -> None:
         for act in decide(event, self._children):
-            self._carry_out[type(act)](self, act)
+            self._carry_out[type(act)](act)
 
     def _serve(self, request: Request, caller: Caller) -> None:
         try:
@@ -157,9 +159,9 @@ class Executor:
             return
         for act in answer:
             if (carry_out := self._for_caller.get(type(act))) is not None:
-                carry_out(self, act, caller)
+                carry_out(act, caller)
             else:
-                self._carry_out[type(act)](self, act)
+                self._carry_out[type(act)](act)
 
     def _handle_end(self, event: Ended) -> None:
         entry = self._children.entries[event.life.ref.id]
@@ -168,7 +170,7 @@ class Executor:
         answer = decide(event, self._children)
         entry.marked = False
         for act in answer:
-            self._carry_out[type(act)](self, act)
+            self._carry_out[type(act)](act)
         if life.watchers:
             down = Down(life.ref, event.reason)
             for watcher in list(life.watchers):
@@ -351,30 +353,34 @@ class Executor:
     # ------------------------------------------------------------------ which act is carried out how
     # Tables, because a chain of `isinstance` would cost more than all the rest of a start.
 
-    _carry_out: ClassVar[Mapping[type[Act], Callable[..., object]]] = {
-        acts.Confirm: _confirm,
-        acts.Stop: lambda self, act: self._ask(self._children.entries[act.child], act.why),
-        acts.StopNext: lambda self, act: self._stop_next(),
-        acts.Start: lambda self, act: self._start_in_turn(self._children.entries[act.child]),
-        acts.Drop: _drop,
-        acts.Forget: lambda self, act: self._children.entries.pop(act.child),
-        acts.Gone: _tell_gone,
-        acts.Tell: lambda self, act: self._report(act.context, act.life, act.reason, act.note),
-        acts.Restart: _restart,
-        acts.RestartGroup: _restart_group,
-        acts.EndHold: lambda self, act: self._end_hold(),
-        acts.CloseWhenReady: lambda self, act: self._children.close_when_ready(act.end),
-        acts.ShutDown: _shut_down,
-        acts.Kill: lambda self, act: alive(self._children.entries[act.child]).kill(),
-        acts.Update: lambda self, act: setattr(self._children.entries[act.child], "spec", act.spec),
-        acts.Adopt: lambda self, act: self._children.adopt(act.spec),
-    }
-    _for_caller: ClassVar[Mapping[type[Act], Callable[..., object]]] = {
-        acts.Add: _add,
-        acts.Due: _due,
-        acts.Answer: lambda self, act, caller: _reply(caller),
-        acts.Terminate: _terminate,
-    }
+    def _carriers(self) -> Mapping[type[Act], Callable[[Any], object]]:
+        children = self._children
+        return {
+            acts.Confirm: self._confirm,
+            acts.Stop: lambda act: self._ask(children.entries[act.child], act.why),
+            acts.StopNext: lambda act: self._stop_next(),
+            acts.Start: lambda act: self._start_in_turn(children.entries[act.child]),
+            acts.Drop: self._drop,
+            acts.Forget: lambda act: children.entries.pop(act.child),
+            acts.Gone: self._tell_gone,
+            acts.Tell: lambda act: self._report(act.context, act.life, act.reason, act.note),
+            acts.Restart: self._restart,
+            acts.RestartGroup: self._restart_group,
+            acts.EndHold: lambda act: self._end_hold(),
+            acts.CloseWhenReady: lambda act: children.close_when_ready(act.end),
+            acts.ShutDown: self._shut_down,
+            acts.Kill: lambda act: alive(children.entries[act.child]).kill(),
+            acts.Update: lambda act: setattr(children.entries[act.child], "spec", act.spec),
+            acts.Adopt: lambda act: children.adopt(act.spec),
+        }
+
+    def _repliers(self) -> Mapping[type[Act], Callable[[Any, Caller], object]]:
+        return {
+            acts.Add: self._add,
+            acts.Due: self._due,
+            acts.Answer: lambda act, caller: _reply(caller),
+            acts.Terminate: self._terminate,
+        }
 
 
 def alive(entry: Entry) -> ChildTask:
