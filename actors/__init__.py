@@ -99,7 +99,7 @@ from actors.supervision.declarations import (
 )
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
-from actors.system import System
+from actors.system import System, system_of
 from actors.time.clock import Clock
 from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream
@@ -186,6 +186,7 @@ __all__ = [
     "retry",
     "run",
     "subscribes",
+    "system_of",
     "temporary",
     "transient",
 ]

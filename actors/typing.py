@@ -21,13 +21,13 @@ from actors.node.declarations import Late, PublisherDeclaration, StreamDeclarati
 from actors.running.options import ParameterSource, ParameterSources
 from actors.running.run import Observer, OpenNode, Run
 from actors.running.trees import Runnable
+from actors.runtime.record import NodeRecord
 from actors.supervision.declarations import Spec
 from actors.supervision.policy import AutoShutdown, Kind, Restart, StopTimeout, Strategy
 from actors.supervision.reasons import Gone
 from actors.supervision.refs import ChildInfo, ChildRef, ChildState, Counts, Down
 from actors.supervision.report import Context, Report
 from actors.supervision.running import Path, RunningSupervisor
-from actors.system import NodeState
 from actors.topics.events import EventStream
 from actors.topics.handler import HandlerSubscription
 
@@ -51,7 +51,7 @@ __all__ = [
     "Kind",
     "Late",
     "Load",
-    "NodeState",
+    "NodeRecord",
     "NodeView",
     "Observer",
     "OpenNode",

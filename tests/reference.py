@@ -28,7 +28,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "reference.md"
 SURFACE = Surface(Path(actors.__file__).parent)
 
 GROUPS: Mapping[str, Sequence[str]] = {
-    "Running": ("run", "execute", "open_node", "System", "Clock"),
+    "Running": ("run", "execute", "open_node", "System", "system_of", "Clock"),
     "Contracts": ("Topic", "Service", "Action"),
     "Nodes": (
         "Node", "publishes", "subscribes", "parameter", "every", "Tick", "background", "LifecycleNode", "LifecycleState", "HookResult",
@@ -71,12 +71,15 @@ SECTIONS: Mapping[str, str] = {
 
 INTERNAL: Mapping[str, Sequence[str]] = {
     "System": (
-        "answered", "close_if_empty", "ended", "failed_beside", "gone", "interrupt", "join", "leave", "life", "lost", "new_id",
-        "node_log", "offload", "open", "random", "report", "running_now", "start", "stopping", "waiting",
+        "join", "leave", "open", "start",
     ),
     "Clock": ("loop_time", "call_at"),
     "Rig": ("leaks",),
-    "Node": ("core", "declarations", "managed"),
+    "Node": ("__machinery__", "declarations", "managed"),
+    "NodeRecord": (
+        "actions", "asked_state", "close", "forget", "inbox", "life", "note", "note_restart", "park", "running", "saved", "services",
+        "subscriptions", "sweep", "timers", "used", "work_on",
+    ),
     "Publisher": (
         "add_tap", "alive", "count_incompatible_qos", "count_incompatible_type", "due", "due_alive", "end_events", "gated", "history", "join",
         "keep_events", "kept_events", "latched", "leave", "matched", "notify", "part", "peers", "replay", "resume", "suspend", "taps",

@@ -168,8 +168,7 @@ class FlightRecorder:
             raise RuntimeError("this recorder records a system already: make another recorder")
         self._system = system
         system.graph.tap(self._tap)
-        system.add_sink(self._log)
-        system.on_report(self._report)
+        system.observe(lines=self._log, reports=self._report)
         return self
 
     def freeze(self) -> FlightRecord:

@@ -52,8 +52,7 @@ class Trace:
             raise RuntimeError("this trace follows a system already: make another one")
         self._now_ns = system.clock.now_ns
         system.graph.tap(self._tap)
-        system.add_sink(self._log)
-        system.on_report(self._report)
+        system.observe(lines=self._log, reports=self._report)
         return self
 
     def hexdigest(self) -> str:

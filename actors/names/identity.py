@@ -19,7 +19,7 @@ class Identity:
     `name` and the absolute `namespace` are those after remapping, `overrides` the parameters that it starts with; of those whose names are
     `optional` it may lack any.
 
-    It has no public constructor: `NodeState.identity` is one.
+    It has no public constructor: `NodeRecord.identity` is one.
     """
 
     __slots__ = ("fqn", "name", "namespace", "optional", "overrides", "path", "remapping")

@@ -45,7 +45,7 @@ class ParameterStore:
     `overrides` replace declared values (name -> plain value; an int widens to a float where one is declared); unused
     ones are silent. `table` is what the node's class declares. With `allow_undeclared` any name can be set, which
     declares it with dynamic typing. With `automatically_declare` every override is declared. `on_event` is told of
-    every change after it is stored, beginning with the values at construction.
+    every change after it is stored, beginning with the values at construction (unless ``announce=False``).
 
     Raises InvalidParameterType and InvalidParameterValue for an override that does not fit its declaration.
     """
@@ -64,6 +64,7 @@ class ParameterStore:
         allow_undeclared: bool = False,
         automatically_declare: bool = False,
         on_event: Callable[[ParameterChange], None] | None = None,
+        announce: bool = True,
     ) -> None:
         self.node = node
         self.overrides = overrides or NO_OVERRIDES
@@ -78,7 +79,7 @@ class ParameterStore:
             described = self._descriptors.get(name)
             if described is not None:
                 self.values[name] = checked(self.node, widened(name, value, described.type), described).value
-        if on_event is not None:
+        if on_event is not None and announce:
             on_event(ParameterChange(new=tuple(self._present(name) for name in self.values)))
         if automatically_declare:
             for name, value in self.overrides.items():

@@ -48,7 +48,7 @@ class LeakWatch:
         for state in system.nodes.values():
             left += [
                 server.describe(goal)
-                for server in state.mailbox.actions.values()
+                for server in state.actions.values()
                 for goal in (*server.running, *server.waiting)
             ]
         return sorted(left)

@@ -29,6 +29,7 @@ from actors.interfaces.rcl_interfaces.srv import SetParameters
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.parameters.messages import to_parameter
+from actors.system import system_of
 from tests.planted.kit import ok, turns
 
 ASK, CLIMB = Service(Trigger, "ask"), Action(Fibonacci, "climb")
@@ -165,7 +166,7 @@ class Hirer(Node):
 
     @every(hz=1)
     async def hire(self) -> None:
-        pool = self.core.system.supervisor
+        pool = system_of(self).supervisor
         assert pool is not None
         jobs = pool.life("jobs")
         try:

@@ -85,7 +85,7 @@ async def test_T_03_each_of_ten_readers_gets_all_of_a_hundred_messages_in_order(
         rig.node(Talker).out(number(value))
     await rig.quiet()
     for index in range(10):
-        core = rig.state(f"reader_{index}").core
+        core = rig.state(f"reader_{index}").running
         assert core is not None
         assert core.node.seen == list(range(100))  # type: ignore[attr-defined]
 
@@ -121,7 +121,7 @@ async def test_T_05_the_order_of_starting_does_not_matter(rig: Rig) -> None:
     rig.node(Talker).out(number(2))
     await rig.quiet()
     for name in ("early", "late"):
-        assert rig.state(name).core.node.seen == [1, 2]  # type: ignore[union-attr]
+        assert rig.state(name).node.seen == [1, 2]  # type: ignore[union-attr]
 
 
 async def test_T_06_a_crash_of_either_side_leaves_the_other_alive(rig: Rig) -> None:

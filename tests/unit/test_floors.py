@@ -43,21 +43,10 @@ FLOORS = (
 )
 """The rooms from top to bottom. The face, ``actors/__init__.py``, stands above all of them, and nothing imports it."""
 
-UPWARDS: frozenset[tuple[str, str]] = frozenset(
-    {
-        ("actors.node.node", "actors.runtime.core"),
-        ("actors.runtime.core", "actors.system"),
-        ("actors.runtime.ground", "actors.system"),
-        ("actors.runtime.life", "actors.system"),
-        ("actors.runtime.stall", "actors.system"),
-        ("actors.runtime.standard", "actors.lifecycle.node"),
-        ("actors.runtime.standard", "actors.system"),
-        ("actors.runtime.unsupervised", "actors.system"),
-    }
-)
+UPWARDS: frozenset[tuple[str, str]] = frozenset()
 """The exceptions, (module, module above it), none of them at module level. This list only gets shorter."""
 
-LAZY_UPWARDS = frozenset({("actors.runtime.standard", "actors.lifecycle.node")})
+LAZY_UPWARDS: frozenset[tuple[str, str]] = frozenset()
 """Those of them that are imported when a function is called, and not for type checkers only."""
 
 

@@ -48,19 +48,11 @@ OPEN = frozenset(
     {
         "actors.interfaces.types.Numbers",  # these two exist for type checkers only
         "actors.interfaces.types.Octets",
-        "actors.runtime.core.Core",  # those below stand on System and NodeState
-        "actors.runtime.mailbox.Mailbox",
-        "actors.runtime.stall.StallWatch",
-        "actors.runtime.start_watch.StartWatch",
-        "actors.runtime.unsupervised.UnsupervisedNodes",
-        "actors.supervision.child_task.ChildTask",
-        "actors.time.deadlines.Deadlines",
-        "actors.time.ticker.Ticker",
     }
 )
 """The exceptions: types in public signatures that are not public. This list only gets shorter."""
 
-DEEP = frozenset({"actors.inbox.control", "actors.running.options", "actors.suggest"})
+DEEP = frozenset({"actors.running.options", "actors.runtime.incarnation", "actors.suggest"})
 """The exceptions: modules of the framework from which the robot imports although they are not public. This list only gets shorter."""
 
 
