@@ -1,7 +1,5 @@
 """The invariants of a simulated system, checked whenever it is quiet: when nothing can run until time passes."""
 
-# pyright: reportPrivateUsage=false
-# When a task ran for the last time is known to the loop alone.
 from __future__ import annotations
 
 import asyncio
