@@ -80,7 +80,7 @@ def robot_tree(
     grid = Grid.from_scene(body.scene)
     clock: list[Child] = []
     if publish_clock is not None:
-        from actors.nodes.clock_publisher import ClockPublisher
+        from actors.nodes import ClockPublisher
 
         clock = [Child(ClockPublisher, args=(publish_clock,))]
     mission: list[Child] = []
