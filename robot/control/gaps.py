@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robot.control.limits import Limits
-from robot.estimation.surroundings import Surroundings
+from robot.estimation.local_field import LocalField
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
@@ -27,7 +27,7 @@ _AVERSION = 4.0
 _AHEAD = 1.6
 """How far along the path the plan ends, m."""
 _REACH = 1.4
-"""Half side of the square that is planned in, m. Its middle lies half-way to the target; all of it is within what `Surroundings` prepares."""
+"""Half side of the square that is planned in, m. Its middle lies half-way to the target; all of it is within a `LocalField`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +54,10 @@ _SLOWEST = 0.3
 """A way that is slower than this asks for a finer look, m/s."""
 
 
-def thread(pose: Pose2, path: Path, along: float, goal: Pose2, around: Surroundings, limits: Limits) -> Floats | None:
+def thread(pose: Pose2, path: Path, along: float, goal: Pose2, around: LocalField, limits: Limits) -> Floats | None:
     """Poses (n, 3) from here to a point of the path some 1.8 m ahead (or its end), or None when the body does not get there.
 
-    `around` must be centered on the pose. The poses lie at most 22 cm or 22.5 degrees apart; the first is the robot's own.
+    The poses lie at most 22 cm or 22.5 degrees apart; the first is the robot's own.
     """
     end = min(along + _AHEAD, path.length)
     x, y = path.at(end)
@@ -86,7 +86,7 @@ def _step(angle: float) -> tuple[int, int]:
 class _Lattice:
     """The states around one pose: index = (heading * rows + row) * columns + column, with a closed rim of two cells."""
 
-    def __init__(self, pose: Pose2, target: Pose2, around: Surroundings, limits: Limits, fineness: _Fineness) -> None:
+    def __init__(self, pose: Pose2, target: Pose2, around: LocalField, limits: Limits, fineness: _Fineness) -> None:
         self._pose, self._fineness = pose, fineness
         half = math.ceil(_REACH / fineness.cell)
         self._side = side = 2 * half + 1
@@ -111,7 +111,7 @@ class _Lattice:
     def _index(self, row: int, column: int, heading: int) -> int:
         return (heading * self._side + row) * self._side + column
 
-    def _clearances(self, around: Surroundings) -> Floats:
+    def _clearances(self, around: LocalField) -> Floats:
         """Of the body in every state, shape (headings, rows, columns); the rim is closed."""
         turn, count = self._fineness.turn, self._fineness.headings
         x, y = np.meshgrid(self._x, self._y)
