@@ -88,7 +88,7 @@ def sizes(rig: Rig) -> dict[str, int]:
     graph = system.graph
     found: dict[str, Any] = {
         "nodes": system.nodes,
-        "names": system._names,  # pyright: ignore[reportPrivateUsage]
+        "names": system.runtime.directory._paths,  # pyright: ignore[reportPrivateUsage]
         "topics": graph.topics,
         "services": graph.services,
         "actions": graph.actions,
