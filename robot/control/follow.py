@@ -236,13 +236,13 @@ class Follower:
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         ahead, left = c * dx + s * dy, c * dy - s * dx
         gain = self.config.approach_gain if self._poses is None else self.config.threading_gain
-        scale = min(gain, speed / max(math.hypot(ahead, left), 1e-6))
+        scale = min(gain, speed / max(math.hypot(ahead, left), self.config.no_way))
         # All three axes shrink together, or a clipped one would bend the way to the pose.
         shrink = max(
             1.0,
             ahead * scale / self.limits.vx_max,
-            ahead * scale / min(self.limits.vx_min, -1e-3),
-            abs(left) * scale / max(self.limits.vy_max, 1e-3),
+            ahead * scale / min(self.limits.vx_min, -self.config.no_speed),
+            abs(left) * scale / max(self.limits.vy_max, self.config.no_speed),
         )
         turn = self.config.yaw_gain * gain * wrap(aim.yaw - pose.yaw)
         return self.limits.clip(ahead * scale / shrink, left * scale / shrink, turn)

@@ -37,6 +37,8 @@ FASTEST = 2.0
 """Bound of the speed that the standing feet tell, m/s: more is a foot that slips."""
 CARRY = 0.5
 """Share of the weight that is given as forces; the joint springs give the rest, as the body sinks."""
+_NO_SPEED = 1e-9
+"""What a speed is divided by at least, m/s: a body at rest has gone nowhere."""
 SPRING, DAMPER = 250.0, 6.0
 """Joint gains until the robot sits, N m/rad and N m s/rad."""
 REST_SPRING, REST_DAMPER = 60.0, 6.0
@@ -123,7 +125,7 @@ class SafeStop:
             z = min(z, z + (-height - z) * found) - SEARCH * max(0.0, self._time - FIND_TIME)
         else:
             (x, y, z), before = anchor
-            back = (self._gone() - before) / max(1e-9, hypot(vx, vy))
+            back = (self._gone() - before) / max(_NO_SPEED, hypot(vx, vy))
             x, y = x - back * vx, y - back * vy
             z += (-height - z) * found
         return (x + (goal_x - x) * share, y + (goal_y - y) * share, max(z, -LONGEST))

@@ -12,13 +12,20 @@ from robot.estimation.local_field import LocalField
 from robot.estimation.movers import Movers
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
-from robot.hardware.beams import MAX_RANGE, beam_angles
+from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 from robot.model.footprint import Footprint
 from robot.planning.grid import Grid, distance_to
 
 __all__ = ["Surroundings"]
 
 
+MEMORY = 30.0
+"""How long a mark out of sight is kept, s; chosen: most ways round a thing take less."""
+_EXPLAINED, _PER_METRE = 0.10, 0.02
+"""A hit this near to a mapped face is that face, m, and so much more per metre of the beam; chosen: five sigma of the LiDAR, and a heading that
+is wrong by a degree."""
+_MARGIN = 0.01
+"""What distances to marks are less than to the middles of their cells, m; chosen."""
 _REACH = 3.0
 """Half side of the square around the robot in which motion is checked, m."""
 _NEAR = 1.0
@@ -39,7 +46,7 @@ class Surroundings:
     """
 
     def __init__(
-        self, grid: Grid, footprint: Footprint | None = None, max_range: float = MAX_RANGE, memory: float = 30.0
+        self, grid: Grid, footprint: Footprint | None = None, max_range: float = MAX_RANGE, memory: float = MEMORY
     ) -> None:
         self.grid = grid
         self.footprint = footprint or Footprint()
@@ -81,7 +88,7 @@ class Surroundings:
         return.
         """
         angles = beam_angles(len(ranges)) + pose.yaw
-        valid = np.isfinite(ranges) & (ranges > 0.0) & (ranges < self.max_range - 1e-6)
+        valid = returns(ranges, self.max_range, nearest=0.0)
         self._clear_seen_through(pose, np.where(np.isfinite(ranges), ranges, self.max_range))
         r, a = ranges[valid], angles[valid]
         self._mark(now, pose, pose.x + r * np.cos(a), pose.y + r * np.sin(a), r)
@@ -101,7 +108,7 @@ class Surroundings:
         rows, columns = rows[inside], columns[inside]
         # Near a mapped face a hit is that face, seen from a pose that is a little wrong: the more so the farther the
         # beam.
-        unexplained = grid.clearance[rows, columns] > 0.10 + 0.02 * ranges[inside]
+        unexplained = grid.clearance[rows, columns] > _EXPLAINED + _PER_METRE * ranges[inside]
         rows, columns = rows[unexplained], columns[unexplained]
         known = self._known(now, rows, columns)
         self.movers.update(now, x[inside][unexplained], y[inside][unexplained], known)
@@ -158,7 +165,7 @@ class Surroundings:
 
     def _distance(self, marked: NDArray[np.bool_]) -> Floats:
         """Distance (m) to the marks. A hit lies anywhere in its cell, so on average in its middle: count from there, less 1 cm."""
-        return distance_to(marked, self.grid.resolution, _NEAR) + (0.5 * self.grid.resolution - 0.01)
+        return distance_to(marked, self.grid.resolution, _NEAR) + (0.5 * self.grid.resolution - _MARGIN)
 
     def local_field(self, pose: Pose2, last: LocalField | None = None) -> LocalField:
         """The distances around `pose`. Those of `last`, an earlier answer, serve on while no mark changed and the robot is still near its middle."""
