@@ -24,7 +24,7 @@ import numpy as np
 from robot.control.follow_config import FollowerConfig
 from robot.control.limits import STOP, Command, Limits, Tolerance
 from robot.control.rollout import GLIMPSE, HORIZON, clearances, fan_of, rollout
-from robot.estimation.surroundings import Surroundings
+from robot.estimation.local_field import LocalField
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
@@ -87,7 +87,7 @@ class Follower:
     def __repr__(self) -> str:
         return f"Follower({self.path!r}, {self._along:.2f} m done)"
 
-    def follow(self, path: Path, goal: Pose2, around: Surroundings | None = None) -> None:
+    def follow(self, path: Path, goal: Pose2, around: LocalField | None = None) -> None:
         """Take up a path; `goal` gives the heading at its end. A gap being threaded is finished if `around` leaves it open."""
         self.path = path.spaced(self.config.spacing)
         self._goal = goal
@@ -115,7 +115,7 @@ class Follower:
         """How far along the path the robot has come, m."""
         return self._along
 
-    def narrowest(self, around: Surroundings, reach: float) -> tuple[float, float, float]:
+    def narrowest(self, around: LocalField, reach: float) -> tuple[float, float, float]:
         """Where the next `reach` metres are narrowest for a body that slides along them: (clearance, x, y); inf when there is no stretch."""
         points = self.ahead(reach)
         if len(points) < 3:
@@ -126,7 +126,7 @@ class Follower:
         worst = int(clear.argmin())
         return float(clear[worst]), float(points[1 + worst, 0]), float(points[1 + worst, 1])
 
-    def is_tight(self, pose: Pose2, around: Surroundings) -> bool:
+    def is_tight(self, pose: Pose2, around: LocalField) -> bool:
         """Whether the next stretch is too narrow to rely on following the path with the body's middle."""
         config = self.config
         if self.narrowest(around, config.offered_over)[0] < config.tight:
@@ -149,7 +149,7 @@ class Follower:
         """Go on from the speed the body has, instead of from rest."""
         self._last = self.limits.clip(velocity.vx, velocity.vy, velocity.wz)
 
-    def is_clear(self, command: Command, pose: Pose2, around: Surroundings) -> bool:
+    def is_clear(self, command: Command, pose: Pose2, around: LocalField) -> bool:
         """Whether the body can follow a constant command for the horizon without coming near to anything."""
         tried = np.array([[command.vx, command.vy, command.wz]])
         return bool(clearances(pose, tried, around, HORIZON).min() >= self.config.touch)
@@ -160,13 +160,13 @@ class Follower:
         low, high = np.searchsorted(self.path.arc, (self._along, self._along + reach))
         return self.path.points[low : max(int(high), int(low) + 1)]
 
-    def step(self, pose: Pose2, around: Surroundings, dt: float) -> Step:
-        """The command for the next `dt` seconds. `around` must be centered on the pose."""
+    def step(self, pose: Pose2, around: LocalField, dt: float) -> Step:
+        """The command for the next `dt` seconds; `around`: the distances near the pose."""
         assert self.path is not None, "call follow(path, goal) first"
         config = self.config
         search = (self._along - config.search_back, self._along + config.search_ahead)
         self._along, off = self.path.project(pose.x, pose.y, *search)
-        clearance = float(around.body_clearance(*(np.array([v]) for v in (pose.x, pose.y, pose.yaw)))[0])
+        clearance = around.clearance_at(pose)
         remaining = max(self.path.length - self._along, 0.0)
         to_goal = math.hypot(self._goal.x - pose.x, self._goal.y - pose.y)
         near = to_goal < config.approach and remaining < 2 * config.approach
@@ -235,13 +235,13 @@ class Follower:
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         ahead, left = c * dx + s * dy, c * dy - s * dx
         gain = self.config.approach_gain if self._poses is None else self.config.threading_gain
-        scale = min(gain, speed / max(math.hypot(ahead, left), 1e-6))
+        scale = min(gain, speed / max(math.hypot(ahead, left), self.config.no_way))
         # All three axes shrink together, or a clipped one would bend the way to the pose.
         shrink = max(
             1.0,
             ahead * scale / self.limits.vx_max,
-            ahead * scale / min(self.limits.vx_min, -1e-3),
-            abs(left) * scale / max(self.limits.vy_max, 1e-3),
+            ahead * scale / min(self.limits.vx_min, -self.config.no_speed),
+            abs(left) * scale / max(self.limits.vy_max, self.config.no_speed),
         )
         turn = self.config.yaw_gain * gain * wrap(aim.yaw - pose.yaw)
         return self.limits.clip(ahead * scale / shrink, left * scale / shrink, turn)
@@ -249,7 +249,7 @@ class Follower:
     # --- what it may ------------------------------------------------------------------------------------------------
 
     def _checked(
-        self, wish: Command, phase: Phase, pose: Pose2, around: Surroundings, clearance: float, aim: Pose2 | None
+        self, wish: Command, phase: Phase, pose: Pose2, around: LocalField, clearance: float, aim: Pose2 | None
     ) -> tuple[Command, Phase]:
         """The wish itself if it keeps clear, else the best command of the fan; a stop when there is none."""
         config, tried = self.config, np.array([[wish.vx, wish.vy, wish.wz]])
@@ -274,7 +274,7 @@ class Follower:
         allowed = (least >= touch) | ((least >= clearance - config.rounding) & (final > clearance + config.rounding))
         allowed[0] &= bool(least[0] >= touch)
         if not allowed.any():
-            if not around.movers.moving:
+            if not around.movers:
                 return STOP, Phase.BLOCKED
             # Something comes and every command ends near it: standing still is not safe, so go where most room is left,
             # but into nothing that stands.
@@ -293,7 +293,7 @@ class Follower:
             return STOP, Phase.BLOCKED
         return chosen, phase if best == 0 else Phase.AVOIDING
 
-    def _offered(self, around: Surroundings) -> float:
+    def _offered(self, around: LocalField) -> float:
         """The clearance (m) to insist on: a little less than the body has when it slides along the path as drawn.
 
         In the open that is the full comfort. In a narrow passage nothing better is to be had, and insisting would stop

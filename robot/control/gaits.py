@@ -80,6 +80,9 @@ GAITS = MappingProxyType(
     }
 )
 
+LEAD_IN = 0.02
+"""Share of the period for which all feet stand when a gait begins; chosen: the forces settle before the first foot lifts."""
+
 
 class GaitClock:
     """Runs through a gait: tells each leg's phase, its stance and its progress through a swing."""
@@ -106,7 +109,7 @@ class GaitClock:
         self.gait = gait or self.gait
         self.period = self.gait.period
         lifts = [(self.gait.duty - offset) % 1.0 for offset in self.gait.offsets]
-        self.phase = ((min(lifts) if first is None else lifts[first]) - 0.02 - settle / self.period) % 1.0
+        self.phase = ((min(lifts) if first is None else lifts[first]) - LEAD_IN - settle / self.period) % 1.0
 
     def hurry(self, speed: float) -> None:
         """Choose the period for a speed (m/s)."""

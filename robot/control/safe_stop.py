@@ -34,6 +34,8 @@ SEARCH = 0.3
 LONGEST = 0.58
 FASTEST = 2.0
 CARRY = 0.5
+_NO_SPEED = 1e-9
+"""What a speed is divided by at least, m/s: a body at rest has gone nowhere."""
 SPRING, DAMPER = 250.0, 6.0
 REST_SPRING, REST_DAMPER = 60.0, 6.0
 RELAX_TIME = 0.2
@@ -118,7 +120,7 @@ class SafeStop:
             z = min(z, z + (-height - z) * found) - SEARCH * max(0.0, self._time - FIND_TIME)
         else:
             (x, y, z), before = anchor
-            back = (self._gone() - before) / max(1e-9, hypot(vx, vy))
+            back = (self._gone() - before) / max(_NO_SPEED, hypot(vx, vy))
             x, y = x - back * vx, y - back * vy
             z += (-height - z) * found
         return (x + (goal_x - x) * share, y + (goal_y - y) * share, max(z, -LONGEST))

@@ -29,7 +29,8 @@ def sway(phase: float, period: float, reach: float, change: float, height: float
     for k in HARMONICS:
         rate = tau * k / period
         width = pi * k * change
-        share = 4.0 * reach / (pi * k) * sin(width) / width / (1.0 + rate * rate * height / GRAVITY)
+        wave = 4.0 * reach / (pi * k) * sin(width) / width  # formula: Fourier series of a trapezoid
+        share = wave / (1.0 + rate * rate * height / GRAVITY)
         s, c = share * sin(tau * k * phase), share * cos(tau * k * phase)
         place, speed, push = place + s, speed + rate * c, push - rate * rate * s
     return (place, speed, push)

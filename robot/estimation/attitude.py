@@ -94,7 +94,7 @@ class AttitudeFilter:
 
     def _rotate(self, x: float, y: float, z: float) -> None:
         angle = sqrt(x * x + y * y + z * z)
-        scale = 0.5 - angle * angle / 48.0
+        scale = 0.5 - angle * angle / 48.0  # formula: Taylor series of sin(a / 2) / a
         dw, dx, dy, dz = cos(angle / 2), x * scale, y * scale, z * scale
         w0, x0, y0, z0 = self.quaternion
         w = w0 * dw - x0 * dx - y0 * dy - z0 * dz

@@ -15,7 +15,7 @@ import numpy as np
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
-from robot.hardware.beams import MAX_RANGE, beam_angles
+from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 from robot.planning.grid import Grid
 
 __all__ = ["ACCEPTED", "ScanMatcher"]
@@ -31,6 +31,12 @@ _FEWEST = 30
 """Beams with a return; fewer say too little."""
 _FARTHEST, _MOST_TURN = 0.5, 0.35
 """A correction beyond this (m, rad) is a mistake, not a correction."""
+_WIDE, _NARROW = 0.15, 0.05
+"""Scales of the Cauchy weight, m: first as wide as a usual prior is wrong, then two and a half sigma of the worst LiDAR; chosen."""
+_SETTLED = 1e-3
+"""A step below this in every part (m, rad) ends the search at one scale; chosen: a twentieth of the LiDAR's sigma."""
+_OUTSIDE = (-4.0, 5.0)
+"""So far beyond a cell its slope goes on, in cells: 20 cm behind the map's edge; chosen."""
 _SIGMA = 0.02
 _PRIOR = np.array([0.3, 0.3, 0.2])
 """Trust in the prior (m, m, rad): next to nothing against walls, but all there is along a featureless corridor."""
@@ -59,7 +65,7 @@ class ScanMatcher:
         below `ACCEPTED` means that the scan does not fit (too few returns, an unmapped place, a correction over 0.5 m
         or 20 degrees); the prior is then returned as it came.
         """
-        valid = np.isfinite(ranges) & (ranges > 0.05) & (ranges < self.max_range - 1e-6)
+        valid = returns(ranges, self.max_range)
         if not self._useful or int(valid.sum()) < _FEWEST:
             return prior, 0.0
         angles, r = beam_angles(len(ranges))[valid], ranges[valid]
@@ -75,17 +81,17 @@ class ScanMatcher:
     def _fit(self, prior: Floats, beam_x: Floats, beam_y: Floats) -> Floats:
         """Gauss-Newton with a Cauchy weight that narrows from 15 cm to 5 cm once the wide one has settled."""
         information = np.diag((_SIGMA / _PRIOR) ** 2)
-        state, scale = prior.copy(), 0.15
+        state, scale = prior.copy(), _WIDE
         for _ in range(_ROUNDS):
             errors, slope = self._errors(state, beam_x, beam_y)
             weighted = slope * (1.0 / (1.0 + (errors / scale) ** 2))[:, None]
             pull = weighted.T @ errors + information @ (state - prior)
             step = np.linalg.solve(weighted.T @ slope + information, pull)
             state = state - step
-            if float(np.abs(step).max()) < 1e-3:
-                if scale < 0.1:
+            if float(np.abs(step).max()) < _SETTLED:
+                if scale == _NARROW:
                     break
-                scale = 0.05
+                scale = _NARROW
         return state
 
     def _errors(self, state: Floats, beam_x: Floats, beam_y: Floats) -> tuple[Floats, Floats]:
@@ -98,8 +104,8 @@ class ScanMatcher:
         # Walls stand on the map's edge: half a cell outside, the field goes on with the slope it has at the edge.
         column = np.clip(np.floor(across), 0, columns - 2).astype(np.intp)
         row = np.clip(np.floor(up), 0, rows - 2).astype(np.intp)
-        u = np.clip(across - column, -4.0, 5.0)
-        v = np.clip(up - row, -4.0, 5.0)
+        u = np.clip(across - column, *_OUTSIDE)
+        v = np.clip(up - row, *_OUTSIDE)
         field = self._field
         a, b = field[row, column], field[row, column + 1]
         d, e = field[row + 1, column], field[row + 1, column + 1]

@@ -16,7 +16,7 @@ import numpy as np
 
 from robot.control.gait_controller import GaitController
 from robot.control.limits import Command
-from robot.control.navigator import Motion, State
+from robot.control.motion import Motion, State
 from robot.control.unmapped import SHEET, WALKING, unmapped_navigator
 from robot.evaluate.barn_worlds import BarnWorld
 from robot.geometry.angles import yaw_of

@@ -10,7 +10,7 @@ import numpy as np
 
 from actors import Aborted, Done, Reject, Steps
 from robot.contracts import HUMANOID_NAVIGATE, MOVE_TO_POSITION, NAVIGATE_TO_GOAL, PLAN_PATH
-from robot.control.navigator import Motion
+from robot.control.motion import Motion
 from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose, pose_stamped
 from robot.geometry.planar import Pose2

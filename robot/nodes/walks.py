@@ -26,7 +26,8 @@ from robot.contracts import (
     WALK,
 )
 from robot.control.limits import Command, Limits
-from robot.control.navigator import Motion, Navigator, State
+from robot.control.motion import Motion, State
+from robot.control.navigator import Navigator
 from robot.geometry.messages import from_pose, pose_stamped
 from robot.geometry.planar import Pose2, compose
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot.control.limits import Command
-from robot.control.navigator import Motion, Navigator, State
+from robot.control.motion import Motion, State
+from robot.control.navigator import Navigator
 from robot.geometry.planar import Pose2
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
 from robot.sim.rays import cast

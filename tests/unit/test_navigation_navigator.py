@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from robot.control.limits import Command, Limits
-from robot.control.navigator import Motion, Navigator, State
+from robot.control.motion import Motion, State
+from robot.control.navigator import Navigator
+from robot.control.navigator_config import NavigatorConfig
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 from robot.model.footprint import Footprint
@@ -454,3 +456,12 @@ def test_a_straight_walk_that_sticks_says_that_it_was_asked_to_go_straight() -> 
         motion = navigator.step(0.5 * second, Pose2(-9.0, 0.0))
     assert motion.state is State.FAILED
     assert str(motion.failure).endswith("tried: nothing, as it was asked to go straight")
+
+
+def test_what_the_config_says_is_what_is_done() -> None:
+    few = NavigatorConfig(most_recoveries=1, recovered=0.1)
+    navigator = Navigator(Grid.from_scene(get_world("empty")), config=few)
+    navigator.set_goal(Pose2(9.0, 0.0), Pose2(-9.0, 0.0))
+    for second in range(60):
+        motion = navigator.step(0.5 * second, Pose2(-9.0, 0.0))
+    assert str(motion.failure).endswith("tried: 1 recoveries in all")
