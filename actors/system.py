@@ -39,11 +39,7 @@ class System:
     """One running tree, and the nodes that joined beside it. Everything in it belongs to the event loop in which it was made.
 
     It has no public constructor: `run` gives one. `runtime` is for the framework's own use.
-
-    Invariants:
-
-    - At most one tree is started in a system, once.
-    - `open_node` finds the system exactly from `open` until everything in it has ended.
+    Invariants: at most one tree is started, once; `open_node` finds the system exactly from `open` until everything in it has ended.
     """
 
     def __init__(
@@ -78,8 +74,7 @@ class System:
     async def start(self, tree: Supervisor | DynamicSupervisor) -> None:
         """Start the tree and return when every child is ready.
 
-        Raises `StartFailed` when a child cannot start, `NotRunning` when the system is stopped meanwhile; in both cases nothing runs any
-        more. Raises `RuntimeError` when a tree has been started before.
+        Raises `StartFailed` if a child cannot start, `NotRunning` if the system is stopped meanwhile, and then nothing runs any more.
         """
         if self.supervisor is not None:
             raise RuntimeError("this system runs a tree already: make another system")
@@ -87,17 +82,16 @@ class System:
         await self._tree.start(tree)
 
     async def wait(self) -> None:
-        """Wait until the tree has ended. Raises `SupervisorGaveUp` if it ended because its restarts were used up, `NotStarted` without a tree."""
+        """Wait until the tree has ended. Raises `SupervisorGaveUp` if it ended because its restarts were used up."""
         await self._tree.wait()
 
     async def stop(self, reason: str = "stop") -> None:
-        """Stop everything in order, the newest node first, each within its stop timeout. Returns when all has ended; stopping twice is fine.
+        """Stop everything, the newest node first, each within its stop timeout, and return when all has ended. Stopping twice is fine.
 
         It does not raise the error that ended the tree; `wait` does. Canceling the caller does not cut the stop short, even if it is done
         repeatedly: the cancellation is raised when everything has stopped. `kill` and a second signal do cut it short.
 
-        Code of a node that calls this is itself stopped. In a handler or hook the call returns without waiting for the end; in a task of
-        the node it waits, and is canceled with the task.
+        A node that calls this is stopped, too: in a handler or hook the call does not wait; a task waits here until it is canceled.
         """
         await self._tree.stop(reason)
 
@@ -132,7 +126,7 @@ class System:
 
     @property
     def exit_code(self) -> int:
-        """The exit code for the program: 3 if the supervisor gave up, the code of a `sys.exit` in a node, 128 plus a signal's number, else 0."""
+        """The program's exit code: 3 if the supervisor gave up, the code of a `sys.exit` in a node, 128 plus a signal's number, or 0."""
         return self._tree.exit_code
 
     @overload
@@ -157,11 +151,7 @@ class System:
         record.inbox.put_control(Failure(error, "crash"))
 
     async def join(self, child: Child) -> UnsupervisedNode:
-        """Run a further node beside the tree, without supervision, and return when it is ready.
-
-        Raises the error of its start, `DeclarationError` when its name is taken, `NotRunning` when the system stops or the node ends
-        before it is ready, and `WrongThread` outside of the system's event loop.
-        """
+        """Run one more node beside the tree, without supervision, and return when it is ready. Raises the error of its start."""
         return await self._tree.unsupervised.join(child)
 
     async def leave(self, node: UnsupervisedNode, reason: str = "left") -> None:
@@ -175,10 +165,8 @@ class System:
         lines: LogSink | None = None,
         end: Callable[[], None] | None = None,
     ) -> None:
-        """Add observers, which are called until the system has ended.
-
-        `reports` is called with every report of a supervisor before the report is logged, `lines` with every log line, and `end` once, when
-        the tree has ended for any reason. They must not block. Only `lines` may raise; that line is then lost to it.
+        """From now on, call `reports` with every report of a supervisor before it is logged, `lines` with every log line, and `end` when
+        the tree has ended for any reason. They must not block. Only `lines` may raise; the line is then lost to it.
         """
         self.runtime.observers.add(reports=reports, lines=lines, end=end)
 
