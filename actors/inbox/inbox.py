@@ -243,9 +243,8 @@ class Inbox:
         self.watch = self.loop.call_at(due, self._look, self.handled, due)
         if self.items and self.mark is None:
             stamp: Callable[[], TimedMessage[Any]] | None = getattr(self.items[-1], "stamp", None)
-            if (
-                stamp is not None
-            ):  # a subscription: its message may be replaced while it waits, so the message is marked, not the item
+            # The item of a subscription stands for a message that may be replaced while it waits: then the message is marked, not the item.
+            if stamp is not None:
                 self.mark = stamp()
                 return
             self.mark = mark = _Mark(self, self.loop.time())

@@ -98,9 +98,7 @@ class Incarnation:
     )
 
     def __init__(self, runtime: Runtime, record: NodeRecord, node: Node) -> None:
-        if (
-            record.life is not None
-        ):  # it refused a kill and was abandoned: it must not keep endpoints under this node's name
+        if record.life is not None:  # it refused a kill and was abandoned: it must not keep its endpoints
             record.life.release()
         record.life = self
         record.incarnation += 1
@@ -137,9 +135,7 @@ class Incarnation:
 
     # -- the life, for its supervisor ---------------------------------------------------------------------------------------
 
-    run = (
-        life.run
-    )  # the function itself is the method: a wrapper would cost each node one more coroutine for its whole life
+    run = life.run  # the function itself: a method around it would cost each node one more coroutine
 
     def stop(self, reason: str) -> None:
         """Ask for an orderly end. It takes effect after the present handler, before all items that wait."""
