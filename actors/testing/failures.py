@@ -146,7 +146,7 @@ class FailureWatch:
 
     def check(self, *, more: str = "") -> None:
         """Raise `UnexpectedFailure` for the failures that have not been raised yet. `more` is added to its text."""
-        # Pytest then shows the line of the test and the error of the node instead of this function.
+        # `pytest` then shows the line of the test and the error of the node instead of this function.
         __tracebackhide__ = True
         if not self._untold:
             return

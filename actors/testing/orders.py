@@ -107,7 +107,7 @@ class ByPriority:
         self._rng = rng
         self._changes = 10.0 ** rng.uniform(-2.5, -0.3)
         """The share of steps at which priorities change."""
-        # Must not keep a task alive that the program has dropped.
+        # Weak, so that a task that the program has dropped is not kept alive.
         self._priorities: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
         self._waiting: dict[int, tuple[int, Any]] = {}
         """Number -> (the turn in which the step arrived, the step), oldest first."""
