@@ -1,7 +1,43 @@
 """ROS 2's communication model as an asyncio-native actor framework.
 
-Nodes are async actors in a supervisor tree; topics, services, actions and parameters are typed contracts between them; one clock,
-real or virtual, drives everything. `docs/` explains, every name below has its own docstring.
+Nodes are async actors in a supervisor tree; topics, services, actions and parameters are typed contracts between them; one clock, real or
+virtual, drives everything. The names below are what most programs need; `docs/reference.md` lists them with those of the other public modules.
+
+General layout, from top to bottom. Each room, a folder or a file here, imports only from rooms below it:
+
+    typing       types for annotations: what stands in signatures and is seldom named
+    testing      the rig, faults, tests under hundreds of seeds
+    check        what is wrong with a tree, or will surprise, before it runs
+    blocking     nodes for scripts and threads without an event loop
+    bag          flight recorder and trace
+    nodes        nodes that come with the framework
+    running      `run`, `open_node`, `execute`; signals and the arguments of a program
+    lifecycle    managed nodes, and the state machine behind them
+    system       one running tree
+    transport    the way to other processes and machines
+    runtime      one life of a node, and what outlives it
+    node         `Node`, and what is declared in its body
+    graph        topics, services and actions by name; matching; snapshots
+    actions      goals: the client's half, the server's half, the table
+    services     calls and their deadlines, cycles of calls
+    topics       publishers, subscriptions, streams, QoS events
+    inbox        the handlers of a node, one at a time
+    parameters   declaration, types, ranges, callbacks, files
+    contracts    `Topic`, `Service`, `Action`
+    supervision  trees as values, the supervisor that runs one, reasons and reports
+    logs         log lines, levels and sinks
+    time         `Time`, `Duration`, clocks, tickers, event loops
+    interfaces   message, service and action types; CDR; type hashes
+    checks       checks of arguments
+    names        names of ROS, remapping
+    qos          policies, profiles, matching
+    shield       waiting to the end although one is canceled
+    places       the user's line, for errors and logs
+    errors       what all rooms raise
+    suggest      did you mean
+    waiting      lists of tasks that wait
+
+Reading order: contracts, node, topics, inbox, then supervision and runtime. `docs/architecture.md` follows a message and a goal through them.
 """
 
 from __future__ import annotations
@@ -39,8 +75,10 @@ from actors.lifecycle.machine import HookResult, LifecycleState, TransitionRefus
 from actors.lifecycle.node import LifecycleNode, bring_down, bring_up
 from actors.node.declarations import background, every, publishes, subscribes
 from actors.node.node import ErrorVerdict, Node
-from actors.parameters import Parameter, SetResult, parameter
-from actors.qos import QoS
+from actors.node.retry import retry
+from actors.parameters.declare import parameter
+from actors.parameters.values import Parameter, SetResult
+from actors.qos.policies import QoS
 from actors.running.run import execute, open_node, run
 from actors.runtime.timers import Tick, TickMissed
 from actors.supervision.declarations import (
@@ -49,6 +87,9 @@ from actors.supervision.declarations import (
     DynamicSupervisor,
     Intensity,
     Supervisor,
+    all_significant,
+    any_significant,
+    never,
     one_for_all,
     one_for_one,
     permanent,
@@ -58,7 +99,7 @@ from actors.supervision.declarations import (
 )
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
-from actors.system import System
+from actors.system import System, system_of
 from actors.time.clock import Clock
 from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream
@@ -122,6 +163,8 @@ __all__ = [
     "TransitionRefused",
     "WrongThread",
     "WrongType",
+    "all_significant",
+    "any_significant",
     "background",
     "bring_down",
     "bring_up",
@@ -129,6 +172,7 @@ __all__ = [
     "check_tree",
     "every",
     "execute",
+    "never",
     "one_for_all",
     "one_for_one",
     "open_node",
@@ -139,8 +183,10 @@ __all__ = [
     "qos",
     "queue",
     "rest_for_one",
+    "retry",
     "run",
     "subscribes",
+    "system_of",
     "temporary",
     "transient",
 ]

@@ -5,7 +5,7 @@ Frames: `odom` starts under the robot and drifts, `map` is the map's; `base_link
 
 from __future__ import annotations
 
-from actors import Action, Service, Topic, qos
+from actors import Action, QoS, Service, Topic, qos
 from actors.interfaces.geometry_msgs.msg import PoseStamped, Twist
 from actors.interfaces.nav_msgs.msg import OccupancyGrid, Odometry, Path
 from actors.interfaces.sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2
@@ -82,9 +82,9 @@ SENSOR_DATA = Topic(SensorData, "/sensor_data", qos.DEFAULT)
 """The tutorials' message; its `emergency_stop` stops the robot."""
 
 # Where frames are: /tf as it changes, /tf_static once for all.
-TF = Topic(TFMessage, "/tf", qos.QoS(depth=100))
+TF = Topic(TFMessage, "/tf", QoS(depth=100))
 """50 Hz: map -> odom, odom -> base_link, base_link -> gimbal_link."""
-TF_STATIC = Topic(TFMessage, "/tf_static", qos.QoS(depth=100, durability=qos.Durability.TRANSIENT_LOCAL))
+TF_STATIC = Topic(TFMessage, "/tf_static", QoS(depth=100, durability=qos.Durability.TRANSIENT_LOCAL))
 """base_link -> imu_link, gimbal_link -> lidar_link and camera_link; every broadcaster latches one message with all of its transforms."""
 
 # Commands: reliable.
@@ -97,9 +97,9 @@ VOICE = Topic(String, "/voice_command", qos.COMMANDS)
 """One word, English or Portuguese: see `robot.control.voice`."""
 AUTONOMY_CMD = Topic(Twist, "/autonomy/cmd_vel", qos.COMMANDS)
 """What navigation asks for."""
-MOTOR_TARGETS = Topic(MotorTargets, "/motor_targets", qos.QoS(depth=1))
+MOTOR_TARGETS = Topic(MotorTargets, "/motor_targets", QoS(depth=1))
 """200 Hz from the gait controller; the motors sit the robot down 100 ms after the last one."""
-BODY_DRIVE = Topic(BodyDrive, "/body_drive", qos.QoS(depth=1))
+BODY_DRIVE = Topic(BodyDrive, "/body_drive", QoS(depth=1))
 """The same for the kinematic body, which has no forces."""
 
 # State: late joiners get the latest.
@@ -126,7 +126,7 @@ POSE = Topic(PoseStamped, "/pose", qos.DEFAULT)
 """50 Hz, frame `map`: odometry corrected by matching scans to the map."""
 PATH = Topic(Path, "/plan", qos.STATE)
 """The path being followed, frame `map`."""
-GOAL_REPORT = Topic(GoalReport, "/mission/goals", qos.QoS(depth=100))
+GOAL_REPORT = Topic(GoalReport, "/mission/goals", QoS(depth=100))
 """One message for each goal of the mission that has ended."""
 
 # Questions.

@@ -116,7 +116,7 @@ def _clock(rate: float | None) -> list[Child]:
     """What tells the time to others, `rate` times a second; nothing without a rate."""
     if rate is None:
         return []
-    from actors.nodes.clock_publisher import ClockPublisher
+    from actors.nodes import ClockPublisher
 
     return [Child(ClockPublisher, args=(rate,))]
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-__all__ = ["Edge", "Kind", "edges", "modules"]
+__all__ = ["Edge", "Kind", "edges", "imported_from", "modules"]
 
 Kind = Literal["top", "lazy", "typing"]
 """At module level; in a function; under ``if TYPE_CHECKING``."""
@@ -44,6 +44,15 @@ def edges(package: Path) -> list[Edge]:
     return found
 
 
+def imported_from(node: ast.ImportFrom, folder: str) -> str:
+    """The dotted name behind the word "from", of a statement in a module of the package `folder`."""
+    base = node.module or ""
+    if not node.level:
+        return base
+    above = ".".join(folder.split(".")[: len(folder.split(".")) - node.level + 1])
+    return f"{above}.{base}" if base else above
+
+
 def _imports(tree: ast.AST, kind: Kind) -> Iterator[tuple[ast.Import | ast.ImportFrom, Kind]]:
     for child in ast.iter_child_nodes(tree):
         if isinstance(child, (ast.Import, ast.ImportFrom)):
@@ -65,9 +74,6 @@ def _is_typing(test: ast.expr) -> bool:
 def _targets(node: ast.Import | ast.ImportFrom, folder: str, known: dict[str, Path]) -> list[str]:
     if isinstance(node, ast.Import):
         return [alias.name for alias in node.names if alias.name in known]
-    base = node.module or ""
-    if node.level:
-        above = ".".join(folder.split(".")[: len(folder.split(".")) - node.level + 1])
-        base = f"{above}.{base}" if base else above
+    base = imported_from(node, folder)
     inside = {f"{base}.{alias.name}" for alias in node.names}
     return sorted({name if name in known else base for name in inside if name in known or base in known})

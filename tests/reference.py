@@ -12,20 +12,23 @@ import inspect
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, is_typeddict
 
 import actors
 from actors import ActorError
+from tests.surface import NO_CONSTRUCTOR, Surface
 
 __all__ = ["PAGE", "entries", "main", "page"]
 
 PAGE = Path(__file__).parents[1] / "docs" / "reference.md"
+SURFACE = Surface(Path(actors.__file__).parent)
 
 GROUPS: Mapping[str, Sequence[str]] = {
-    "Running": ("run", "execute", "open_node", "System", "Clock"),
+    "Running": ("run", "execute", "open_node", "System", "system_of", "Clock"),
     "Contracts": ("Topic", "Service", "Action"),
     "Nodes": (
         "Node", "publishes", "subscribes", "parameter", "every", "Tick", "background", "LifecycleNode", "LifecycleState", "HookResult",
@@ -33,59 +36,81 @@ GROUPS: Mapping[str, Sequence[str]] = {
     ),
     "Parameters": ("Parameter", "SetResult"),
     "Topics": ("Publisher", "Stream", "QoS", "qos"),
-    "Actions": ("Steps", "Done", "Aborted", "Goal", "Outcome", "GoalStatus", "parallel", "queue"),
+    "Actions": ("Steps", "Done", "Aborted", "Goal", "Outcome", "GoalStatus", "parallel", "queue", "retry"),
     "Supervision": (
-        "Supervisor", "DynamicSupervisor", "Child", "actors.supervision.running:RunningSupervisor", "Intensity", "Backoff",
-        "one_for_one", "one_for_all", "rest_for_one", "permanent",
-        "transient", "temporary", "Stop", "Skip", "Failed", "Stopped", "Returned", "Killed", "Leaked", "ExitReason",
+        "Supervisor", "DynamicSupervisor", "Child", "Intensity", "Backoff", "one_for_one", "one_for_all", "rest_for_one", "permanent",
+        "transient", "temporary", "any_significant", "all_significant", "never", "Stop", "Skip", "Failed",
+        "Stopped", "Returned", "Killed", "Leaked", "ExitReason",
     ),
-    "Instants and durations": ("actors.time:Time", "actors.time:Duration", "actors.time:ClockType"),
-    "Testing": (
-        "actors.testing:Rig", "actors.testing:Probe", "actors.testing:scenario", "check_tree", "check_node", "actors.check.checker:Finding",
-    ),
-    "Snapshots and logs": ("actors.graph.snapshot:Snapshot", "actors.logs:console_sink", "actors.logs:json_sink", "actors.node.retry:retry"),
+    "Checks": ("check_tree", "check_node"),
     "Errors": (
         "ActorError", "DeclarationError", "NotStarted", "Ended", "WrongType", "WrongThread", "ServiceUnavailable", "CallTimeout", "NotRunning",
         "NodeRestarting", "CallCycle", "ServiceFailed", "ActionUnavailable", "Reject", "GoalRejected", "GoalFailed", "GoalCanceled",
         "GoalAborted", "TransitionRefused", "TickMissed", "StartFailed", "SupervisorGaveUp", "ProgramExit",
     ),
 }  # fmt: skip
-"""What belongs together. A name is one of `actors.__all__`, or ``module:name``; what is in no group comes last."""
+"""Which names of `actors` belong together; those in no group come last."""
+
+SECTIONS: Mapping[str, str] = {
+    "Types for annotations": "actors.typing",
+    "Instants and durations": "actors.time",
+    "Quality of service": "actors.qos",
+    "Parameters in full": "actors.parameters",
+    "Parameter files": "actors.parameters.files",
+    "Parameters as messages": "actors.parameters.messages",
+    "Logs": "actors.logs",
+    "Testing": "actors.testing",
+    "Faults": "actors.testing.faults",
+    "Blocking programs": "actors.blocking",
+    "Recording": "actors.bag",
+    "Nodes that come with it": "actors.nodes",
+    "Interfaces": "actors.interfaces",
+    "Field types": "actors.interfaces.types",
+}
+"""The other public modules: all names of each in a section of its own, in the order of its ``__all__``."""
 
 INTERNAL: Mapping[str, Sequence[str]] = {
     "System": (
-        "answered", "close_if_empty", "ended", "failed_beside", "gone", "interrupt", "join", "leave", "life", "lost", "new_id",
-        "node_log", "offload", "open", "random", "report", "running_now", "start", "stopping", "waiting",
+        "join", "leave", "open", "start",
     ),
     "Clock": ("loop_time", "call_at"),
     "Rig": ("leaks",),
-    "Node": ("core", "managed"),
+    "Node": ("__machinery__", "declarations", "managed"),
+    "NodeRecord": (
+        "actions", "asked_state", "close", "forget", "inbox", "life", "note", "note_restart", "park", "running", "saved", "services",
+        "subscriptions", "sweep", "timers", "used", "work_on",
+    ),
     "Publisher": (
         "add_tap", "alive", "count_incompatible_qos", "count_incompatible_type", "due", "due_alive", "end_events", "gated", "history", "join",
         "keep_events", "kept_events", "latched", "leave", "matched", "notify", "part", "peers", "replay", "resume", "suspend", "taps",
-        "targets",
+        "targets", "node", "entry",
     ),
     "Probe": (
-        "catch_up", "count_incompatible_qos", "count_incompatible_type", "deliver", "due", "end_events", "full", "join", "keep_events",
-        "leave", "notify", "part", "publishers", "room", "target", "unwrap", "waiting", "wrapped",
+        "catch_up", "count_incompatible_qos", "count_incompatible_type", "deliver", "due", "end_events", "entry", "full",
+        "join", "keep_events", "kept_events", "leave", "matched", "node", "notify", "part", "publishers", "room", "senders", "target",
+        "unwrap", "waiting", "wrapped",
+    ),
+    "HandlerSubscription": (
+        "catch_up", "count_incompatible_qos", "count_incompatible_type", "deliver", "due", "end_events", "entry", "expiring", "full",
+        "join", "keep_events", "kept_events", "leave", "matched", "node", "notify", "part", "publishers", "room", "senders", "target",
+        "timed", "unwrap", "waiting", "wrapped",
+        "handler", "inbox", "label", "must_unwrap", "run", "stamp", "take_over",
     ),
     "RunningSupervisor": (
-        "abandoned", "ended", "grace_of", "is_supervisor", "life", "make_life", "name", "post", "ready", "run", "stop",
+        "below", "incarnation", "leaked", "life", "lives", "name", "phase", "recent_restarts", "run", "statuses", "stop",
     ),
     "Supervisor": ("check_child",),
     "DynamicSupervisor": ("instance",),
+    "Identity": ("remapping",),
+    "CallbackHandle": ("callback", "kind"),
+    "ExpectedFailure": ("demand", "takes"),
 }  # fmt: skip
 """What is public for other modules of the framework only."""
 
-MADE_ELSEWHERE = (
-    "System", "Clock", "Publisher", "Stream", "Goal", "Outcome", "Probe", "Tick", "Snapshot", "Finding", "RunningSupervisor",
-)  # fmt: skip
-"""Classes that nobody but the framework instantiates: their constructors are not shown."""
-
 HEAD = """# Reference
 
-Every public name with its signature and its docstring, written by `python -m tests.reference`; do not edit it by hand. The names without a
-module are those of `actors`. What they are good for is in [concepts.md](concepts.md) and [how-do-i.md](how-do-i.md).
+Every public name with its signature and its docstring, written by `python -m tests.reference`; do not edit it by hand. The sections that
+name no module are about `actors` itself. What the names are good for is in [concepts.md](concepts.md) and [how-do-i.md](how-do-i.md).
 """
 
 
@@ -94,18 +119,29 @@ def page() -> str:
     found = list(entries())
     body: list[str] = []
     subject = ""
-    for one, name, value in found:
+    for one, name, value, face in found:
         if one != subject:
             subject = one
             body.append(f"\n## {subject}")
-        body += described(name, value)
+            if face != "actors":
+                body.append(f"\nNames of `{face}`. {prose(first_paragraph(face))}")
+        body += described(name, value, face)
     text = "\n".join(body).rstrip() + "\n"
-    anchors = {headline: anchor for level, headline, anchor in headlines(text) if level <= 3}
+    found_headlines = list(headlines(text))
+    anchors = [anchor for level, _, anchor in found_headlines if level == 3]
     contents: list[str] = []
-    for subject in dict.fromkeys(subject for subject, _, _ in found):
-        names = [f"[{name}](#{anchors[heading(name, value)]})" for one, name, value in found if one == subject]
-        contents.append(f"- [{subject}](#{anchors[subject]}): " + ", ".join(names))
+    for level, subject, anchor in found_headlines:
+        if level == 2:
+            names = [
+                f"[{name}](#{own})" for (one, name, _, _), own in zip(found, anchors, strict=True) if one == subject
+            ]
+            contents.append(f"- [{subject}](#{anchor}): " + ", ".join(names))
     return "\n".join([HEAD, *contents, text])
+
+
+def first_paragraph(face: str) -> str:
+    """The first paragraph of a module's docstring."""
+    return inspect.cleandoc(sys.modules[face].__doc__ or "").partition("\n\n")[0]
 
 
 def headlines(text: str) -> Iterator[tuple[int, str, str]]:
@@ -117,14 +153,29 @@ def headlines(text: str) -> Iterator[tuple[int, str, str]]:
         yield len(marks), words, f"{slug}-{count}" if count else slug
 
 
-def entries() -> Iterator[tuple[str, str, Any]]:
-    """Subject, name and value of every entry, in the order of the page."""
+def entries() -> Iterator[tuple[str, str, Any, str]]:
+    """Subject, name, value and module of every entry, in the order of the page."""
+    for subject, names in GROUPS.items():
+        for name in names:
+            yield subject, name, getattr(actors, name), "actors"
+    for subject, face in SECTIONS.items():
+        module = importlib.import_module(face)
+        for name in module.__all__:
+            yield subject, name, getattr(module, name), face
     grouped = {name for names in GROUPS.values() for name in names}
-    rest = tuple(name for name in actors.__all__ if name not in grouped)
-    for subject, names in {**GROUPS, "More": rest}.items():
-        for full in names:
-            module, _, name = full.rpartition(":")
-            yield subject, name, getattr(importlib.import_module(module or "actors"), name)
+    for name in actors.__all__:
+        if name not in grouped:
+            yield "More", name, getattr(actors, name), "actors"
+
+
+@cache
+def classes() -> frozenset[type[Any]]:
+    """All classes that have an entry."""
+    return frozenset(value for _, _, value, _ in entries() if isinstance(value, type))
+
+
+def is_protocol(kind: type[Any]) -> bool:
+    return bool(getattr(kind, "_is_protocol", False))
 
 
 def heading(name: str, value: Any) -> str:
@@ -132,7 +183,7 @@ def heading(name: str, value: Any) -> str:
     return f"{name} (module)" if isinstance(value, ModuleType) else name
 
 
-def described(name: str, value: Any) -> list[str]:
+def described(name: str, value: Any, face: str) -> list[str]:
     """One entry: heading, signature, text, and the members of a class or module."""
     lines = [f"\n### {heading(name, value)}\n"]
     if isinstance(value, ModuleType):
@@ -141,20 +192,20 @@ def described(name: str, value: Any) -> list[str]:
         return [*lines, *class_lines(name, value)]
     if callable(value) and inspect.isfunction(value):
         return [*lines, code(f"{name}{signature(value)}"), "", prose(inspect.getdoc(value))]
-    definition, text = documented_constant(name)
+    definition, text = documented_constant(face, name)
     return [*lines, code(definition), "", prose(text)]
 
 
 def class_lines(name: str, kind: type[Any]) -> list[str]:
     """A class: how it is made, its text, its members."""
-    shown_too = {value for _, _, value in entries() if isinstance(value, type)}
+    shown_too = classes()
     bases = [
         base.__name__
         for base in kind.__bases__
         if base in shown_too or (issubclass(kind, ActorError) and base is not Exception)
     ]
     head = f"class {name}({', '.join(bases)})" if bases else f"class {name}"
-    made = "" if kind.__name__ in MADE_ELSEWHERE or issubclass(kind, enum.Enum) else constructor(name, kind)
+    made = constructor(name, kind)
     lines = [code("\n".join(filter(None, (head, made)))), "", prose(inspect.getdoc(kind))]
     if issubclass(kind, enum.Enum):
         return [*lines, "", ", ".join(f"`{one.name}` = {one.value!r}" for one in kind)]
@@ -171,6 +222,9 @@ def class_lines(name: str, kind: type[Any]) -> list[str]:
 
 def constructor(name: str, kind: type[Any]) -> str:
     """The call that makes an instance; empty where there is nothing to say."""
+    text = " ".join((inspect.getdoc(kind) or "").split())
+    if NO_CONSTRUCTOR in text or issubclass(kind, enum.Enum) or is_protocol(kind) or is_typeddict(kind):
+        return ""
     try:
         text = signature(kind)
     except ValueError:  # an exception without a constructor of its own
@@ -180,7 +234,7 @@ def constructor(name: str, kind: type[Any]) -> str:
 
 def members(kind: type[Any]) -> Iterator[tuple[str, Any]]:
     """The public methods and properties that a class has itself or from bases that have no entry of their own, in the order of the source."""
-    shown_elsewhere = {value for _, _, value in entries() if isinstance(value, type) and value is not kind}
+    shown_elsewhere = classes() - {kind}
     seen: set[str] = set()
     for owner in kind.__mro__:
         if owner in shown_elsewhere or not owner.__module__.startswith("actors."):
@@ -263,6 +317,8 @@ def shown(value: Any) -> str:
     if isinstance(value, tuple):
         items: tuple[Any, ...] = value
         return f"({', '.join(map(shown, items))}{',' if len(items) == 1 else ''})"
+    if type(value) is object:
+        return "..."
     if isinstance(value, enum.Enum):
         return f"{type(value).__name__}.{value.name}"
     return value.__name__ if inspect.isroutine(value) or isinstance(value, type) else repr(value)
@@ -297,9 +353,10 @@ def strings_after(body: Sequence[ast.stmt]) -> Iterator[tuple[str, str, str]]:
             continue
         target = target_of(statement)
         text = str(following.value.value)
-        if isinstance(target, ast.Name):
-            yield "", target.id, text
-        elif isinstance(target, ast.Attribute) and isinstance(target.value, ast.Name):
+        for one in target.elts if isinstance(target, ast.Tuple) else [target]:
+            if isinstance(one, ast.Name):
+                yield "", one.id, text
+        if isinstance(target, ast.Attribute) and isinstance(target.value, ast.Name):
             yield target.value.id, target.attr, text
 
 
@@ -313,20 +370,19 @@ def documented_attributes(kind: type[Any]) -> dict[str, str]:
     return {name: text for name, text in found.items() if not name.startswith("_")}
 
 
-def documented_constant(name: str) -> tuple[str, str]:
-    """The definition of a constant of `actors`, wherever that is, and the string after it."""
-    for module in [module for full, module in sorted(sys.modules.items()) if full.startswith("actors.")]:
-        source = inspect.getsource(module) if getattr(module, "__file__", None) else ""
-        if not re.search(rf"^{name}\b.* = ", source, re.MULTILINE):
-            continue
-        body = ast.parse(source).body
-        texts = {found: text for _, found, text in strings_after(body)}
-        for statement in body:
-            target = target_of(statement)
-            if isinstance(target, ast.Name) and target.id == name and isinstance(statement, ast.Assign | ast.AnnAssign):
-                assert statement.value is not None
-                return f"{name} = {ast.unparse(statement.value)}", texts.get(name, "")
-    raise LookupError(f"{name} is defined nowhere in actors")
+def documented_constant(face: str, name: str) -> tuple[str, str]:
+    """The definition of a constant or a type, wherever it stands, and the string after it."""
+    found = SURFACE.resolve(face, name)
+    assert found is not None
+    module = SURFACE.modules[found.module]
+    statement = module.defined[found.name]
+    texts = {name: text for _, name, text in strings_after(module.tree.body)}
+    assert isinstance(statement, (ast.Assign, ast.AnnAssign)), name
+    several = isinstance(target_of(statement), ast.Tuple) or statement.value is None
+    shown_value = (
+        repr(getattr(sys.modules[face], name)) if several or statement.value is None else ast.unparse(statement.value)
+    )
+    return f"{name} = {shown_value}", texts.get(found.name, "")
 
 
 def constants(module: ModuleType) -> list[str]:

@@ -93,6 +93,8 @@ class Goal(Generic[R, F]):
     Entering sends the goal, unless it has been sent, and waits for its acceptance (`GoalRejected`, `ActionUnavailable`). Leaving the
     block cancels a goal that still runs and waits for its clean-up. Awaiting gives the result or raises `GoalCanceled` or `GoalAborted`, which carry `.result`
     and `.reason`; it may be awaited again, and by several tasks.
+
+    It has no public constructor: `Node.start` gives one.
     """
 
     # Invariant: `_sent` is None until a server has accepted the goal, and the same object from then on.

@@ -24,7 +24,10 @@ for that."""
 
 
 class Outcome:
-    """How a goal ended: its terminal status, what the body handed over (or None), and why."""
+    """How a goal ended: its terminal status, what the body handed over (or None), and why.
+
+    It has no public constructor: `Goal.ended` gives one.
+    """
 
     __slots__ = ("reason", "result", "status")
 

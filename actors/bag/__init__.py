@@ -6,7 +6,7 @@ attached to a `System`, best before its tree starts: ``run(tree, observers=(reco
 
 from __future__ import annotations
 
-from actors.bag.recorder import FlightRecord, FlightRecorder
+from actors.bag.recorder import Channel, Entry, FlightRecord, FlightRecorder, Source
 from actors.bag.trace import Trace
 
-__all__ = ["FlightRecord", "FlightRecorder", "Trace"]
+__all__ = ["Channel", "Entry", "FlightRecord", "FlightRecorder", "Source", "Trace"]

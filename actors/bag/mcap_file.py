@@ -18,7 +18,7 @@ from actors.qos import resolve_publisher
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
 
 __all__ = ["McapFile", "qos_profiles_text"]
 
@@ -74,7 +74,7 @@ class McapFile:
 
 
 def qos_profiles_text(offered: Iterable[QoS]) -> str:
-    """What the publishers of a topic offer, as the YAML text that rosbag2 keeps for it (version 9 of its metadata)."""
+    """The QoS that the publishers of a topic offer, as the YAML text of rosbag2's metadata, version 9."""
     return "".join(_profile_text(resolve_publisher(qos)) for qos in offered)
 
 

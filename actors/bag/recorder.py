@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     from actors.interfaces.message import Message
     from actors.logs import LogRecord
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
     from actors.supervision.report import Report
     from actors.system import System
     from actors.topics.peers import PublisherPeer
@@ -168,12 +168,11 @@ class FlightRecorder:
             raise RuntimeError("this recorder records a system already: make another recorder")
         self._system = system
         system.graph.tap(self._tap)
-        system.add_sink(self._log)
-        system.on_report(self._report)
+        system.observe(lines=self._log, reports=self._report)
         return self
 
     def freeze(self) -> FlightRecord:
-        """What is held at this instant, as a value that later events do not change. Quick: nothing is copied but references."""
+        """The present contents as a value that later events do not change. Only references are copied."""
         newest = max((ring.entries[-1].at for ring in self._rings if ring.entries), default=0.0)
         for ring in self._rings:
             ring.trim(newest - self.seconds)
@@ -246,7 +245,10 @@ class FlightRecorder:
 
 
 class FlightRecord:
-    """What a recorder held at one instant: `entries`, in the order in which they happened, and before them `latched`, what was still valid then."""
+    """The contents of a recorder at one instant: `entries` in the order in which they happened, and `latched`, the older messages still valid then.
+
+    It has no public constructor: `FlightRecorder.freeze` gives one.
+    """
 
     __slots__ = ("entries", "latched", "lost", "seconds", "system")
 

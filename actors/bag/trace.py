@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["Trace"]
 
 ADDRESS: Final = re.compile(r" at 0x[0-9a-fA-F]+")
-"""What the default `repr` says of an object and no run has in common with another."""
+"""The address in the default `repr` of an object, which differs from run to run."""
 
 
 class Trace:
@@ -52,8 +52,7 @@ class Trace:
             raise RuntimeError("this trace follows a system already: make another one")
         self._now_ns = system.clock.now_ns
         system.graph.tap(self._tap)
-        system.add_sink(self._log)
-        system.on_report(self._report)
+        system.observe(lines=self._log, reports=self._report)
         return self
 
     def hexdigest(self) -> str:

@@ -30,7 +30,7 @@ def weight_of(cls: type[Message]) -> Callable[[Message], int]:
 
 
 def _terms(cls: type[Message], path: str, names: dict[str, Any]) -> tuple[int, list[str]]:
-    """What all messages of the type weigh, and terms for what is different from one to the next."""
+    """The bytes that all messages of the type have in common, and a term for each part whose size varies."""
     fixed, terms = OBJECT, list[str]()
     for field in cls.__ros_fields__:
         kind, value = field.type, f"{path}.{field.name}"

@@ -1,4 +1,4 @@
-"""What a `BlockingNode` hands out: streams and goals whose methods block a thread until the event loop has done what they ask for."""
+"""Streams and goals of a `BlockingNode`: their methods block a thread until the event loop has the answer."""
 
 from __future__ import annotations
 
@@ -30,14 +30,17 @@ class Do(Protocol):
 
 
 class _End:
-    """What comes after the last one."""
+    """Marks the end of a stream or of a goal's feedback."""
 
 
 _END = _End()
 
 
 class BlockingStream(Generic[M]):
-    """A subscription to iterate from a thread, as a `Stream` is from a coroutine. It ends with `close()` and with its node."""
+    """A subscription to iterate from a thread, as a `Stream` is from a coroutine. It ends with `close()` and with its node.
+
+    It has no public constructor: `BlockingNode.subscribe` gives one.
+    """
 
     def __init__(self, do: Do, stream: Stream[M]) -> None:
         self._do = do
@@ -77,7 +80,10 @@ class BlockingStream(Generic[M]):
 
 
 class BlockingGoal(Generic[R, F]):
-    """One goal as a thread sees it: enter it, iterate it for feedback, and ask for its `result()`; see `Goal`."""
+    """One goal as a thread sees it: enter it, iterate it for feedback, and ask for its `result()`; see `Goal`.
+
+    It has no public constructor: `BlockingNode.start` gives one.
+    """
 
     def __init__(self, do: Do, goal: Goal[R, F]) -> None:
         self._do = do

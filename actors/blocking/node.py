@@ -45,8 +45,8 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
-    from actors.parameters import SetResult
-    from actors.qos import QoS
+    from actors.parameters.values import SetResult
+    from actors.qos.policies import QoS
     from actors.running.trees import Runnable
     from actors.system import System
     from actors.topics.publisher import Publisher
@@ -99,7 +99,10 @@ def open_node(
 
 
 class OpenBlockingNode:
-    """What `open_node` returns: a context manager, to be entered once."""
+    """A blocking node to be entered: a context manager that can be entered once.
+
+    It has no public constructor: `open_node` gives one.
+    """
 
     def __init__(
         self,
@@ -180,6 +183,8 @@ class BlockingNode:
 
     Ctrl-C while one of them waits cancels what it waits for. Times are seconds on the node's clock. Once the block is left, or the
     system has ended, everything raises `Ended` or `NotRunning`.
+
+    It has no public constructor: `open_node` gives one.
     """
 
     def __init__(self, node: Node, loop: asyncio.AbstractEventLoop, life: Future[None]) -> None:

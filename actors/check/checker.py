@@ -21,13 +21,16 @@ from actors.supervision.declarations import Child, Spec, Supervisor
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Topic
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
 
 __all__ = ["Finding", "check_node", "check_tree"]
 
 
 class Finding(msgspec.Struct, frozen=True, order=True):
-    """One thing found: `where` it is, `what` it is, and the `remedy`. A warning works but will surprise; an error will not work."""
+    """One thing found: `where` it is, `what` it is, and the `remedy`. A warning works but will surprise; an error will not work.
+
+    It has no public constructor: `check_tree` and `check_node` give them.
+    """
 
     where: str
     what: str
@@ -39,7 +42,7 @@ class Finding(msgspec.Struct, frozen=True, order=True):
 
 
 def check_node(node: type[Node]) -> tuple[Finding, ...]:
-    """What can be said of one class by itself."""
+    """Check one class by itself."""
     declarations, found = node.declarations, list[Finding]()
     if not (node.__doc__ or "").strip():
         found.append(Finding(node.__name__, "it has no docstring", "say what it does, publishes, takes and serves"))
@@ -60,7 +63,7 @@ def check_node(node: type[Node]) -> tuple[Finding, ...]:
 
 
 def check_tree(tree: Spec, *, external: Iterable[str] = (), each_node: bool = True) -> tuple[Finding, ...]:
-    """What can be said of a tree before it runs, `check_node` of each of its classes included unless `each_node` is False.
+    """Check a tree before it runs, and each of its classes by `check_node` unless `each_node` is False.
 
     `external` are full names of topics, services and actions that come from elsewhere.
     """
@@ -70,7 +73,7 @@ def check_tree(tree: Spec, *, external: Iterable[str] = (), each_node: bool = Tr
 
 
 class _Tree:
-    """Who would publish, take, serve and ask what, by full names."""
+    """The publishers, subscriptions, servers and clients that a tree would have, by full names."""
 
     def __init__(self, external: set[str], each_node: bool) -> None:
         self.external = external

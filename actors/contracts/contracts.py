@@ -18,9 +18,12 @@ from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, TypeAlias
 from actors.checks import is_number, is_whole
 from actors.contracts.declaration import Declaration
 from actors.errors import DeclarationError
-from actors.qos import DEFAULT, QoS, of
+from actors.qos import DEFAULT, of
+from actors.qos.policies import QoS
 
 if TYPE_CHECKING:
+    import builtins  # inside the contracts' classes their own field `type` hides the builtin
+
     from actors.interfaces.message import ActionType, Message, ServiceType
 
 __all__ = [
@@ -46,8 +49,6 @@ G = TypeVar("G", bound="Message")
 R = TypeVar("R", bound="Message")
 F = TypeVar("F", bound="Message")
 Node = TypeVar("Node")
-T = TypeVar("T")
-_Class: TypeAlias = type[T]  # inside the contracts' classes their own field `type` hides the builtin
 Nothing = TypeVar("Nothing", bound="Coroutine[Any, Any, None] | None")
 Verdict = TypeVar("Verdict", bound="Coroutine[Any, Any, bool] | bool")
 
@@ -78,11 +79,14 @@ class Aborted(Generic[R]):
 
 
 Steps: TypeAlias = AsyncGenerator[F | Done[R] | Aborted[R], None]
-"""What an action body is: an async generator of feedback, ended by `Done` or `Aborted`. Written ``Steps[Feedback, Result]``."""
+"""The type of an action body: an async generator of feedback, ended by `Done` or `Aborted`. Written ``Steps[Feedback, Result]``."""
 
 
 class ArrivalPolicy:
-    """How many goals an arrival policy holds: made by `queue(n)` and `parallel(n)`."""
+    """How many goals an arrival policy holds: made by `queue(n)` and `parallel(n)`.
+
+    It has no public constructor: `queue` and `parallel` give one.
+    """
 
     __slots__ = ("policy", "size")
 
@@ -97,6 +101,7 @@ class ArrivalPolicy:
 
 
 Arrivals: TypeAlias = Literal["reject", "preempt", "queue", "parallel"] | ArrivalPolicy
+"""How an action server treats a goal that arrives while another one runs; see `Action.serve`."""
 
 
 def queue(n: int) -> ArrivalPolicy:
@@ -236,8 +241,8 @@ class Service(Generic[Req, Resp]):
         parts = cast("Any", type)
         if not hasattr(type, "Request") or not hasattr(type, "Response"):
             raise DeclarationError(f"Service({type!r}, {name!r}): not a service type; one has .Request and .Response")
-        self.request: Final[_Class[Req]] = parts.Request
-        self.response: Final[_Class[Resp]] = parts.Response
+        self.request: Final[builtins.type[Req]] = parts.Request
+        self.response: Final[builtins.type[Resp]] = parts.Response
         self.name: Final = _contract_name("Service", name)
 
     def __repr__(self) -> str:
@@ -274,9 +279,9 @@ class Action(Generic[G, R, F]):
             raise DeclarationError(
                 f"Action({type!r}, {name!r}): not an action type; one has .Goal, .Result and .Feedback"
             )
-        self.goal: Final[_Class[G]] = parts.Goal
-        self.result: Final[_Class[R]] = parts.Result
-        self.feedback: Final[_Class[F]] = parts.Feedback
+        self.goal: Final[builtins.type[G]] = parts.Goal
+        self.result: Final[builtins.type[R]] = parts.Result
+        self.feedback: Final[builtins.type[F]] = parts.Feedback
         self.name: Final = _contract_name("Action", name)
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""What the decorators of a node class leave on its methods, for `Node` to collect when the class is made."""
+"""Declarations that decorators attach to the methods of a node class; `Node` collects them when the class is made."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["Declaration", "declarations_of", "positional"]
 
 
 class Declaration:
-    """What a decorator leaves on a method; `Node` collects them when its class is made."""
+    """A declaration attached to a method by a decorator; `Node` collects them when its class is made."""
 
     __slots__ = ("attribute", "function")
 
@@ -30,7 +30,7 @@ class Declaration:
 
 
 def declarations_of(function: object) -> tuple[Declaration, ...]:
-    """What the decorators left on this function, innermost first."""
+    """The declarations attached to this function, innermost decorator first."""
     return cast("tuple[Declaration, ...]", getattr(function, "__declarations__", ()))
 
 

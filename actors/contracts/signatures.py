@@ -1,4 +1,4 @@
-"""What the annotations of a handler say, held against its contract, as far as both can be read without importing anything.
+"""Check the annotations of a handler against its contract, as far as both can be read without importing anything.
 
 Only a contradiction is refused. What is not annotated, cannot be resolved (a name that only type checkers see) or could be right is left to
 the type checker.
@@ -34,7 +34,7 @@ def check_argument(where: str, function: Callable[..., Any], verb: str, contract
 
 
 def check_response(where: str, function: Callable[..., Any], contract: object, expected: type) -> None:
-    """What a service handler returns is the response."""
+    """The return type of a service handler must be the response."""
     annotation = _returned(function)
     if _contradicts(annotation, expected):
         raise DeclarationError(
@@ -44,7 +44,7 @@ def check_response(where: str, function: Callable[..., Any], contract: object, e
 
 
 def check_nothing_returned(where: str, function: Callable[..., Any], contract: object) -> None:
-    """What a topic handler returns would go nowhere."""
+    """A topic handler must return nothing: its value would be dropped."""
     annotation = _returned(function)
     if not inspect.iscoroutinefunction(function) and get_origin(annotation) in (Coroutine, Awaitable):
         return

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 from actors.qos import compatible
 
 if TYPE_CHECKING:
-    from actors.qos import Compatibility, QoS
+    from actors.qos import Compatibility
+    from actors.qos.policies import QoS
     from actors.topics.peers import PublisherPeer, SubscriptionPeer
 
 __all__ = ["QosMismatch", "TypeMismatch", "mismatch_of", "remedy", "verdict_on"]

@@ -68,7 +68,10 @@ class NodeView(msgspec.Struct, frozen=True):
 
 
 class Snapshot(msgspec.Struct, frozen=True):
-    """Nodes, topics, services and actions of one system at one instant, each sorted by name."""
+    """Nodes, topics, services and actions of one system at one instant, each sorted by name.
+
+    It has no public constructor: `System.snapshot` gives one.
+    """
 
     at: float
     nodes: tuple[NodeView, ...]

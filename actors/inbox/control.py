@@ -1,4 +1,4 @@
-"""What ends an incarnation: the control items of its inbox, and what is thrown through its code."""
+"""Ending an incarnation: the control items of its inbox, and the exceptions thrown through its code."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def stray_cancel(error: asyncio.CancelledError, label: str) -> RuntimeError | No
 
 
 def blame(error: BaseException, label: str) -> BaseException | None:
-    """What the code `label` has done wrong when `error` leaves it; None when it is its task, or its node, that is being ended.
+    """The fault of the code `label` when `error` leaves it; None if its task or its node is being ended.
 
     `SystemExit` and `KeyboardInterrupt` become `ProgramExit`: out of a task they would end the loop before any node has cleaned up.
     """
@@ -77,7 +77,7 @@ def blame(error: BaseException, label: str) -> BaseException | None:
 
 
 def _exits_in(error: BaseException) -> list[SystemExit | KeyboardInterrupt]:
-    """What asks the program to exit: `error`, or what is in it, however deep, if it is the group that a task group raises."""
+    """The request to exit the program: `error` itself, or one inside it at any depth if it is an exception group."""
     if isinstance(error, (SystemExit, KeyboardInterrupt)):
         return [error]
     if not isinstance(error, BaseExceptionGroup):

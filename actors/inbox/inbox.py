@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 __all__ = ["HOLDING_SECONDS", "STEP_SECONDS", "Inbox", "Item"]
 
 HOLDING_SECONDS = 0.5
-"""A plain handler that keeps the others waiting for longer than this is reported once (architecture section 5)."""
+"""A plain handler that keeps the others waiting for longer than this is reported once (docs/concepts.md)."""
 
 STEP_SECONDS = 0.01
 """An item that runs for at least so long without an await is made known: it may have delayed somebody's timer."""
 
 LOOKS = 8
-"""So many measured runs of a handler that awaits are held against the turns of the loop, which costs a callback each."""
+"""The number of measured runs of a handler that awaits for which the turns of the loop are watched, at the price of a callback each."""
 
 TURN = 256
 """After so many items without a pause the loop gets a turn, so that a flood in one node cannot starve the others."""
@@ -45,7 +45,16 @@ class Item(Protocol):
 
 
 class Inbox:
-    """The queue of one node. It outlives an incarnation: what is waiting when a node crashes waits for its next life."""
+    """The queue of one node. It outlives an incarnation: what is waiting when a node crashes waits for its next life.
+
+    `on_step` is told of an item that has just run for so many seconds without an await; on the real clock only, where that takes time.
+
+    Invariants:
+
+    - At most one item runs at a time, `current`, in `task`; both are None, and so are `on_error` and `on_holding`, while nobody serves.
+    - `waiter` is set only while `serve` waits and nothing is in `items` or `control`. `handled` counts the items that have run.
+    - `mark` is set while the wait of one item or message is measured; if it is a `_Mark`, it stands in `items` just before that one.
+    """
 
     __slots__ = (
         "control",
@@ -65,7 +74,9 @@ class Inbox:
         "watch",
     )
 
-    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, on_step: Callable[[Inbox, str, float], None] | None = None
+    ) -> None:
         self.loop = loop
         self.items: deque[Item] = deque()
         self.control: list[Item] = []  # rarely more than one, and an empty list is a tenth of a deque
@@ -82,8 +93,7 @@ class Inbox:
         self.on_error: Callable[[Exception, str], object] | None = None
         self.looks: dict[str, int] | None = None
         """Handler -> how often it was seen to whether the loop turns while it is awaited; `LOOKS` times, until it takes long."""
-        self.on_step: Callable[[Inbox, str, float], None] | None = None
-        """Hears of an item that has just run for so many seconds without an await; on the real clock only, where that takes time."""
+        self.on_step = on_step
 
     def put(self, item: Item) -> None:
         """Append an item. Never blocks, never runs it."""
@@ -115,8 +125,16 @@ class Inbox:
         items.clear()
         control.clear()
 
-    async def serve(self) -> None:
-        """Run items until one of them raises and `on_error` does not say "continue": that ends the incarnation. Cancel to stop."""
+    async def serve(
+        self,
+        on_error: Callable[[Exception, str], object] | None = None,
+        on_holding: Callable[[Item, float], None] | None = None,
+    ) -> None:
+        """Run items until one of them raises and `on_error` does not say "continue": that ends the incarnation. Cancel to stop.
+
+        `on_holding` is told, once for each handler, of an item that keeps the others waiting, and for how many seconds it has done so.
+        """
+        self.on_error, self.on_holding = on_error, on_holding
         items, control = self.items, self.control
         self.task = task = asyncio.current_task()
         budget = 1  # so many items on, one is measured, and it is seen whether the loop is due for a turn
@@ -193,7 +211,7 @@ class Inbox:
 
     def leave(self) -> None:
         """Nobody serves here any more."""
-        self.waiter = self.current = self.task = None
+        self.waiter = self.current = self.task = self.on_error = self.on_holding = None
         if self.watch is not None:
             self.watch.cancel()
             self.watch = None
@@ -238,7 +256,7 @@ class Inbox:
 
     @property
     def load(self) -> Load:
-        """What was measured until now."""
+        """The measurements so far."""
         from actors.inbox.load import Load
 
         age = 0.0 if self.mark is None else self.loop.time() - self.mark.since

@@ -12,7 +12,7 @@ __all__ = ["HandlerLoad", "Load", "Meter"]
 
 
 class HandlerLoad(msgspec.Struct, frozen=True):
-    """What was measured of one handler: the mean and the longest of so many samples, seconds from its call to its end."""
+    """The measured cost of one handler: number of samples, their mean and the longest one, in seconds from its call to its end."""
 
     handler: str
     samples: int

@@ -19,33 +19,42 @@ from actors.interfaces.errors import (
     MessageValueError,
     UnknownInterface,
 )
-from actors.interfaces.fields import Constant, Field, FieldType
-from actors.interfaces.message import ActionType, Message, ServiceType
+from actors.interfaces.fields import ArrayKind, Constant, Field, FieldType
+from actors.interfaces.message import ActionType, InterfaceClass, Message, ServiceType
+from actors.interfaces.naming import Kind
 from actors.interfaces.registry import add_folder, get_action, get_message, get_service, known_names
 
 if TYPE_CHECKING:
-    from actors.interfaces.cdr import decode, encode
+    from actors.interfaces.cdr import Bytes, decode, encode
+    from actors.interfaces.cdr_text import WStrings
     from actors.interfaces.consistency import flaws
     from actors.interfaces.hashes import type_description, type_hash
     from actors.interfaces.loading import load, load_folder
-    from actors.interfaces.parse import DefinitionError
+    from actors.interfaces.parse import DefinitionError, ErrorCode
     from actors.interfaces.plain import from_plain, to_plain
-    from actors.interfaces.text import definition_text, schema_text, show
+    from actors.interfaces.text import Comments, definition_text, schema_text, show
 
 __all__ = [
     "ActionType",
+    "ArrayKind",
     "BadDeclaration",
+    "Bytes",
     "CdrError",
+    "Comments",
     "Constant",
     "DefinitionError",
+    "ErrorCode",
     "Field",
     "FieldType",
+    "InterfaceClass",
     "InterfaceError",
+    "Kind",
     "Message",
     "MessageTypeError",
     "MessageValueError",
     "ServiceType",
     "UnknownInterface",
+    "WStrings",
     "add_folder",
     "decode",
     "definition_text",
@@ -68,7 +77,11 @@ __all__ = [
 ]
 
 _LATE = {
+    "Bytes": "cdr",
+    "Comments": "text",
     "DefinitionError": "parse",
+    "ErrorCode": "parse",
+    "WStrings": "cdr_text",
     "decode": "cdr",
     "definition_text": "text",
     "encode": "cdr",
@@ -84,7 +97,7 @@ _LATE = {
 }
 
 
-def type_name(cls: type[Message] | type[ServiceType[Any, Any]] | type[ActionType[Any, Any, Any]]) -> str:
+def type_name(cls: InterfaceClass) -> str:
     """The full ROS name of a type: `geometry_msgs/msg/Twist`."""
     return cls.__ros_type__
 

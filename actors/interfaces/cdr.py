@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any, TypeAlias, TypeVar, cast
 
 from actors.interfaces.cdr_decode import Decoder, compile_decoder
 from actors.interfaces.cdr_encode import compile_encoder
@@ -16,7 +16,8 @@ from actors.interfaces.errors import CdrError, InterfaceError
 from actors.interfaces.message import Message
 
 M = TypeVar("M", bound=Message)
-Bytes = bytes | bytearray | memoryview
+Bytes: TypeAlias = bytes | bytearray | memoryview
+"""Encoded messages, as `decode` takes them."""
 
 _encoders: dict[tuple[type[Message], WStrings], Callable[[Any], bytes]] = {}
 _decoders: dict[tuple[type[Message], WStrings, str], Decoder] = {}

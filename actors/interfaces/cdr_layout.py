@@ -1,4 +1,4 @@
-"""What encoder and decoder share: sizes, struct codes, and what is known of the position while code is generated.
+"""Sizes, struct codes and the known position in the stream while code is generated: shared by encoder and decoder.
 
 Classic CDR (XCDR1): every primitive stands at a multiple of its size, counted from the first byte after the header. While
 code is generated the exact position is unknown after a string, but often its remainder is known; `Position` keeps that.
@@ -55,7 +55,7 @@ class Position(NamedTuple):
         return Position(size, 0) if padding is None else self.after(padding)
 
     def meet(self, other: Position) -> Position:
-        """What is known when it may be either."""
+        """The position known when either may be the actual one."""
         modulus = min(self.modulus, other.modulus)
         while (self.remainder - other.remainder) % modulus:
             modulus //= 2
@@ -139,7 +139,7 @@ def after_element(field: Field, at: Position) -> Position:
 
 
 def loop(field: Field, at: Position) -> tuple[Position, Position]:
-    """What is known at the start and at the end of every pass over the elements of a field whose first stands at `at`."""
+    """The positions known at the start and at the end of every pass over the elements of a field whose first stands at `at`."""
     start = at.aligned(alignment_of_element(field))
     while True:
         end = after_element(field, start)

@@ -1,4 +1,4 @@
-"""What a message checks when it is built: one compiled line for values that are right, plain code for the others.
+"""The checks of a message when it is built: one compiled line for valid values, plain code for the others.
 
 The compiled line of a Vector3 is `if type(self.x) is float and ...: return`. Only when it fails does `settle` walk
 through the fields, convert what can be converted without loss (int to float, list to tuple, numpy scalars) and name

@@ -66,4 +66,4 @@ CHECKS: Final[dict[str, Callable[[Any], Iterator[str]]]] = {
     "sensor_msgs/msg/PointCloud2": _point_cloud,
     "nav_msgs/msg/OccupancyGrid": _occupancy_grid,
 }
-"""What checks a type, by its ROS name."""
+"""The checks by the ROS name of their type."""

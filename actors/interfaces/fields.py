@@ -1,4 +1,4 @@
-"""What a type consists of: its fields and constants as plain values.
+"""The fields and constants of a type, as plain values.
 
 `Field` and `Constant` are what every message class carries (`__ros_fields__`, `__ros_constants__`), whether it was
 written in Python, generated from a .msg file or loaded from one at run time.
@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 import msgspec
 
 if TYPE_CHECKING:
+    import builtins
+
     from actors.interfaces.message import Message
 
-    MessageClass: TypeAlias = type[Message]
-
-ArrayKind = Literal["single", "fixed", "bounded", "unbounded"]
+ArrayKind: TypeAlias = Literal["single", "fixed", "bounded", "unbounded"]
+"""No array; of a given size; of at most a given size; of any size."""
 
 INTEGER_RANGES: Final[dict[str, tuple[int, int]]] = {
     "byte": (0, 255),
@@ -86,12 +87,14 @@ class Field(msgspec.Struct, frozen=True):
 
     `default` is the default as plain data (a tuple for arrays) or None for the default of ROS: zero, empty, or the
     default message. `message` is the class of a nested message, None for primitives.
+
+    It has no public constructor: `fields_of` gives those of a message class.
     """
 
     name: str
     type: FieldType
     default: Any = None
-    message: MessageClass | None = None
+    message: builtins.type[Message] | None = None
 
     def __str__(self) -> str:
         return f"{self.type} {self.name}" if self.default is None else f"{self.type} {self.name} {self.default!r}"

@@ -197,7 +197,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _wrong_usage(folder: Path, out: Path, home: str) -> str | None:
-    """What is wrong with the arguments, in a line that says what to do; None if they can be tried."""
+    """The fault in the arguments, in a line that says what to do; None if there is none."""
     if not folder.exists():
         known = [one.name for one in folder.parent.iterdir()] if folder.parent.is_dir() else []
         return f"there is no folder {folder}.{closest(folder.name, known)}"

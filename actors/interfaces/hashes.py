@@ -15,11 +15,9 @@ from typing import Any, Final, TypeAlias
 from actors.interfaces.derived import event_message, feedback_message, get_result_service, send_goal_service
 from actors.interfaces.errors import UnknownInterface
 from actors.interfaces.fields import Field, FieldType
-from actors.interfaces.message import ActionType, Message, ServiceType
+from actors.interfaces.message import InterfaceClass, Message, ServiceType
 from actors.interfaces.naming import closest, full_name
 from actors.interfaces.registry import find, known_names
-
-AnyType: TypeAlias = type[Message] | type[ServiceType[Any, Any]] | type[ActionType[Any, Any, Any]]
 
 TYPE_IDS: Final = {
     "int8": 2,
@@ -40,11 +38,11 @@ TYPE_IDS: Final = {
 }
 NESTED: Final = 1
 BOUNDED_STRING: Final = 4
-"""What a bound adds to the id of `string` or `wstring`."""
+"""Added to the type id of `string` or `wstring` if it is bounded."""
 ARRAY_OFFSETS: Final = {"single": 0, "fixed": 48, "bounded": 96, "unbounded": 144}
 
 
-def type_hash(of: str | AnyType) -> str:
+def type_hash(of: str | InterfaceClass) -> str:
     """`RIHS01_` and 64 hex digits, for a message, service or action given as a class or by its ROS name.
 
     Raises:
@@ -62,11 +60,11 @@ def _hash(cls: Any) -> str:
     return f"RIHS01_{sha256(text.encode()).hexdigest()}"
 
 
-def type_description(of: str | AnyType) -> dict[str, Any]:
+def type_description(of: str | InterfaceClass) -> dict[str, Any]:
     """The canonical description as plain data, in the shape of `type_description_interfaces/msg/TypeDescription`."""
     top = _resolve(of)
     found: dict[str, dict[str, Any]] = {}
-    waiting: list[AnyType] = [top]
+    waiting: list[InterfaceClass] = [top]
     while waiting:
         cls = waiting.pop()
         if cls.__ros_type__ in found:
@@ -78,7 +76,7 @@ def type_description(of: str | AnyType) -> dict[str, Any]:
     return {"type_description": description, "referenced_type_descriptions": [found[name] for name in sorted(found)]}
 
 
-_FieldEntry: TypeAlias = tuple[str, FieldType, AnyType | None]
+_FieldEntry: TypeAlias = tuple[str, FieldType, InterfaceClass | None]
 
 
 def _individual(name: str, fields: Iterable[_FieldEntry]) -> dict[str, Any]:
@@ -99,7 +97,7 @@ def _field_type(kind: FieldType) -> dict[str, Any]:
     }
 
 
-def _fields(cls: AnyType) -> Iterable[_FieldEntry]:
+def _fields(cls: InterfaceClass) -> Iterable[_FieldEntry]:
     if issubclass(cls, Message):
         return [_entry(field) for field in cls.__ros_fields__]
     parts: Any = cls
@@ -125,7 +123,7 @@ def _entry(field: Field) -> _FieldEntry:
     return field.name, field.type, field.message
 
 
-def _resolve(of: str | AnyType) -> AnyType:
+def _resolve(of: str | InterfaceClass) -> InterfaceClass:
     if not isinstance(of, str):
         return of
     cls = find(full_name(of))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NoReturn, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NoReturn, TypeAlias, TypeVar, get_args, get_origin
 
 import msgspec
 
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 else:
     StructMeta = type(msgspec.Struct)
 
-__all__ = ["ActionType", "Message", "ServiceType"]
+__all__ = ["ActionType", "InterfaceClass", "Message", "ServiceType"]
 
 
 class MessageBase(msgspec.Struct, frozen=True, kw_only=True, gc=False):
-    """What every message can do. Declare messages with `Message`, of which this is the inner side."""
+    """The methods of all messages. Declare messages with `Message`, whose metaclass makes them subclasses of this class."""
 
     __ros_type__: ClassVar[str]
     """Full ROS name, `geometry_msgs/msg/Twist`. State it in the class body to choose one; see `own_type_name`."""
@@ -169,7 +169,7 @@ def _default_of(name: str, field: Field, written: Any) -> Any:
 
 
 def zero(field: Field) -> bool | int | float | str:
-    """What ROS 2 gives one element of a primitive field without a default."""
+    """The default of ROS 2 for one element of a primitive field."""
     base = field.type.base
     if base in STRINGS:
         return ""
@@ -345,3 +345,7 @@ def _tie(cls: type[Any], base: Any, parts: tuple[str, ...]) -> None:
                 f"name the class {cls.__name__}_{part} (a message to share goes into a field of it)"
             )
     register(cls)
+
+
+InterfaceClass: TypeAlias = type[Message] | type[ServiceType[Any, Any]] | type[ActionType[Any, Any, Any]]
+"""The class of a message, a service or an action."""

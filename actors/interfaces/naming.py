@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from typing import Final, Literal
+from typing import Final, Literal, TypeAlias
 
 from actors.interfaces.errors import BadDeclaration, UnknownInterface
 from actors.suggest import did_you_mean
 
-Kind = Literal["msg", "srv", "action"]
+Kind: TypeAlias = Literal["msg", "srv", "action"]
+"""The kinds of interfaces, by the folders in which a package keeps their definitions."""
 KINDS: Final[tuple[Kind, ...]] = ("msg", "srv", "action")
 
 _LOWER = re.compile(r"[a-z](_?[a-z0-9]+)*")

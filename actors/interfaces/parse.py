@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from itertools import pairwise
 from textwrap import dedent
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import msgspec
 
@@ -19,7 +19,7 @@ from actors.interfaces.errors import InterfaceError
 from actors.interfaces.fields import FLOATS, INTEGER_RANGES, PRIMITIVES, STRINGS, FieldType
 from actors.interfaces.naming import Kind, is_constant_name, is_field_name, is_interface_name, is_package_name
 
-ErrorCode = Literal[
+ErrorCode: TypeAlias = Literal[
     "invalid_field_definition",
     "invalid_type_name",
     "invalid_type",
@@ -30,6 +30,7 @@ ErrorCode = Literal[
     "invalid_service_spec",
     "invalid_action_spec",
 ]
+"""The sorts of errors in a definition."""
 
 PARTS: dict[Kind, tuple[str, ...]] = {
     "msg": ("",),

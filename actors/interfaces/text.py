@@ -9,19 +9,19 @@ from typing import Any, Literal, TypeAlias
 
 from actors.interfaces.errors import UnknownInterface
 from actors.interfaces.fields import FieldType
-from actors.interfaces.message import ActionType, Message, ServiceType
+from actors.interfaces.message import InterfaceClass, Message, ServiceType
 from actors.interfaces.naming import closest, full_name
 from actors.interfaces.parse import DefinitionError, parse_type
 from actors.interfaces.registry import find, find_definition, known_names
 
 Comments: TypeAlias = Literal["top", "all", "none"]
-AnyType: TypeAlias = type[Message] | type[ServiceType[Any, Any]] | type[ActionType[Any, Any, Any]]
+"""Of which definitions the comments are shown: of the type itself, of the types in its fields as well, of none."""
 
 PARTS = {"srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
 SEPARATOR = "=" * 80
 
 
-def definition_text(of: str | AnyType) -> str:
+def definition_text(of: str | InterfaceClass) -> str:
     """The definition as it was written in its file; composed from the fields for a class declared in Python.
 
     Raises:
@@ -38,7 +38,7 @@ def definition_text(of: str | AnyType) -> str:
     return _composed(cls)
 
 
-def show(of: str | AnyType, *, comments: Comments = "top") -> str:
+def show(of: str | InterfaceClass, *, comments: Comments = "top") -> str:
     """The definition with the fields of nested types below each field, one tab for each level.
 
     `comments`: of the `top` level only, `all`, or `none` (which drops blank lines as well). Ends with a newline unless empty.
@@ -58,8 +58,8 @@ def show_text(text: str, package: str | None = None, *, comments: Comments = "to
 def schema_text(of: str | type[Message]) -> str:
     """The definition followed by those of all nested types, as MCAP's `ros2msg` schemas have it."""
     top = _resolve(of)
-    found: dict[str, AnyType] = {}
-    waiting: list[AnyType] = [top]
+    found: dict[str, InterfaceClass] = {}
+    waiting: list[InterfaceClass] = [top]
     while waiting:
         cls = waiting.pop(0)
         if cls.__ros_type__ not in found:
@@ -70,12 +70,12 @@ def schema_text(of: str | type[Message]) -> str:
     return "\n".join(text.rstrip("\n") for text in texts) + "\n"
 
 
-def _nested(cls: AnyType) -> list[AnyType]:
+def _nested(cls: InterfaceClass) -> list[InterfaceClass]:
     fields = cls.__ros_fields__ if issubclass(cls, Message) else ()
     return [field.message for field in fields if field.message is not None]
 
 
-def _expanded(cls: AnyType, comments: bool, nested_comments: bool, indent: str) -> Iterator[str]:
+def _expanded(cls: InterfaceClass, comments: bool, nested_comments: bool, indent: str) -> Iterator[str]:
     package = cls.__ros_type__.partition("/")[0]
     return _expanded_lines(definition_text(cls), package, comments, nested_comments, indent)
 
@@ -93,7 +93,7 @@ def _expanded_lines(
             yield from _expanded(nested, nested_comments, nested_comments, f"{indent}\t")
 
 
-def _nested_type(code: str, package: str | None) -> AnyType | None:
+def _nested_type(code: str, package: str | None) -> InterfaceClass | None:
     """The message class that a definition line has a field of, if it has one."""
     word, _, rest = code.replace("\t", " ").partition(" ")
     if not rest or "=" in rest:
@@ -107,7 +107,7 @@ def _nested_type(code: str, package: str | None) -> AnyType | None:
     return _resolve(kind.base) if kind.is_message else None
 
 
-def _composed(cls: AnyType) -> str:
+def _composed(cls: InterfaceClass) -> str:
     if issubclass(cls, Message):
         lines = [
             f"{constant.type} {constant.name}={_written(constant.value, False)}" for constant in cls.__ros_constants__
@@ -131,7 +131,7 @@ def _written(value: Any, quoted: bool = True) -> str:
     return str(value)
 
 
-def _resolve(of: str | AnyType) -> AnyType:
+def _resolve(of: str | InterfaceClass) -> InterfaceClass:
     if not isinstance(of, str):
         return of
     cls = find(full_name(of))

@@ -22,6 +22,43 @@ import msgspec
 
 from actors.interfaces.fields import FieldType
 
+__all__ = [
+    "AtMost",
+    "Chars",
+    "Exactly",
+    "Many",
+    "bool_array",
+    "byte",
+    "byte_array",
+    "char",
+    "char_array",
+    "default",
+    "float32",
+    "float32_array",
+    "float64",
+    "float64_array",
+    "int8",
+    "int8_array",
+    "int16",
+    "int16_array",
+    "int32",
+    "int32_array",
+    "int64",
+    "int64_array",
+    "string",
+    "string_array",
+    "uint8",
+    "uint8_array",
+    "uint16",
+    "uint16_array",
+    "uint32",
+    "uint32_array",
+    "uint64",
+    "uint64_array",
+    "wstring",
+    "wstring_array",
+]
+
 byte: TypeAlias = Annotated[int, FieldType("byte")]
 char: TypeAlias = Annotated[int, FieldType("char")]
 int8: TypeAlias = Annotated[int, FieldType("int8")]
@@ -160,7 +197,7 @@ else:
 
 
 class ManyMark:
-    """What `Many[X]` leaves in an annotation: the element, still to be read."""
+    """The value of `Many[X]` in an annotation: its element, not resolved yet."""
 
     __slots__ = ("element",)
 

@@ -28,6 +28,7 @@ __all__ = [
     "LifecycleState",
     "LifecycleTransition",
     "TransitionRefused",
+    "transitions_from",
 ]
 
 
@@ -121,6 +122,13 @@ TRANSITIONS: Final = _graph()
 _FROM: Final[Mapping[LifecycleState, tuple[LifecycleTransition, ...]]] = {
     state: tuple(edge for edge in TRANSITIONS if edge.start is state) for state in STATES
 }
+
+
+def transitions_from(state: LifecycleState) -> tuple[LifecycleTransition, ...]:
+    """The transitions that leave a state, by id; those of a hook's results if a hook runs in it."""
+    return _FROM[state]
+
+
 _REQUESTS: Final[Mapping[int | str, str]] = {edge.id: edge.label for edge in TRANSITIONS if edge.is_request}
 _HOOK_IN: Final[Mapping[LifecycleState, str]] = {
     LifecycleState.CONFIGURING: "on_configure",

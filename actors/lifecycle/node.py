@@ -8,28 +8,32 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 from actors.errors import ProgramExit, described
 from actors.inbox.control import blame
 from actors.lifecycle.machine import (
-    STATES,
-    TRANSITIONS,
     HookResult,
     LifecycleMachine,
     LifecycleState,
     LifecycleTransition,
     TransitionRefused,
+    transitions_from,
 )
+from actors.lifecycle.services import SERVICES, transition_event
 from actors.node.node import Node
+from actors.runtime.endpoints import event_publisher
+from actors.runtime.incarnation import incarnation_of
+from actors.runtime.timers import start_timers
 
 if TYPE_CHECKING:
-    from actors.runtime.core import Core
+    from actors.runtime.incarnation import Incarnation
     from actors.system import System
 
-__all__ = ["LifecycleNode", "bring_down", "bring_up", "lifecycle_service"]
+__all__ = ["LifecycleNode", "bring_down", "bring_up"]
 
-PrimaryState = Literal["unconfigured", "inactive", "active"]
+PrimaryState: TypeAlias = Literal["unconfigured", "inactive", "active"]
+"""The states in which a lifecycle node may stay."""
 _WAY: Final[dict[str, tuple[str, ...]]] = {
     "unconfigured": (),
     "inactive": ("configure",),
@@ -102,7 +106,7 @@ class LifecycleNode(Node):
             hook = following
         self._follow()
         if machine.state.label in _WAY:
-            self.core.mailbox.asked_state = machine.state.label
+            incarnation_of(self).record.asked_state = machine.state.label
         if ending is not None:
             raise ending
         return machine.succeeded
@@ -110,7 +114,8 @@ class LifecycleNode(Node):
     def _hook_failed(self, hook: str, error: BaseException) -> BaseException | None:
         """Tell of an error; what is more than one is returned, to be raised when the node has come to rest, or raised if it has no time."""
         failure = blame(error, f"{self.fqn} {hook}")
-        if failure is None and (self.core.system.killed(self.core) or not isinstance(error, asyncio.CancelledError)):
+        life = incarnation_of(self)
+        if failure is None and (life.runtime.killed(life) or not isinstance(error, asyncio.CancelledError)):
             raise error
         self.log.error("lifecycle hook failed", hook=hook, error=described(failure or error))
         return None if isinstance(failure, Exception) and not isinstance(failure, ProgramExit) else failure or error
@@ -123,37 +128,39 @@ class LifecycleNode(Node):
 
     def _follow(self) -> None:
         """Let publishers and timers do as the state says."""
-        core, active = self.core, self._machine.state is LifecycleState.ACTIVE
-        core.let_publish(active)
+        life, active = incarnation_of(self), self._machine.state is LifecycleState.ACTIVE
+        life.let_publish(active)
         if not active:
-            core.stop_timers()
-        elif not core.timers:
-            core.start_timers()
+            life.stop_timers()
+        elif not life.timers:
+            start_timers(life)
 
-    async def _begin(self) -> None:
+    async def __begin__(self) -> None:
         self._machine = LifecycleMachine(on_transition=self._tell)
         self._follow()
-        goal = self.core.mailbox.asked_state or self.autostart
+        goal = incarnation_of(self).record.asked_state or self.autostart
         for label in _WAY[goal]:
             if not await self.change_state(label):
                 raise RuntimeError(f"{self.fqn} could not be brought to {goal}: {label} did not succeed")
 
-    async def _finish(self) -> None:
+    async def __finish__(self) -> None:
         if self._machine.state in (LifecycleState.UNCONFIGURED, LifecycleState.INACTIVE, LifecycleState.ACTIVE):
-            asked = self.core.mailbox.asked_state
+            record = incarnation_of(self).record
+            asked = record.asked_state
             await self.change_state("shutdown")
-            self.core.mailbox.asked_state = asked
+            record.asked_state = asked
+
+    def __standard_service__(self, name: str) -> tuple[Any, Any] | None:
+        """Type and handler of one of the five services of a lifecycle node, or None."""
+        return SERVICES[name](self) if name in SERVICES else None
 
     def _tell(self, edge: LifecycleTransition) -> None:
-        entry = self.core.system.graph.topics.get(f"{self.fqn}/transition_event")
+        life = incarnation_of(self)
+        entry = life.runtime.graph.topics.get(f"{self.fqn}/transition_event")
         if entry is not None and entry.subscriptions:
             from actors.interfaces.lifecycle_msgs.msg import TransitionEvent
 
-            self.core.event_publisher(TransitionEvent, entry).publish(
-                TransitionEvent(
-                    transition=_transition(edge), start_state=_state(edge.start), goal_state=_state(edge.goal)
-                )
-            )
+            event_publisher(life, TransitionEvent, entry).publish(transition_event(edge))
 
 
 async def bring_up(
@@ -165,50 +172,50 @@ async def bring_up(
     could not be asked in its state, does not run or does not exist; those before it stay as they are.
     """
     for name in nodes or ():
-        if not any(core.fqn == name for core in _managed(system, nodes)):
-            known = ", ".join(core.fqn for core in _managed(system, None)) or "none"
+        if not any(life.fqn == name for life in _managed(system, nodes)):
+            known = ", ".join(life.fqn for life in _managed(system, None)) or "none"
             raise RuntimeError(f"{name} is no running lifecycle node; there are: {known}")
     for label in _WAY[to]:
-        for core in _managed(system, nodes):
-            node = core.node
+        for life in _managed(system, nodes):
+            node = life.node
             assert isinstance(node, LifecycleNode)
             if node.state in _UP[label]:
                 continue
             try:
-                succeeded = await _ask(core, node, label)
+                succeeded = await _ask(life, node, label)
             except TransitionRefused as refusal:
                 if node.state in _UP[label]:  # somebody else was faster
                     continue
-                raise RuntimeError(f"{core.fqn}: {refusal}") from refusal
+                raise RuntimeError(f"{life.fqn}: {refusal}") from refusal
             if not succeeded:
-                raise RuntimeError(f"{core.fqn}: {label} did not succeed; it is {node.state.label}")
+                raise RuntimeError(f"{life.fqn}: {label} did not succeed; it is {node.state.label}")
 
 
 async def bring_down(system: System, nodes: Sequence[str] | None = None) -> None:
     """Deactivate and clean up all lifecycle nodes in reverse order, as far as each one is up."""
     for label in ("deactivate", "cleanup"):
-        for core in reversed(_managed(system, nodes)):
-            node = core.node
+        for life in reversed(_managed(system, nodes)):
+            node = life.node
             assert isinstance(node, LifecycleNode)
-            if label in (edge.label for edge in node._machine.available()):  # pyright: ignore[reportPrivateUsage]
-                await _ask(core, node, label)
+            if label in (edge.label for edge in transitions_from(node.state)):
+                await _ask(life, node, label)
 
 
-def _managed(system: System, nodes: Sequence[str] | None) -> list[Core]:
-    cores = [state.core for state in system.nodes.values() if state.core is not None]
-    return [core for core in cores if isinstance(core.node, LifecycleNode) and (nodes is None or core.fqn in nodes)]
+def _managed(system: System, nodes: Sequence[str] | None) -> list[Incarnation]:
+    lives = [life for record in system.nodes.values() if (life := record.running) is not None]
+    return [life for life in lives if isinstance(life.node, LifecycleNode) and (nodes is None or life.fqn in nodes)]
 
 
-async def _ask(core: Core, node: LifecycleNode, label: str) -> bool:
+async def _ask(life: Incarnation, node: LifecycleNode, label: str) -> bool:
     """Change a node's state in its own turn. Raises `NodeRestarting` or `NotRunning` when the node ends before it has done so."""
     answer: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
 
     def ended(_: object) -> None:
         if not answer.done():
-            answer.set_exception(core.absent())
+            answer.set_exception(life.absent())
 
-    core.spawn(asyncio.wait([answer]), name=label).add_done_callback(ended)  # the node's end is the end of its tasks
-    core.inbox.put_control(_Change(node, label, answer))
+    life.spawn(asyncio.wait([answer]), name=label).add_done_callback(ended)  # the node's end is the end of its tasks
+    life.inbox.put_control(_Change(node, label, answer))
     return await answer
 
 
@@ -232,62 +239,3 @@ class _Change:
         else:
             if not self.answer.done():
                 self.answer.set_result(done)
-
-
-# -- the services of a managed node ---------------------------------------------------------------------------------------------
-
-
-def _state(state: LifecycleState) -> Any:
-    from actors.interfaces.lifecycle_msgs.msg import State
-
-    return State(id=int(state), label=state.label)
-
-
-def _transition(edge: LifecycleTransition) -> Any:
-    from actors.interfaces.lifecycle_msgs.msg import Transition
-
-    return Transition(id=edge.id, label=edge.label)
-
-
-def lifecycle_service(node: LifecycleNode, name: str) -> tuple[Any, Any]:
-    """Type and handler of one of the five services."""
-    from actors.interfaces.lifecycle_msgs import srv
-    from actors.interfaces.lifecycle_msgs.msg import TransitionDescription
-
-    def described(edges: Sequence[LifecycleTransition]) -> Any:
-        return tuple(
-            TransitionDescription(
-                transition=_transition(edge), start_state=_state(edge.start), goal_state=_state(edge.goal)
-            )
-            for edge in edges
-        )
-
-    async def change_state(request: Any) -> Any:
-        try:
-            return srv.ChangeState.Response(
-                success=await node.change_state(request.transition.label, request.transition.id)
-            )
-        except TransitionRefused as refusal:
-            node.log.warning(str(refusal))
-            return srv.ChangeState.Response(success=False)
-
-    async def get_state(request: Any) -> Any:
-        return srv.GetState.Response(current_state=_state(node.state))
-
-    async def get_available_states(request: Any) -> Any:
-        return srv.GetAvailableStates.Response(available_states=tuple(_state(state) for state in STATES))
-
-    async def get_available_transitions(request: Any) -> Any:
-        return srv.GetAvailableTransitions.Response(available_transitions=described(node._machine.available()))  # pyright: ignore[reportPrivateUsage]
-
-    async def get_transition_graph(request: Any) -> Any:
-        return srv.GetAvailableTransitions.Response(available_transitions=described(TRANSITIONS))
-
-    handlers: dict[str, tuple[Any, Any]] = {
-        "change_state": (srv.ChangeState, change_state),
-        "get_state": (srv.GetState, get_state),
-        "get_available_states": (srv.GetAvailableStates, get_available_states),
-        "get_available_transitions": (srv.GetAvailableTransitions, get_available_transitions),
-        "get_transition_graph": (srv.GetAvailableTransitions, get_transition_graph),
-    }
-    return handlers[name]

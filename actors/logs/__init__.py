@@ -6,6 +6,7 @@ application calls `console_sink` or `json_sink`. structlog is imported at the fi
 
 from __future__ import annotations
 
+from actors.logs.levels import Level, NanosecondClock
 from actors.logs.log import (
     DEBUG,
     ERROR,
@@ -30,8 +31,10 @@ __all__ = [
     "INFO",
     "LEVEL_NAMES",
     "WARN",
+    "Level",
     "LogRecord",
     "LogSink",
+    "NanosecondClock",
     "NodeLog",
     "console_sink",
     "json_sink",

@@ -106,7 +106,7 @@ _OPTIONS: Final = frozenset(FilterOptions.__annotations__)
 
 
 class _Identity(NamedTuple):
-    """What must not change between two calls at one place in the source."""
+    """The options that must not change between two calls at one place in the source."""
 
     logger: str
     level: int

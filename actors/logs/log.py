@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping
 from textwrap import indent
-from typing import IO, TYPE_CHECKING, Any, Final, cast
+from typing import IO, TYPE_CHECKING, Any, Final, TypeAlias, cast
 
 from actors.errors import described
 from actors.logs.levels import CallSites, Level, NanosecondClock
@@ -40,7 +40,9 @@ __all__ = [
 ]
 
 DEBUG, INFO, WARN, ERROR, FATAL = Level.DEBUG, Level.INFO, Level.WARN, Level.ERROR, Level.FATAL
+"""The levels of log lines, by the names that ROS 2 gives them."""
 LEVEL_NAMES: Final[dict[int, str]] = {DEBUG: "debug", INFO: "info", WARN: "warning", ERROR: "error", FATAL: "fatal"}
+"""How a level is written in a line."""
 
 
 class LogRecord:
@@ -95,7 +97,8 @@ class LogRecord:
             self._traceback, self.error = traceback_of(self.error), None
 
 
-LogSink = Callable[[LogRecord], None]
+LogSink: TypeAlias = Callable[[LogRecord], None]
+"""A function that is called with each log line of a system, in order, within the event loop."""
 
 _NO_FILTERS: Final = (False, False, 0.0)
 
@@ -109,6 +112,8 @@ class NodeLog:
     Three options, those of rclpy, keep a line from being written too often. They count for each place in the source, each node and each of
     its lives, on the node's clock: ``once=True``, ``skip_first=True``, ``throttle_duration_sec=1.0`` (at most one line in so many seconds). Of
     one place in the source they must not change: `ValueError`.
+
+    It has no public constructor: `Node.log` is one.
     """
 
     __slots__ = ("_clock", "_incarnation", "_level", "_levels", "_node", "_sink", "_sites", "_throttle_clock")

@@ -1,4 +1,4 @@
-"""Who a node is: its names, and what the names it uses stand for."""
+"""The identity of a node: its names, and the full names of what it uses."""
 
 from __future__ import annotations
 
@@ -14,10 +14,12 @@ __all__ = ["Identity"]
 
 
 class Identity:
-    """Who a node is: set by its place in the tree, the same over all its incarnations.
+    """The identity of a node: given by its place in the tree, and the same over all its incarnations.
 
     `name` and the absolute `namespace` are those after remapping, `overrides` the parameters that it starts with; of those whose names are
     `optional` it may lack any.
+
+    It has no public constructor: `NodeRecord.identity` is one.
     """
 
     __slots__ = ("fqn", "name", "namespace", "optional", "overrides", "path", "remapping")

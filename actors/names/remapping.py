@@ -135,7 +135,7 @@ class Remapping:
         return found
 
     def find(self, kind: RuleKind, full: str, node: str, namespace: str) -> str | None:
-        """What the first matching rule gives, or None when no rule matches. ``full`` plays no part for nodes.
+        """The result of the first matching rule, or None when no rule matches. ``full`` plays no part for nodes.
 
         The five names of an action also follow a rule for the action's bare name (``fibonacci:=fib``), which rcl does
         not do; a rule for one of the five themselves goes before.

@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Coroutine
-from typing import TYPE_CHECKING, Any, Generic, Literal, Never, NoReturn, ParamSpec, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Generic, Literal, Never, NoReturn, ParamSpec, TypeAlias, TypeVar, overload
 
 from actors.checks import is_number
 from actors.contracts.contracts import (
@@ -25,7 +25,8 @@ from actors.node.members import check_members, members_of
 from actors.parameters.declare import NO_PARAMETERS, ParameterDeclaration, ParameterTable
 from actors.parameters.hooks import ParameterHook
 from actors.parameters.rates import check_rate_parameter, rate_objection
-from actors.qos import QoS, of
+from actors.qos import of
+from actors.qos.policies import QoS
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
@@ -50,11 +51,15 @@ Node = TypeVar("Node")
 P = ParamSpec("P")
 Nothing = TypeVar("Nothing", bound="Coroutine[Any, Any, None] | None")
 
-Late = Literal["skip", "catch_up", "fault"]
+Late: TypeAlias = Literal["skip", "catch_up", "fault"]
+"""What a periodic handler does about ticks that it missed; see `every`."""
 
 
 class PublisherDeclaration(Generic[M]):
-    """``cmd = publishes(CMD_VEL)``: the contract on the class, a `Publisher` on the instance."""
+    """``cmd = publishes(CMD_VEL)``: the contract on the class, a `Publisher` on the instance.
+
+    It has no public constructor: `publishes` gives one.
+    """
 
     __slots__ = ("attribute", "qos", "topic")
 
@@ -86,7 +91,10 @@ class PublisherDeclaration(Generic[M]):
 
 
 class StreamDeclaration(Generic[M]):
-    """``odometry = subscribes(ODOMETRY)``: the contract on the class, a `Stream` on the instance, listening from the start on."""
+    """``odometry = subscribes(ODOMETRY)``: the contract on the class, a `Stream` on the instance, listening from the start on.
+
+    It has no public constructor: `subscribes` gives one.
+    """
 
     __slots__ = ("attribute", "qos", "topic")
 

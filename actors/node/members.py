@@ -41,6 +41,9 @@ _LIFECYCLE_HOOKS: Final = {
 _SETTINGS: Final = {"allow_undeclared_parameters", "node_name", "autostart", "managed", "declarations"}
 """What a class sets, besides its hooks."""
 
+_RESERVED: Final = {"__begin__", "__finish__", "__machinery__", "__standard_service__"}
+"""The framework's own names among those with two underscores on both sides, the rest of which are Python's."""
+
 _Members = dict[str, list[tuple[type, object]]]
 """Name -> where it is defined and as what, the most derived class first."""
 
@@ -68,7 +71,7 @@ def check_members(owner: type, declared: tuple[type, ...]) -> None:
     spoken = _names_in_code(owner)
     for name, ((base, value), *hidden) in members.items():
         where = f"{owner.__name__}.{name}"
-        if base.__module__ in _FRAMEWORK or base is object or name.startswith("__"):
+        if base.__module__ in _FRAMEWORK or base is object or (name.startswith("__") and name not in _RESERVED):
             continue
         if name in hooks:
             _check_hook(where, name, value, hooks[name])

@@ -16,13 +16,14 @@ import asyncio
 import inspect
 from collections.abc import Callable, Coroutine, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
 from actors.errors import DeclarationError, NotStarted
 from actors.node.declarations import Declarations
 from actors.node.habits import Habits
 from actors.places import claim
-from actors.qos import QoS, of
+from actors.qos import of
+from actors.qos.policies import QoS
 from actors.time.deadlines import check_timeout
 
 if TYPE_CHECKING:
@@ -32,8 +33,8 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
-    from actors.parameters import SetResult
-    from actors.runtime.core import Core
+    from actors.node.machinery import Machinery
+    from actors.parameters.values import SetResult
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
@@ -58,7 +59,8 @@ CALL_TIMEOUT = 1.0
 GOAL_TIMEOUT = 5.0
 """Seconds a goal waits for its acceptance unless told otherwise. Its execution has no limit of its own."""
 
-ErrorVerdict = Literal["continue", "fail"] | None
+ErrorVerdict: TypeAlias = Literal["continue", "fail"] | None
+"""What `Node.on_error` decides: the node lives on, its incarnation ends, or the default for that handler."""
 
 
 class Node(Habits):
@@ -78,7 +80,10 @@ class Node(Habits):
     """Whether any parameter can be given and set, which declares it: ROS 2's node option of this name."""
 
     declarations: ClassVar[Declarations]
-    _core: Core | None = None
+
+    # Names with two underscores on both sides are the framework's own: no attribute of a user's class takes their place by accident.
+    __machinery__: Machinery | None = None
+    """The incarnation that runs this object; None before its start."""
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
@@ -98,10 +103,10 @@ class Node(Habits):
             super().__init__(*arguments, **keywords)
 
     def __repr__(self) -> str:
-        core = self._core
+        life = self.__machinery__
         return (
-            f"<{type(self).__name__} {core.fqn}, incarnation {core.incarnation}>"
-            if core
+            f"<{type(self).__name__} {life.fqn}, incarnation {life.incarnation}>"
+            if life is not None
             else f"<{type(self).__name__}, not started>"
         )
 
@@ -130,46 +135,41 @@ class Node(Habits):
     managed: ClassVar[bool] = False
     """Whether timers wait for a lifecycle transition: True for lifecycle nodes."""
 
-    async def _begin(self) -> None:
+    async def __begin__(self) -> None:
         """The framework's own part of the start phase, after `on_start`."""
 
-    async def _finish(self) -> None:
+    async def __finish__(self) -> None:
         """The framework's own part of an orderly end, before `on_stop`."""
+
+    def __standard_service__(self, name: str) -> tuple[Any, Any] | None:
+        """Type and handler of the service ``<node>/name`` if every node of this kind has it, besides what all nodes have; else None."""
+        return None
 
     # -- who and when -------------------------------------------------------------------------------------------------------
 
     @property
-    def core(self) -> Core:
-        """The machinery of this incarnation."""
-        if self._core is None:
-            raise NotStarted(
-                f"{type(self).__name__} has not been started yet: use this in on_start or later, not in __init__"
-            )
-        return self._core
-
-    @property
     def name(self) -> str:
         """The node's name, without its namespace."""
-        return self.core.identity.name
+        return _life_of(self).identity.name
 
     @property
     def namespace(self) -> str:
-        return self.core.identity.namespace
+        return _life_of(self).identity.namespace
 
     @property
     def fqn(self) -> str:
         """The fully qualified name: namespace and name."""
-        return self.core.fqn
+        return _life_of(self).fqn
 
     @property
     def incarnation(self) -> int:
         """1 for the node's first life, 2 after its first restart, and so on."""
-        return self.core.incarnation
+        return _life_of(self).incarnation
 
     @property
     def clock(self) -> Clock:
         """The system's clock, real or virtual; with `use_sim_time`, the time of `/clock` (see `actors.runtime.sim_time`)."""
-        return self.core.clock
+        return _life_of(self).clock
 
     def on_jump(
         self,
@@ -183,31 +183,31 @@ class Node(Habits):
         Both are plain functions; they run while `/clock` is published or `use_sim_time` is set, in order of registration. What they raise
         is this node's failure. The handle's `remove()` ends it; so does the end of the incarnation.
         """
-        return self.core.ros_time().on_jump(threshold, pre, post)
+        return _life_of(self).ros_time().on_jump(threshold, pre, post)
 
     @property
     def rng(self) -> Random:
         """The node's own random numbers: they depend on the system's seed, the node's name and its incarnation only."""
-        return self.core.rng
+        return _life_of(self).rng
 
     @property
     def log(self) -> NodeLog:
         """The node's log: ``self.log.info("docked", percent=80)``; every line has the node, the time and the incarnation."""
-        return self.core.log
+        return _life_of(self).log
 
     # -- communication ------------------------------------------------------------------------------------------------------
 
     def publisher(self, topic: Topic[M], *, qos: QoS | int | None = None) -> Publisher[M]:
         """Publish on `topic` from now until the node's end. In a class body, `publishes(TOPIC)` does the same."""
-        return self.core.publisher(topic, topic.qos if qos is None else of(qos))
+        return _life_of(self).publisher(topic, topic.qos if qos is None else of(qos))
 
     def subscribe(self, topic: Topic[M], *, qos: QoS | int | None = None) -> Stream[M]:
         """Listen to `topic` from this moment on: ``async for message in node.subscribe(TOPIC)``."""
-        return self.core.subscribe(topic, topic.qos if qos is None else of(qos))
+        return _life_of(self).subscribe(topic, topic.qos if qos is None else of(qos))
 
     def subscription(self, topic: Topic[M]) -> HandlerSubscription[M]:
         """What feeds this node's handler of `topic`: its counts, its `status`, its `events()`. Raises `DeclarationError` without one."""
-        return self.core.subscription(topic)
+        return _life_of(self).subscription(topic)
 
     def call(
         self, service: Service[Req, Resp], request: Req, *, timeout: float = CALL_TIMEOUT
@@ -217,8 +217,8 @@ class Node(Habits):
         The timeout is on the event loop's clock, also when the node uses simulated time: a paused simulation holds up nobody for ever.
         Raises `ServiceUnavailable`, `CallTimeout`, `NodeRestarting`, `NotRunning`, `ServiceFailed`, `CallCycle` or `WrongType`.
         """
-        core = self._core or self.core
-        client = core.clients.get(service) or core.client(service)
+        life = self.__machinery__ or _life_of(self)
+        client = life.clients.get(service) or life.client(service)
         return client.call(request, timeout)
 
     async def wait_for(
@@ -230,13 +230,13 @@ class Node(Habits):
         """
         from actors.contracts.contracts import Service
 
-        core = self.core
+        life = _life_of(self)
         if timeout is not None:
             check_timeout(f"{self.fqn}.wait_for", timeout)
-        end = None if timeout is None else core.system.loop.time() + timeout
+        end = None if timeout is None else life.runtime.loop.time() + timeout
         for contract in contracts:
-            name = core.identity.service(contract.name)
-            graph = core.system.graph
+            name = life.identity.service(contract.name)
+            graph = life.runtime.graph
             entry = graph.service(name) if isinstance(contract, Service) else graph.action(name)
             try:
                 async with asyncio.timeout_at(end):
@@ -252,7 +252,7 @@ class Node(Habits):
         Entering raises `ActionUnavailable` when nobody has accepted by then, and `GoalRejected`.
         """
         check_timeout(f"{self.fqn}.start({action!r})", timeout)
-        return self.core.goal(action, goal, timeout)
+        return _life_of(self).goal(action, goal, timeout)
 
     def on(
         self, topic: Topic[M], handler: Callable[[M], Coroutine[Any, Any, None] | None], *, qos: QoS | int | None = None
@@ -263,7 +263,7 @@ class Node(Habits):
                 f"{self.fqn}.on({topic!r}, {handler!r:.60}): the handler must be a function or a method"
             )
         label = f"{self.fqn} {_name_of(handler)} on {topic.name}"
-        self.core.feed(topic, topic.qos if qos is None else of(qos), handler, label)
+        _life_of(self).handle(topic, topic.qos if qos is None else of(qos), handler, label)
 
     def serve(self, service: Service[Req, Resp], handler: Callable[[Req], Coroutine[Any, Any, Resp]]) -> None:
         """Let `handler` answer the service from now on, as `Service.serve` does for a method."""
@@ -271,18 +271,18 @@ class Node(Habits):
             raise DeclarationError(
                 f"{self.fqn}.serve({service!r}, {_name_of(handler)}): the handler answers by `await`; make it `async def`"
             )
-        self.core.serve(service, handler, _name_of(handler))
+        _life_of(self).serve(service, handler, _name_of(handler))
 
     # -- work ---------------------------------------------------------------------------------------------------------------
 
     def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
         """Run `work` in a task of this node: canceled when the node stops; if it fails, the node fails."""
         try:
-            self.core.check_use()
+            _life_of(self).check_use()
         except BaseException:
             work.close()
             raise
-        return self.core.own(work, name=name)
+        return _life_of(self).own(work, name=name)
 
     async def offload(self, function: Callable[..., T], *arguments: Any, takes: float = 0.0, thread: bool = False) -> T:
         """Run CPU work outside the event loop and wait for its result.
@@ -291,7 +291,7 @@ class Node(Habits):
         code that releases the GIL. Workers are bounded by the number of cores. On the virtual clock the function runs here, at once, and
         its result comes `takes` seconds later.
         """
-        result: T = await self.core.system.offload(function, arguments, takes, thread=thread)
+        result: T = await _life_of(self).runtime.offload.run(function, arguments, takes, thread=thread)
         return result
 
     def threadsafe(self, function: Callable[P, object], *arguments: P.args, **keywords: P.kwargs) -> None:
@@ -299,21 +299,22 @@ class Node(Habits):
 
         What it raises is this node's failure, as if a handler had raised it.
         """
-        if self._core is None:
+        life = self.__machinery__
+        if life is None:
             raise NotStarted(f"{type(self).__name__} has not been started yet")
-        self._core.threadsafe(lambda: function(*arguments, **keywords))
+        life.threadsafe(lambda: function(*arguments, **keywords))
 
     def checkpoint(self, state: Any) -> None:
         """Keep `state`, a value that is not changed afterwards, for the next incarnation, also if this one crashes. See `resume`."""
-        core = self.core
-        core.check_thread()
-        core.mailbox.saved = state
+        life = _life_of(self)
+        life.check_thread()
+        life.record.saved = state
 
     def stop(self, reason: str = "stopped itself") -> None:
         """Ask for this node's own orderly end. Its supervisor sees `Stopped(reason)`."""
-        core = self.core
-        core.check_use()
-        core.request_stop(reason)
+        life = _life_of(self)
+        life.check_use()
+        life.request_stop(reason)
 
     def set_parameter(self, name: str, value: Any) -> SetResult:
         """Set one parameter of this node; a refusal is a result that says why, not an exception."""
@@ -325,9 +326,17 @@ class Node(Habits):
             raise TypeError(
                 f"{self.fqn}: set_parameters takes names and values, {{'speed': 1.0}}, not {type(values).__name__} {values!r:.60}"
             )
-        core = self.core
-        core.check_thread()
-        return core.parameters.set_values(values)
+        life = _life_of(self)
+        life.check_thread()
+        return life.parameters.set_values(values)
+
+
+def _life_of(node: Node) -> Machinery:
+    if node.__machinery__ is None:
+        raise NotStarted(
+            f"{type(node).__name__} has not been started yet: use this in on_start or later, not in __init__"
+        )
+    return node.__machinery__
 
 
 def _is_async(handler: Any) -> bool:

@@ -11,8 +11,10 @@ from actors.nodes.parameter_server import (
     get_global,
     set_global,
 )
+from actors.runtime.sim_time import CLOCK
 
 __all__ = [
+    "CLOCK",
     "SERVER",
     "ClockPublisher",
     "ParameterServer",

@@ -7,6 +7,7 @@ import math
 from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.node.declarations import background, publishes
 from actors.node.node import Node
+from actors.runtime.incarnation import incarnation_of
 from actors.runtime.sim_time import CLOCK
 
 __all__ = ["ClockPublisher"]
@@ -29,7 +30,7 @@ class ClockPublisher(Node):
 
     @background
     async def run(self) -> None:
-        clock = self.core.system.clock
+        clock = incarnation_of(self).runtime.clock
         start, k = clock.now(), 0
         while True:
             self.time(Clock(clock=clock.stamp()))

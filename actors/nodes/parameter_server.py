@@ -20,7 +20,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.contracts.contracts import Service
 from actors.node.node import CALL_TIMEOUT, Node
-from actors.parameters import Parameter, ParameterDescriptor, ParameterNotDeclared, SetResult, Value
+from actors.parameters import ParameterDescriptor, ParameterNotDeclared, Value
+from actors.parameters.values import Parameter, SetResult
+from actors.runtime.incarnation import incarnation_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,7 +51,7 @@ class ParameterServer(Node):
         self._kept = state
 
     async def on_start(self) -> None:
-        store = self.core.parameters
+        store = incarnation_of(self).parameters
         initial: Mapping[str, Any] = store.overrides if self._kept is None else self._kept
         for name, value in initial.items():
             if not store.has(name):
@@ -60,7 +62,7 @@ class ParameterServer(Node):
     def values(self) -> dict[str, Value]:
         """The global parameters by name; not those that every node has."""
         own = self.declarations.table.values
-        return {name: value for name, value in self.core.parameters.values.items() if name not in own}
+        return {name: value for name, value in incarnation_of(self).parameters.values.items() if name not in own}
 
     def _keep(self, _: Sequence[Parameter]) -> None:
         self.checkpoint(self.values)

@@ -6,7 +6,7 @@ Pure values and one state machine (`ParameterStore`): no messages, no transport,
 """
 
 from actors.parameters.callbacks import CallbackHandle, OnSetCallback, PostSetCallback, PreSetCallback
-from actors.parameters.declare import NO_PARAMETERS, ParameterDeclaration, ParameterTable, parameter
+from actors.parameters.declare import NO_PARAMETERS, ParameterDeclaration, ParameterTable
 from actors.parameters.descriptor import FloatingPointRange, IntegerRange, ParameterDescriptor
 from actors.parameters.errors import (
     InvalidParameterName,
@@ -19,9 +19,9 @@ from actors.parameters.errors import (
     ParameterNotDeclared,
     ParameterUninitialized,
 )
-from actors.parameters.hooks import ParameterHook, on_set, post_set, pre_set
+from actors.parameters.hooks import on_set, post_set, pre_set
 from actors.parameters.store import ParameterStore
-from actors.parameters.values import Parameter, ParameterChange, ParameterNames, ParameterType, SetResult, Value
+from actors.parameters.values import ParameterChange, ParameterNames, ParameterType, SetResult, Value
 
 SetParametersResult = SetResult
 """The name of `SetResult` in ROS 2."""
@@ -35,14 +35,12 @@ __all__ = [
     "InvalidParameterType",
     "InvalidParameterValue",
     "OnSetCallback",
-    "Parameter",
     "ParameterAlreadyDeclared",
     "ParameterBusy",
     "ParameterChange",
     "ParameterDeclaration",
     "ParameterDescriptor",
     "ParameterError",
-    "ParameterHook",
     "ParameterImmutable",
     "ParameterNames",
     "ParameterNotDeclared",
@@ -53,10 +51,8 @@ __all__ = [
     "PostSetCallback",
     "PreSetCallback",
     "SetParametersResult",
-    "SetResult",
     "Value",
     "on_set",
-    "parameter",
     "post_set",
     "pre_set",
 ]

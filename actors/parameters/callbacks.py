@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import contextmanager
 from typing import Any, Literal, TypeAlias, cast
 
 from actors.parameters.values import Parameter, SetResult
@@ -18,7 +19,10 @@ Kind: TypeAlias = Literal["pre", "on", "post"]
 
 
 class CallbackHandle:
-    """One registered callback; `remove()` takes it off its chain (a second time does nothing)."""
+    """One registered callback; `remove()` takes it off its chain (a second time does nothing).
+
+    It has no public constructor: the `add_*_callback` methods of a `ParameterStore` give one.
+    """
 
     __slots__ = ("_chains", "callback", "kind")
 
@@ -36,14 +40,18 @@ class CallbackHandle:
 
 
 class CallbackChains:
-    """The callbacks of one node. The chains are tuples, so running one is not disturbed by adding or removing."""
+    """The callbacks of one node.
 
-    __slots__ = ("on", "post", "pre")
+    Invariants: the chains are tuples, so running one is not disturbed by adding or removing; `running` is true exactly while a callback runs.
+    """
+
+    __slots__ = ("on", "post", "pre", "running")
 
     def __init__(self) -> None:
         self.pre: tuple[CallbackHandle, ...] = ()
         self.on: tuple[CallbackHandle, ...] = ()
         self.post: tuple[CallbackHandle, ...] = ()
+        self.running = False
 
     def add(self, kind: Kind, callback: Callable[..., Any]) -> CallbackHandle:
         """Put `callback` first in its chain."""
@@ -57,8 +65,9 @@ class CallbackChains:
         setattr(self, handle.kind, tuple(other for other in kept if other is not handle))
 
     def rewrite(self, parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
-        """What the pre-set callbacks make of the list: the answers of all of them, one after another."""
-        return tuple(parameter for handle in self.pre for parameter in handle.callback(parameters))
+        """The list as rewritten by the pre-set callbacks: the answers of all of them, concatenated."""
+        with self._run():
+            return tuple(parameter for handle in self.pre for parameter in handle.callback(parameters))
 
     def validate(self, parameters: Sequence[Parameter]) -> SetResult:
         """Ask the on-set callbacks. The first refusal is the answer, so its reason is never overwritten by a later one.
@@ -66,7 +75,8 @@ class CallbackChains:
         Raises TypeError when a callback answers anything but a SetResult.
         """
         for handle in self.on:
-            result = handle.callback(parameters)
+            with self._run():
+                result = handle.callback(parameters)
             if not isinstance(result, SetResult):
                 raise TypeError(
                     f"the on-set callback {name_of(handle.callback)} answered {result!r}; "
@@ -78,8 +88,17 @@ class CallbackChains:
 
     def tell(self, parameters: Sequence[Parameter]) -> None:
         """Run the post-set callbacks."""
-        for handle in self.post:
-            handle.callback(parameters)
+        with self._run():
+            for handle in self.post:
+                handle.callback(parameters)
+
+    @contextmanager
+    def _run(self) -> Generator[None]:
+        self.running = True
+        try:
+            yield
+        finally:
+            self.running = False
 
 
 def name_of(callback: Callable[..., Any]) -> str:

@@ -26,6 +26,8 @@ class ParameterDeclaration(Generic[T_co]):
 
     Reading it on an instance is one dictionary look-up and gives the current value; it raises NotStarted before the
     node is. Assigning to it is refused, because setting a parameter can be refused and must be reported.
+
+    It has no public constructor: `parameter` gives one.
     """
 
     __slots__ = ("_attribute", "default", "descriptor", "name")
@@ -54,16 +56,16 @@ class ParameterDeclaration(Generic[T_co]):
     def __get__(self, instance: Any, owner: type | None = None) -> Self | T_co:
         if instance is None:
             return self
-        core = instance._core
-        if core is None:
+        life = instance.__machinery__
+        if life is None:
             raise NotStarted(
                 f"{type(instance).__name__}.{self._attribute} has no value: the node is not started yet: "
                 "read it in on_start or later"
             )
         try:
-            return cast("T_co", core.parameters.values[self.name])
+            return cast("T_co", life.parameters.values[self.name])
         except KeyError:
-            return cast("T_co", core.parameters.value(self.name))
+            return cast("T_co", life.parameters.value(self.name))
 
     def __set__(self, instance: object, value: Never) -> NoReturn:
         raise AttributeError(

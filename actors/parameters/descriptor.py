@@ -1,4 +1,4 @@
-"""What a parameter may hold: type, ranges, choices, read-only; and the check of a value against it.
+"""Descriptors of parameters (type, ranges, choices, read-only) and the check of a value against one.
 
 The rules are those of `rcl_interfaces/msg/ParameterDescriptor` as rclpy applies them: a range counts only for values of
 its own kind; both ends are valid even off the step grid; ends given the wrong way round are swapped; ends and steps of
@@ -83,7 +83,7 @@ def _close(left: float, right: float) -> bool:
 
 
 class ParameterDescriptor(msgspec.Struct, frozen=True, kw_only=True):
-    """What is known of a parameter besides its value.
+    """The description of a parameter: everything but its value.
 
     `name` and `type` are filled in by the store and ignored on input. `read_only` parameters take a value only when
     declared (an override included). `dynamic_typing` lets the type change and lets the parameter be deleted.

@@ -7,6 +7,7 @@ Every one carries `node` (fully qualified name) and `names` (the parameters conc
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Self
 
 from actors.errors import ActorError
 from actors.suggest import did_you_mean
@@ -74,6 +75,16 @@ class ParameterImmutable(ParameterError):
 
 class ParameterUninitialized(ParameterError, LookupError):
     """A parameter declared by type only was read before it had a value."""
+
+    @classmethod
+    def of(cls, node: str, name: str, type: str) -> Self:
+        """The error for a parameter of this type, by its name."""
+        return cls(
+            f"parameter {name!r} of node {node} has no value: it was declared as "
+            f"{type} only. Give an override, set it, or read it with get_or.",
+            node=node,
+            names=[name],
+        )
 
 
 class ParameterBusy(ParameterError, RuntimeError):

@@ -18,6 +18,19 @@ from actors.parameters.errors import ParameterNotDeclared, ParameterUninitialize
 from actors.parameters.store import ParameterStore
 from actors.parameters.values import Parameter, ParameterChange, ParameterType, SetResult
 
+__all__ = [
+    "from_descriptor",
+    "from_event",
+    "from_parameter",
+    "from_result",
+    "from_value",
+    "to_descriptor",
+    "to_event",
+    "to_parameter",
+    "to_result",
+    "to_value",
+]
+
 _FIELD: Final[Mapping[ParameterType, str]] = {
     kind: f"{kind.name.lower()}_value" for kind in ParameterType if kind is not ParameterType.NOT_SET
 }

@@ -10,9 +10,7 @@ is declared, deleted or described at run time. `store.values[name]` is the plain
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final, cast
 
 import msgspec
@@ -25,36 +23,37 @@ from actors.parameters.callbacks import (
     PreSetCallback,
 )
 from actors.parameters.declare import NO_PARAMETERS, ParameterTable
-from actors.parameters.descriptor import ParameterDescriptor, declared_type, redescribed_type
+from actors.parameters.descriptor import ParameterDescriptor, redescribed_type
 from actors.parameters.errors import (
-    InvalidParameterName,
-    InvalidParameterType,
-    InvalidParameterValue,
     ParameterAlreadyDeclared,
     ParameterBusy,
     ParameterImmutable,
     ParameterNotDeclared,
+    ParameterUninitialized,
 )
-from actors.parameters.reading import SEPARATOR, UNDESCRIBED, ParameterView
-from actors.parameters.values import Parameter, ParameterChange, ParameterType, SetResult, widened
+from actors.parameters.listing import SEPARATOR, listed
+from actors.parameters.planning import DYNAMIC, UNDESCRIBED, checked, invalid, objection, planned, refused, unpacked
+from actors.parameters.values import Parameter, ParameterChange, ParameterNames, ParameterType, SetResult, widened
 
 NO_OVERRIDES: Final[Mapping[str, Any]] = {}
-_DYNAMIC: Final = ParameterDescriptor(dynamic_typing=True)
 _ACCEPTED: Final = SetResult()
 
 
-class ParameterStore(ParameterView):
+class ParameterStore:
     """The parameters of the node `node` (its fully qualified name, used in messages).
 
     `overrides` replace declared values (name -> plain value; an int widens to a float where one is declared); unused
     ones are silent. `table` is what the node's class declares. With `allow_undeclared` any name can be set, which
     declares it with dynamic typing. With `automatically_declare` every override is declared. `on_event` is told of
-    every change after it is stored, beginning with the values at construction.
+    every change after it is stored, beginning with the values at construction (unless ``announce=False``).
 
     Raises InvalidParameterType and InvalidParameterValue for an override that does not fit its declaration.
     """
 
-    __slots__ = ("_busy", "_chains", "_shared", "on_event", "overrides")
+    # Invariants: every name in `values` is declared; `_descriptors` is the class's own table until `_own` has copied it, and is never changed
+    # before; a value obeys the descriptor of its name.
+
+    __slots__ = ("_chains", "_descriptors", "_shared", "allow_undeclared", "node", "on_event", "overrides", "values")
 
     def __init__(
         self,
@@ -65,26 +64,117 @@ class ParameterStore(ParameterView):
         allow_undeclared: bool = False,
         automatically_declare: bool = False,
         on_event: Callable[[ParameterChange], None] | None = None,
+        announce: bool = True,
     ) -> None:
         self.node = node
         self.overrides = overrides or NO_OVERRIDES
         self.allow_undeclared = allow_undeclared
         self.on_event = on_event
-        self.values = dict(table.values)
-        self._descriptors = table.descriptors
+        self.values: dict[str, Any] = dict(table.values)
+        """The plain value by name; a parameter that has no value yet is missing here."""
+        self._descriptors: Mapping[str, ParameterDescriptor] = table.descriptors
         self._shared = True
         self._chains: CallbackChains | None = None
-        self._busy = False
         for name, value in self.overrides.items():
             described = self._descriptors.get(name)
             if described is not None:
-                self.values[name] = self._checked(widened(name, value, described.type), described).value
-        if on_event is not None:
+                self.values[name] = checked(self.node, widened(name, value, described.type), described).value
+        if on_event is not None and announce:
             on_event(ParameterChange(new=tuple(self._present(name) for name in self.values)))
         if automatically_declare:
             for name, value in self.overrides.items():
                 if name not in self._descriptors:
                     self.declare(name, value, UNDESCRIBED)
+
+    def __repr__(self) -> str:
+        return f"<parameters of {self.node}: {', '.join(f'{n}={v!r}' for n, v in self.values.items())}>"
+
+    # -- reading -----------------------------------------------------------------------------------------------------
+
+    def has(self, name: str) -> bool:
+        """True if `name` is declared, with or without a value."""
+        return name in self._descriptors
+
+    def value(self, name: str) -> Any:
+        """The plain value. Raises as `get`."""
+        return self.get(name).value
+
+    def get(self, name: str) -> Parameter:
+        """The parameter; one without type and value if `name` is undeclared and the node allows that.
+
+        Raises ParameterNotDeclared, and ParameterUninitialized for one that was declared by type only.
+        """
+        if name in self.values:
+            return self._present(name)
+        if name in self._descriptors:
+            raise ParameterUninitialized.of(self.node, name, self._descriptors[name].type.name)
+        if self.allow_undeclared:
+            return Parameter(name)
+        raise ParameterNotDeclared.among(self.node, [name], self._descriptors)
+
+    def get_or(self, name: str, alternative: object) -> Parameter:
+        """The parameter, or one of that name with the value `alternative` if it has none. Nothing is stored."""
+        if self.values.get(name) is None:
+            return Parameter(name, alternative)
+        return self._present(name)
+
+    def get_by_prefix(self, prefix: str) -> dict[str, Parameter]:
+        """The parameters of the group `prefix`, by their names without it; all of them for ''."""
+        start = f"{prefix}{SEPARATOR}" if prefix else ""
+        return {name[len(start) :]: self._present(name) for name in self._descriptors if name.startswith(start)}
+
+    def type_of(self, name: str) -> ParameterType:
+        """The type of the value that `name` has now: NOT_SET if it has none, or is undeclared where that is allowed.
+
+        Raises ParameterNotDeclared.
+        """
+        if not (self.allow_undeclared and name not in self._descriptors):
+            self._declared(name)
+        return self._present(name).type
+
+    def list(self, prefixes: Sequence[str] = (), depth: int = 0) -> ParameterNames:
+        """The names in order of declaration.
+
+        `depth` 0 means all levels. Without prefixes a name counts if it has fewer than `depth` separators; with
+        prefixes, if it is one of them or lies in its group with fewer than `depth` separators below it.
+        Raises TypeError for arguments of another type and ValueError for a negative depth.
+        """
+        return listed(self._descriptors, prefixes, depth)
+
+    def describe(self, name: str) -> ParameterDescriptor:
+        """The descriptor, its type following the value if typing is dynamic; empty if undeclared and that is allowed.
+
+        Raises ParameterNotDeclared.
+        """
+        if self.allow_undeclared and name not in self._descriptors:
+            return UNDESCRIBED
+        described = self._declared(name)
+        if described.dynamic_typing:
+            return msgspec.structs.replace(described, type=self._present(name).type)
+        return described
+
+    def coerced(self, name: str, value: object) -> Parameter:
+        """`value` as a parameter to set, widened to the type that `name` has (an int to a float, an empty list).
+
+        For values that come from Python or a command line, where 2 may stand for 2.0. Raises TypeError and ValueError
+        for what no parameter can hold; an undeclared name keeps the value's own type.
+        """
+        described = self._descriptors.get(name)
+        return Parameter(name, value) if described is None else widened(name, value, self.describe(name).type)
+
+    def _present(self, name: str) -> Parameter:
+        """The parameter as it is, without asking whether it may be read."""
+        value = self.values.get(name)
+        if value is None:
+            return Parameter(name)
+        kind = self._descriptors[name].type
+        return Parameter(name, value) if kind is ParameterType.NOT_SET else Parameter(name, value, kind)
+
+    def _declared(self, name: str) -> ParameterDescriptor:
+        try:
+            return self._descriptors[name]
+        except KeyError:
+            raise ParameterNotDeclared.among(self.node, [name], self._descriptors) from None
 
     # -- declaring ---------------------------------------------------------------------------------------------------
 
@@ -106,7 +196,9 @@ class ParameterStore(ParameterView):
         no parameter can hold), InvalidParameterType (the override), InvalidParameterValue (range, choices, refusal).
         """
         self._refuse_reentry()
-        parameter, described = self._planned(name, value, descriptor, ignore_override)
+        parameter, described = planned(
+            self.node, name, value, descriptor, NO_OVERRIDES if ignore_override else self.overrides
+        )
         if name in self._descriptors:
             raise ParameterAlreadyDeclared(self.node, [name])
         return self._declare(parameter, described)
@@ -120,11 +212,12 @@ class ParameterStore(ParameterView):
         refusal by range or callback keeps the earlier ones. Raises as `declare` does.
         """
         self._refuse_reentry()
+        overrides = NO_OVERRIDES if ignore_override else self.overrides
         plans: list[tuple[Parameter, ParameterDescriptor]] = []
         for item in parameters:
-            name, value, descriptor = _unpacked(item)
+            name, value, descriptor = unpacked(item)
             full = f"{namespace}{SEPARATOR}{name}" if namespace else name
-            plans.append(self._planned(full, value, descriptor, ignore_override))
+            plans.append(planned(self.node, full, value, descriptor, overrides))
         names = [parameter.name for parameter, _ in plans]
         twice = [name for position, name in enumerate(names) if name in self._descriptors or name in names[:position]]
         if twice:
@@ -166,15 +259,14 @@ class ParameterStore(ParameterView):
         wanted: Sequence[Parameter] = tuple(parameters)
         chains = self._chains
         if chains is not None and chains.pre:
-            with self._callbacks_running():
-                wanted = chains.rewrite(wanted)
+            wanted = chains.rewrite(wanted)
             if not wanted:
                 return SetResult(False, "parameter list cannot be empty: the pre-set callbacks left nothing to set.")
         self._require_declared(wanted)
         for parameter in wanted:
-            objection = self._objection(parameter)
-            if objection is not None:
-                return SetResult(False, objection)
+            reason = objection(parameter, self._descriptors.get(parameter.name))
+            if reason is not None:
+                return SetResult(False, reason)
         result = self._validated(wanted)
         if result.successful:
             self._apply(wanted)
@@ -211,7 +303,7 @@ class ParameterStore(ParameterView):
             self._own()[name] = described
             return current
         replacement = current if alternative is None else widened(name, alternative, described.type)
-        self._checked(replacement, described)
+        checked(self.node, replacement, described)
         self._own()[name] = described
         self._apply([replacement], post=False)
         return replacement
@@ -234,13 +326,7 @@ class ParameterStore(ParameterView):
         """Ask the on-set callbacks about the values that override declared ones. Raises InvalidParameterValue if they refuse."""
         given = [self._present(name) for name in self.overrides if name in self._descriptors]
         if given and not (result := self._validated(given)).successful:
-            told = ", ".join(f"{one.name} = {one.value!r}" for one in given)
-            raise InvalidParameterValue(
-                f"node {self.node} cannot start with {told}: {result.reason}",
-                node=self.node,
-                names=[one.name for one in given],
-                reason=result.reason,
-            )
+            raise refused(self.node, given, result.reason)
 
     # -- inside ------------------------------------------------------------------------------------------------------
 
@@ -250,69 +336,17 @@ class ParameterStore(ParameterView):
             if missing:
                 raise ParameterNotDeclared.among(self.node, missing, self._descriptors)
 
-    def _planned(
-        self, name: str, value: object, descriptor: ParameterDescriptor | None, ignore_override: bool
-    ) -> tuple[Parameter, ParameterDescriptor]:
-        """What a declaration would store, with everything checked that needs no callback."""
-        if not isinstance(cast("object", name), str) or not name:
-            raise InvalidParameterName(f"a parameter name is a non-empty string, not {name!r} (node {self.node}).")
-        if descriptor is None:
-            descriptor = UNDESCRIBED
-            if value is None:
-                warnings.warn(
-                    f"declaring parameter {name!r} of node {self.node} by its name only is deprecated: give a default "
-                    "value, a ParameterType, or a descriptor with dynamic_typing=True.",
-                    DeprecationWarning,
-                    stacklevel=3,
-                )
-                descriptor = _DYNAMIC
-        kind = declared_type(name, value, descriptor)
-        if not ignore_override and name in self.overrides:
-            parameter = widened(name, self.overrides[name], kind)
-        else:
-            parameter = Parameter(name, None if isinstance(value, ParameterType) else value)
-        return parameter, msgspec.structs.replace(descriptor, name=name, type=kind)
-
     def _declare(self, parameter: Parameter, described: ParameterDescriptor) -> Parameter:
         if parameter.type is not ParameterType.NOT_SET:
-            self._checked(parameter, described)
+            checked(self.node, parameter, described)
         result = self._validated([parameter])
         if not result.successful:
-            raise self._invalid(parameter, result.reason)
+            raise invalid(self.node, parameter, result.reason)
         self._own()[parameter.name] = described
         if parameter.type is not ParameterType.NOT_SET or described.dynamic_typing:
             self.values[parameter.name] = parameter.value
         self._report(ParameterChange(new=(parameter,)), [parameter])
         return parameter
-
-    def _checked(self, parameter: Parameter, described: ParameterDescriptor) -> Parameter:
-        """`parameter`, or the exception that says why it does not obey `described`."""
-        objection = described.type_objection(parameter)
-        if objection is not None:
-            raise InvalidParameterType(f"node {self.node}: {objection}", node=self.node, names=[parameter.name])
-        objection = described.value_objection(parameter)
-        if objection is not None:
-            raise self._invalid(parameter, objection)
-        return parameter
-
-    def _invalid(self, parameter: Parameter, reason: str) -> InvalidParameterValue:
-        return InvalidParameterValue(
-            f"node {self.node} cannot have {parameter.name!r} = {parameter.value!r}: {reason}",
-            node=self.node,
-            names=[parameter.name],
-            reason=reason,
-        )
-
-    def _objection(self, parameter: Parameter) -> str | None:
-        """Why the descriptors refuse to set `parameter`, or None."""
-        described = self._descriptors.get(parameter.name)
-        if described is None:
-            return None if parameter.name else "a parameter name must not be empty."
-        if described.read_only:
-            return (
-                f"Trying to set a read-only parameter: {parameter.name}. Give it as an override when starting the node."
-            )
-        return described.type_objection(parameter) or described.value_objection(parameter)
 
     def _apply(self, parameters: Sequence[Parameter], *, post: bool = True) -> None:
         new: list[Parameter] = []
@@ -326,7 +360,7 @@ class ParameterStore(ParameterView):
                     deleted.append(parameter)
                 continue
             if name not in self._descriptors:
-                self._own()[name] = msgspec.structs.replace(_DYNAMIC, name=name)
+                self._own()[name] = msgspec.structs.replace(DYNAMIC, name=name)
             (new if self.values.get(name) is None else changed).append(parameter)
             self.values[name] = parameter.value
         change = ParameterChange(tuple(new), tuple(changed), tuple(deleted))
@@ -335,15 +369,11 @@ class ParameterStore(ParameterView):
     def _report(self, change: ParameterChange, told: Sequence[Parameter]) -> None:
         if self.on_event is not None and (change.new or change.changed or change.deleted):
             self.on_event(change)
-        if self._chains is not None and self._chains.post and told:
-            with self._callbacks_running():
-                self._chains.tell(told)
+        if self._chains is not None and told:
+            self._chains.tell(told)
 
     def _validated(self, parameters: Sequence[Parameter]) -> SetResult:
-        if self._chains is None or not self._chains.on:
-            return _ACCEPTED
-        with self._callbacks_running():
-            return self._chains.validate(parameters)
+        return _ACCEPTED if self._chains is None else self._chains.validate(parameters)
 
     def _forget(self, name: str) -> None:
         del self._own()[name]
@@ -361,26 +391,10 @@ class ParameterStore(ParameterView):
             self._chains = CallbackChains()
         return self._chains
 
-    @contextmanager
-    def _callbacks_running(self) -> Generator[None]:
-        self._busy = True
-        try:
-            yield
-        finally:
-            self._busy = False
-
     def _refuse_reentry(self) -> None:
-        if self._busy:
+        if self._chains is not None and self._chains.running:
             raise ParameterBusy(
                 f"a parameter callback of node {self.node} tried to change parameters of the same node; "
                 "rewrite the list in a pre-set callback, or set them after the callbacks have run.",
                 node=self.node,
             )
-
-
-def _unpacked(item: tuple[Any, ...]) -> tuple[str, object, ParameterDescriptor | None]:
-    if not 1 <= len(item) <= 3:
-        raise TypeError(f"a parameter to declare is (name), (name, value) or (name, value, descriptor), not {item!r}.")
-    if len(item) == 1:
-        return item[0], None, None
-    return item[0], item[1], item[2] if len(item) == 3 else UNDESCRIBED

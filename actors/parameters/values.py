@@ -30,7 +30,7 @@ Value: TypeAlias = (
 INT64_MIN: Final = -(2**63)
 INT64_MAX: Final = 2**63 - 1
 SEQUENCES: Final = (list, tuple, array)
-"""What counts as a list of values when it comes from Python."""
+"""The Python types that are accepted as lists of values."""
 
 
 class ParameterType(IntEnum):
@@ -262,7 +262,7 @@ class SetResult(msgspec.Struct, frozen=True):
 
 
 class ParameterChange(msgspec.Struct, frozen=True):
-    """What one declaration or one set did: the content of a `rcl_interfaces/msg/ParameterEvent` without stamp and node.
+    """The effect of one declaration or one set: the content of a `rcl_interfaces/msg/ParameterEvent` without stamp and node.
 
     `new` had no value before, `changed` had one (perhaps the same), `deleted` are gone (their value is None).
     """

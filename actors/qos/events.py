@@ -87,18 +87,18 @@ class IncompatibleType(msgspec.Struct, frozen=True):
 
 
 PublisherEvent: TypeAlias = Matched | DeadlineMissed | LivelinessLost | IncompatibleQoS | IncompatibleType
-"""What `Publisher.events()` tells."""
+"""The events of `Publisher.events()`."""
 
 SubscriptionEvent: TypeAlias = (
     Matched | DeadlineMissed | LivelinessChanged | MessageLost | IncompatibleQoS | IncompatibleType
 )
-"""What `Stream.events()` and `Node.subscription(...).events()` tell."""
+"""The events of `Stream.events()` and of `Node.subscription(...).events()`."""
 
 # -- statuses ---------------------------------------------------------------------------------------------------------------
 
 
 class _Status(msgspec.Struct, frozen=True, kw_only=True):
-    """What both kinds of endpoint count."""
+    """The counts of both kinds of endpoint."""
 
     matched: int
     """Peers matched now."""
@@ -125,19 +125,19 @@ class _Status(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class PublisherStatus(_Status, frozen=True, kw_only=True):
-    """What one publisher has met so far."""
+    """The events of one publisher so far, in totals."""
 
     liveliness_lost: int = 0
 
     def since(self, old: PublisherStatus) -> Iterator[PublisherEvent]:
-        """What has happened since the status `old` of the same publisher, one event for each kind."""
+        """The changes since the status `old` of the same publisher, one event for each kind."""
         yield from self._common(old)
         if (lost := self.liveliness_lost) != old.liveliness_lost:
             yield LivelinessLost(lost, lost - old.liveliness_lost)
 
 
 class SubscriptionStatus(_Status, frozen=True, kw_only=True):
-    """What one subscription has met so far."""
+    """The events of one subscription so far, in totals."""
 
     alive: int = 0
     """Matched publishers that are alive."""
@@ -146,7 +146,7 @@ class SubscriptionStatus(_Status, frozen=True, kw_only=True):
     message_lost: int = 0
 
     def since(self, old: SubscriptionStatus) -> Iterator[SubscriptionEvent]:
-        """What has happened since the status `old` of the same subscription, one event for each kind."""
+        """The changes since the status `old` of the same subscription, one event for each kind."""
         yield from self._common(old)
         if (self.alive, self.not_alive) != (old.alive, old.not_alive):
             yield LivelinessChanged(self.alive, self.alive - old.alive, self.not_alive, self.not_alive - old.not_alive)

@@ -51,7 +51,7 @@ class Policy(StrEnum):
 
 
 class History(Policy):
-    """What an endpoint keeps: the last ``depth`` messages, or all (up to ``limit``)."""
+    """The messages that an endpoint keeps: the last ``depth``, or all (up to ``limit``)."""
 
     SYSTEM_DEFAULT = "system_default"
     KEEP_LAST = "keep_last"
@@ -80,7 +80,7 @@ class Durability(Policy):
 
 
 class Liveliness(Policy):
-    """Who asserts that a publisher is alive: its node's process, or each publish on the topic."""
+    """How a publisher is known to be alive: by its node's process, or by each publish on the topic."""
 
     SYSTEM_DEFAULT = "system_default"
     AUTOMATIC = "automatic"
@@ -90,6 +90,8 @@ class Liveliness(Policy):
 
 
 class Changes(TypedDict, total=False):
+    """The policies that `QoS.replace` changes, by name."""
+
     history: History
     depth: int
     reliability: Reliability
@@ -247,7 +249,7 @@ class QoS:
     def __delattr__(self, name: str) -> NoReturn:
         raise AttributeError("a QoS never changes; use qos.replace(...) to make another")
 
-    def __reduce__(self) -> tuple[object, tuple[tuple["_Field", ...]]]:
+    def __reduce__(self) -> tuple[object, tuple[object]]:
         return _rebuild, (self._fields(),)
 
     def __copy__(self) -> "QoS":

@@ -124,7 +124,7 @@ UNKNOWN: Final = QoS(
     durability=Durability.UNKNOWN,
     liveliness=Liveliness.UNKNOWN,
 )
-"""What is reported about an endpoint whose policies cannot be seen."""
+"""The profile reported for an endpoint whose policies cannot be seen."""
 
 _PROFILES: Final = {
     "default": DEFAULT,
@@ -262,7 +262,7 @@ _OPEN_DURATIONS: Final = (BEST_AVAILABLE_DURATION, math.inf)
 
 
 def resolve_subscription(requested: QoS, offered: Iterable[QoS] = ()) -> QoS:
-    """What a subscription really requests, given the publishers known when it is made; not revised later.
+    """The profile that a subscription requests, given the publishers known when it is made; not revised later.
 
     ``best_available`` becomes the strongest policy that every publisher offers (with none known: reliable,
     transient_local, manual_by_topic), durations the largest specified one. ``system_default`` becomes reliable,
@@ -282,7 +282,7 @@ def resolve_subscription(requested: QoS, offered: Iterable[QoS] = ()) -> QoS:
 
 
 def resolve_publisher(offered: QoS, requested: Iterable[QoS] = ()) -> QoS:
-    """What a publisher really offers, given the subscriptions known when it is made; not revised later.
+    """The profile that a publisher offers, given the subscriptions known when it is made; not revised later.
 
     ``best_available`` becomes reliable and transient_local, manual_by_topic if any subscription asks for it, durations
     the smallest specified one. ``system_default`` becomes reliable, volatile, automatic.
@@ -301,7 +301,7 @@ def resolve_publisher(offered: QoS, requested: Iterable[QoS] = ()) -> QoS:
 
 
 def resolve_service(qos: QoS) -> QoS:
-    """What a service or client really uses: ``best_available`` and ``system_default`` become the default's values."""
+    """The profile that a service or client uses: ``best_available`` and ``system_default`` become the default's values."""
     return _resolve(qos, reliable=True, transient_local=False, manual=False, deadline=None, lease=None)
 
 

@@ -66,7 +66,10 @@ def run(
 
 
 class Run:
-    """What `run` returns: an async context manager."""
+    """What `run` returns: an async context manager.
+
+    It has no public constructor: `run` gives one.
+    """
 
     def __init__(
         self,
@@ -119,14 +122,14 @@ class Run:
                 raise exit from None
             raise
         self._inside = True
-        system.on_end(self._tree_ended)
+        system.observe(end=self._tree_ended)
         return system
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         system = self._system
-        self._inside, self._leaving = False, system.signal is None
+        self._inside, self._leaving = False, system.runtime.tree.signal is None
         try:
             await system.stop("the block was left")
         finally:
@@ -137,25 +140,28 @@ class Run:
             if system.failure is not None and not self._told:
                 raise system.failure from system.failure.__cause__
             exit = _exit_for(system)
-            late = self._leaving and system.signal is not None  # during the stop: nobody in the block could see it
-            if exit is not None and (self._interrupted or late or system.exit_request is not None):
+            late = (
+                self._leaving and system.runtime.tree.signal is not None
+            )  # during the stop: nobody in the block could see it
+            if exit is not None and (self._interrupted or late or system.runtime.tree.exit_request is not None):
                 raise exit from None
 
     def _signaled(self, number: signal.Signals) -> bool:
         """The tree stops, or, when it is over already, the block is interrupted, once. False when neither is left to do."""
         system, owner = self._system, self._owner
-        if system.interrupt(number):
+        if system.runtime.tree.interrupt(number):
             return True
         if not self._inside or self._interrupted or owner is None or owner.done():
             return False
-        system.signal = system.signal or number
+        system.runtime.tree.note_signal(number)
         self._interrupted = True
         owner.cancel()
         return True
 
-    def _tree_ended(self, system: System) -> None:
+    def _tree_ended(self) -> None:
         """The tree is over. Whoever is in `wait()` sees it there; a block that does something else is interrupted."""
-        self._told = system.waiting > 0
+        system = self._system
+        self._told = system.runtime.tree.waiting > 0
         ended_by_itself = system.failure is not None or _exit_for(system) is not None
         if ended_by_itself and self._inside and not self._told and self._owner is not None and not self._owner.done():
             self._interrupted = True
@@ -168,11 +174,11 @@ def _nothing() -> None:
 
 def _exit_for(system: System) -> BaseException | None:
     """What ends a program whose system was stopped by a signal, or by a node that asked the program to exit."""
-    if system.exit_request is not None:
-        return system.exit_request.error
-    if system.signal is None:
+    if system.runtime.tree.exit_request is not None:
+        return system.runtime.tree.exit_request.error
+    if system.runtime.tree.signal is None:
         return None
-    return KeyboardInterrupt() if system.signal == signal.SIGINT else SystemExit(system.exit_code)
+    return KeyboardInterrupt() if system.runtime.tree.signal == signal.SIGINT else SystemExit(system.exit_code)
 
 
 def open_node(
@@ -199,7 +205,10 @@ def open_node(
 
 
 class OpenNode:
-    """What `open_node` returns: an async context manager."""
+    """What `open_node` returns: an async context manager.
+
+    It has no public constructor: `open_node` gives one.
+    """
 
     def __init__(self, child: Child, system: System | None, seed: int, sinks: tuple[LogSink, ...], level: int) -> None:
         self._child = child
@@ -221,9 +230,8 @@ class OpenNode:
             system = System(seed=self._seed, sinks=self._sinks)
             system.open()
         self._system = system
-        self._life = await system.join(self._child)
-        assert self._life.core is not None
-        node = self._life.core.node
+        self._joined = await system.join(self._child)
+        node = self._joined.node
         if self._level:
             node.log.level = self._level
         return node
@@ -232,7 +240,7 @@ class OpenNode:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            await self._system.leave(self._life)
+            await self._system.leave(self._joined)
         except (Exception, SystemExit, KeyboardInterrupt):
             if error is None:  # else what ended the block says more; the node's error has been logged
                 raise

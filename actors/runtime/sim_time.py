@@ -37,7 +37,7 @@ from actors.waiting import wake
 if TYPE_CHECKING:
     from actors.graph.graph import TopicEntry
     from actors.inbox.expiring import ExpiringMessage
-    from actors.runtime.core import Core
+    from actors.runtime.incarnation import Incarnation
     from actors.runtime.timers import NodeTimer
 
 __all__ = ["CLOCK", "SimClock", "SimTime"]
@@ -161,12 +161,12 @@ class _ClockSubscription(StreamSubscription[ClockMessage]):
 
     def __init__(
         self,
-        core: Core,
+        life: Incarnation,
         entry: TopicEntry,
         step: Callable[[ClockMessage], None],
         on_close: Callable[[StreamSubscription[ClockMessage]], None],
     ) -> None:
-        super().__init__(core, entry, CLOCK.type, CLOCK.qos, on_close)
+        super().__init__(life, entry, CLOCK.type, CLOCK.qos, on_close)
         self._step = step
 
     def deliver(self, message: ClockMessage) -> None:
@@ -181,23 +181,23 @@ class _ClockSubscription(StreamSubscription[ClockMessage]):
 class SimTime:
     """ROS time for one incarnation of a node, from its first use to the incarnation's end."""
 
-    __slots__ = ("_core", "_subscription", "_warned", "clock", "ros", "ticker")
+    __slots__ = ("_life", "_subscription", "_warned", "clock", "ros", "ticker")
 
-    def __init__(self, core: Core) -> None:
-        system = core.system
-        self._core = core
+    def __init__(self, life: Incarnation) -> None:
+        runtime = life.runtime
+        self._life = life
         self._subscription: _ClockSubscription | None = None
         self._warned = False
-        self.ros = RosClock(system.clock.wall_ns)
-        self.clock = SimClock(self.ros, system.clock, system.loop)
+        self.ros = RosClock(runtime.clock.wall_ns)
+        self.clock = SimClock(self.ros, runtime.clock, runtime.loop)
         self.ticker = SimTicker(self.ros)
 
     def __repr__(self) -> str:
-        return f"<ROS time of {self._core.fqn}: {self.ros!r}>"
+        return f"<ROS time of {self._life.fqn}: {self.ros!r}>"
 
     def use(self, simulated: bool) -> None:
         """Switch simulated time on or off: what setting `use_sim_time` does. No change if it is so already, or the node has ended."""
-        if simulated is not self.ros.active and not self._core.ended:
+        if simulated is not self.ros.active and not self._life.ended:
             if simulated:
                 self._on()
             else:
@@ -216,7 +216,7 @@ class SimTime:
                 if callback is not None:
                     callback(*arguments)
             except Exception as error:
-                self._core.fail(error, "jump callback")
+                self._life.fail(error, "jump callback")
 
         return self.ros.on_jump(threshold, pre=lambda: guarded(pre), post=lambda jump: guarded(post, jump))
 
@@ -226,17 +226,17 @@ class SimTime:
             timer.time = self.clock.now
             timer.begin(self.ticker)
         else:
-            timer.begin(self._core.system.ticker)
+            timer.begin(self._life.runtime.ticker)
 
     # -- the switch ---------------------------------------------------------------------------------------------------------
 
     def _on(self) -> None:
-        core = self._core
-        entry: TopicEntry = core.system.graph.topic(core.identity.topic(CLOCK.name))
-        self._subscription = subscription = _ClockSubscription(core, entry, self._step, self._closed)
-        core.streams.append(subscription)
+        life = self._life
+        entry: TopicEntry = life.runtime.graph.topic(life.identity.topic(CLOCK.name))
+        self._subscription = subscription = _ClockSubscription(life, entry, self._step, self._closed)
+        life.streams.append(subscription)
         entry.add_subscription(subscription)
-        moving = [(timer, self._taken(timer)) for timer in core.timers]
+        moving = [(timer, self._taken(timer)) for timer in life.timers]
         self.ros.activate()
         for timer, tick in moving:
             timer.move(tick, self.clock.now)
@@ -247,12 +247,12 @@ class SimTime:
         self._subscription.close()
         self.ros.deactivate()
         self.clock.wake_all()
-        for timer in self._core.timers:
+        for timer in self._life.timers:
             self._give_back(timer)
 
     def _taken(self, timer: NodeTimer) -> SimTick:
         """Take a timer from the loop's clock. ROS time is still the system's: the switch comes next, and keeps the rest of the period."""
-        loop, handle = self._core.system.loop, timer.handle
+        loop, handle = self._life.runtime.loop, timer.handle
         assert isinstance(handle, TickHandle)
         last = self.ros.now_ns() - round((loop.time() - (handle.start + handle.k / handle.hz)) * 1e9)
         handle.cancel()
@@ -260,19 +260,19 @@ class SimTime:
 
     def _give_back(self, timer: NodeTimer) -> None:
         """Let a timer tick on the loop's clock again."""
-        system, tick = self._core.system, timer.handle
+        runtime, tick = self._life.runtime, timer.handle
         assert isinstance(tick, SimTick)
         wait = max(0, tick.wait(self.ros.now_ns()))
         tick.cancel()
-        handle = system.ticker.add(timer.hz, timer.on_tick, system.loop.time() + wait / 1e9 - 1.0 / timer.hz)
+        handle = runtime.ticker.add(timer.hz, timer.on_tick, runtime.loop.time() + wait / 1e9 - 1.0 / timer.hz)
         handle.start -= tick.k / timer.hz  # its ticks are counted on
         handle.k = tick.k
         timer.move(handle, timer.loop_time)
 
     def _closed(self, subscription: StreamSubscription[ClockMessage]) -> None:
         self._subscription = None
-        self._core.streams.remove(subscription)
-        self._core.mailbox.note((subscription.entry,))
+        self._life.streams.remove(subscription)
+        self._life.record.note((subscription.entry,))
 
     # -- the time -----------------------------------------------------------------------------------------------------------
 
@@ -282,7 +282,7 @@ class SimTime:
         if nanoseconds < 0:
             if not self._warned:
                 self._warned = True
-                self._core.warn("time before 0 on /clock: ignored", sec=stamp.sec, nanosec=stamp.nanosec)
+                self._life.warn("time before 0 on /clock: ignored", sec=stamp.sec, nanosec=stamp.nanosec)
             return
         self.ros.set(nanoseconds)
         if self.ros.active:  # a jump callback may have switched it off

@@ -24,7 +24,8 @@ from actors.places import line_of
 
 if TYPE_CHECKING:
     from actors.inbox.inbox import Inbox
-    from actors.system import NodeState, System
+    from actors.runtime.record import NodeRecord
+    from actors.runtime.runtime import Runtime
 
 __all__ = ["CLOSE_FOR", "CLOSE_POLL", "CLOSE_REST", "POLL_SECONDS", "StallWatch"]
 
@@ -49,8 +50,8 @@ class _Block(NamedTuple):
 class StallWatch:
     """Watches the loop of one system that runs on the real clock. It costs the loop one empty callback per look, and only while it works."""
 
-    def __init__(self, system: System) -> None:
-        self._system = system
+    def __init__(self, runtime: Runtime) -> None:
+        self._runtime = runtime
         self._end = Event()
         self._asked = False
         """Whether the loop owes a sign of life."""
@@ -67,7 +68,7 @@ class StallWatch:
         self._harm: tuple[_Block, int, str] | None = None
         """What is told when all that were delayed have said so: who blocked, and the worst of them: ticks lost, node."""
         self._telling: asyncio.TimerHandle | None = None
-        self.caught: tuple[NodeState | None, str, str, float] | None = None
+        self.caught: tuple[NodeRecord | None, str, str, float] | None = None
         """Node, handler and line of what blocks the loop now, and when it was seen to, on the monotonic clock."""
         self._thread = Thread(target=self._run, name="robactor stall watch", daemon=True)
 
@@ -89,23 +90,23 @@ class StallWatch:
 
     def look(self, now: float) -> None:
         """One look, from the thread, at `now` seconds on the monotonic clock."""
-        task = asyncio.current_task(self._system.loop)
+        task = asyncio.current_task(self._runtime.loop)
         if task is None or self.caught is not None:
             return
-        state = self._owner(task)
-        suspect = (task, state.mailbox.inbox.handled if state is not None else 0)
+        record = self._runtime.directory.owner_of(task)
+        suspect = (task, record.inbox.handled if record is not None else 0)
         if not self._asked or suspect != self._suspect:
             self._suspect, self._since = suspect, now
             self._ask()
         elif now - self._since >= (self._limit if now < self._close_until else HOLDING_SECONDS):
-            self.caught = (state, _work_of(state, task), line_of(self._system.thread), now)
+            self.caught = (record, _work_of(record, task), line_of(self._runtime.thread), now)
 
     def _ask(self) -> None:
         if self._asked:
             return
         self._asked = True
         try:
-            self._system.loop.call_soon_threadsafe(self.turned)
+            self._runtime.loop.call_soon_threadsafe(self.turned)
         except RuntimeError:  # the loop has been closed under a system that nobody stopped
             self._end.set()
 
@@ -117,8 +118,8 @@ class StallWatch:
         caught, self.caught = self.caught, None
         if caught is None:
             return
-        state, handler, line, seen = caught
-        node, life = ("", 0) if state is None else (state.identity.fqn, state.incarnation)
+        record, handler, line, seen = caught
+        node, life = ("", 0) if record is None else (record.identity.fqn, record.incarnation)
         self._block = block = _Block(node, life, handler, line, self._since, max(seen, monotonic()))
         if block.ended - block.begun >= HOLDING_SECONDS:
             self._tell(block, {})
@@ -126,9 +127,9 @@ class StallWatch:
     def ran(self, inbox: Inbox, handler: str, seconds: float) -> None:
         """An item of this inbox has just run for so long without an await."""
         now = monotonic()
-        for state in self._system.nodes.values():
-            if state.mailbox.inbox is inbox:
-                self._block = _Block(state.identity.fqn, state.incarnation, handler, "", now - seconds, now)
+        for record in self._runtime.directory.records.values():
+            if record.inbox is inbox:
+                self._block = _Block(record.identity.fqn, record.incarnation, handler, "", now - seconds, now)
 
     def delayed(self, node: str, period: float, seconds: float, lost: int) -> None:
         """A tick of this node is so many seconds late, which is a period or more and not its own fault, and so many were lost."""
@@ -137,7 +138,7 @@ class StallWatch:
             self._look_closely(now, period)
         elif self._harm is None:
             self._harm = (block, lost, node)
-            self._telling = self._system.loop.call_later(STEP_SECONDS, self.tell_harm)
+            self._telling = self._runtime.loop.call_later(STEP_SECONDS, self.tell_harm)
         elif lost > self._harm[1]:
             self._harm = (block, lost, node)
 
@@ -161,25 +162,17 @@ class StallWatch:
         if (block.node, block.handler) in self._reported:
             return
         self._reported.add((block.node, block.handler))
-        log = self._system.node_log(block.node, block.incarnation) if block.node else self._system.log
+        log = self._runtime.journal.log(block.node, block.incarnation) if block.node else self._runtime.log
         fields: dict[str, Any] = {"at": block.line, **harm} if block.line else harm
         log.warning(
             f"handler blocked the event loop for {block.ended - block.begun:.2f} s", handler=block.handler, **fields,
             remedy="await self.offload(function, ...) what computes or waits; await self.clock.sleep(s) instead of time.sleep(s)",
         )  # fmt: skip
 
-    def _owner(self, task: asyncio.Task[Any]) -> NodeState | None:
-        """The node whose task this is."""
-        for state in list(self._system.nodes.values()):
-            core = state.core
-            if state.mailbox.inbox.task is task or (core is not None and task in core.tasks):
-                return state
-        return None
 
-
-def _work_of(state: NodeState | None, task: asyncio.Task[Any]) -> str:
+def _work_of(record: NodeRecord | None, task: asyncio.Task[Any]) -> str:
     """The handler that a node's task runs, or the task's name."""
-    inbox = state.mailbox.inbox if state is not None else None
+    inbox = record.inbox if record is not None else None
     if inbox is None or inbox.task is not task or inbox.current is None:
         return task.get_name()
     return inbox.current.label

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from actors.places import awaited_in
 
 if TYPE_CHECKING:
-    from actors.runtime.core import Core
+    from actors.runtime.incarnation import Incarnation
 
 __all__ = ["HUNG_SECONDS", "StartWatch"]
 
@@ -19,6 +19,8 @@ HUNG_SECONDS = 5.0
 class StartWatch:
     """The start phases of one system that are under way: each that has lasted `HUNG_SECONDS` is told once.
 
+    Invariant: while a start phase is under way, and has not been told of, `_timer` fires no later than it has to be.
+
     There is one timer for all of them. On the virtual clock there is none while nothing starts, so that a program that waits for ever is found
     at the moment at which it begins to.
     """
@@ -28,7 +30,7 @@ class StartWatch:
     def __init__(self, loop: asyncio.AbstractEventLoop, *, virtual: bool) -> None:
         self._loop = loop
         self._virtual = virtual
-        self._begun: dict[Core, float] = {}
+        self._begun: dict[Incarnation, float] = {}
         """When each began, loop time; the oldest first."""
         self._held = False
         self._timer: asyncio.TimerHandle | None = None
@@ -43,15 +45,15 @@ class StartWatch:
         if self._virtual:
             self._rest()
 
-    def begin(self, core: Core) -> None:
+    def begin(self, life: Incarnation) -> None:
         """The start phase of this incarnation begins."""
-        self._begun[core] = now = self._loop.time()
+        self._begun[life] = now = self._loop.time()
         if self._timer is None:
             self._timer = self._loop.call_at(now + HUNG_SECONDS, self._look)
 
-    def end(self, core: Core) -> None:
+    def end(self, life: Incarnation) -> None:
         """It is over, one way or the other. Ending twice is fine."""
-        if self._begun.pop(core, None) is not None and self._virtual:
+        if self._begun.pop(life, None) is not None and self._virtual:
             self._rest()
 
     def close(self) -> None:
@@ -69,17 +71,17 @@ class StartWatch:
     def _look(self) -> None:
         self._timer = None
         soon = self._loop.time() + 1e-6
-        for core, begun in list(self._begun.items()):
+        for life, begun in list(self._begun.items()):
             if begun + HUNG_SECONDS > soon:
                 self._timer = self._loop.call_at(begun + HUNG_SECONDS, self._look)
                 return
-            del self._begun[core]
-            if not core.ended:  # else it had been given up
-                self._tell(core)
+            del self._begun[life]
+            if not life.ended:  # else it had been given up
+                self._tell(life)
 
-    def _tell(self, core: Core) -> None:
-        task = core.inbox.task
-        core.warn(
+    def _tell(self, life: Incarnation) -> None:
+        task = life.inbox.task
+        life.warn(
             f"still starting after {HUNG_SECONDS:g} s", awaits="" if task is None else awaited_in(task),
             remedy="what comes after it in its supervisor waits, too: let on_start return, and wait in a @background method or with a "
             "timeout; a node that it waits for has to come before it",

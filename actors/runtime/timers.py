@@ -10,7 +10,7 @@ import inspect
 from array import array
 from collections import deque
 from collections.abc import Awaitable, Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.errors import ActorError
@@ -18,8 +18,20 @@ from actors.errors import ActorError
 if TYPE_CHECKING:
     from actors.inbox.inbox import Inbox
     from actors.node.declarations import Late
+    from actors.runtime.incarnation import Incarnation
+    from actors.runtime.stall import StallWatch
 
-__all__ = ["Lateness", "NodeTimer", "Tick", "TickMissed", "TickSource", "Ticking", "TimerRecord"]
+__all__ = [
+    "Lateness",
+    "NodeTimer",
+    "Tick",
+    "TickMissed",
+    "TickSource",
+    "Ticking",
+    "TimerRecord",
+    "retime",
+    "start_timers",
+]
 
 KEPT = 65536
 
@@ -56,6 +68,8 @@ class Tick:
     """One tick: its number from 1, when it was due and by how much it began late, seconds on the event loop's clock.
 
     Under simulated time both are seconds of ROS time.
+
+    It has no public constructor: a handler of `@every` is given one.
     """
 
     __slots__ = ("due", "k", "late")
@@ -142,6 +156,7 @@ class NodeTimer:
         late: Late,
         label: str,
         record: TimerRecord,
+        on_late: Callable[[NodeTimer, float, int], None] | None = None,
     ) -> None:
         self.inbox = inbox
         self.handler = handler
@@ -157,7 +172,7 @@ class NodeTimer:
         self.pending = False
         self.missed = 0
         """Ticks lost in this incarnation; the record counts those of all."""
-        self.on_late: Callable[[NodeTimer, float, int], None] | None = None
+        self.on_late = on_late
         """Hears that the event loop was late for a tick by a period or more: by how many seconds, and how many ticks that has cost."""
         self.seen = -1
         self.before = 0
@@ -271,3 +286,37 @@ def _arguments(function: Callable[..., Any]) -> int:
     """How many arguments a function takes, self included; the same for all nodes of a class."""
     code = getattr(inspect.unwrap(function), "__code__", None)
     return code.co_argcount if code is not None else 0
+
+
+def start_timers(life: Incarnation) -> None:
+    """Let every `@every` of the node's class tick from now on."""
+    node, labels, runtime = life.node, life.declarations.labels, life.runtime
+    on_late = None if runtime.stalls is None else partial(_tell_late, runtime.stalls, life.fqn)
+    for declared in life.declarations.timers:
+        hz = life.parameters.value(declared.hz) if isinstance(declared.hz, str) else declared.hz
+        record = life.record.timers.get(declared.attribute)
+        if record is None:
+            record = life.record.timers[declared.attribute] = TimerRecord(hz)
+        record.hz = hz
+        handler, label = getattr(node, declared.attribute), labels[declared.attribute]
+        timer = NodeTimer(life.inbox, handler, hz, declared.late, label, record, on_late)
+        life.timers.append(timer)
+        if life.sim is None:
+            timer.begin(runtime.ticker)
+        else:
+            life.sim.begin(timer)
+
+
+def _tell_late(stalls: StallWatch, node: str, timer: NodeTimer, seconds: float, lost: int) -> None:
+    """The event loop was late for a tick by a period or more: see who held it up."""
+    stalls.delayed(node, 1.0 / timer.hz, seconds, lost)
+
+
+def retime(life: Incarnation, name: str, hz: float) -> None:
+    """The parameter `name` has been set: what ticks by it ticks at the new rate from now on."""
+    ticker: TickSource = life.runtime.ticker
+    if life.sim is not None and life.sim.ros.active:
+        ticker = life.sim.ticker
+    for declared, timer in zip(life.declarations.timers, life.timers, strict=False):  # none while they rest
+        if declared.hz == name and timer.hz != hz:
+            timer.retime(hz, ticker)

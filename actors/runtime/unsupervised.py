@@ -1,4 +1,4 @@
-"""UnsupervisedNodes: nodes beside the tree, such as a script's own or a test's. Nobody restarts them; they end when they leave, or with the system."""
+"""Unsupervised nodes: those beside the tree, such as a script's own or a test's. Nobody restarts them; they end when they leave, or with the system."""
 
 from __future__ import annotations
 
@@ -6,45 +6,64 @@ import asyncio
 from itertools import count
 from typing import TYPE_CHECKING
 
-from actors.errors import DeclarationError, NotRunning, described
+from actors.errors import DeclarationError, NotRunning, NotStarted, WrongThread, described
 from actors.logs import ERROR
 from actors.places import place_of
+from actors.runtime.record import BESIDE
 from actors.shield import see_through
 from actors.supervision.child_task import GRACE, ChildTask
-from actors.supervision.entry import Entry
 from actors.supervision.reasons import ExitReason, Leaked, Stop
 from actors.supervision.refs import ChildRef
 
 if TYPE_CHECKING:
     from actors.names.identity import Identity
-    from actors.runtime.life import NodeLife
+    from actors.node.node import Node
+    from actors.runtime.record import NodeRecord
+    from actors.runtime.runtime import Runtime
     from actors.supervision.declarations import Child
+    from actors.supervision.refs import ChildState
     from actors.supervision.seam import Life
-    from actors.system import System
 
-__all__ = ["UnsupervisedNodes"]
+__all__ = ["UnsupervisedNode", "UnsupervisedNodes"]
 
 
-class Guest:
-    """One node beside the tree: its life, the task that runs it, and what happens to both.
+class UnsupervisedNode:
+    """One node beside the tree, and the task that runs it.
 
-    `ready` and `over` are done once; `leaving` is set when its end was asked for, and then it goes out of the books when it is over.
+    Invariants: `started` and `over` are done once each, `over` when the task has ended or was abandoned. `leaving` is set when the node's end
+    was asked for; only then is it forgotten when it is over.
     """
 
-    __slots__ = ("leaving", "life", "over", "ready", "run")
+    __slots__ = ("leaving", "over", "record", "run", "started")
 
-    def __init__(self, life: NodeLife, run: ChildTask) -> None:
-        self.life = life
-        self.run = run
-        self.ready: asyncio.Future[None] = run.owner.loop.create_future()
-        self.over: asyncio.Future[None] = run.owner.loop.create_future()
+    def __init__(self, owner: UnsupervisedNodes, record: NodeRecord, ref: ChildRef) -> None:
+        self.record = record
+        self.started: asyncio.Future[None] = owner.loop.create_future()
+        self.over: asyncio.Future[None] = owner.loop.create_future()
         self.leaving = False
+        self.run = ChildTask(owner, self, ref)
+
+    @property
+    def spec(self) -> Child:
+        """What it was declared as."""
+        return self.record.child
+
+    def __repr__(self) -> str:
+        return f"<unsupervised node {self.record.identity.fqn}>"
+
+    @property
+    def node(self) -> Node:
+        """The node object. Raises `NotStarted` when it has ended."""
+        node = self.record.node
+        if node is None:
+            raise NotStarted(f"{self.record.identity.fqn} is not running")
+        return node
 
     def leave(self, reason: str) -> None:
         """Ask for its orderly end, within the stop timeout of its declaration."""
         self.leaving = True
         if not self.run.over:
-            self.run.stop(reason, self.life.child.stop)
+            self.run.stop(reason, self.record.child.stop)
 
     @property
     def error(self) -> BaseException | None:
@@ -56,132 +75,143 @@ class Guest:
 class UnsupervisedNodes:
     """The nodes beside the tree of one system, in the order in which they joined.
 
-    Their ends are events: asking for one twice, or by several tasks, is one end, and no canceled task can leave it half done.
+    Invariants: a node is in `_nodes` from its joining until it is over and its end was asked for. Asking for one end twice, or by several
+    tasks, is one end, and no canceled task can leave it half done.
     """
 
-    def __init__(self, system: System) -> None:
-        self.loop = system.loop
-        self._system = system
-        self._guests: dict[NodeLife, Guest] = {}
-        self._places: dict[tuple[str, ...], Guest] = {}
+    def __init__(self, runtime: Runtime) -> None:
+        self.loop = runtime.loop
+        self._runtime = runtime
+        self._nodes: dict[UnsupervisedNode, None] = {}
+        self._places: dict[tuple[str, ...], UnsupervisedNode] = {}
         """The same by path; of two at one path, of which the first has ended and not left, the second."""
         self._serials = count(1)
 
     def __len__(self) -> int:
-        return len(self._guests)
+        return len(self._nodes)
 
-    async def join(self, child: Child) -> NodeLife:
+    async def join(self, child: Child) -> UnsupervisedNode:
         """See `System.join`."""
-        system = self._system
-        if system.stop_reason is not None:
-            raise NotRunning(f"{system!r} has been stopped ({system.stop_reason}): no node can join it any more")
+        runtime = self._runtime
+        if asyncio.get_running_loop() is not self.loop:
+            raise WrongThread(
+                f"{runtime.tree!r} runs in another event loop: use blocking.open_node(name, system=system) in this thread"
+            )
+        if runtime.stop_reason is not None:
+            raise NotRunning(f"{runtime.tree!r} has been stopped ({runtime.stop_reason}): no node can join it any more")
         name = child.name if not child.namespace else f"{child.namespace.strip('/')}/{child.name}"
-        path = ("guests", name)
+        path = (BESIDE, name)
         if (other := self._places.get(path)) is not None and not other.run.over:
             raise DeclarationError(
-                f"a node named {other.life.identity.fqn} is open already: give the second one another name= or namespace="
+                f"a node named {other.record.identity.fqn} is open already: give the second one another name= or namespace="
             )
         try:
-            life = system.life(child, path, 1)
+            record = runtime.enter(child, path)
         except Exception:
-            system.close_if_empty()
+            runtime.tree.close_if_empty()
             raise
-        entry = Entry(child, 0)
-        guest = Guest(life, ChildTask(self, entry, ChildRef(path, 1, next(self._serials))))
-        self._guests[life] = self._places[path] = guest
+        joined = UnsupervisedNode(self, record, ChildRef(path, 1, next(self._serials)))
+        self._nodes[joined] = None
+        self._places[path] = joined
         try:
-            await asyncio.wait([guest.ready, guest.over], return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait([joined.started, joined.over], return_when=asyncio.FIRST_COMPLETED)
         except asyncio.CancelledError:
-            await self.leave(life, "the start was canceled")
+            await self.leave(joined, "the start was canceled")
             raise
-        if not guest.run.ready:
-            await self.leave(life, "left")
-            raise NotRunning(f"{life.identity.fqn} ended before it was ready")
-        return life
+        if not joined.run.ready:
+            await self.leave(joined, "left")
+            raise NotRunning(f"{record.identity.fqn} ended before it was ready")
+        return joined
 
-    async def leave(self, life: NodeLife, reason: str) -> None:
+    async def leave(self, node: UnsupervisedNode, reason: str) -> None:
         """See `System.leave`."""
-        guest = self._guests.get(life)
-        if guest is None:
+        if node not in self._nodes:
             return
-        guest.leave(reason)
-        if guest.run.over:
-            self._forget(guest)
-            self._system.guest_left()
-        await see_through(guest.over)
-        if (error := guest.error) is not None:
+        node.leave(reason)
+        if node.run.over:
+            self._forget(node)
+            self._runtime.tree.unsupervised_left()
+        await see_through(node.over)
+        if (error := node.error) is not None:
             raise error
 
     def end_last(self, reason: str) -> bool:
         """Ask the last one that joined for its end, unless that has been done; False when there is none."""
-        while self._guests:
-            guest = self._guests[next(reversed(self._guests))]
-            guest.leave(reason)
-            if not guest.run.over:
+        while self._nodes:
+            node = next(reversed(self._nodes))
+            node.leave(reason)
+            if not node.run.over:
                 return True
-            self._forget(guest)
+            self._forget(node)
         return False
 
     def kill(self) -> None:
         """End them all at once."""
-        for guest in reversed(list(self._guests.values())):
-            guest.leaving = True
-            guest.run.kill()
+        for node in reversed(list(self._nodes)):
+            node.leaving = True
+            node.run.kill()
 
     def failed(self) -> list[tuple[Identity, BaseException]]:
-        """See `System.failed_beside`."""
+        """Those that failed and have not left yet, each with its error."""
         return [
-            (life.identity, error)
-            for life, guest in self._guests.items()
-            if (error := guest.error) is not None and not isinstance(error, Stop)
+            (node.record.identity, error)
+            for node in self._nodes
+            if (error := node.error) is not None and not isinstance(error, Stop)
         ]
 
-    def incarnation(self, path: tuple[str, ...]) -> ChildTask | None:
-        """The node at this path as it is seen from here."""
-        guest = self._places.get(path)
-        return guest.run if guest is not None else None
+    def child_at(self, path: tuple[str, ...]) -> ChildTask | None:
+        """The task of the node at this path, or None."""
+        node = self._places.get(path)
+        return node.run if node is not None else None
+
+    def state_of(self, path: tuple[str, ...]) -> ChildState:
+        """The state of the node at this path; "stopped" when there is none."""
+        node = self._places.get(path)
+        return node.run.state if node is not None else "stopped"
 
     @property
     def tasks(self) -> list[asyncio.Task[None]]:
         """The tasks that run them."""
-        return [guest.run.task for guest in self._guests.values()]
+        return [node.run.task for node in self._nodes]
 
-    def _forget(self, guest: Guest) -> None:
-        del self._guests[guest.life]
-        if self._places.get(guest.life.identity.path) is guest:
-            del self._places[guest.life.identity.path]
-            self._system.gone(guest.life.identity.path, kept=False)
+    def _forget(self, node: UnsupervisedNode) -> None:
+        del self._nodes[node]
+        path = node.record.path
+        if self._places.get(path) is node:
+            del self._places[path]
+            self._runtime.gone(path, False)
 
-    def _of(self, run: ChildTask) -> Guest:
+    # -- what their child tasks ask and tell --------------------------------------------------------------------------------
+
+    def _of(self, run: ChildTask) -> UnsupervisedNode:
         return self._places[run.ref.path]
 
-    # -- what their incarnations ask and tell --------------------------------------------------------------------------------
-
     def make_life(self, incarnation: ChildTask, /) -> Life:
-        return self._of(incarnation).life
+        node = self._of(incarnation)
+        return self._runtime.incarnate(node.record.child, node.record)
 
     def grace_of(self, life: Life | None, /) -> float:
         return GRACE
 
     def ready(self, incarnation: ChildTask, /) -> None:
         incarnation.ready = True
-        self._of(incarnation).ready.set_result(None)
+        self._of(incarnation).started.set_result(None)
 
     def ended(self, incarnation: ChildTask, reason: ExitReason, /) -> None:
         """It is over, asked to or by itself; nobody will start it again."""
-        guest = self._of(incarnation)
-        guest.over.set_result(None)
-        fqn = guest.life.identity.fqn
+        node = self._of(incarnation)
+        node.over.set_result(None)
+        journal, fqn = self._runtime.journal, node.record.identity.fqn
         if isinstance(reason, Leaked):
-            self._system.log.error("a node beside the tree refused to die and was abandoned", node_name=fqn)
-        elif (error := guest.error) is not None and not isinstance(error, Stop):
+            self._runtime.log.error("a node beside the tree refused to die and was abandoned", node_name=fqn)
+        elif (error := node.error) is not None and not isinstance(error, Stop):
             fields = {"node_name": fqn, "error": described(error), "at": place_of(error)}
-            self._system.log.write(ERROR, "a node beside the tree failed", fields, *self._system.new_error(error))
-        if guest.leaving:
-            self._forget(guest)
-            self._system.guest_left()
+            self._runtime.log.write(ERROR, "a node beside the tree failed", fields, *journal.new_error(error))
+        if node.leaving:
+            self._forget(node)
+            self._runtime.tree.unsupervised_left()
         else:
-            self._system.gone(guest.life.identity.path, kept=True)
+            self._runtime.gone(node.record.path, True)
 
     def abandoned(self, incarnation: ChildTask, /) -> None:
         """`ended` says so; its task is its own from here on."""

@@ -18,8 +18,6 @@ __all__ = [
     "Add",
     "Adopt",
     "Answer",
-    "AnswerAtEnd",
-    "BookAct",
     "CloseWhenReady",
     "Confirm",
     "Drop",
@@ -35,6 +33,7 @@ __all__ = [
     "Stop",
     "StopNext",
     "Tell",
+    "Terminate",
     "Update",
 ]
 
@@ -141,9 +140,9 @@ class CloseWhenReady(msgspec.Struct, frozen=True):
 
 
 class Add(msgspec.Struct, frozen=True):
-    """Enter a new child after the others; of an instance of a template, `given` are its arguments and parameters.
+    """Enter a new child after the others and start it, as `Start` does; the caller of this request waits for that.
 
-    `numbered`: the last number that was used to name an instance.
+    Of an instance of a template, `given` are its arguments and parameters. `numbered`: the last number that was used to name one.
     """
 
     spec: Spec
@@ -174,15 +173,17 @@ class Answer(msgspec.Struct, frozen=True):
     """Tell the caller of this request that it is done."""
 
 
-class AnswerAtEnd(msgspec.Struct, frozen=True):
-    """The same, as soon as the present life of the child has ended."""
+class Terminate(msgspec.Struct, frozen=True):
+    """Drop and park a child that lives, and ask for its orderly end; the caller of this request waits for that.
+
+    `error`: for who waits for its start.
+    """
 
     child: str
+    error: Exception | None = None
 
-
-BookAct: TypeAlias = Forget | Drop | CloseWhenReady | Add | Due | Update | Adopt | Answer | AnswerAtEnd
-"""What changes no more than the books, or is for the caller of a request."""
 
 Act: TypeAlias = (
-    Tell | Confirm | Start | Restart | RestartGroup | Stop | Kill | Gone | EndHold | ShutDown | StopNext | BookAct
-)
+    Tell | Confirm | Start | Restart | RestartGroup | Stop | Kill | Forget | Gone | Drop | EndHold | ShutDown | StopNext
+    | CloseWhenReady | Add | Due | Update | Adopt | Answer | Terminate
+)  # fmt: skip

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
 
 from actors.errors import DeclarationError
 from actors.supervision.acts import (
@@ -10,7 +11,6 @@ from actors.supervision.acts import (
     Add,
     Adopt,
     Answer,
-    AnswerAtEnd,
     Drop,
     Due,
     EndHold,
@@ -18,10 +18,11 @@ from actors.supervision.acts import (
     Gone,
     Start,
     Stop,
+    Terminate,
     Update,
 )
 from actors.supervision.children import Children
-from actors.supervision.declarations import Child, DynamicSupervisor, Spec, Supervisor
+from actors.supervision.declarations import Child, DynamicSupervisor
 from actors.supervision.entry import Entry
 from actors.supervision.errors import (
     AlreadyPresent,
@@ -34,8 +35,9 @@ from actors.supervision.errors import (
 )
 from actors.supervision.events import (
     DeleteChild,
+    Event,
+    Reconfigure,
     ReplaceFactory,
-    Request,
     RestartChild,
     Spawn,
     StartChild,
@@ -44,40 +46,19 @@ from actors.supervision.events import (
 from actors.supervision.policy import temporary
 from actors.supervision.refs import ChildRef
 
-__all__ = ["administer", "for_good", "forgotten", "gone"]
+__all__ = ["REQUESTS", "for_good", "forgotten", "gone"]
 
 
-def administer(request: Request, children: Children) -> Sequence[Act]:
-    """The acts that carry out a request. Raises what it is refused with."""
-    children.check_open()
-    match request:
-        case StartChild():
-            return _start_child(request.spec, children)
-        case Spawn():
-            return _spawn(request, children)
-        case TerminateChild():
-            return _terminate(request.target, children)
-        case RestartChild():
-            name = _stopped(request.child, children).spec.name
-            return (Due(name), Start(name))
-        case DeleteChild():
-            return (Forget(_stopped(request.child, children).spec.name), Answer())
-        case ReplaceFactory():
-            return _replace(request, children)
-        case _:
-            return _reconfigure(request.spec, children)
-
-
-def _start_child(spec: Spec, children: Children) -> Sequence[Act]:
+def _start_child(request: StartChild, children: Children) -> Sequence[Act]:
     if isinstance(children.spec, DynamicSupervisor):
         raise DeclarationError(f"{children.name} makes its children from a template: use spawn(), not start_child()")
-    children.spec.check_child(spec)
-    return _start_new(Add(spec), children)
+    children.spec.check_child(request.spec)
+    return _start_new(Add(request.spec), children)
 
 
 def _spawn(request: Spawn, children: Children) -> Sequence[Act]:
     dynamic = children.spec
-    if isinstance(dynamic, Supervisor):
+    if not isinstance(dynamic, DynamicSupervisor):
         raise DeclarationError(f"{children.name} has no template to spawn from: use start_child(), not spawn()")
     if dynamic.max_children is not None and len(children) >= dynamic.max_children:
         raise TooManyChildren(f"{children.name} has {len(children)} children, and max_children is that many")
@@ -95,20 +76,30 @@ def _start_new(add: Add, children: Children) -> Sequence[Act]:
         if known.now is not None and known.state == "running":
             raise AlreadyStarted(children.name, known.now.ref)
         raise AlreadyPresent(f"{children.name} has a child {name} already; it is {known.state}")
-    return (add, Due(name), Start(name))
+    return (add,)
 
 
-def _terminate(target: str | ChildRef, children: Children) -> Sequence[Act]:
-    child = _meant(target, children)
+def _terminate(request: TerminateChild, children: Children) -> Sequence[Act]:
+    child = _meant(request.target, children)
     if child is None:
         return (Answer(),)
     name = child.spec.name
     error = None
     if child.answer is not None:
         error = StartFailed((*children.path, name), "it was terminated before it had started")
-    end = (*for_good(child, children), Answer()) if child.now is None else (AnswerAtEnd(name), Stop(name, "shutdown"))
     hold = (EndHold(),) if children.steps.holder is child else ()
-    return (Drop(name, error, park=True), *end, *hold)
+    if child.now is not None:
+        return (Terminate(name, error), *hold)
+    return (Drop(name, error, park=True), *for_good(child, children), Answer(), *hold)
+
+
+def _restart(request: RestartChild, children: Children) -> Sequence[Act]:
+    name = _stopped(request.child, children).spec.name
+    return (Due(name), Start(name))
+
+
+def _delete(request: DeleteChild, children: Children) -> Sequence[Act]:
+    return (Forget(_stopped(request.child, children).spec.name), Answer())
 
 
 def _replace(request: ReplaceFactory, children: Children) -> Sequence[Act]:
@@ -124,8 +115,8 @@ def _replace(request: ReplaceFactory, children: Children) -> Sequence[Act]:
     return (update, Answer(), Stop(name, "replaced")) if child.intent else (update, Answer())
 
 
-def _reconfigure(spec: Supervisor | DynamicSupervisor, children: Children) -> Sequence[Act]:
-    old = children.spec
+def _reconfigure(request: Reconfigure, children: Children) -> Sequence[Act]:
+    old, spec = children.spec, request.spec
     if type(spec) is not type(old) or spec.name != old.name:
         raise DeclarationError(
             f"{children.name} is a {type(old).__name__} named {old.name!r}, and cannot become {spec!r}"
@@ -133,11 +124,25 @@ def _reconfigure(spec: Supervisor | DynamicSupervisor, children: Children) -> Se
     return (Adopt(spec), Answer())
 
 
+REQUESTS: Final[Mapping[type[Event], Callable[[Any, Children], Sequence[Act]]]] = {
+    StartChild: _start_child,
+    Spawn: _spawn,
+    TerminateChild: _terminate,
+    RestartChild: _restart,
+    DeleteChild: _delete,
+    ReplaceFactory: _replace,
+    Reconfigure: _reconfigure,
+}
+"""What follows from which kind of request."""
+
+
 # ---------------------------------------------------------------------- what is left of a child that has ended for good
 
 
 def for_good(child: Entry, children: Children) -> tuple[Act, ...]:
     """The child has ended for good, or was dropped before it began."""
+    if children.dynamic:
+        return (Forget(child.spec.name), Gone(child.spec.name, kept=False))
     forget = forgotten(child, children)
     return (*forget, gone(child, children, lost=bool(forget)))
 
@@ -150,7 +155,9 @@ def forgotten(child: Entry, children: Children) -> tuple[Forget, ...]:
 def gone(child: Entry, children: Children, *, lost: bool) -> Gone:
     """It is kept if it waits in the books for a request to start it again, or, `lost` from them, is declared."""
     spec, name = children.spec, child.spec.name
-    kept = isinstance(spec, Supervisor) and (not lost or any(each.name == name for each in spec.children))
+    if isinstance(spec, DynamicSupervisor):
+        return Gone(name, kept=False)
+    kept = not lost or any(each.name == name for each in spec.children)
     return Gone(name, kept)
 
 

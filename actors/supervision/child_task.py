@@ -13,7 +13,7 @@ from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Retur
 from actors.supervision.refs import ChildRef, Down
 from actors.supervision.seam import Declared, Life
 
-__all__ = ["GRACE", "ChildTask", "LeakedChild", "Owner", "is_child_task"]
+__all__ = ["GRACE", "ChildTask", "LeakedChild", "Owner"]
 
 GRACE = 1.0
 """Seconds between the kill and the verdict `Leaked`."""
@@ -110,6 +110,11 @@ class ChildTask:
         if self.ending:
             return "stopping"
         return "running" if self.ready else "starting"
+
+    @staticmethod
+    def runs_in(task: asyncio.Task[Any]) -> bool:
+        """Whether this task runs the life of a child."""
+        return getattr(task.get_coro(), "cr_code", None) is ChildTask._live.__code__
 
     async def _live(self) -> None:
         if not self.made:
@@ -227,8 +232,3 @@ class ChildTask:
             return Killed(None)
         # A supervisor has no work of its own to come to the end of.
         return Stopped("shutdown") if self.entry.spec.kind == "supervisor" else Returned()
-
-
-def is_child_task(task: asyncio.Task[Any]) -> bool:
-    """Whether this task runs the life of a child."""
-    return getattr(task.get_coro(), "cr_code", None) is ChildTask._live.__code__

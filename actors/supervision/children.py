@@ -20,8 +20,8 @@ Phase: TypeAlias = Literal["new", "starting", "running", "stopping", "over"]
 class Children:
     """What one run of a supervisor knows: `spec`, as it is declared now, and an entry for each child.
 
-    `why` is the reason of its end. `closing` is the end of a significant child that will end it once all have started.
-    `numbered` is the last number that was used to name an instance of a template.
+    `dynamic`: its children are instances of a template; `numbered` is the last number that was used to name one. `why` is the
+    reason of its end. `closing` is the end of a significant child that will end it once all have started.
 
     Invariants:
     - `entries` is in start order, which `position` repeats; each entry lies under its child's name.
@@ -32,6 +32,7 @@ class Children:
 
     __slots__ = (
         "closing",
+        "dynamic",
         "entries",
         "last",
         "numbered",
@@ -46,6 +47,7 @@ class Children:
 
     def __init__(self, spec: Supervisor | DynamicSupervisor, path: tuple[str, ...]) -> None:
         self.spec = spec
+        self.dynamic = isinstance(spec, DynamicSupervisor)
         self.path = path
         self.entries: dict[str, Entry] = {}
         self.position = 0
@@ -72,10 +74,6 @@ class Children:
     def name(self) -> str:
         """The supervisor's path from the root, as one text."""
         return "/".join(self.path)
-
-    @property
-    def dynamic(self) -> bool:
-        return isinstance(self.spec, DynamicSupervisor)
 
     def check_open(self) -> None:
         """Raise `SupervisorDown` unless requests can be served."""
@@ -118,6 +116,10 @@ class Children:
         for name in due:
             self.entries[name].intent = "restart"
         self.steps.plan(self)
+
+    def close_when_ready(self, end: Ended) -> None:
+        """Once all have started, the supervisor is to end because of this; the first reason counts."""
+        self.closing = self.closing or end
 
     def shut_down(self, why: str) -> None:
         """Nothing is planned any more; who lives is to be stopped, the last one first."""

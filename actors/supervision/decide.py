@@ -6,8 +6,8 @@ event loop. Who carries the acts out, in their order, is `Executor`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
 
 from actors.supervision.acts import (
     Act,
@@ -24,8 +24,7 @@ from actors.supervision.acts import (
     StopNext,
     Tell,
 )
-from actors.supervision.administer import administer, for_good, forgotten, gone
-from actors.supervision.child_task import ChildTask
+from actors.supervision.administer import REQUESTS, for_good, forgotten, gone
 from actors.supervision.children import Children
 from actors.supervision.entry import Entry
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
@@ -36,6 +35,7 @@ from actors.supervision.reasons import ExitReason, Killed, Returned, cause_of, i
 __all__ = ["decide"]
 
 STOP_NEXT: Final = StopNext()
+ONLY_STOP_NEXT: Final = (STOP_NEXT,)  # what follows from most ends of all: not made anew for each
 
 
 def decide(event: Event, children: Children) -> Sequence[Act]:
@@ -43,20 +43,14 @@ def decide(event: Event, children: Children) -> Sequence[Act]:
 
     Raises what a request is refused with.
     """
-    if isinstance(event, Ready):
-        return _ready(event.life)
-    if isinstance(event, Ended):
-        return _ended_while_stopping(event, children) if children.phase == "stopping" else _ended(event, children)
-    if isinstance(event, StopAsked):
-        return _shut_down(children, event.why)
-    if isinstance(event, KillAsked):
-        return _kill(children)
-    if isinstance(event, AllReady):
-        return () if children.closing is None else _close(children.closing, children)
-    return administer(event, children)
+    if (rule := RULES.get(type(event))) is None:
+        children.check_open()
+        rule = REQUESTS[type(event)]
+    return rule(event, children)
 
 
-def _ready(life: ChildTask) -> Sequence[Act]:
+def _ready(event: Ready, children: Children) -> Sequence[Act]:
+    life = event.life
     if life.over or life.ready:
         return (Tell("unexpected", life, note="it said once more that it has started; dropped"),)
     return () if life.asked is not None or life.imposed is not None else (Confirm(life.ref.id),)
@@ -66,7 +60,9 @@ def _ready(life: ChildTask) -> Sequence[Act]:
 
 
 def _ended(event: Ended, children: Children) -> Sequence[Act]:
-    life, child = event.life, children[event.life.ref.id]
+    if children.phase == "stopping":
+        return _ended_while_stopping(event, children)
+    life, child = event.life, children.entries[event.life.ref.id]
     if life.asked is not None or child.marked:
         return _ended_by_request(event, child, children)
     if life.ready:
@@ -77,13 +73,13 @@ def _ended(event: Ended, children: Children) -> Sequence[Act]:
 
 
 def _ended_by_request(event: Ended, child: Entry, children: Children) -> Sequence[Act]:
-    acts: list[Act] = []
-    if _unclean(event.reason, child):
-        acts.append(Tell("shutdown_error", event.life, event.reason))
+    acts: Sequence[Act] = ()
     if not child.intent:
-        acts += for_good(child, children)
+        acts = for_good(child, children)
     elif not child.queued:
-        acts.append(Start(child.spec.name))
+        acts = (Start(child.spec.name),)
+    if _unclean(event.reason, child):
+        return (Tell("shutdown_error", event.life, event.reason), *acts)
     return acts
 
 
@@ -109,6 +105,10 @@ def _ends_with(child: Entry, children: Children) -> bool:
             other.spec.significant and (other.now or other.intent) for other in children if other is not child
         )
     return children.spec.auto_shutdown == any_significant
+
+
+def _all_ready(event: AllReady, children: Children) -> Sequence[Act]:
+    return () if children.closing is None else _close(children.closing, children)
 
 
 def _close(event: Ended, children: Children) -> Sequence[Act]:
@@ -200,7 +200,7 @@ def _shut_down(children: Children, why: str, failure: Exception | None = None) -
     return (ShutDown(why, failure), *together, STOP_NEXT)
 
 
-def _kill(children: Children) -> Sequence[Act]:
+def _kill(event: KillAsked, children: Children) -> Sequence[Act]:
     begun = () if children.phase == "stopping" else (ShutDown("killed"),)
     return (*begun, *(Kill(name) for name in _alive(children)), STOP_NEXT)
 
@@ -211,7 +211,7 @@ def _alive(children: Children) -> list[str]:
 
 
 def _ended_while_stopping(event: Ended, children: Children) -> Sequence[Act]:
-    life, reason, child = event.life, event.reason, children[event.life.ref.id]
+    life, reason, child = event.life, event.reason, children.entries[event.life.ref.id]
     by_itself = life.asked is None and life.killed is None
     told: tuple[Act, ...] = ()
     if by_itself and not life.ready:
@@ -219,6 +219,8 @@ def _ended_while_stopping(event: Ended, children: Children) -> Sequence[Act]:
             told = (Tell("start_error", life, reason),)
     elif _unclean(reason, child) or (by_itself and isinstance(reason, Returned) and child.spec.restart == permanent):
         told = (Tell("shutdown_error", life, reason),)
+    if not told and not children.dynamic:
+        return ONLY_STOP_NEXT
     return (*told, STOP_NEXT, *_gone_of_a_template(child, children))
 
 
@@ -230,3 +232,13 @@ def _unclean(reason: ExitReason, child: Entry) -> bool:
 def _gone_of_a_template(child: Entry, children: Children) -> Sequence[Act]:
     """A supervisor that ends as a whole need not say so of each child, unless it would not know them again."""
     return (gone(child, children, lost=True),) if children.dynamic else ()
+
+
+RULES: Final[Mapping[type[Event], Callable[[Any, Children], Sequence[Act]]]] = {
+    Ready: _ready,
+    Ended: _ended,
+    AllReady: _all_ready,
+    StopAsked: lambda event, children: _shut_down(children, event.why),
+    KillAsked: _kill,
+}
+"""What follows from which kind of event; for requests, see `REQUESTS`."""

@@ -30,14 +30,14 @@ __all__ = [
 ]
 
 
-class Ready(msgspec.Struct, frozen=True):
+class Ready(msgspec.Struct, frozen=True, gc=False):
     """The life says that its start phase is over."""
 
     life: ChildTask
 
 
 class Ended(msgspec.Struct, frozen=True):
-    """The life has ended, at `at` (seconds of the event loop)."""
+    """The life has ended. `at`: when, in seconds of the event loop; 0.0 of an end that was asked for, which is no matter then."""
 
     life: ChildTask
     reason: ExitReason

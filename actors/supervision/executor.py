@@ -6,13 +6,13 @@ import asyncio
 import contextlib
 import contextvars
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import count
 from typing import Any, TypeAlias, TypeVarTuple
 
 from actors.shield import see_through, shield
 from actors.supervision import acts
-from actors.supervision.acts import Act, BookAct
+from actors.supervision.acts import Act
 from actors.supervision.child_task import ChildTask, LeakedChild
 from actors.supervision.children import Children
 from actors.supervision.decide import decide
@@ -23,7 +23,7 @@ from actors.supervision.events import AllReady, Ended, Event, KillAsked, Ready, 
 from actors.supervision.policy import Backoff
 from actors.supervision.reasons import ExitReason
 from actors.supervision.refs import ChildRef, Down
-from actors.supervision.report import Report
+from actors.supervision.report import Context, Report
 from actors.supervision.seam import Life, Runtime
 
 __all__ = ["Caller", "Executor", "Nest"]
@@ -75,6 +75,8 @@ class Executor:
         self._busy = False
         self._over: asyncio.Future[None] = self.loop.create_future()
         self._failure: Exception | None = None
+        self._carry_out = self._carriers()
+        self._for_caller = self._repliers()
 
     # ------------------------------------------------------------------ from the start to the end
 
@@ -146,7 +148,7 @@ class Executor:
 
     def _handle(self, event: Event) -> None:
         for act in decide(event, self._children):
-            self._carry_out(act, None)
+            self._carry_out[type(act)](act)
 
     def _serve(self, request: Request, caller: Caller) -> None:
         try:
@@ -156,15 +158,19 @@ class Executor:
                 caller.set_exception(refusal)
             return
         for act in answer:
-            self._carry_out(act, caller)
+            if (carry_out := self._for_caller.get(type(act))) is not None:
+                carry_out(act, caller)
+            else:
+                self._carry_out[type(act)](act)
 
     def _handle_end(self, event: Ended) -> None:
-        entry = self._children[event.life.ref.id]
-        life, entry.now = self._life(entry.spec.name), None
+        entry = self._children.entries[event.life.ref.id]
+        life, entry.now = entry.now, None
+        assert life is not None
         answer = decide(event, self._children)
         entry.marked = False
         for act in answer:
-            self._carry_out(act, None)
+            self._carry_out[type(act)](act)
         if life.watchers:
             down = Down(life.ref, event.reason)
             for watcher in list(life.watchers):
@@ -173,74 +179,22 @@ class Executor:
 
     # ------------------------------------------------------------------ acts
 
-    def _carry_out(self, act: Act, caller: Caller | None) -> None:
-        match act:
-            case acts.Confirm():
-                self._confirm(self._children[act.child])
-            case acts.StopNext():
-                self._stop_next()
-            case acts.Start():
-                self._start_in_turn(self._children[act.child])
-            case acts.Stop():
-                self._ask(self._children[act.child], act.why)
-            case acts.Restart():
-                self._restart(act)
-            case acts.RestartGroup():
-                self._restart_group(act)
-            case acts.Tell():
-                self._report(act)
-            case acts.Gone():
-                self._guard("gone()", self._runtime.gone, (*self._children.path, act.child), act.kept)
-            case acts.Kill():
-                self._life(act.child).kill()
-            case acts.ShutDown():
-                self._shut_down(act)
-            case acts.EndHold():
-                self._end_hold()
-            case _:
-                self._enter(act, caller)
-
-    def _enter(self, act: BookAct, caller: Caller | None) -> None:
-        children = self._children
-        match act:
-            case acts.Forget():
-                del children.entries[act.child]
-            case acts.Drop():
-                self._drop(children[act.child], act.error)
-                children[act.child].parked |= act.park
-            case acts.CloseWhenReady():
-                children.closing = children.closing or act.end
-            case acts.Add():
-                children.add(act.spec, act.given).fresh = True
-                children.numbered = max(children.numbered, act.numbered)
-            case acts.Due():
-                entry = children[act.child]
-                entry.intent, entry.parked, entry.answer = "start", False, caller
-            case acts.Update():
-                children[act.child].spec = act.spec
-            case acts.Adopt():
-                children.adopt(act.spec)
-            case acts.Answer():
-                _reply(caller)
-            case _:
-                self._life(act.child).watch(lambda _: _reply(caller))
-
-    def _life(self, name: str) -> ChildTask:
-        """The present life of a child that has one."""
-        life = self._children[name].now
-        assert life is not None
-        return life
-
-    def _confirm(self, entry: Entry) -> None:
-        life = self._life(entry.spec.name)
+    def _confirm(self, act: acts.Confirm) -> None:
+        entry = self._children.entries[act.child]
+        life = alive(entry)
         life.ready = True
         entry.intent, entry.fresh, entry.ready_at = "", False, self.loop.time()
-        self._report(acts.Tell("progress", life))
+        self._report("progress", life)
         if answer := entry.take_answer():
             answer.set_result(life.ref)
         self._step_done(entry)
 
-    def _drop(self, entry: Entry, error: Exception | None) -> None:
+    def _drop(self, act: acts.Drop) -> None:
+        entry = self._children.entries[act.child]
+        entry.parked |= act.park
+        self._let_go(entry, act.error)
+
+    def _let_go(self, entry: Entry, error: Exception | None) -> None:
         entry.intent, entry.marked, entry.fresh = "", False, False
         if entry.timer is not None:
             entry.timer.cancel()
@@ -250,6 +204,25 @@ class Executor:
                 answer.set_result(None)
             else:
                 answer.set_exception(error)
+
+    def _add(self, act: acts.Add, caller: Caller) -> None:
+        children = self._children
+        entry = children.add(act.spec, act.given)
+        entry.fresh, entry.intent, entry.answer = True, "start", caller
+        children.numbered = max(children.numbered, act.numbered)
+        self._start_in_turn(entry)
+
+    def _due(self, act: acts.Due, caller: Caller) -> None:
+        entry = self._children.entries[act.child]
+        entry.intent, entry.parked, entry.answer = "start", False, caller
+
+    def _terminate(self, act: acts.Terminate, caller: Caller) -> None:
+        entry = self._children.entries[act.child]
+        entry.parked = True
+        self._let_go(entry, act.error)
+        assert entry.now is not None
+        entry.now.watch(lambda _: _reply(caller))
+        self._ask(entry, "shutdown")
 
     def _start(self, entry: Entry) -> None:
         entry.number += 1
@@ -264,7 +237,7 @@ class Executor:
             self._start(entry)
 
     def _restart(self, act: acts.Restart) -> None:
-        entry = self._children[act.child]
+        entry = self._children.entries[act.child]
         self._children.restart(entry, act.at, act.earlier)
         if delay := self._delay(entry.spec.backoff, act.earlier):
             entry.timer = self.loop.call_later(delay, self.post, self._retry, entry)
@@ -276,7 +249,7 @@ class Executor:
         self._start(entry)
 
     def _restart_group(self, act: acts.RestartGroup) -> None:
-        children, entry = self._children, self._children[act.child]
+        children, entry = self._children, self._children.entries[act.child]
         children.restart(entry, act.at, act.earlier)
         delay = self._delay(entry.spec.backoff, act.earlier)
         children.plan(act.stops, act.due)
@@ -289,7 +262,8 @@ class Executor:
 
     def _ask(self, entry: Entry, why: str) -> None:
         entry.marked = False
-        self._life(entry.spec.name).stop(why, entry.spec.stop)
+        assert entry.now is not None
+        entry.now.stop(why, entry.spec.stop)
 
     # ------------------------------------------------------------------ what is done in order
 
@@ -328,7 +302,7 @@ class Executor:
             error = None
             if entry.answer is not None:
                 error = StartFailed((*children.path, entry.spec.name), f"{children.name} is shutting down")
-            self._drop(entry, error)
+            self._let_go(entry, error)
 
     def _stop_next(self) -> None:
         if (entry := self._children.last_alive()) is not None:
@@ -350,7 +324,8 @@ class Executor:
         self.post(self._handle, Ready(task))
 
     def ended(self, task: ChildTask, reason: ExitReason, /) -> None:
-        self.post(self._handle_end, Ended(task, reason, self.loop.time()))
+        at = self.loop.time() if task.asked is None else 0.0
+        self.post(self._handle_end, Ended(task, reason, at))
 
     def abandoned(self, task: ChildTask, /) -> None:
         leaked = LeakedChild(task.ref, task.task)
@@ -359,12 +334,13 @@ class Executor:
 
     # ------------------------------------------------------------------ telling the system
 
-    def _report(self, act: acts.Tell) -> None:
-        life = act.life
-        report = Report(
-            act.context, self._children.path, life.ref, life.entry.spec.restart, self.loop.time(), act.reason, act.note
-        )
+    def _report(self, context: Context, life: ChildTask, reason: ExitReason | None = None, note: str = "") -> None:
+        restart = life.entry.spec.restart
+        report = Report(context, self._children.path, life.ref, restart, self.loop.time(), reason, note)
         self._guard("report()", self._runtime.report, report)
+
+    def _tell_gone(self, act: acts.Gone) -> None:
+        self._guard("gone()", self._runtime.gone, (*self._children.path, act.child), act.kept)
 
     def _guard(self, hook: str, call: Callable[[*Args], object], *args: *Args) -> None:
         """Call somebody else's code. What it raises must not keep the supervisor from its work."""
@@ -374,7 +350,45 @@ class Executor:
             message = f"supervisor {self._children.name}: {hook} raised; the supervisor goes on"
             self.loop.call_exception_handler({"message": message, "exception": error})
 
+    # ------------------------------------------------------------------ which act is carried out how
+    # Tables, because a chain of `isinstance` would cost more than all the rest of a start.
 
-def _reply(caller: Caller | None) -> None:
-    if caller is not None and not caller.done():
+    def _carriers(self) -> Mapping[type[Act], Callable[[Any], object]]:
+        children = self._children
+        return {
+            acts.Confirm: self._confirm,
+            acts.Stop: lambda act: self._ask(children.entries[act.child], act.why),
+            acts.StopNext: lambda act: self._stop_next(),
+            acts.Start: lambda act: self._start_in_turn(children.entries[act.child]),
+            acts.Drop: self._drop,
+            acts.Forget: lambda act: children.entries.pop(act.child),
+            acts.Gone: self._tell_gone,
+            acts.Tell: lambda act: self._report(act.context, act.life, act.reason, act.note),
+            acts.Restart: self._restart,
+            acts.RestartGroup: self._restart_group,
+            acts.EndHold: lambda act: self._end_hold(),
+            acts.CloseWhenReady: lambda act: children.close_when_ready(act.end),
+            acts.ShutDown: self._shut_down,
+            acts.Kill: lambda act: alive(children.entries[act.child]).kill(),
+            acts.Update: lambda act: setattr(children.entries[act.child], "spec", act.spec),
+            acts.Adopt: lambda act: children.adopt(act.spec),
+        }
+
+    def _repliers(self) -> Mapping[type[Act], Callable[[Any, Caller], object]]:
+        return {
+            acts.Add: self._add,
+            acts.Due: self._due,
+            acts.Answer: lambda act, caller: _reply(caller),
+            acts.Terminate: self._terminate,
+        }
+
+
+def alive(entry: Entry) -> ChildTask:
+    """The present life of a child that has one."""
+    assert entry.now is not None
+    return entry.now
+
+
+def _reply(caller: Caller) -> None:
+    if not caller.done():
         caller.set_result(None)

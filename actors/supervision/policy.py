@@ -31,6 +31,7 @@ __all__ = [
 ]
 
 Restart: TypeAlias = Literal["permanent", "transient", "temporary"]
+"""When a child that has ended is started again."""
 permanent: Final = "permanent"
 """Restarted whenever it ends by itself, however it ends."""
 transient: Final = "transient"
@@ -39,6 +40,7 @@ temporary: Final = "temporary"
 """Never restarted, and forgotten once it has ended."""
 
 Strategy: TypeAlias = Literal["one_for_one", "one_for_all", "rest_for_one"]
+"""Which children are restarted when one has failed."""
 one_for_one: Final = "one_for_one"
 """Only the child that failed is restarted."""
 one_for_all: Final = "one_for_all"
@@ -47,7 +49,9 @@ rest_for_one: Final = "rest_for_one"
 """The children declared after the one that failed are stopped, last first, and started again with it, in order."""
 
 AutoShutdown: TypeAlias = Literal["never", "any_significant", "all_significant"]
+"""Whether a supervisor shuts down once significant children have ended by themselves."""
 never: Final = "never"
+"""The supervisor goes on when significant children have ended."""
 any_significant: Final = "any_significant"
 """The supervisor shuts down as soon as one significant child has ended by itself, for good."""
 all_significant: Final = "all_significant"
@@ -57,6 +61,7 @@ StopTimeout: TypeAlias = float | Literal["kill"]
 """Seconds that a child has for its clean-up; `math.inf` is without limit, "kill" gives it none at all."""
 
 Kind: TypeAlias = Literal["worker", "supervisor"]
+"""A node, or a supervisor of its own children."""
 
 
 class Intensity(msgspec.Struct, frozen=True):

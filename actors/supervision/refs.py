@@ -34,6 +34,7 @@ class ChildRef(msgspec.Struct, frozen=True):
 
 
 ChildState: TypeAlias = Literal["starting", "running", "stopping", "restarting", "stopped"]
+"""`restarting` while it waits for its next start; `stopped` when it has ended and is not started again by itself."""
 
 
 class ChildInfo(msgspec.Struct, frozen=True):

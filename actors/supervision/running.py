@@ -44,6 +44,8 @@ class RunningSupervisor:
 
     Invariants: the books, `Children`, say all there is to know of the children; what follows from an event, `decide` says; only
     the `Executor`, which lives as long as `run` does, changes the books and touches the children's tasks.
+
+    It has no public constructor: `System.supervisor` gives one.
     """
 
     def __init__(

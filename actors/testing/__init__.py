@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from actors.testing.rig import ExpectedFailure, Leak, Probe, Rig, UnexpectedFailure
     from actors.testing.simulation.decorator import scenario
+    from actors.testing.simulation.invariants import Invariant
     from actors.time.virtual_loop import Deadlock, Livelock, Stalled, VirtualLoop
 
 __all__ = [
     "Deadlock",
     "ExpectedFailure",
+    "Invariant",
     "Leak",
     "Livelock",
     "Probe",
@@ -32,6 +34,10 @@ def __getattr__(name: str) -> Any:
         from actors.testing import rig
 
         return getattr(rig, name)
+    if name == "Invariant":
+        from actors.testing.simulation.invariants import Invariant
+
+        return Invariant
     if name == "scenario":
         from actors.testing.simulation.decorator import scenario
 

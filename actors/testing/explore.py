@@ -32,7 +32,7 @@ from actors.testing.simulation.trial import Scenario, Trial
 __all__ = ["LIMIT", "body_of", "main"]
 
 SHOWN_LINES = 8
-"""So many of the newest log lines are shown with a failure; a replay shows more."""
+"""The number of newest log lines that are shown with a failure; a replay shows more."""
 LIMIT = 300.0
 """Seconds beyond those of a trial that the start and the stop of a tree may take."""
 
@@ -56,7 +56,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def body_of(make: Maker, seconds: float) -> Callable[[Rig], Any]:
-    """What explore does with a tree: start it, and let so many seconds pass."""
+    """The scenario that `explore` runs: start the tree and let `seconds` pass."""
 
     async def live(rig: Rig) -> None:
         await rig.start(*await grown(make))
@@ -99,7 +99,7 @@ def _search(scenario: Scenario, options: argparse.Namespace) -> int:
 
 
 def _explained(finding: Finding) -> str:
-    """What failed, where, and what had to go wrong for it: each in words."""
+    """The failure, its place, and the faults that led to it, in words."""
     (kind, place), text = finding.outcome.signature, str(finding.outcome.error)
     lines = text.splitlines() if kind in text else f"{kind}: {text}".splitlines()
     if place and place not in text:

@@ -1,4 +1,4 @@
-"""What a test does not let pass: nodes that fail and supervisors that give up, unless the test says that it expects them.
+"""Failures that fail a test: of nodes, and of supervisors that give up, unless the test says that it expects them.
 
 `Rig.advance` and the rig's end look here; `Rig.expect_failure` and `Rig.crash` say what is meant to happen.
 """
@@ -46,6 +46,8 @@ class ExpectedFailure:
     """A failure that a test expects: from where it says so to its end, or within the ``with`` block that it opens.
 
     `errors` are those that came. The test fails when none has come by the end of the block, or of the test.
+
+    It has no public constructor: `Rig.expect_failure` gives one.
     """
 
     def __init__(self, watch: FailureWatch, kinds: Kinds, node: type | str | None, match: str) -> None:
@@ -111,15 +113,14 @@ class FailureWatch:
         self.planned: list[BaseException] = []
         """Errors with which the test itself made a node fail."""
         self._system: System | None = None
-        self._guests: set[tuple[str, ...]] = set()
+        self._beside: set[tuple[str, ...]] = set()
         self._untold: list[Failure] = []
 
     def begin(self, system: System) -> None:
         """Watch `system`, which has not started yet."""
         self._system = system
         self._untold.clear()
-        system.on_report(self._reported)
-        system.on_end(self._tree_ended)
+        system.observe(reports=self._reported, end=self._tree_ended)
 
     def expect(self, kinds: Kinds, node: type | str | None, match: str) -> ExpectedFailure:
         """From now on; what failed before is judged without it."""
@@ -129,9 +130,10 @@ class FailureWatch:
 
     def look_beside(self, own: tuple[str, ...] | None = None) -> None:
         """Take notice of nodes beside the tree that failed; only of `own` while the others' errors may still be raised to who opened them."""
-        for identity, error in self._system.failed_beside() if self._system is not None else ():
-            if identity.path not in self._guests and own in (None, identity.path):
-                self._guests.add(identity.path)
+        system = self._system
+        for identity, error in system.runtime.tree.unsupervised.failed() if system is not None else ():
+            if identity.path not in self._beside and own in (None, identity.path):
+                self._beside.add(identity.path)
                 text = f"{identity.fqn}, a node beside the tree, failed: {_described(error)}"
                 self._judge(Failure(_names(identity.path, identity), (), text, error))
 
@@ -154,8 +156,9 @@ class FailureWatch:
         for expected in self.expected:
             expected.demand("the end of the test")
 
-    def _tree_ended(self, system: System) -> None:
-        failure = system.failure
+    def _tree_ended(self) -> None:
+        assert self._system is not None
+        failure = self._system.failure
         if failure is not None:
             path = failure.path if isinstance(failure, SupervisorGaveUp) else ("system",)
             self._judge(Failure(_names(path), (), str(failure), failure))
@@ -171,7 +174,7 @@ class FailureWatch:
             return  # an orderly end, or one that the child's own `stop` asks for
         state = system.nodes.get(report.child.path)
         identity = state.identity if state is not None else None
-        made_by = state.child.factory if state is not None and state.child is not None else None
+        made_by = state.child.factory if state is not None else None
         node_class = state.node_class if state is not None else None
         classes = tuple(one for one in (node_class, made_by) if isinstance(one, type))
         why = _described(error) if error is not None else str(reason)

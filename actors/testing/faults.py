@@ -1,4 +1,4 @@
-"""What goes wrong in a simulated run: faults as values, and how a seed draws them.
+"""The faults of a simulated run, as values, and how a seed draws them.
 
 A `Fault` is concrete ("the 12th message from /scan to /planner is lost") and can be written down and read back, so that a failing
 run is replayed from one line. What may go wrong at all is said with `Lose`, `Delay`, `Crash`, ...: each draws faults from a seed and
@@ -27,6 +27,7 @@ __all__ = [
 Kind: TypeAlias = Literal[
     "lose", "delay", "duplicate", "swap", "freeze", "nan", "crash", "kill", "slow-start", "slow-handler", "slow-step", "clock-jump"
 ]  # fmt: skip
+"""The kinds of faults, by the names that they have in text."""
 CLOCK = "clock"
 SOON = 5.0
 """Seconds within which crashes come that come soon after one another: the window of restarts of a supervisor that says nothing else."""
@@ -54,7 +55,7 @@ class Fault:
         return f"{self.kind}:{self.target}#{self.nth}" + (f"{self.by:+g}" if self.by else "")
 
     def in_words(self) -> str:
-        """What goes wrong, as a sentence."""
+        """The fault as a sentence."""
         first, _, second = self.target.partition(">")  # TOPIC>NODE, or NODE>WORK
         nth, by = self.nth, f"{self.by:g} s"
         message = f"message {nth} of {first} to {second}"
@@ -75,6 +76,9 @@ class Fault:
         }[self.kind]
 
 
+"""The kinds of faults, by the names that they have in text."""
+
+
 def parse(text: str) -> tuple[Fault, ...]:
     """Read faults back, separated by blanks. Raises `ValueError` naming what cannot be read."""
     return tuple(_parse_one(word) for word in text.split())
@@ -91,7 +95,7 @@ def _parse_one(word: str) -> Fault:
 
 @dataclass(slots=True)
 class Profile:
-    """What there is to go wrong: counted in a run without faults."""
+    """The places where faults can strike, counted in a run without faults."""
 
     links: dict[str, int] = field(default_factory=dict[str, int])
     """``TOPIC>SUBSCRIBER`` -> messages, to nodes of the tree."""
@@ -179,12 +183,15 @@ class Delay(_OnLinks):
 
 
 @dataclass(frozen=True, slots=True)
-class Freeze(Delay):
+class Freeze(_OnLinks):
     """A sensor repeats its last message for up to `up_to` seconds."""
 
     at_most: int = 1
     up_to: float = 2.0
     kind: Kind = field(default="freeze", init=False, repr=False)
+
+    def _by(self, rng: Random) -> float:
+        return _seconds(rng, self.up_to)
 
 
 @dataclass(frozen=True, slots=True)
@@ -300,6 +307,7 @@ KINDS: Final[Mapping[Kind, Possible]] = MappingProxyType(
         "clock-jump": ClockJump(),
     }
 )  # fmt: skip
+"""Every kind of fault by the name that it has in text."""
 ALL: Final[tuple[Possible, ...]] = tuple(KINDS.values())
 """Every kind of fault, anywhere; of crashes, two at most."""
 

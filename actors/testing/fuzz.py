@@ -28,7 +28,7 @@ class FuzzLoop(VirtualLoop):
         self._rng = random.Random(seed)
         self._order_of_steps = order_of(seed, self._rng)
         self._share = 0
-        """So many steps are still to run until this counts as one turn of the loop: in plain order all of them run in one."""
+        """The number of steps still to run until this counts as one turn of the loop: in plain order all of them run in one."""
 
     def __repr__(self) -> str:
         return f"{super().__repr__()[:-1]} seed={self.seed}>"

@@ -1,4 +1,4 @@
-"""What a system has left over when it has ended: tasks, threads, subscriptions, goals."""
+"""The check for what a system leaves behind when it has ended: tasks, threads, subscriptions, goals."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class LeakWatch:
         self._threads |= set(threading.enumerate())
 
     def left_over(self, system: System) -> list[str]:
-        """What is left of a system that has ended: tasks, threads, endpoints and goals, each in a phrase."""
+        """The tasks, threads, endpoints and goals that a system has left behind, each in a phrase."""
         left = [
             f"task {task.get_name()}"
             for task in asyncio.all_tasks() - self._tasks
@@ -48,7 +48,7 @@ class LeakWatch:
         for state in system.nodes.values():
             left += [
                 server.describe(goal)
-                for server in state.mailbox.actions.values()
+                for server in state.actions.values()
                 for goal in (*server.running, *server.waiting)
             ]
         return sorted(left)

@@ -22,7 +22,7 @@ HELD_BACK = 0.25
 """How often all but one of the steps that are ready together wait, so that one task gets ahead of the others."""
 
 MOST_IN_A_ROW = 40
-"""So many steps of one task in a row, while others wait, and it falls behind them: it polls for what they have to do."""
+"""The number of steps in a row after which a task that others wait for falls behind them: it polls for what they have to do."""
 LONGEST_WAIT = 1000
 """After so many turns a step has its own, whatever its priority: two tasks that keep each other busy must not stop a third for ever."""
 AFRESH = 0.05

@@ -9,7 +9,7 @@ from actors.topics.subscription import Subscription
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
 
 __all__ = ["Probe"]
 
@@ -17,7 +17,10 @@ M = TypeVar("M", bound="Message")
 
 
 class Probe(Subscription[M], Generic[M]):
-    """Everything that was published on a topic since the probe was made, with the times."""
+    """Everything that was published on a topic since the probe was made, with the times.
+
+    It has no public constructor: `Rig.probe` gives one.
+    """
 
     __slots__ = ("_now", "times")
 

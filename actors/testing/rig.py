@@ -22,14 +22,15 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 from actors.errors import NotStarted
-from actors.inbox.control import Failure
 from actors.logs import DEBUG, LogRecord
 from actors.node.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.qos import of
 from actors.running.options import options_of
 from actors.running.trees import tree_of
+from actors.runtime.incarnation import incarnation_of
+from actors.runtime.record import BESIDE, NodeRecord
 from actors.supervision.declarations import Child
-from actors.system import NodeState, System
+from actors.system import System
 from actors.testing.failures import ExpectedFailure, FailureWatch, UnexpectedFailure
 from actors.testing.leaks import Leak, LeakWatch
 from actors.testing.probe import Probe
@@ -40,11 +41,11 @@ if TYPE_CHECKING:
     from actors.check.checker import Finding
     from actors.contracts.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
     from actors.running.options import ParameterSources
     from actors.running.run import Observer
     from actors.running.trees import Runnable
-    from actors.runtime.life import NodeLife
+    from actors.runtime.unsupervised import UnsupervisedNode
     from actors.supervision.declarations import Spec
     from actors.supervision.report import Report
 
@@ -60,7 +61,7 @@ N = TypeVar("N", bound=Node)
 O = TypeVar("O", bound="Observer")  # noqa: E741
 
 KEPT_LINES = 200
-_ME = ("guests", "rig")
+_ME = (BESIDE, "rig")
 """The path of the rig's own node."""
 
 
@@ -88,7 +89,7 @@ class Rig:
         self.logs: deque[LogRecord] = deque(maxlen=KEPT_LINES)
         self._observers: list[Observer] = []
         self._system: System | None = None
-        self._me: NodeLife | None = None
+        self._me: UnsupervisedNode | None = None
         self._tree: Spec | None = None
         self.leaks = LeakWatch(loop)
         """What ran before the rig was made, and so is nothing that its system has left over."""
@@ -144,10 +145,9 @@ class Rig:
     @property
     def me(self) -> Node:
         """The rig's own node, through which it talks to the others."""
-        core = self._me.core if self._me is not None else None
-        if core is None:
+        if self._me is None:
             raise NotStarted("the rig runs no system yet: await rig.start(tree) first")
-        return core.node
+        return self._me.node
 
     @property
     def now(self) -> float:
@@ -209,18 +209,18 @@ class Rig:
 
     def probe(self, topic: Topic[M], *, name: str | None = None, qos: QoS | int | None = None) -> Probe[M]:
         """Record a topic from now on. `name` is a full name instead of the contract's; latched messages come first."""
-        core = self.me.core
-        entry = self.system.graph.topic(name or core.identity.topic(topic.name))
-        probe = Probe(core, entry, topic.type, topic.qos if qos is None else of(qos), self.system.clock.now)
-        core.streams.append(cast("Any", probe))
+        me = incarnation_of(self.me)
+        entry = self.system.graph.topic(name or me.identity.topic(topic.name))
+        probe = Probe(me, entry, topic.type, topic.qos if qos is None else of(qos), self.system.clock.now)
+        me.streams.append(cast("Any", probe))
         entry.add_subscription(probe)
         return probe
 
     def publish(self, topic: Topic[M], message: M) -> None:
         """Publish one message; delivered when the test next awaits."""
-        core = self.me.core
-        for publisher in core.publishers:
-            if publisher.type is topic.type and publisher.entry.name == core.identity.topic(topic.name):
+        me = incarnation_of(self.me)
+        for publisher in me.publishers:
+            if publisher.type is topic.type and publisher.entry.name == me.identity.topic(topic.name):
                 publisher.publish(message)
                 return
         self.me.publisher(topic).publish(message)
@@ -237,18 +237,9 @@ class Rig:
 
     # -- nodes --------------------------------------------------------------------------------------------------------------
 
-    def state(self, node: type[Node] | str) -> NodeState:
+    def state(self, node: type[Node] | str) -> NodeRecord:
         """What is known of a node, by its class, its name or its full name."""
-        states = self.system.nodes.values()
-        found = [state for state in states if _is_called(state, node)]
-        if len(found) == 1:
-            return found[0]
-        asked = f"called {node!r}" if isinstance(node, str) else f"a {node.__name__}"
-        if found:
-            several = ", ".join(sorted(state.identity.fqn for state in found))
-            raise LookupError(f"{len(found)} nodes are {asked}: say which one by its full name: {several}")
-        known = ", ".join(sorted(_introduced(state) for state in states if state.path != _ME))
-        raise LookupError(f"no node in this system is {asked}; there are: {known or 'none'}")
+        return self.system.runtime.directory.named(node)
 
     @overload
     def node(self, node: type[N]) -> N: ...
@@ -256,10 +247,7 @@ class Rig:
     def node(self, node: str) -> Node: ...
     def node(self, node: type[Node] | str) -> Node:
         """The living object of this class, or of the node of this name or full name."""
-        state = self.state(node)
-        if state.core is None:
-            raise NotStarted(f"{node if isinstance(node, str) else node.__name__} is not running now")
-        return state.core.node
+        return self.system.node(node)
 
     def incarnation(self, node: type[Node] | str) -> int:
         """The number of the node's present or last life."""
@@ -270,12 +258,9 @@ class Rig:
 
         The test means it, so the node's end is no `UnexpectedFailure`; a supervisor that gives up because of it is one.
         """
-        state = self.state(node)
-        if state.core is None:
-            raise NotStarted(f"{state.identity.fqn} is not running: it cannot crash now")
         error = error or RuntimeError("crashed by the rig")
+        self.system.crash(node, error)
         self._watch.planned.append(error)
-        state.mailbox.inbox.put_control(Failure(error, "rig.crash"))
 
     def expect_failure(
         self,
@@ -302,23 +287,6 @@ class Rig:
         return "\n".join([f"rig: seed={seed} t={time} s; the last {len(lines)} log lines:", *lines])
 
 
-def _is_called(state: NodeState, node: type[Node] | str) -> bool:
-    if isinstance(node, str):
-        return node in (state.identity.name, state.identity.fqn)
-    return (kind := _class_of(state)) is not None and issubclass(kind, node)
-
-
-def _class_of(state: NodeState) -> type | None:
-    """The class of a node, known also of one that has never run."""
-    made_by = state.child.factory if state.child is not None else None
-    return state.node_class or (made_by if isinstance(made_by, type) else None)
-
-
-def _introduced(state: NodeState) -> str:
-    kind = _class_of(state)
-    return f"{state.identity.fqn} ({kind.__name__})" if kind is not None else state.identity.fqn
-
-
-def _is_settled(state: NodeState) -> bool:
-    inbox = state.mailbox.inbox
+def _is_settled(state: NodeRecord) -> bool:
+    inbox = state.inbox
     return state.state in ("running", "stopped") and not inbox.items and not inbox.control and inbox.current is None

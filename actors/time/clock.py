@@ -23,6 +23,8 @@ class Clock:
 
     `now()` is seconds since the system started; it never goes back and is what durations and deadlines use. `wall()` is the time
     of day as seconds since 1970: on the real clock the computer's, on the virtual clock `now()` itself, so that runs repeat.
+
+    It has no public constructor: `Node.clock` and `System.clock` are one.
     """
 
     __slots__ = ("_epoch", "_future_at", "_loop", "_origin", "virtual")

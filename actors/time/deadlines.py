@@ -18,7 +18,7 @@ from actors.checks import is_number
 __all__ = ["Deadlines", "Waiting", "check_timeout"]
 
 FEW = 64
-"""So many answered calls may stay in a queue besides those that wait; so many are looked at for a cycle."""
+"""The number of answered calls that may stay in a queue besides those that wait, and the number looked at in search of a cycle."""
 
 
 class Waiting(Protocol):
@@ -73,7 +73,7 @@ class Deadlines:
             queue.sweep()
 
     def waiting(self, limit: int = FEW) -> list[Waiting]:
-        """What still waits, in no particular order; at most so many."""
+        """The calls that still wait, in no particular order, among the first `limit` of all."""
         everything = chain.from_iterable(queue.waiting for queue in self._queues.values())
         return [one for one in islice(everything, limit) if not one.future.done()]
 

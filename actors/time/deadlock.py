@@ -30,7 +30,7 @@ __all__ = [
 
 _LIBRARIES = tuple(os.path.join(os.path.abspath(path), "") for path in (*asyncio.__path__, *anyio.__path__))
 _MOST = 20
-"""So many tasks are described; a report of hundreds would hide the one that matters."""
+"""The number of tasks that a report describes; hundreds would hide the one that matters."""
 
 DEADLOCK = (
     "Look for the event, queue or future that nobody serves any more. A thread that the loop does not know must be "
@@ -64,7 +64,7 @@ def report(
     ready: Iterable[object],
     remedy: str,
 ) -> str:
-    """What happened, which task waits where and since when (virtual seconds), what to do.
+    """The text of a report: the event, where each task waits and since when (virtual seconds), and the remedy.
 
     `since` maps the id of a task to the time of its last step; what is in `ready` does not wait but runs again and again.
     """

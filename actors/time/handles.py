@@ -16,7 +16,7 @@ __all__ = ["SoonHandle", "Timer", "checked_timer", "is_dead", "owner", "run_watc
 
 
 class SoonHandle(asyncio.Handle):
-    """What `call_soon` returns. The attributes that only debug mode fills are constants of the class."""
+    """The handle returned by `call_soon`. The attributes that only debug mode fills are constants of the class."""
 
     __slots__ = ()
     _repr = None
@@ -37,7 +37,7 @@ class SoonHandle(asyncio.Handle):
 
 
 class Timer(asyncio.TimerHandle):
-    """What `call_at` returns. The loop drops cancelled timers by itself, so `cancel` need not tell it."""
+    """The handle returned by `call_at`. The loop drops cancelled timers by itself, so `cancel` need not tell it."""
 
     __slots__ = ()
     _repr = None
@@ -77,7 +77,7 @@ def is_dead(item: Future[None] | asyncio.TimerHandle) -> bool:
 def checked_timer(
     loop: Any, when: float, callback: Callable[..., object], args: tuple[Any, ...], context: Context | None
 ) -> asyncio.TimerHandle:
-    """What `call_at` returns in debug mode, after asyncio's own checks."""
+    """The handle returned by `call_at` in debug mode, after asyncio's own checks."""
     loop._check_closed()
     loop._check_thread()
     loop._check_callback(callback, "call_at")

@@ -40,7 +40,7 @@ if sys.platform == "linux":
         def __init__(self) -> None:
             super().__init__()
             self._lag = 0.0
-            """What three of four waits end late by at least, seconds: so much earlier the next one is asked to end."""
+            """The lateness, in seconds, that three of four waits reach: the next wait is asked to end that much earlier."""
 
         def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
             if timeout is None or timeout <= 0.0 or self.fileno() >= _FD_SETSIZE:

@@ -11,7 +11,7 @@ from enum import StrEnum
 from time import time_ns
 from typing import NamedTuple
 
-from actors.time import ClockType, Duration, Time
+from actors.time.values import ClockType, Duration, Time
 
 __all__ = [
     "ClockChange",
@@ -83,7 +83,10 @@ class JumpThreshold:
 
 
 class JumpHandle:
-    """A registered jump callback; ``remove()`` ends it, twice is harmless."""
+    """A registered jump callback; ``remove()`` ends it, twice is harmless.
+
+    It has no public constructor: `Node.on_jump` gives one.
+    """
 
     __slots__ = ("_clock", "post", "pre", "threshold")
 
@@ -175,7 +178,7 @@ class RosClock:
         return handle
 
     def forget(self, handle: JumpHandle) -> None:
-        """What ``handle.remove()`` does."""
+        """Remove a jump callback, for ``handle.remove()``."""
         self._handles = tuple(one for one in self._handles if one is not handle)
 
     def _before(self, jump: TimeJump) -> tuple[JumpHandle, ...]:

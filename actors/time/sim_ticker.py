@@ -86,7 +86,7 @@ class SimTicker:
         return tick
 
     def remove(self, tick: SimTick) -> None:
-        """What `tick.cancel()` does."""
+        """Cancel the waiting tick, for ``tick.cancel()``."""
         if tick in self._ticks:
             self._ticks.remove(tick)
 

@@ -26,7 +26,7 @@ _INT64_MAX: Final = 2**63 - 1
 
 
 class SecNanosec(Protocol):
-    """What a stamp looks like in a message: ``sec`` and ``nanosec`` (0 to 999999999)."""
+    """A stamp as in a message: ``sec`` and ``nanosec`` (0 to 999999999)."""
 
     @property
     def sec(self) -> int: ...

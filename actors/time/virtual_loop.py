@@ -143,6 +143,15 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return not self._ready
 
     @property
+    def progress(self) -> object:
+        """Equal to an earlier value only if the loop has not turned since. May be read in another thread."""
+        return self._now, self._order, self._spins
+
+    def last_step(self, task: asyncio.Task[Any] | None, default: float) -> float:
+        """When a task made its last step, in virtual seconds; `default` if that is not known."""
+        return self._stamps.get(id(task), default)
+
+    @property
     def stands_still(self) -> bool:
         """Whether virtual time waits for a thread or a process."""
         return bool(self._outside.names())
@@ -369,7 +378,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             raise Stalled(self._news(reason, deadlock.NO_INPUT))
 
     def _judge_spinning(self) -> None:
-        """So many iterations at one instant: a livelock, unless a task is polling for outside work."""
+        """The number of iterations at one instant that is taken for a livelock, unless a task polls for outside work."""
         if not (work := self._outside.names()):
             spins, self._spins = self._spins, 0  # the loop is still needed for clean-up
             raise Livelock(

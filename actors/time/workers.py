@@ -1,4 +1,4 @@
-"""What the virtual loop must wait for in real time: threads and processes that a task is waiting for."""
+"""Work that the virtual loop must wait for in real time: threads and processes that a task waits for."""
 
 # pyright: reportPrivateUsage=false
 # anyio starts its worker threads and processes itself and says nothing to the event loop; which of them are busy

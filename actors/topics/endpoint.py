@@ -9,7 +9,7 @@ from actors.qos import BEST_AVAILABLE_DURATION
 from actors.topics.events import EndpointEvents
 
 if TYPE_CHECKING:
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
     from actors.topics.peers import Participant, TopicRegistry
 
 __all__ = ["Endpoint", "nanoseconds"]

@@ -154,6 +154,8 @@ class EventStream(Generic[E]):
     It tells what happens from the moment it was made; `status` of the endpoint says what was before. Events of one kind that have not been
     taken are merged into one, so a slow reader falls behind by at most one event of each kind. It ends with `close()`, with its
     endpoint, and when nobody refers to it any more. At most one task may wait on it.
+
+    It has no public constructor: `events()` of an endpoint gives one.
     """
 
     # Invariants:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections import deque
 
     from actors.interfaces.message import Message
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
     from actors.topics.peers import Participant, TopicRegistry
 
 __all__ = ["ConcurrentSubscription", "Handler", "HandlerSubscription", "Spawn"]
@@ -26,7 +26,10 @@ Handler: TypeAlias = Callable[[M], Awaitable[None] | None]
 
 
 class HandlerSubscription(Subscription[M]):
-    """A subscription that feeds a handler through its node's inbox. As an inbox item it stands for one waiting message."""
+    """A subscription that feeds a handler through its node's inbox. As an inbox item it stands for one waiting message.
+
+    It has no public constructor: `Node.subscription` gives one.
+    """
 
     # Invariants:
     # * While the node lives, the inbox holds this item exactly as often as messages wait: once for each, put there by `deliver`.

@@ -19,8 +19,8 @@ from actors.topics.events import EventStream
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
-    from actors.qos import QoS
     from actors.qos.events import PublisherEvent, PublisherStatus
+    from actors.qos.policies import QoS
     from actors.topics.peers import Participant, SubscriptionPeer, Target, TopicRegistry
 
 __all__ = ["Publisher"]
@@ -36,6 +36,8 @@ class Publisher(Endpoint, Generic[M]):
     """One node's right to publish on one topic. Call it, or `publish`.
 
     `count` is the number of messages published so far, `status` what else has happened, `events()` tells it as it happens.
+
+    It has no public constructor: `publishes` and `Node.publisher` give one.
     """
 
     # Invariants:

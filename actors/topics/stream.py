@@ -16,8 +16,8 @@ from actors.waiting import wake
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
-    from actors.qos import QoS
     from actors.qos.events import SubscriptionEvent, SubscriptionStatus
+    from actors.qos.policies import QoS
     from actors.topics.peers import Participant, TopicRegistry
 
 __all__ = ["Stream", "StreamSubscription"]
@@ -79,6 +79,8 @@ class Stream(Generic[M]):
 
     It receives from the moment it is made. It ends (and the subscription leaves the topic) with `close()`, with the end of an
     ``async with`` block, when nobody refers to the stream any more, and with its node; then iteration stops. At most one task may wait on it.
+
+    It has no public constructor: `subscribes` and `Node.subscribe` give one.
     """
 
     __slots__ = ("_loop", "_subscription", "_thread")

@@ -18,8 +18,8 @@ from actors.waiting import Waiters
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
-    from actors.qos import QoS
     from actors.qos.events import SubscriptionEvent, SubscriptionStatus
+    from actors.qos.policies import QoS
     from actors.topics.peers import Participant, PublisherPeer, Target, TopicRegistry
 
 __all__ = ["Subscription"]

@@ -14,7 +14,7 @@ from actors.topics.publisher import Publisher
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
-    from actors.qos import QoS
+    from actors.qos.policies import QoS
     from actors.topics.peers import Participant, Target, TopicRegistry
 
 __all__ = ["TimedPublisher", "publisher_for"]

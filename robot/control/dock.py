@@ -1,4 +1,7 @@
-"""The last steps onto the dock: filtering the sights of the station, and the velocity towards a pose, without clock and node."""
+"""The last steps onto the dock: filtering the sights of the station, and the velocity towards a pose, without clock and node.
+
+Equations: docs/control.md#docking.
+"""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 A pursuit of a point ahead on the path proposes a command. The command is tried out: the body is moved along it on
 paper, and when its outline would come too near to anything, the best of a fan of other commands is taken instead (the
-dynamic window idea of Fox, Burgard and Thrun, 1997, with a rectangle instead of a disc).
+dynamic window of Fox, Burgard and Thrun, 1997, with a rectangle instead of a disc).
 
 Of the commands u = (vx, vy, wz) that keep clear, the one of least price is taken, with its end pose after 1.2 s:
 
@@ -10,7 +10,8 @@ Of the commands u = (vx, vy, wz) that keep clear, the one of least price is take
     way   = path left + 0.8 distance from the path + 0.3 |bearing of the path|       along a path
           = distance from the pose + 0.4 |turn that is left|                         towards a pose
 
-where `missing` is what the least clearance on the way lacks to comfort. The numbers are those of `FollowerConfig`.
+where `missing` is what the least clearance on the way lacks to the clearance required, which stands for comfort in a narrow place. Through
+a gap the end pose is that after 0.6 s. The numbers are those of `FollowerConfig`; symbols and sources: docs/control.md#following-a-path.
 """
 
 from __future__ import annotations
@@ -294,10 +295,10 @@ class Follower:
         return chosen, phase if best == 0 else Phase.AVOIDING
 
     def _offered(self, around: LocalField) -> float:
-        """The clearance (m) to insist on: a little less than the body has when it slides along the path as drawn.
+        """Clearance required of a command, m: the least that a body has which slides along the path ahead, less `insistence`,
+        within [`touch` + `ease`, `comfort`].
 
-        In the open that is the full comfort. In a narrow passage nothing better is to be had, and insisting would stop
-        there.
+        Never more than the path itself offers, or a narrow passage could not be entered.
         """
         config = self.config
         points = self.ahead(config.offered_over)

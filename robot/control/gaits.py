@@ -1,7 +1,8 @@
 """Which foot stands when: gaits as a table of phase offsets, and the clock that runs through them.
 
 Each leg has the phase frac(t / period + offset). It stands while the phase is below `duty` and swings for the rest.
-Offsets in the order fl, fr, rl, rr; they follow the usual names (robot-domain section 3).
+Offsets in the order fl, fr, rl, rr; names and phases are those of Hildebrand (1965)
+and Alexander (1984), see docs/control.md#gaits.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 A robot twice as long as wide fits through many gaps in one heading only. So ahead of the robot the floor is cut into cells of 10 cm
 with 16 headings each (6 cm and 32 where that finds nothing good), and the quickest sequence of steps forward, backward, sideways and
 turns is found that keeps the whole outline clear. The price of a step is the seconds it takes, more where it is close.
+Equations and sources: docs/control.md#gap-planning.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ _SLOWEST = 0.3
 
 
 def thread(pose: Pose2, path: Path, along: float, goal: Pose2, around: LocalField, limits: Limits) -> Floats | None:
-    """Poses (n, 3) from here to a point of the path some 1.8 m ahead (or its end), or None when the body does not get there.
+    """Poses (n, 3) from here to a point of the path 1.6 m ahead (or its end), or None when the body does not get there.
 
     The poses lie at most 22 cm or 22.5 degrees apart; the first is the robot's own.
     """

@@ -6,9 +6,11 @@ the error of velocity d = v* - v + v_sway, the integral i of it, and the angles 
     force   horizontal   m (clip(k_v d + i) + a_sway)
             vertical     m max(0.2 g, g + k_h (h* - h) + d_h (slope . v - v_z))
     moment  per axis     I (k_R lean + d_R (w* - w))
-    landing              p + v T + R(yaw at landing) hip + v t_stance / 2 + k (v - v*) + h / (2 g) (w* x v) - h / g i
+    landing              p - s + u T + r + (u + w* x r) t_stance / 2 + clip(k (u - v*)) + h / (2 g) (u x w*) - h / g i
 
-The landing is Raibert's rule (Legged Robots That Balance, 1986) with the yaw term of Di Carlo et al. (MIT Cheetah 3, 2018).
+where s is the displacement of the sway, u = v - v_sway, T the time until the landing and r the foot's nominal place, turned by the yaw at
+the landing. That is Raibert's rule (1986) with the term for turning of Kim et al. (2019). Symbols, numbers and sources:
+docs/control.md#walking.
 """
 
 from __future__ import annotations

@@ -238,6 +238,6 @@ def _bearing(leg: int, sample: JointSample, legs: Limbs) -> float:
 
 
 def _solve(rows: tuple[Triple, Triple, Triple], right: Triple) -> Triple:
-    """Three equations; zero if they are singular."""
+    """Three equations; of a leg that is nearly singular the least solution, without the direction that cannot be told."""
     x, y, z = np.linalg.lstsq(np.array(rows), np.array(right), rcond=SINGULAR)[0].tolist()
     return (x, y, z)

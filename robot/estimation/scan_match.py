@@ -1,9 +1,12 @@
 """Where a scan says the robot is: Gauss-Newton on the map's distance field.
 
-Every beam's end should lie on an obstacle, so the clearance at that point is an error, its gradient says where to move,
-and a robust weight takes the say from beams that hit what the map does not know. (robot-domain notes, section 6; the
-likelihood field idea is of Thrun, Burgard and Fox, "Probabilistic Robotics", section 6.4.) It assumes a static map and
-a prior within some 30 cm and 10 degrees.
+Every beam's end should lie on an obstacle, so the clearance D there is the residual (the likelihood field of Thrun, Burgard and Fox,
+"Probabilistic Robotics", 2005). Minimised over the pose x, with the ends ej of the returning beams and the prior x0:
+
+    sum c^2 ln(1 + D(x ej)^2 / c^2)  +  (x - x0)' diag((_SIGMA / _PRIOR)^2) (x - x0)
+
+as a reweighted least-squares problem, weights 1 / (1 + D^2 / c^2): beams that hit what the map does not know hardly count. It assumes
+a static map and a prior within some 30 cm and 10 degrees. Steps and sources: docs/control.md#localization.
 """
 
 from __future__ import annotations
@@ -25,6 +28,7 @@ ACCEPTED = 0.6
 """A quality below this means: the scan did not fit, and the prior came back unchanged."""
 
 _ROUNDS = 15
+"""Gauss-Newton steps at most."""
 _FIT = 0.08
 """A beam that ends this near to a mapped face fits it, m: four sigma of the worst LiDAR (2 cm)."""
 _FEWEST = 30
@@ -38,8 +42,9 @@ _SETTLED = 1e-3
 _OUTSIDE = (-4.0, 5.0)
 """So far beyond a cell its slope goes on, in cells: 20 cm behind the map's edge; chosen."""
 _SIGMA = 0.02
+"""Standard deviation of a beam, m."""
 _PRIOR = np.array([0.3, 0.3, 0.2])
-"""Trust in the prior (m, m, rad): next to nothing against walls, but all there is along a featureless corridor."""
+"""Standard deviations of the prior, m, m, rad: it counts for next to nothing against walls, but is all there is along a corridor."""
 
 
 class ScanMatcher:

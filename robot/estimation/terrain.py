@@ -1,4 +1,4 @@
-"""The plane under the robot, fitted through the places its feet stood on last."""
+"""The plane under the robot, fitted through the last contact point of each foot (docs/control.md#terrain-plane)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ STEEPEST = 0.6
 IN_LINE = 1e-4
 """Feet whose second moments have a smaller determinant stand in a line, m4; chosen: the usual stance has 0.04."""
 SETTLE = 0.25
-"""Time constant (s) with which the plane follows the feet."""
+"""Time constant of the low-pass on the slopes, s."""
 
 
 def plane(feet: Sequence[Triple]) -> tuple[Triple, tuple[float, float] | None]:

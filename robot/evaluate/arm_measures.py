@@ -250,13 +250,12 @@ async def _carry(seed: int, backend: Backend) -> Errand:
     target = PoseStamped(pose=Pose(position=on_table))
     goal = FetchAndCarry.Goal(object_name="cup", target_pose=pose_stamped(Pose2(2.05, 1.0), Time()), place_pose=target)
     async with run(tree, seed=seed, sinks=()) as system:
-        core = (await system.join(Child(Node, name="judge"))).core
-        assert core is not None
+        judge = (await system.join(Child(Node, name="judge"))).node
         await system.clock.sleep(1.0)
         begun = system.clock.now()
         success = True
         try:
-            async with core.node.start(FETCH_AND_CARRY, goal) as handle:
+            async with judge.start(FETCH_AND_CARRY, goal) as handle:
                 await handle
         except GoalFailed as failed:
             print(f"seed {seed}, {backend}: {failed}", file=sys.stderr)

@@ -120,9 +120,7 @@ def calibration_error(seed: int, delay: float, *, standing: bool) -> float:
     async def main() -> None:
         async with run(tree, seed=seed, sinks=()) as system:
             await system.join(Child(Node, name="asker"))
-            core = system.core_of("/asker")
-            assert core is not None
-            asker = core.node
+            asker = system.node("asker")
             if standing:
                 await asker.call(STAND, Trigger.Request())
             await system.clock.sleep(SETTLED)

@@ -190,10 +190,9 @@ def punctuality(times: Sequence[float], hz: float) -> Punctuality:
 
 async def _listener(system: System, backend: str) -> Listener:
     await system.join(Child(Listener, args=(backend,)))
-    core = system.core_of("/listener")
-    assert core is not None
-    assert isinstance(core.node, Listener)
-    return core.node
+    listener = system.node("listener")
+    assert isinstance(listener, Listener)
+    return listener
 
 
 def _listen(stack: ExitStack, node: Node, names: Sequence[str]) -> dict[str, Stream[Any]]:
@@ -217,7 +216,7 @@ async def _measured(
 
 def _timers(system: System) -> dict[str, float]:
     """The rates of the clockwork's timers so far."""
-    timers = next(state.mailbox.timers for state in system.nodes.values() if state.identity.name == "clockwork")
+    timers = next(state.timers for state in system.nodes.values() if state.identity.name == "clockwork")
     now = system.loop.time()
     by_rate = {timer.hz: timer.rate(now) for timer in timers.values()}
     return {name: by_rate[hz] for _, name, hz in TIMERS}

@@ -7,8 +7,7 @@ import asyncio
 from actors import Node, Stream
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.tf2_msgs.msg import TFMessage
-from actors.time import Duration
-from actors.time.ros_clock import JumpThreshold, TimeJump
+from actors.time import Duration, JumpThreshold, TimeJump
 from robot.contracts import TF, TF_STATIC
 from robot.frames.tree import HISTORY, FrameTree
 from robot.geometry.errors import Extrapolation, FrameError, NotConnected, UnknownFrame

@@ -8,7 +8,7 @@ from __future__ import annotations
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import TransformStamped
 from actors.suggest import did_you_mean
-from actors.time.values import nanoseconds_of, stamp_of
+from actors.time import nanoseconds_of, stamp_of
 from robot.frames.track import Track
 from robot.geometry.errors import Extrapolation, InvalidTransform, NotATree, NotConnected, UnknownFrame
 from robot.geometry.transform import Transform

@@ -46,7 +46,7 @@ class MotorTargets:
 
 @dataclass(frozen=True, slots=True)
 class ImuSample:
-    """Angular velocity (rad/s) and specific force (m/s2) in body axes, with the noise of robot-domain section 6; shape (3,) each."""
+    """Angular velocity (rad/s) and specific force (m/s2) in body axes, with noise (docs/control.md#sensor-models); shape (3,) each."""
 
     gyro: Vector
     accel: Vector
@@ -91,7 +91,7 @@ class Truth:
     touching: tuple[str, ...]
     """Names of scene obstacles (``box_0``, ``cylinder_3`` in scene order) that any part of the robot touches now."""
     power: float
-    """Electrical motor power now: sum(max(tau qd, 0)) + k_cu sum(tau^2), W (robot-domain section 7), without hotel load."""
+    """Electrical motor power now: sum(max(tau qd, 0)) + k_cu sum(tau^2), W, without hotel load (docs/control.md#power-and-battery)."""
 
     @property
     def yaw(self) -> float:

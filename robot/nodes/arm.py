@@ -42,7 +42,7 @@ from robot.interfaces.your_package.srv import (
 from robot.model.arm import JOINTS, check_angles
 
 if TYPE_CHECKING:
-    from actors.supervision.reasons import ExitReason
+    from actors import ExitReason
     from robot.hardware.arm import ArmDevice, ArmState
     from robot.hardware.body import Body
 

@@ -7,8 +7,8 @@ from math import degrees
 from typing import Final, TypeVar
 
 from actors import Node, Stream, publishes
+from actors.interfaces import Message
 from actors.interfaces.geometry_msgs.msg import Vector3
-from actors.interfaces.message import Message
 from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.sensor_msgs.msg import Imu
 from actors.suggest import did_you_mean

@@ -300,7 +300,7 @@ class Docking(Node):
             await self.clock.sleep(config.period)
 
     def _place(self) -> Pose2:
-        """In the dock's frame: by the map, corrected by sight."""
+        """Pose in the frame of the dock: correction * dock^-1 * pose on the map."""
         assert self._pose is not None
         return compose(self._sight.correction, compose(inverse(self._dock), self._pose))
 

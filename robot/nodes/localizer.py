@@ -1,4 +1,7 @@
-"""Where the robot is on the map: odometry between scans, and at each scan a correction that makes it fit the map."""
+"""Where the robot is on the map: odometry between scans, and at each scan a correction that makes it fit the map.
+
+Equations: docs/control.md#localization.
+"""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from robot.model.parameters import SIT_HEIGHT
 from robot.sim.charger import charger_connected
 
 if TYPE_CHECKING:
-    from actors.supervision.reasons import ExitReason
+    from actors import ExitReason
     from robot.hardware.body import Body
     from robot.sim.kinematic import KinematicBody
 

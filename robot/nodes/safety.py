@@ -15,7 +15,7 @@ from actors.interfaces.std_srvs.srv import (
     Trigger_Request,
     Trigger_Response,
 )
-from actors.time.values import nanoseconds_of, stamp_of
+from actors.time import nanoseconds_of, stamp_of
 from robot.contracts import (
     BATTERY_STATUS,
     CMD_VEL,

@@ -7,11 +7,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from actors import Service
+from actors import Parameter, Service, system_of
 from actors.interfaces.rcl_interfaces import srv
-from actors.parameters import Parameter
 from actors.parameters.files import ParameterOverrides
 from actors.parameters.messages import from_result, from_value, to_parameter
+from actors.runtime.incarnation import incarnation_of
 
 if TYPE_CHECKING:
     from actors import Node
@@ -71,13 +71,13 @@ def _write(file: Path, content: Mapping[str, object]) -> None:
 
 def _nodes(asker: Node) -> list[str]:
     """All nodes but those that only look on."""
-    states = asker.core.system.nodes.values()
-    return sorted(state.identity.fqn for state in states if state.core is not None and state.path[0] != "guests")
+    records = system_of(asker).nodes.values()
+    return sorted(record.identity.fqn for record in records if record.node is not None and record.supervised)
 
 
 async def _values(asker: Node, name: str) -> dict[str, Any]:
     if name == asker.fqn:
-        return {key: _plain(value) for key, value in asker.core.parameters.values.items()}
+        return {key: _plain(value) for key, value in incarnation_of(asker).parameters.values.items()}
     services = _services(name)
     listed = await asker.call(services.names, srv.ListParameters.Request())
     names = list(listed.result.names)

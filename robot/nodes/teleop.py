@@ -10,14 +10,14 @@ from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, SetBool_Request, SetBool_Response
-from actors.time.values import nanoseconds_of
+from actors.time import nanoseconds_of
 from robot.contracts import AUTONOMY_CMD, CMD_VEL, DRIVE_STATUS, ENABLE, JOY_CMD, SAFETY_STATE, TELEOP_CMD, VOICE
 from robot.control.arbiter import STILL, Source, Velocity, VelocityArbiter, VelocityLimits, Verdict
 from robot.control.voice import interpret
 from robot.interfaces.robactor_msgs.msg import DriveStatus, SafetyState
 
 if TYPE_CHECKING:
-    from actors.supervision.reasons import ExitReason
+    from actors import ExitReason
 
 __all__ = ["TUTORIAL_LIMITS", "RobotController"]
 

@@ -1,4 +1,4 @@
-"""Whether the energy for a walk is there: for the way to the goal, and from there to the dock (robot-domain section 7)."""
+"""Whether the energy for a walk is there: for the way to the goal, and from there to the dock (docs/control.md#power-and-battery)."""
 
 from __future__ import annotations
 

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 from robot.run.options import Crash, Options, UsageError, parse
 
 if TYPE_CHECKING:
-    from actors import Supervisor
-    from actors.system import System
+    from actors import Supervisor, System
     from robot.assembly import Robot
     from robot.hardware.body import Body
     from robot.run.flight import Flight
@@ -97,8 +96,7 @@ class Session:
 
     async def _main(self) -> int:
         from actors import Child, run
-        from actors.logs import console_sink, json_sink
-        from actors.logs.levels import Level
+        from actors.logs import Level, console_sink, json_sink
         from robot.run.flight import Flight
         from robot.run.judge import Judge, Score
         from robot.run.mission import failure
@@ -178,11 +176,8 @@ class Session:
                     break
                 await asyncio.wait([ended], timeout=left)
                 flight.look()
-                if any(
-                    isinstance(state.core.node, (Patrol, Carrier)) and state.core.node.finished
-                    for state in system.nodes.values()
-                    if state.core
-                ):
+                missions = (record.node for record in system.nodes.values())
+                if any(isinstance(node, (Patrol, Carrier)) and node.finished for node in missions):
                     await asyncio.wait([ended], timeout=3.0)  # the sit that ends the mission takes about two seconds
                     break
             if ended.done():
@@ -245,10 +240,9 @@ def check_crashes(tree: Supervisor, crashes: Sequence[Crash]) -> None:
 
 def _crash(system: System, name: str) -> None:
     """Make a node fail as if one of its handlers had raised."""
-    from actors.inbox.control import Failure
+    from actors import NotStarted
 
-    for state in system.nodes.values():
-        if name in (state.identity.name, state.identity.fqn) and state.core is not None:
-            state.mailbox.inbox.put_control(Failure(RuntimeError("crashed on request (--crash)"), "--crash"))
-            return
-    system.log.error("there is no such node to crash", asked=name)
+    try:
+        system.crash(name, RuntimeError("crashed on request (--crash)"))
+    except (LookupError, NotStarted):
+        system.log.error("there is no such node to crash", asked=name)

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-from actors.system import System
+from actors import System
 from robot.hardware.body import Body
 from robot.run.judge import Score
 
@@ -88,7 +88,7 @@ def _timers(system: System) -> list[dict[str, Any]]:
     now = system.loop.time()
     rows: list[dict[str, Any]] = []
     for state in system.nodes.values():
-        for name, timer in state.mailbox.timers.items():
+        for name, timer in state.timers.items():
             p50, p99, most = timer.lateness.quantiles()
             rows.append(
                 {

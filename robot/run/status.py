@@ -10,12 +10,11 @@ from typing import IO, NamedTuple
 
 import numpy as np
 
-from actors import Node, background, every
+from actors import ExitReason, Node, background, every
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.nav_msgs.msg import Path as PathMessage
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.logs import LogRecord, LogSink
-from actors.supervision.reasons import ExitReason
 from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, PATH, POSE
 from robot.geometry.messages import from_pose
 from robot.geometry.planar import Pose2

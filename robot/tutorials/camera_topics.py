@@ -10,7 +10,7 @@ import numpy as np
 from actors import Node, QoS, Supervisor, Topic, every, publishes
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import Header
-from actors.qos.policies import Reliability
+from actors.qos import Reliability
 from robot.tutorials.program import main, system
 
 __all__ = ["CAMERA_RGB", "CameraPublisher", "ImageProcessor", "tree"]

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from math import isfinite
 from typing import cast
 
-from actors import Node, Supervisor, Topic, every, parameter, publishes
+from actors import Node, Parameter, SetResult, Supervisor, Topic, every, parameter, publishes
 from actors.interfaces.std_msgs.msg import Float64
-from actors.parameters import Parameter, SetResult, on_set
+from actors.parameters import on_set
 from robot.tutorials.program import main, system
 
 __all__ = ["MOTOR_VELOCITY", "MotorController", "tree"]

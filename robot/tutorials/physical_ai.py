@@ -6,10 +6,9 @@ the twin cannot hear them, and so is the twin; it never gets one.
 
 from __future__ import annotations
 
-from actors import Node, Service, Supervisor, Topic, every, publishes
+from actors import ExitReason, Node, Service, Supervisor, Topic, every, publishes
 from actors.interfaces.std_msgs.msg import Float32, String
 from actors.interfaces.std_srvs.srv import SetBool, SetBool_Request, SetBool_Response
-from actors.supervision.reasons import ExitReason
 from robot.tutorials.program import main, system, was_interrupted
 
 __all__ = [

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from typing import TypeVar
 
 from actors import ActorError, CallTimeout, Node, Service, ServiceUnavailable, Supervisor
+from actors.interfaces import Message
 from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Request, AddTwoInts_Response
 from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
-from actors.interfaces.message import Message
 from actors.interfaces.nav_msgs.msg import Path
 from actors.interfaces.std_msgs.msg import Header
 from robot.geometry.planar import Pose2

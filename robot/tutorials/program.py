@@ -13,21 +13,23 @@ from actors import (
     Action,
     ActorError,
     Child,
+    ExitReason,
     Node,
     Service,
     StartFailed,
+    Stopped,
     Supervisor,
     SupervisorGaveUp,
+    all_significant,
     background,
     execute,
+    never,
     parameter,
     run,
     transient,
 )
-from actors.logs import LogRecord, console_sink
-from actors.logs.levels import Level
-from actors.supervision.declarations import Spec, all_significant, never
-from actors.supervision.reasons import ExitReason, Stopped
+from actors.logs import Level, LogRecord, console_sink
+from actors.typing import Spec
 from robot.run.options import LEVELS, Parser, UsageError, seconds
 
 __all__ = ["Errand", "ErrandFailed", "main", "system", "was_interrupted"]

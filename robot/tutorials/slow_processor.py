@@ -7,7 +7,7 @@ it at once, and a queue that is deep enough for a hiccup.
 
 from __future__ import annotations
 
-from actors import Node, Supervisor, Topic, every, publishes
+from actors import Node, Supervisor, Topic, every, publishes, system_of
 from actors.interfaces.std_msgs.msg import Int32
 from robot.tutorials.program import main, system
 
@@ -33,8 +33,8 @@ def process(reading: int) -> int:
 
 def diagnosis(node: Node) -> str:
     """What there is to know about missed readings: the losses, the queue, how long the callback takes, and the profiles of both ends."""
-    queue, system = node.subscription(READINGS), node.core.system
-    load = next(state.load for state in system.nodes.values() if state.core is node.core)
+    queue = node.subscription(READINGS)
+    load = next(record.load for record in system_of(node).nodes.values() if record.node is node)
     slowest = load.slowest
     callback = f"{slowest.handler} takes {slowest.mean:.3f} s" if slowest is not None else "no callback has run yet"
     offers = ", ".join(f"{publisher.node.fqn} offers {publisher.qos}" for publisher in queue.entry.publishers)

@@ -56,7 +56,7 @@ async def living(tree: Spec) -> AsyncGenerator[System]:
 
 def node_of(system: System, kind: type[N], name: str) -> N:
     """The running node with this full name."""
-    core = system.core_of(name)
+    core = system.runtime.directory.find(name)
     assert core is not None
     assert isinstance(core.node, kind)
     return core.node

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from actors import Child, Node, Topic, publishes, qos, subscribes
+from actors import Child, Node, QoS, Topic, publishes, qos, subscribes
 from actors.interfaces.std_msgs.msg import Int32
-from actors.qos import QoS
 from actors.testing import Rig
 from tests.loopback import borrowed
 from tests.loopback.topics import LoopbackTopic, RemotePublisher, RemoteSubscription

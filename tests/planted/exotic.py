@@ -13,6 +13,7 @@ from actors import (
     Done,
     DynamicSupervisor,
     Node,
+    Parameter,
     Service,
     Steps,
     Supervisor,
@@ -27,8 +28,8 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.rcl_interfaces.srv import SetParameters
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
-from actors.parameters import Parameter
 from actors.parameters.messages import to_parameter
+from actors.system import system_of
 from tests.planted.kit import ok, turns
 
 ASK, CLIMB = Service(Trigger, "ask"), Action(Fibonacci, "climb")
@@ -165,7 +166,7 @@ class Hirer(Node):
 
     @every(hz=1)
     async def hire(self) -> None:
-        pool = self.core.system.supervisor
+        pool = system_of(self).supervisor
         assert pool is not None
         jobs = pool.life("jobs")
         try:

@@ -12,7 +12,7 @@ class Shop(Node):
     out = publishes(ORDERS)
 
     async def on_start(self) -> None:
-        self.number = 1000 * self._core.incarnation if self._core is not None else 0
+        self.number = 1000 * self.__machinery__.incarnation if self.__machinery__ is not None else 0
 
     @every(hz=3)
     def order(self) -> None:

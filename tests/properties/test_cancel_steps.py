@@ -33,6 +33,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
 from actors.node.retry import retry
+from actors.runtime.incarnation import incarnation_of
 from actors.system import System, system_here
 from actors.testing import Rig
 from actors.testing.fuzz import FuzzLoop
@@ -296,11 +297,11 @@ async def driven(steps: Generator[Any, Any, None]) -> None:
 
 def what_is_open(rig: Rig) -> list[str]:
     """Whatever should be over a second after the client."""
-    core, mine = rig.state(Server).core, rig.me.core
+    core, mine = rig.state(Server).running, incarnation_of(rig.me)
     if core is None:
         return ["the server has ended"]
-    actions, services, inbox = core.mailbox.actions.values(), core.mailbox.services.values(), core.inbox
-    problems = [repr(each) for each in actions if each.running or each.waiting or each.arriving or each.questions]
+    actions, services, inbox = core.record.actions.values(), core.record.services.values(), core.inbox
+    problems = [repr(each) for each in actions if each.running or each.waiting or each.requests]
     problems += [repr(each) for each in services if each.open() or each.waiting]
     if inbox.items or inbox.control or inbox.current:
         problems.append(f"in the inbox: {inbox.current}, {list(inbox.control)}, {list(inbox.items)}")
@@ -399,7 +400,7 @@ async def play_a_program(first: int, times: int) -> list[str]:
     if system_here() is not None:
         problems.append("a system is left")
     return problems + [
-        f"in the books: {system.nodes}" for system in systems if system.running or len(system.unsupervised)
+        f"in the books: {system.nodes}" for system in systems if system.running or len(system.runtime.tree.unsupervised)
     ]
 
 

@@ -49,7 +49,7 @@ from actors.node.retry import retry
 from actors.nodes.parameter_server import ParameterServer, get_global, set_global
 from actors.supervision.errors import SupervisionError
 from actors.supervision.running import RunningSupervisor
-from actors.system import System, system_here
+from actors.system import System, system_here, system_of
 from actors.testing.fuzz import FuzzLoop
 from tests.properties.trials import check_trials, in_loop
 from tests.stage import number, order, result, step, total, two
@@ -232,7 +232,7 @@ Operation = Callable[[Node, Random], Awaitable[object]]
 
 def supervisor(node: Node, name: str) -> RunningSupervisor:
     """A supervisor in the tree. Raises `NotFound` when it has ended."""
-    root = node.core.system.supervisor
+    root = system_of(node).supervisor
     assert root is not None
     found = root.life((name,))
     if not isinstance(found, RunningSupervisor):
@@ -283,7 +283,7 @@ async def start_one(node: Node, rng: Random) -> None:
 
 async def change_states(node: Node, rng: Random) -> None:
     try:
-        await (bring_down if rng.random() < 0.5 else bring_up)(node.core.system)
+        await (bring_down if rng.random() < 0.5 else bring_up)(system_of(node))
     except RuntimeError as error:  # another client has changed them meanwhile
         if not str(error).startswith("/camera: "):
             raise
@@ -333,8 +333,8 @@ async def interfere(system: System, rng: Random, clients: list[asyncio.Task[None
                 system.loop.call_later(rng.random() * 0.02, task.cancel)
         elif roll < 0.6:
             state = rng.choice(list(system.nodes.values()))
-            if state.core is not None and state.path[0] != "guests":
-                state.core.fail(OSError("chaos"), "chaos", decided=True)
+            if state.running is not None and state.path[0] != "guests":
+                state.running.fail(OSError("chaos"), "chaos", decided=True)
 
 
 class Story:
@@ -382,13 +382,13 @@ def left_by(system: System | None) -> list[str]:
         left.append(f"left: {system_here()!r}")
     if system is None:
         return left
-    if system.running or len(system.unsupervised):
-        left.append(f"left: {system.supervisor!r}, {len(system.unsupervised)} nodes beside it")
+    if system.running or len(system.runtime.tree.unsupervised):
+        left.append(f"left: {system.supervisor!r}, {len(system.runtime.tree.unsupervised)} nodes beside it")
     gc.collect()  # a stream that an error's traceback holds
     for entry in system.graph.topics.values():
         left += [f"left: {endpoint!r}" for endpoint in (*entry.publishers, *entry.subscriptions)]
     for state in system.nodes.values():
-        servers = state.mailbox.actions.values()
+        servers = state.actions.values()
         left += [f"left: {each!r}" for each in servers if each.running or each.waiting or each.arriving]
     return left
 

@@ -17,8 +17,10 @@ from actors import (
     GoalRejected,
     Node,
     NotRunning,
+    Parameter,
     Service,
     ServiceFailed,
+    SetResult,
     Skip,
     StartFailed,
     Steps,
@@ -33,8 +35,8 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.rcl_interfaces.srv import SetParameters
 from actors.interfaces.std_msgs.msg import Int32
-from actors.parameters import Parameter, SetResult
 from actors.parameters.messages import to_parameter
+from actors.runtime.incarnation import incarnation_of
 from actors.system import System, system_here
 from actors.testing.fuzz import FuzzLoop
 from actors.time.virtual_loop import VirtualLoop
@@ -110,7 +112,7 @@ class Faulty(Node):
 
     async def on_start(self) -> None:
         self.diary.append(f"begin {self.incarnation}")
-        self.core.parameters.add_on_set_callback(self.check)
+        incarnation_of(self).parameters.add_on_set_callback(self.check)
         self.fail_at("on_start")
         self.spawn(self.spawned())
         asyncio.get_running_loop().call_later(0.1, self.fail_at, "callback")
@@ -227,7 +229,7 @@ class Trial:
             self.expect(isinstance(error, NotRunning) == (self.fate == "all stops"), f"the start failed with {error!r}")
         else:
             self.expect(self.fate != "does not start", "it has started")
-            self.me = (await system.join(Child(Node, name="me"))).core.node  # type: ignore[union-attr]
+            self.me = (await system.join(Child(Node, name="me"))).node
             await self.provoke()
             await system.clock.sleep(1.0)
             await self.look()
@@ -249,9 +251,9 @@ class Trial:
                 await system.supervisor.restart_child("faulty")
         elif self.place == "resume":
             state = system.nodes["system", "faulty"]
-            assert state.core is not None
-            state.mailbox.saved = 1
-            state.core.fail(OSError("so that there is a second life"), "the trial")
+            assert state.running is not None
+            state.saved = 1
+            state.running.fail(OSError("so that there is a second life"), "the trial")
         await system.clock.sleep(0.2)
 
     async def ask(self) -> object:
@@ -321,8 +323,8 @@ class Trial:
         for entry in system.graph.topics.values():
             left += [repr(endpoint) for endpoint in (*entry.publishers, *entry.subscriptions)]
         for state in system.nodes.values():
-            left += [repr(each) for each in state.mailbox.actions.values() if each.running or each.waiting]
-        self.expect(not left and not len(system.unsupervised) and system_here() is None, f"left: {left}")
+            left += [repr(each) for each in state.actions.values() if each.running or each.waiting]
+        self.expect(not left and not len(system.runtime.tree.unsupervised) and system_here() is None, f"left: {left}")
 
 
 def fail_somewhere(seed: int) -> tuple[str, list[str]]:

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
+from actors import Parameter, SetResult
 from actors.parameters import (
     FloatingPointRange,
     IntegerRange,
-    Parameter,
     ParameterAlreadyDeclared,
     ParameterChange,
     ParameterDescriptor,
@@ -22,7 +22,6 @@ from actors.parameters import (
     ParameterNotDeclared,
     ParameterStore,
     ParameterType,
-    SetResult,
 )
 from actors.parameters.messages import from_parameter, to_parameter
 from actors.parameters.values import INT64_MAX, INT64_MIN, widened

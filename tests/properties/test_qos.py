@@ -8,8 +8,8 @@ import pickle
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors import qos
-from actors.qos import Durability, History, Liveliness, QoS, Reliability
+from actors import QoS, qos
+from actors.qos import Durability, History, Liveliness, Reliability
 
 seconds = st.one_of(st.none(), st.just(math.inf), st.integers(1, 10**12).map(lambda nanoseconds: nanoseconds / 1e9))
 concrete = st.builds(

@@ -13,7 +13,6 @@ from actors.supervision.acts import (
     Add,
     Adopt,
     Answer,
-    AnswerAtEnd,
     CloseWhenReady,
     Due,
     EndHold,
@@ -25,6 +24,7 @@ from actors.supervision.acts import (
     Stop,
     StopNext,
     Tell,
+    Terminate,
 )
 from actors.supervision.children import Children, merged
 from actors.supervision.decide import decide
@@ -203,12 +203,12 @@ def test_a_request_is_refused_or_answered_once(case: tuple[Any, Children]) -> No
     found = answer(event, children)
     if isinstance(event, (Ended, Ready, AllReady, StopAsked, KillAsked)):
         assert isinstance(found, list), "only requests are refused"
-        assert not any(isinstance(act, (Answer, AnswerAtEnd, Due)) for act in found)
+        assert not any(isinstance(act, (Answer, Terminate, Due, Add)) for act in found)
     elif children.phase == "stopping":
         assert isinstance(found, str)
         assert found.startswith("SupervisorDown")
     elif isinstance(found, list):
-        assert sum(isinstance(act, (Answer, AnswerAtEnd, Due)) for act in found) == 1
+        assert sum(isinstance(act, (Answer, Terminate, Due, Add)) for act in found) == 1
 
 
 @given(cases())

@@ -11,8 +11,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from actors import QoS
 from actors.errors import CallCycle, NodeRestarting, NotRunning, ServiceFailed
-from actors.qos import BEST_AVAILABLE_DURATION, Durability, History, Liveliness, QoS, Reliability
+from actors.qos import BEST_AVAILABLE_DURATION, Durability, History, Liveliness, Reliability
 from actors.transport.format import attachments, buffers, extensions, history, keys, names, qos, replies, tokens, types
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.gids import GID_SIZE, gid_of

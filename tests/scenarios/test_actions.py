@@ -189,9 +189,9 @@ async def test_goal_ids_come_from_the_seed(rig: Rig) -> None:
     ids = [(await rig.start_goal(COUNT, order(1))).goal_id for _ in range(3)]
     assert len(set(ids)) == 3
     again = System(seed=7)
-    assert ids == [again.new_id() for _ in range(3)]
+    assert ids == [again.runtime.new_id() for _ in range(3)]
     assert all(uuid.UUID(bytes=goal_id).version == 4 for goal_id in ids)
-    assert System(seed=8).new_id() not in ids
+    assert System(seed=8).runtime.new_id() not in ids
 
 
 async def test_A_60_and_A_64_while_a_goal_runs_its_node_answers_and_ticks(rig: Rig) -> None:
@@ -621,7 +621,7 @@ async def test_a_client_that_is_canceled_in_the_moment_of_acceptance_cancels_its
     await asyncio.sleep(0)
     server = server_of(rig)
     (request,) = server.requests
-    rig.state(Counter).mailbox.inbox.put_control(Moment(starting.cancel))  # before the client can look at the answer
+    rig.state(Counter).inbox.put_control(Moment(starting.cancel))  # before the client can look at the answer
     await rig.advance(10.0)
     assert starting.cancelled()
     assert server.table.status_of(request.goal_id) is GoalStatus.CANCELED
@@ -633,7 +633,7 @@ async def test_a_client_that_is_canceled_in_the_moment_of_rejection_just_ends(ri
     await rig.start_goal(COUNT, order(5))
     starting = asyncio.create_task(rig.start_goal(COUNT, order(1)))
     await asyncio.sleep(0)
-    rig.state(Counter).mailbox.inbox.put_control(Moment(starting.cancel))
+    rig.state(Counter).inbox.put_control(Moment(starting.cancel))
     await rig.quiet()
     assert starting.cancelled()
 

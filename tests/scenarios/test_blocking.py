@@ -45,7 +45,7 @@ from actors.blocking import BlockingNode, InsideEventLoop
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32, String
-from actors.system import System
+from actors.system import System, system_of
 from actors.testing import Rig
 from tests.stage import ADD, COUNT, NUMBERS, WORDS, number, order, result, step, total, two, word
 
@@ -411,7 +411,7 @@ def test_F21_what_is_called_as_on_a_node_means_the_same() -> None:
 
 
 async def read_last_line(node: Node) -> str:
-    return node.core.system.records[-1].event
+    return system_of(node).records[-1].event
 
 
 def test_F21_a_subscription_is_a_stream_to_iterate_to_ask_and_to_close() -> None:
@@ -473,6 +473,7 @@ PROGRAM = """
 import os, signal, threading, time
 from actors import Node, Topic, blocking
 from actors.interfaces.std_msgs.msg import Int32
+from actors.system import system_of
 
 class Motor(Node):
     async def on_stop(self, reason):

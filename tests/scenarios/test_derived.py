@@ -4,7 +4,21 @@ from __future__ import annotations
 
 import pytest
 
-from actors import Action, Done, Node, Reject, Service, ServiceUnavailable, Steps, Topic, every, parameter, qos
+from actors import (
+    Action,
+    Done,
+    Node,
+    Parameter,
+    Reject,
+    Service,
+    ServiceUnavailable,
+    SetResult,
+    Steps,
+    Topic,
+    every,
+    parameter,
+    qos,
+)
 from actors.actions.goals import CancelCode, GoalStatus
 from actors.interfaces import derived
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
@@ -13,8 +27,8 @@ from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Fee
 from actors.interfaces.rcl_interfaces.msg import Log, ParameterEvent
 from actors.interfaces.rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from actors.interfaces.unique_identifier_msgs.msg import UUID
-from actors.parameters import Parameter, SetResult
 from actors.parameters.messages import to_parameter
+from actors.runtime.incarnation import incarnation_of
 from actors.testing import Rig
 from tests.stage import events
 
@@ -203,7 +217,7 @@ async def test_a_callback_that_breaks_fails_the_request_and_is_logged(rig: Rig) 
     def broken(parameters: object) -> SetResult:
         raise OSError("no such register")
 
-    rig.node(Arm).core.parameters.add_on_set_callback(broken)
+    incarnation_of(rig.node(Arm)).parameters.add_on_set_callback(broken)
     wanted = SetParameters.Request(parameters=[to_parameter(Parameter("speed", 1.5))])
     (outcome,) = (await rig.call(Service(SetParameters, "/arm/set_parameters"), wanted)).results
     assert not outcome.successful

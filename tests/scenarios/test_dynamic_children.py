@@ -28,6 +28,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.rcl_interfaces.msg import Log
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.qos import ROSOUT
+from actors.runtime.incarnation import incarnation_of
 from actors.supervision.running import RunningSupervisor
 from actors.testing import Rig
 from tests.stage import ADD, NUMBERS, number, total, two
@@ -87,7 +88,7 @@ def sizes(rig: Rig) -> dict[str, int]:
     graph = system.graph
     found: dict[str, Any] = {
         "nodes": system.nodes,
-        "names": system._names,  # pyright: ignore[reportPrivateUsage]
+        "names": system.runtime.directory._paths,  # pyright: ignore[reportPrivateUsage]
         "topics": graph.topics,
         "services": graph.services,
         "actions": graph.actions,
@@ -96,7 +97,7 @@ def sizes(rig: Rig) -> dict[str, int]:
         "mismatches": [pair for topic in graph.topics.values() for pair in topic.mismatches],
         "clients": [one for entry in graph.services.values() for one in entry.clients],
         "goals": [one for entry in graph.actions.values() for one in entry.clients],
-        "ticks": [entry for entry in system.ticker._heap if not entry[3].canceled],  # pyright: ignore[reportPrivateUsage]
+        "ticks": [entry for entry in system.runtime.ticker._heap if not entry[3].canceled],  # pyright: ignore[reportPrivateUsage]
     }
     return {name: len(held) for name, held in found.items()}
 
@@ -136,7 +137,7 @@ async def test_nor_do_those_that_ended_by_themselves_failed_or_were_stopped_toge
     before = sizes(rig)
     for name in ("done", "broken", "left"):
         await workers(rig).spawn(name=name)
-    done = rig.state("done").core
+    done = rig.state("done").running
     assert done is not None
     done.node.stop("has done its work")
     rig.crash("broken", OSError("encoder"))
@@ -213,7 +214,7 @@ async def test_a_client_of_many_short_lived_services_remembers_the_newest_only(r
         await pool.terminate_child(child)
     assert len(rig.system.graph.services) < 10
     assert len(rig.system.graph.departed) <= 256
-    assert len(rig.me.core.clients) <= 256
+    assert len(incarnation_of(rig.me).clients) <= 256
 
 
 class Choking(Node):

@@ -91,7 +91,7 @@ async def test_E_11_each_node_can_be_replaced_by_another_class_with_the_same_con
     await rig.start(tree.replace(children=changed))
     await rig.advance(1.0)
     assert {state.incarnation for state in rig.system.nodes.values()} == {1}
-    core = rig.state(name).core
+    core = rig.state(name).running
     assert core is not None
     assert type(core.node).__name__.startswith("Other")
 

@@ -17,6 +17,7 @@ from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
 from actors.running.run import Run
 from actors.supervision.reasons import ExitReason
+from actors.system import system_of
 from tests.stage import NUMBERS, number
 
 COUNT = Action(Fibonacci, "count")
@@ -39,7 +40,7 @@ class Ender(Node):
 
     async def end(self, place: str) -> None:
         if place == self.where:
-            await self.core.system.stop(place)
+            await system_of(self).stop(place)
 
     async def on_start(self) -> None:
         await self.end("on_start")
@@ -92,7 +93,7 @@ def test_a_node_that_stops_its_system_does_not_wait_for_its_own_end(where: str) 
 def test_a_guest_that_stops_the_system_ends_with_it() -> None:
     async def program() -> float:
         async with quiet_run(Child(Node, name="one")), open_node("me") as me:
-            me.spawn(me.core.system.stop("enough"))
+            me.spawn(system_of(me).stop("enough"))
             await me.clock.sleep(0.1)
         return asyncio.get_running_loop().time()
 

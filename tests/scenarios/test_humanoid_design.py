@@ -9,10 +9,9 @@ from itertools import pairwise
 
 import pytest
 
-from actors import Child, Service
+from actors import Child, Parameter, Service
 from actors.interfaces.rcl_interfaces.srv import SetParameters
 from actors.interfaces.sensor_msgs.msg import JointState
-from actors.parameters import Parameter
 from actors.parameters.messages import to_parameter
 from actors.testing import Rig
 from robot.contracts import (

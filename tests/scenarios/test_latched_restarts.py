@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 
-from actors import Node, Topic, open_node, publishes, qos
+from actors import Node, QoS, Topic, open_node, publishes, qos
 from actors.interfaces.std_msgs.msg import Int32
-from actors.qos import Durability, QoS
+from actors.qos import Durability
 from actors.testing import Rig
 from tests.stage import number, values
 

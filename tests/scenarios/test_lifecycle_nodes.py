@@ -158,7 +158,7 @@ async def test_L_07_all_are_configured_then_activated_in_order_and_brought_down_
 
 async def test_bring_up_names_the_node_that_does_not_come_up(rig: Rig) -> None:
     system = await rig.start(Supervisor("cameras", children=[Child(Camera, name="left"), Child(Camera, name="right")]))
-    rig.system.nodes["cameras", "right"].core.node.refuses = "configure"  # type: ignore[union-attr]
+    rig.system.nodes["cameras", "right"].node.refuses = "configure"  # type: ignore[union-attr]
     with pytest.raises(RuntimeError, match="/right: configure"):
         await bring_up(system)
 
@@ -190,7 +190,7 @@ async def test_bringing_down_goes_only_as_far_as_each_node_is_up(rig: Rig) -> No
     await rig.start(Camera, Child(Camera, name="second"))
     await bring_up(rig.system, ["/camera"], to="inactive")
     await bring_down(rig.system)
-    first, second = (rig.state(name).core for name in ("/camera", "/second"))
+    first, second = (rig.state(name).running for name in ("/camera", "/second"))
     assert first is not None
     assert second is not None
     assert getattr(first.node, "seen", None) == ["on_configure", "on_cleanup"]

@@ -6,9 +6,8 @@ import asyncio
 
 import pytest
 
-from actors import Child, Node, Topic, every, publishes
+from actors import Child, Node, QoS, Topic, every, publishes
 from actors.interfaces.std_msgs.msg import Int32
-from actors.qos import QoS
 from actors.testing import Rig
 from tests.stage import NUMBERS, number
 

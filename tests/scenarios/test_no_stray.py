@@ -32,6 +32,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.lifecycle_msgs.msg import Transition
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.interfaces.std_msgs.msg import Int32
+from actors.runtime.incarnation import incarnation_of
 from actors.supervision.reasons import ExitReason
 from actors.testing import Rig
 from tests.stage import events, number, order, result, step, total, two
@@ -105,7 +106,7 @@ async def test_D4_a_goal_whose_block_is_left_is_canceled_by_its_server(rig: Rig,
     await rig.start(Gripper)
     await leave(rig)
     await rig.advance(0.2)
-    (server,) = rig.node(Gripper).core.mailbox.actions.values()
+    (server,) = incarnation_of(rig.node(Gripper)).record.actions.values()
     assert not server.running
     assert [goal.status.name for goal in server.table.records()] == ["CANCELED"]
 
@@ -115,14 +116,14 @@ async def test_D4_a_server_that_refuses_is_heard_also_when_nobody_waits_for_its_
     with anyio.move_on_after(1.0):
         await holds(rig, force=9)
     await rig.advance(10.0)
-    (server,) = rig.node(Gripper).core.mailbox.actions.values()
+    (server,) = incarnation_of(rig.node(Gripper)).record.actions.values()
     assert [run.status.name for run in server.running] == ["EXECUTING"]
 
 
 async def test_D4_a_client_canceled_while_its_goal_is_accepted_leaves_no_goal(rig: Rig) -> None:
     await rig.start(Gripper)
     task = asyncio.create_task(holds(rig))
-    (server,) = rig.node(Gripper).core.mailbox.actions.values()
+    (server,) = incarnation_of(rig.node(Gripper)).record.actions.values()
     while not server.running:
         await asyncio.sleep(0)
     task.cancel()  # the acceptance is on its way
@@ -454,7 +455,7 @@ async def test_D7_work_for_a_node_that_has_ended_is_refused_and_thrown_away(rig:
     async def work() -> None: ...
 
     await rig.start(Arm)
-    core = rig.node(Arm).core
+    core = incarnation_of(rig.node(Arm))
     rig.crash(Arm)
     await rig.settled()
     coroutine = work()

@@ -35,6 +35,7 @@ from actors import (
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
+from actors.runtime.incarnation import incarnation_of
 from actors.supervision.reasons import ExitReason
 from actors.testing import Rig
 from tests.stage import ADD, COUNT, NUMBERS, events, number, order, result, step, total, two
@@ -153,7 +154,7 @@ async def test_E_05_many_nodes_share_one_loop(rig: Rig) -> None:
     )
     rig.publish(NUMBERS, number(1))
     await rig.advance(0.01)
-    assert [rig.state(f"n{index}").core.node.story for index in range(3)] == [["take"]] * 3  # type: ignore[union-attr]
+    assert [rig.state(f"n{index}").node.story for index in range(3)] == [["take"]] * 3  # type: ignore[union-attr]
 
 
 async def test_E_09_a_node_has_nothing_to_spin(rig: Rig) -> None:
@@ -315,7 +316,7 @@ async def test_a_node_knows_who_and_when_it_is(rig: Rig) -> None:
     wheel = rig.node(Wheel)
     assert (wheel.name, wheel.namespace, wheel.fqn, wheel.incarnation) == ("left_wheel", "/base", "/base/left_wheel", 1)
     assert repr(wheel) == "<Wheel /base/left_wheel, incarnation 1>"
-    assert repr(wheel.core) == "<core of /base/left_wheel, incarnation 1>"
+    assert repr(incarnation_of(wheel)) == "<incarnation 1 of /base/left_wheel>"
     assert wheel.clock is rig.system.clock
 
 
@@ -438,7 +439,7 @@ async def test_randomness_depends_on_seed_name_and_incarnation_only(rig: Rig) ->
     rig.crash("a")
     await rig.settled()
     assert len(set(Dice.rolls.values())) == len(Dice.rolls) == 3
-    assert Dice.rolls["/b", 1] == rig.system.random("/b#1").random()
+    assert Dice.rolls["/b", 1] == rig.system.runtime.random("/b#1").random()
 
 
 # -- failures --------------------------------------------------------------------------------------------------------
@@ -599,7 +600,7 @@ async def test_what_a_node_that_has_ended_spawns_is_refused(rig: Rig) -> None:
     with pytest.raises(Ended, match="/exclusive, incarnation 1, has ended: ask its successor, if there is one"):
         old.spawn(work)
     with pytest.raises(Ended):
-        old.core.spawn(old.clock.sleep(1.0))
+        incarnation_of(old).spawn(old.clock.sleep(1.0))
     with pytest.raises(Ended):
         old.stop()
 
@@ -682,7 +683,7 @@ async def test_E_07_after_its_end_a_node_is_gone_from_the_graph(rig: Rig) -> Non
     assert (topic.publishers, topic.subscriptions) == ([], [])
     assert repr(topic) == "<topic /numbers: 0 publishers, 0 subscriptions>"
     assert rig.system.graph.action("/count").server is None
-    assert rig.system.core_of("/orderly") is None
+    assert rig.system.runtime.directory.find("/orderly") is None
 
 
 async def test_an_on_stop_that_fails_hides_nothing_and_skips_nothing(rig: Rig) -> None:

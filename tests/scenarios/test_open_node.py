@@ -26,7 +26,8 @@ from actors import (
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
-from actors.system import system_here
+from actors.runtime.incarnation import incarnation_of
+from actors.system import system_here, system_of
 from actors.testing import Rig
 from tests.stage import ADD, NUMBERS, number, total, two
 
@@ -50,7 +51,7 @@ def opened(name: str, **options: Any) -> Any:
 async def test_alone_it_is_a_system_of_its_own_that_ends_with_it() -> None:
     async with opened("listener", namespace="/lab") as node:
         assert node.fqn == "/lab/listener"
-        assert system_here() is node.core.system
+        assert system_here() is system_of(node)
         stream = node.subscribe(NUMBERS)
         node.publisher(NUMBERS)(number(1))
         assert await stream.next() == number(1)
@@ -73,7 +74,7 @@ async def test_it_talks_to_the_tree_that_runs_in_this_loop() -> None:
             self.out(number(self.count))
 
     async with run(Child(Talker), sinks=(Ear(),)) as system, opened("listener") as node:
-        assert node.core.system is system
+        assert system_of(node) is system
         seen: list[int] = []
         async for message in node.subscribe(NUMBERS):
             seen.append(message.data)
@@ -86,12 +87,12 @@ async def test_it_talks_to_the_tree_that_runs_in_this_loop() -> None:
 async def test_nodes_nest_and_the_system_ends_with_the_last_one() -> None:
     async with opened("outer") as outer:
         async with opened("inner") as inner:
-            assert inner.core.system is outer.core.system
+            assert system_of(inner) is system_of(outer)
             inner.serve(ADD, answer)
             assert (await outer.call(ADD, two(1, 2))).sum == 3
         with pytest.raises(NotRunning):
             await outer.call(ADD, two(1, 2))
-        assert system_here() is outer.core.system
+        assert system_here() is system_of(outer)
     assert system_here() is None
 
 
@@ -100,7 +101,7 @@ async def test_the_first_may_leave_before_the_second() -> None:
     node = await first.__aenter__()
     other = await second.__aenter__()
     await first.__aexit__(None, None, None)
-    assert system_here() is other.core.system
+    assert system_here() is system_of(other)
     with pytest.raises(Ended):
         node.publisher(NUMBERS)
     other.publisher(NUMBERS)
@@ -116,7 +117,7 @@ async def test_it_joins_the_system_it_is_given() -> None:
     other = System(sinks=(Ear(),))
     await other.start(Supervisor("other"))
     async with run(Supervisor("newest"), sinks=(Ear(),)), open_node("guest", system=other) as node:
-        assert node.core.system is other
+        assert system_of(node) is other
     await other.stop()
 
 
@@ -242,7 +243,7 @@ async def test_a_guest_has_the_stop_timeout_of_its_declaration(rig: Rig, stop: A
 
     await rig.start(Node)
     life = await rig.system.join(Child(Slow, stop=stop))
-    assert repr(life) == "<life of /slow>"
+    assert repr(life) == "<unsupervised node /slow>"
     await rig.system.leave(life)
     assert rig.now == {"kill": 0.0, 1.0: 1.0, float("inf"): 8.0}[stop]
     await rig.system.leave(life)  # twice is fine
@@ -254,7 +255,7 @@ async def test_a_guest_that_does_not_start_fails_the_join_and_leaves_nothing(rig
         async def on_start(self) -> None:
             if error is not None:
                 raise error
-            self.core.request_stop("at once")
+            incarnation_of(self).request_stop("at once")
             task = asyncio.current_task()
             assert task is not None
             task.cancel()
@@ -319,7 +320,7 @@ async def test_a_second_node_of_one_name_is_refused_and_the_first_goes_on() -> N
         ):
             async with open_node("twin"):
                 pass
-        assert not first.core.ended
+        assert not incarnation_of(first).ended
         async with open_node("twin", namespace="/other") as second:
             assert second.fqn == "/other/twin"
     async with open_node("twin", sinks=()) as again:
@@ -334,5 +335,5 @@ async def test_the_name_of_a_node_that_has_ended_by_itself_is_free_before_its_bl
         async with open_node("brief", sinks=()) as second:
             with pytest.raises(Stop):
                 await first.__aexit__(None, None, None)
-            assert not second.core.ended
-            assert [state.identity.fqn for state in second.core.system.nodes.values()] == ["/host", "/brief"]
+            assert not incarnation_of(second).ended
+            assert [state.identity.fqn for state in system_of(second).nodes.values()] == ["/host", "/brief"]

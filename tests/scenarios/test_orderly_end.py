@@ -37,7 +37,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
 from actors.supervision.reasons import ExitReason, Leaked
-from actors.system import system_here
+from actors.system import system_here, system_of
 from actors.testing import Rig
 from actors.time.virtual_loop import VirtualLoop
 from tests.stage import ADD, COUNT, NUMBERS, events, number, order, two
@@ -109,7 +109,7 @@ async def test_D1_clients_whose_streams_end_with_the_system_leave_in_order(count
     async with run(motors(), sinks=()) as system:
         clients = [asyncio.create_task(listens(f"client{index}", slowly)) for index in range(count)]
         await asyncio.sleep(1.0)
-        assert len(system.unsupervised) == count
+        assert len(system.runtime.tree.unsupervised) == count
     assert Motor.diary == IN_ORDER
     assert await asyncio.gather(*clients) == [f"client{index} has left" for index in range(count)]
     assert nothing_is_left(system)
@@ -197,7 +197,7 @@ async def test_D11_a_guest_left_by_repeated_cancellations_leaves_the_books() -> 
         known = list(system.nodes)
         with anyio.move_on_after(1.0):
             await visits("scoped")
-        assert (len(system.unsupervised), list(system.nodes)) == (0, known)
+        assert (len(system.runtime.tree.unsupervised), list(system.nodes)) == (0, known)
         for count in (1, 2, 5):
             task = asyncio.create_task(visits("canceled"))
             await asyncio.sleep(1.0)
@@ -206,9 +206,9 @@ async def test_D11_a_guest_left_by_repeated_cancellations_leaves_the_books() -> 
                 await asyncio.sleep(0.001)
             await asyncio.wait([task])
             assert task.cancelled()
-            assert (len(system.unsupervised), list(system.nodes)) == (0, known)
+            assert (len(system.runtime.tree.unsupervised), list(system.nodes)) == (0, known)
         async with open_node("scoped"), open_node("canceled"):
-            assert len(system.unsupervised) == 2
+            assert len(system.runtime.tree.unsupervised) == 2
 
 
 @pytest.mark.virtual
@@ -217,8 +217,8 @@ async def test_D11_a_system_of_one_guest_ends_with_it_however_it_is_left() -> No
         await visits("first")
     assert system_here() is None
     async with open_node("second", seed=7) as node:
-        assert node.core.system.seed == 7
-        assert list(node.core.system.nodes) == [("guests", "second")]
+        assert system_of(node).seed == 7
+        assert list(system_of(node).nodes) == [("guests", "second")]
     assert asyncio.all_tasks() == {asyncio.current_task()}
 
 
@@ -240,7 +240,7 @@ def test_D19_nodes_in_a_loop_whose_main_ends_are_stopped_all_the_same() -> None:
     with asyncio.Runner(loop_factory=VirtualLoop) as runner:
         assert runner.run(main()) == "main ends"
         loop = runner.get_loop()
-    assert loop not in actors.system._systems
+    assert actors.system._open.of(loop) == ()
     assert sorted(Motor.diary) == sorted(IN_ORDER)
     assert tasks[0].cancelled()
 
@@ -269,7 +269,7 @@ def test_D19_a_start_that_the_end_of_main_breaks_off_is_taken_back() -> None:
 def test_D19_a_kill_cuts_short_what_the_end_of_main_began() -> None:
     class Stuck(Node):
         async def on_stop(self, reason: object) -> None:
-            self.core.system.loop.call_later(1.0, self.core.system.kill)
+            system_of(self).loop.call_later(1.0, system_of(self).kill)
             await self.clock.sleep(3600.0)
             Motor.diary.append("never")
 
@@ -358,7 +358,7 @@ async def test_D20_a_guest_that_refuses_to_die_is_given_up_and_said_to_be() -> N
     assert system.clock.now() - before == 1.5
     (line,) = events(system.records, "a node beside the tree refused to die and was abandoned")
     assert line.fields["node_name"] == "/zombie"
-    assert len(system.unsupervised) == 0
+    assert len(system.runtime.tree.unsupervised) == 0
     Zombie.released.set()
     await system.stop()
     assert nothing_is_left(system)
@@ -373,8 +373,8 @@ async def test_D20_a_failed_node_whose_clean_up_hangs_is_killed_after_its_stop_t
 
     async with run(Supervisor("system", children=[Child(Hung, stop=2.0)]), sinks=()) as system:
         state = system.nodes["system", "hung"]
-        assert state.core is not None
-        state.core.fail(OSError("a loose wire"), "the test")
+        assert state.running is not None
+        state.running.fail(OSError("a loose wire"), "the test")
         await asyncio.sleep(1.9)
         assert (state.state, state.incarnation) == ("stopping", 1)
         await asyncio.sleep(0.2)
@@ -398,8 +398,8 @@ def test_D20_a_node_that_is_thrown_away_while_it_cleans_up_waits_for_nothing_any
         await system.start(Supervisor("system", children=[Child(Hung)]))
         assert system.supervisor is not None
         state, task = system.nodes["system", "hung"], task_named("system/hung#1")
-        assert state.core is not None
-        state.core.fail(OSError("a loose wire"), "the test")
+        assert state.running is not None
+        state.running.fail(OSError("a loose wire"), "the test")
         await asyncio.sleep(1.0)
         return task.get_coro()  # type: ignore[return-value]
 
@@ -499,7 +499,7 @@ async def test_D6_code_that_asks_the_program_to_exit_stops_everything_in_order(p
     assert Motor.diary == IN_ORDER
     (system,) = systems
     assert system.exit_code == (5 if isinstance(exit, SystemExit) else 130)
-    assert isinstance(system.exit_request, ProgramExit)
+    assert isinstance(system.runtime.tree.exit_request, ProgramExit)
     assert nothing_is_left(system)
     assert asyncio.current_task().cancelling() == 0  # type: ignore[union-attr]
 
@@ -521,7 +521,7 @@ async def test_D6_who_waits_for_the_system_goes_on_and_the_block_raises_the_exit
             await system.wait()
             Motor.diary.append("waited")
             assert system.exit_code == 5
-            assert str(system.exit_request) == "Menu.tick asked the program to exit: SystemExit: 5"
+            assert str(system.runtime.tree.exit_request) == "Menu.tick asked the program to exit: SystemExit: 5"
     assert Motor.diary == [*IN_ORDER, "waited"]
 
 
@@ -587,7 +587,7 @@ async def test_kill_ends_everything_without_a_last_word_and_interrupts_nobody() 
 async def test_kill_breaks_off_a_start() -> None:
     class Hasty(Node):
         async def on_start(self) -> None:
-            self.core.system.kill()
+            system_of(self).kill()
             await self.clock.sleep(3600.0)
 
     system = System(sinks=())
@@ -603,6 +603,7 @@ PRELUDE = """
 import asyncio, os, signal, sys
 from actors import Child, Node, Supervisor, execute, open_node, run, every, publishes, Topic
 from actors.interfaces.std_msgs.msg import Int32
+from actors.system import system_of
 
 NUMBERS = Topic(Int32, "numbers")
 SIGNAL = signal.{signal}

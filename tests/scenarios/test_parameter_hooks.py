@@ -9,10 +9,11 @@ from typing import Any
 import pytest
 
 import actors
-from actors import Child, DeclarationError, Node, Service, SetResult, StartFailed, parameter
+from actors import Child, DeclarationError, Node, Parameter, Service, SetResult, StartFailed, parameter
 from actors.interfaces.rcl_interfaces import srv
-from actors.parameters import Parameter, SetParametersResult, on_set, post_set, pre_set
+from actors.parameters import SetParametersResult, on_set, post_set, pre_set
 from actors.parameters.messages import to_parameter
+from actors.runtime.incarnation import incarnation_of
 from actors.testing import Rig
 
 SET = Service(srv.SetParameters, "/driver/set_parameters")
@@ -181,7 +182,7 @@ async def test_a_validator_that_answers_neither_none_nor_a_reason_is_told(rig: R
 async def test_a_deleted_parameter_is_nothing_to_validate_or_to_tell(rig: Rig) -> None:
     await rig.start(Driver)
     driver = rig.node(Driver)
-    store = driver.core.parameters
+    store = incarnation_of(driver).parameters
     store.set_descriptor("speed", actors.parameters.ParameterDescriptor(dynamic_typing=True))
     driver.said.clear()
     assert driver.set_parameter("speed", None).successful

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from actors import Child, Node, ServiceUnavailable, Supervisor, Topic, every, qos
+from actors import Child, Node, ServiceUnavailable, SetResult, Supervisor, Topic, every, qos
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 from actors.nodes import parameter_server as module
 from actors.nodes.parameter_server import ParameterServer, get_global, set_global
-from actors.parameters import ParameterNotDeclared, SetResult
+from actors.parameters import ParameterNotDeclared
 from actors.testing import Rig
 
 EVENTS = Topic(ParameterEvent, "/parameter_events", qos.PARAMETER_EVENTS)

@@ -11,6 +11,7 @@ from actors import (
     DeclarationError,
     Ended,
     Node,
+    QoS,
     Supervisor,
     Topic,
     background,
@@ -20,7 +21,6 @@ from actors import (
 )
 from actors.interfaces.rcl_interfaces.msg import Log
 from actors.interfaces.std_msgs.msg import Int32
-from actors.qos import QoS
 from actors.qos.events import (
     DeadlineMissed,
     IncompatibleQoS,
@@ -100,7 +100,7 @@ async def test_H_02_an_incompatible_pair_hears_of_it_on_both_sides_and_the_log_s
     sensor = rig.node(Sensor)
     assert sensor.out.status.incompatible_qos == 3
     assert sensor.told == [IncompatibleQoS(count, 1, last_policy_kind="RELIABILITY") for count in (1, 2, 3)]
-    for status in (rig.system.core_of("/first").node.subscription(NUMBERS).status, dynamic.status):  # type: ignore[union-attr]
+    for status in (rig.system.runtime.directory.find("/first").node.subscription(NUMBERS).status, dynamic.status):  # type: ignore[union-attr]
         assert (status.incompatible_qos, status.last_policy_kind, status.matched) == (1, "RELIABILITY", 0)
     told = events(rig.logs, "incompatible QoS")
     assert [record.node for record in told] == ["/sensor", "/first", "/sensor", "/second", "/sensor", "/rig"]

@@ -23,6 +23,7 @@ from actors import (
     LifecycleState,
     Node,
     NodeRestarting,
+    Parameter,
     Service,
     ServiceFailed,
     Steps,
@@ -44,8 +45,8 @@ from actors.interfaces.rcl_interfaces import srv
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 from actors.interfaces.std_msgs.msg import Int32
 from actors.nodes.clock_publisher import ClockPublisher
-from actors.parameters import Parameter
 from actors.parameters.messages import to_parameter
+from actors.runtime.incarnation import incarnation_of
 from tests.stage import ADD, COUNT, NUMBERS, number, order, result, step, total, two, values
 
 pytestmark = pytest.mark.realtime
@@ -74,7 +75,7 @@ def quiet(*children: Child) -> Any:
 
 def living(system: System, name: str) -> Any:
     """The living object of a node."""
-    core = system.core_of(f"/{name}")
+    core = system.runtime.directory.find(f"/{name}")
     assert core is not None
     return core.node
 
@@ -211,7 +212,7 @@ async def test_timers_at_200_Hz_are_on_their_grid_never_early_and_every_tick_is_
     async with quiet(Child(Metronome)) as system:
         metronome = living(system, "metronome")
         await metronome.enough.wait()
-        (record,) = metronome.core.mailbox.timers.values()
+        (record,) = incarnation_of(metronome).record.timers.values()
         fired, missed, last = record.fired, record.missed, metronome.ticks[-1]
         lasted = time.monotonic() - begun
     assert fired >= 100
@@ -280,7 +281,7 @@ class Camera(LifecycleNode):
 async def test_lifecycle_a_node_ticks_and_publishes_only_while_it_is_active() -> None:
     async with quiet(Child(Camera)) as system, open_node("viewer") as me:
         camera, frames = living(system, "camera"), me.subscribe(NUMBERS)
-        assert (camera.state, camera.core.timers) == (LifecycleState.UNCONFIGURED, [])
+        assert (camera.state, incarnation_of(camera).timers) == (LifecycleState.UNCONFIGURED, [])
         await bring_up(system)
         assert camera.state is LifecycleState.ACTIVE
         for n in range(1, 6):
@@ -288,7 +289,7 @@ async def test_lifecycle_a_node_ticks_and_publishes_only_while_it_is_active() ->
         assert await camera.change_state("deactivate")
         count = camera.count
         camera.frames(number(-1))  # discarded
-        assert camera.core.timers == []
+        assert incarnation_of(camera).timers == []
         assert await camera.change_state("activate")
         while (frame := await frames.next(timeout=PATIENCE)).data <= count:
             assert frame.data > 0

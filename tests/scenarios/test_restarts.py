@@ -31,7 +31,7 @@ from actors import (
 )
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
-from actors.system import KEPT_RESTARTS
+from actors.runtime.record import KEPT_RESTARTS
 from actors.testing import Rig
 from tests.stage import ADD, NUMBERS, WORDS, events, number, total, two, values, word
 
@@ -338,7 +338,7 @@ async def test_a_timer_keeps_its_record_over_incarnations_and_reads_its_rate_ane
     rig.crash(Blinker)
     await rig.settled()
     await rig.advance(1.0)
-    record = rig.state(Blinker).mailbox.timers["blink"]
+    record = rig.state(Blinker).timers["blink"]
     assert (record.fired, record.missed, record.hz) == (30, 0, 20.0)
     assert record.seconds(rig.system.loop.time()) == 2.0
 
@@ -359,12 +359,12 @@ async def test_a_child_whose_declaration_changes_its_name_is_known_by_the_new_on
     rig.crash("one")
     await rig.settled()
     assert rig.node(Named).fqn == "/there/one"
-    assert rig.system.core_of("/one") is None
+    assert rig.system.runtime.directory.find("/one") is None
     probe = rig.probe(NUMBERS, name="/there/numbers")
     rig.node(Named).out(number(1))
     assert values(probe) == [1]
     await supervisor.start_child(Child(Named, name="two", remap={"__node": "one"}))  # the old name is free
-    assert rig.system.core_of("/one") is not None
+    assert rig.system.runtime.directory.find("/one") is not None
 
 
 async def test_M_01_a_second_node_of_a_name_is_refused_and_the_first_is_named(rig: Rig) -> None:
@@ -397,7 +397,7 @@ async def test_instances_of_a_template_come_and_go_and_free_their_names(rig: Rig
     assert len(rig.system.graph.topic("/numbers").subscriptions) == 2
     await fleet.spawn(7, name="robot_1")
     assert rig.incarnation("robot_1") == 1  # another one, of the same name
-    assert rig.state("robot_1").core.node.number == 7  # type: ignore[union-attr]
+    assert rig.state("robot_1").node.number == 7  # type: ignore[union-attr]
 
 
 async def test_an_instance_that_does_not_start_frees_its_name(rig: Rig) -> None:

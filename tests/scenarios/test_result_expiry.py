@@ -12,6 +12,7 @@ from actors.actions.server import ActionServer
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.rosgraph_msgs.msg import Clock
+from actors.runtime.incarnation import incarnation_of
 from actors.testing import Rig
 
 COUNT = Action(Fibonacci, "count")
@@ -28,7 +29,7 @@ class Counter(Node):
 
 
 def server_of(rig: Rig) -> ActionServer:
-    return rig.node(Counter).core.mailbox.actions["/count"]
+    return incarnation_of(rig.node(Counter)).record.actions["/count"]
 
 
 async def run_goal(rig: Rig, order: int = 1) -> None:
@@ -85,7 +86,7 @@ async def test_D26_results_may_be_dropped_at_once_or_kept_forever(rig: Rig, time
     await rig.start(Other)
     async with rig.me.start(COUNT, Fibonacci.Goal()) as goal:
         await goal
-    server = rig.node(Other).core.mailbox.actions["/count"]
+    server = incarnation_of(rig.node(Other)).record.actions["/count"]
     await rig.advance(50.0)
     assert len(server.table) == kept
     assert timers_for(server) == (timeout == 100.0)

@@ -172,7 +172,7 @@ async def test_A08_a_server_that_comes_late_is_found(rig: Rig) -> None:
 
 async def test_A08_the_waits_are_jittered_by_the_nodes_own_random_numbers(rig: Rig) -> None:
     await rig.start(Shaky)
-    expected = Backoff(1.0, 10.0).delay(0, rig.system.random("/rig#1"))
+    expected = Backoff(1.0, 10.0).delay(0, rig.system.runtime.random("/rig#1"))
     await retry(rig.me, COUNT, order(1), backoff=Backoff(1.0, 10.0))
     assert rig.now == pytest.approx(expected)
     assert 1.0 < rig.now <= 1.2

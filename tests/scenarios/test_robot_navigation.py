@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import pytest
 
-from actors import Child, GoalAborted, GoalCanceled, GoalRejected, GoalStatus, Node, every
-from actors.qos import QoS, Reliability
+from actors import Child, GoalAborted, GoalCanceled, GoalRejected, GoalStatus, Node, QoS, every
+from actors.qos import Reliability
 from actors.testing import Rig
 from robot.contracts import (
     AUTONOMY_CMD,

@@ -28,6 +28,8 @@ from actors.nodes import ParameterServer
 from actors.parameters.files import InvalidParams
 from actors.running.arguments import InvalidRosArguments, UnknownRosArguments
 from actors.running.options import parameters_by_node
+from actors.runtime.incarnation import incarnation_of
+from actors.system import system_of
 from actors.testing import Rig
 
 WORDS = Topic(String, "words")
@@ -69,7 +71,7 @@ class Lines(list[LogRecord]):
 
 
 def node(system: System, fqn: str) -> Any:
-    core = system.core_of(fqn)
+    core = system.runtime.directory.find(fqn)
     assert core is not None
     return core.node
 
@@ -142,9 +144,9 @@ async def test_they_hold_for_every_life_and_for_nodes_that_come_later() -> None:
         assert node(system, "/one").speed == node(system, "/far/two").speed == 1.5
         node(system, "/one").stop()
         await asyncio.sleep(1.0)
-        assert (node(system, "/one").core.incarnation, node(system, "/one").speed) == (2, 1.5)
+        assert (incarnation_of(node(system, "/one")).incarnation, node(system, "/one").speed) == (2, 1.5)
         async with open_node("script") as script:
-            assert script.core.identity.overrides == {"speed": 1.5, "reach": 3.0}
+            assert incarnation_of(script).identity.overrides == {"speed": 1.5, "reach": 3.0}
 
 
 @pytest.mark.virtual
@@ -267,7 +269,7 @@ async def test_log_levels_are_those_of_the_logger_or_of_its_nearest_ancestor() -
     async with run(tree(), sinks=(lines,), argv=ros("--log-level", "warn", "--log-level", "left:=debug")) as system:
         assert node(system, "/gait").log.level == 30
         assert node(system, "/left/gait").log.level == DEBUG
-        assert system.level == 30
+        assert system.runtime.journal.level == 30
     assert {line.node for line in lines if line.event == "gait ready"} == {"/left/gait"}
 
 
@@ -333,9 +335,9 @@ async def test_a_node_of_a_script_takes_arguments_of_its_own() -> None:
                "--log-level", "debug")  # fmt: skip
     async with open_node("ear", argv=argv, remap={"words": "/own"}, parameters={"b": 5}, sinks=()) as ear:
         assert ear.fqn == "/far/ear"
-        assert ear.core.identity.overrides == {"a": 1, "b": 5}
-        assert ear.core.identity.topic("words") == "/own"
-        assert ear.core.identity.topic("other") == "/far/x"
+        assert incarnation_of(ear).identity.overrides == {"a": 1, "b": 5}
+        assert incarnation_of(ear).identity.topic("words") == "/own"
+        assert incarnation_of(ear).identity.topic("other") == "/far/x"
         assert ear.log.level == DEBUG
 
 
@@ -358,7 +360,7 @@ def test_a_blocking_node_hands_its_arguments_to_its_tree_or_takes_them_itself() 
     with blocking.open_node("script", tree=tree(), argv=ros("-p", "gait:speed:=1.5"), sinks=()) as script:
 
         async def speed(me: Node) -> float:
-            return float(node(me.core.system, "/gait").speed)
+            return float(node(system_of(me), "/gait").speed)
 
         assert script.run(speed) == 1.5
     with blocking.open_node("script", argv=ros("-r", "__node:=other"), sinks=()) as script:

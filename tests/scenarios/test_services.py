@@ -598,7 +598,7 @@ async def test_two_handlers_that_call_each_other_at_the_same_time_are_a_cycle_to
     await rig.start(Child(Peer, name="p0", args=(0,)), Child(Peer, name="p1", args=(1,)))
     rig.publish(NUMBERS, number(1))
     await rig.quiet()
-    assert [rig.state(name).core.node.outcome for name in ("p0", "p1")] == [1, ("/p1", "/p0")]  # type: ignore[union-attr]
+    assert [rig.state(name).node.outcome for name in ("p0", "p1")] == [1, ("/p1", "/p0")]  # type: ignore[union-attr]
 
 
 async def test_who_has_its_answer_waits_for_nobody_and_may_be_called_by_who_gave_it(rig: Rig) -> None:
@@ -623,7 +623,7 @@ async def test_who_has_its_answer_waits_for_nobody_and_may_be_called_by_who_gave
     for index in (0, 1, 0):
         rig.publish(NUMBERS, number(index))
         await rig.settled()
-    sums = [rig.state(peer.name).core.node.sums for peer in peers]  # type: ignore[union-attr]
+    sums = [rig.state(peer.name).node.sums for peer in peers]  # type: ignore[union-attr]
     assert sums == [[1, 1], [0]]
 
 

@@ -31,6 +31,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.rcl_interfaces import srv
 from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.nodes.clock_publisher import ClockPublisher
+from actors.runtime.incarnation import incarnation_of
 from actors.runtime.sim_time import CLOCK, SimClock
 from actors.supervision.reasons import ExitReason
 from actors.testing import Rig
@@ -90,7 +91,7 @@ async def test_before_the_first_message_time_is_0_and_stands_still(rig: Rig) -> 
     assert follower.clock.stamp() == Time()
     assert follower.ticks == []
     assert repr(follower.clock) == "<simulated clock at 0.000000 s>"
-    assert repr(follower.core.sim).startswith("<ROS time of /follower: RosClock(")
+    assert repr(incarnation_of(follower).sim).startswith("<ROS time of /follower: RosClock(")
 
 
 async def test_T_19_stamps_follow_the_simulated_clock_to_the_nanosecond(rig: Rig) -> None:
@@ -113,7 +114,7 @@ async def test_each_node_has_its_own_time_and_the_others_pay_nothing(rig: Rig) -
     await show(rig, 100.0)
     plain = rig.node(Plain)
     assert plain.clock is rig.system.clock
-    assert plain.core.sim is None
+    assert incarnation_of(plain).sim is None
     assert plain.clock.now() == 0.0
     assert rig.node(Follower).clock.now() == 100.0
 
@@ -200,7 +201,7 @@ async def test_timers_tick_on_simulated_time_slower_than_the_loop(rig: Rig) -> N
     assert rig.now == pytest.approx(10.1)
     assert follower.due == [n / 10 for n in range(1, 11)]
     assert follower.numbers == list(range(1, 11))
-    (record,) = follower.core.mailbox.timers.values()
+    (record,) = incarnation_of(follower).record.timers.values()
     assert (record.fired, record.missed) == (10, 0)
     assert record.rate(rig.system.loop.time()) == pytest.approx(1.0, rel=0.1)  # rates are those of the system's clock
 
@@ -266,7 +267,7 @@ async def test_a_jump_forward_gives_one_tick_and_goes_on_on_the_grid(rig: Rig) -
     assert follower.due == [0.1, 0.2, 0.3, 1.1]
     assert follower.numbers == [1, 2, 3, 11]
     assert [round(tick.late, 6) for tick in follower.ticks] == [0.0, 0.0, 0.75, 0.0]
-    (record,) = follower.core.mailbox.timers.values()
+    (record,) = incarnation_of(follower).record.timers.values()
     assert (record.fired, record.missed) == (4, 7)
 
 
@@ -284,7 +285,7 @@ async def test_a_jump_forward_is_made_up_for_where_ticks_catch_up(rig: Rig) -> N
         rig, 1_700_000_000.0
     )  # the first time of a recording, say: a thousand and one ticks are made up for, not all
     assert len(keen.ticks) == 5 + 1001
-    (record,) = keen.core.mailbox.timers.values()
+    (record,) = incarnation_of(keen).record.timers.values()
     assert record.missed == 17_000_000_000 - 5 - 1001
     await show(rig, 1_700_000_000.1)
     assert keen.ticks[-1].k == 17_000_000_001
@@ -486,7 +487,7 @@ async def test_a_sleep_that_began_on_the_system_s_clock_ends_on_it(rig: Rig) -> 
 
 
 async def test_tools_switch_it_by_the_parameter_services(rig: Rig) -> None:
-    from actors.parameters import Parameter
+    from actors import Parameter
     from actors.parameters.messages import from_result, to_parameter
 
     follower = await following(rig)

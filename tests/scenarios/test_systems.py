@@ -35,8 +35,9 @@ from actors import (
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
 from actors.running.run import Run
+from actors.runtime.incarnation import incarnation_of
 from actors.supervision.reasons import ExitReason
-from actors.system import system_here
+from actors.system import system_here, system_of
 from tests.stage import NUMBERS, number
 
 ROOT = Path(__file__).parents[2]
@@ -152,7 +153,7 @@ async def test_a_run_that_is_canceled_while_it_starts_leaves_nothing() -> None:
 async def test_a_system_that_is_stopped_while_it_starts_says_so() -> None:
     class Hasty(Node):
         async def on_start(self) -> None:
-            self.core.system.supervisor.stop("changed my mind")  # type: ignore[union-attr]
+            system_of(self).supervisor.stop("changed my mind")  # type: ignore[union-attr]
             await self.clock.sleep(60.0)
 
     with pytest.raises(NotRunning, match="was stopped while it started"):
@@ -288,7 +289,7 @@ async def test_two_systems_in_one_loop_do_not_hear_each_other() -> None:
     async with quiet_run(tree) as one, quiet_run(tree) as other:
         await asyncio.sleep(1.0)
         for system in (one, other):
-            core = system.core_of("/counter")
+            core = system.runtime.directory.find("/counter")
             assert core is not None
             assert isinstance(core.node, Counter)
             assert core.node.seen == [1]
@@ -401,7 +402,7 @@ async def test_on_the_real_clock_offloaded_work_goes_to_a_thread_or_a_process() 
     import threading
 
     async with quiet_run(Child(Named, stop="kill")) as system:
-        core = system.core_of("/named")
+        core = system.runtime.directory.find("/named")
         assert core is not None
         node = core.node
         for _ in range(2):
@@ -415,6 +416,8 @@ PRELUDE = """
 import asyncio, os, signal, sys
 from actors import Child, Node, Supervisor, Intensity, execute, run, every, background
 from actors.logs import json_sink
+from actors.runtime.incarnation import incarnation_of
+from actors.system import system_of
 
 def say(*words):
     print(*words, flush=True)
@@ -589,14 +592,14 @@ class Loose(Node):
     """Takes any parameter it is given."""
 
     async def on_start(self) -> None:
-        self.core.parameters.allow_undeclared = True
+        incarnation_of(self).parameters.allow_undeclared = True
 
 
 class Own(Node):
     """Declares a parameter of its own when it starts."""
 
     async def on_start(self) -> None:
-        self.core.parameters.declare("gain", 1.0)
+        incarnation_of(self).parameters.declare("gain", 1.0)
 
 
 @pytest.mark.virtual
@@ -621,7 +624,7 @@ async def test_a_parameter_that_is_declared_at_the_start_or_need_not_be_is_taken
         Child(Loose, parameters={"anything": 4}),
     ]
     async with run(Supervisor("s", children=children), sinks=()) as system:
-        core = system.core_of("/own")
+        core = system.runtime.directory.find("/own")
         assert core is not None
         assert core.parameters.value("gain") == 3.0
 

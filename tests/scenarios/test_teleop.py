@@ -219,7 +219,7 @@ class Watcher(Node):
 async def test_N_49_two_publishers_and_a_monitor_on_cmd_vel_know_nothing_of_each_other(rig: Rig) -> None:
     system = await rig.start(Watcher)
     lives = [await system.join(Child(Node, name=name)) for name in ("teleop", "autonomy")]
-    first, second = (life.core.node.publisher(CMD_VEL) for life in lives if life.core is not None)
+    first, second = (joined.node.publisher(CMD_VEL) for joined in lives)
     for _ in range(100):
         first(twist(0.1))
         second(twist(0.2))

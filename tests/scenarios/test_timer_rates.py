@@ -257,6 +257,6 @@ async def test_F12_the_record_of_the_timer_knows_the_new_rate(rig: Rig) -> None:
     await rig.advance(1.0)
     rig.node(Beat).set_parameter("rate", 40.0)
     await rig.advance(1.0)
-    record = rig.state(Beat).mailbox.timers["beat"]
+    record = rig.state(Beat).timers["beat"]
     assert (record.hz, record.fired, record.missed) == (40.0, 50, 0)
     assert record.rate(rig.loop.time()) == pytest.approx(25.0, rel=0.05)

@@ -15,6 +15,7 @@ from actors import (
     Ended,
     Node,
     NotStarted,
+    QoS,
     Supervisor,
     Topic,
     WrongThread,
@@ -27,7 +28,6 @@ from actors import (
 from actors.errors import CallTimeout
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Float32, Header, Int32, String
-from actors.qos import QoS
 from actors.qos.policies import History
 from actors.testing import Rig
 from tests.stage import NUMBERS, WORDS, events, number, values, word
@@ -85,7 +85,7 @@ async def test_T_03_each_of_ten_readers_gets_all_of_a_hundred_messages_in_order(
         rig.node(Talker).out(number(value))
     await rig.quiet()
     for index in range(10):
-        core = rig.state(f"reader_{index}").core
+        core = rig.state(f"reader_{index}").running
         assert core is not None
         assert core.node.seen == list(range(100))  # type: ignore[attr-defined]
 
@@ -121,7 +121,7 @@ async def test_T_05_the_order_of_starting_does_not_matter(rig: Rig) -> None:
     rig.node(Talker).out(number(2))
     await rig.quiet()
     for name in ("early", "late"):
-        assert rig.state(name).core.node.seen == [1, 2]  # type: ignore[union-attr]
+        assert rig.state(name).node.seen == [1, 2]  # type: ignore[union-attr]
 
 
 async def test_T_06_a_crash_of_either_side_leaves_the_other_alive(rig: Rig) -> None:

@@ -8,11 +8,10 @@ from math import nan
 
 import pytest
 
-from actors import Child, GoalCanceled, GoalRejected, Node, Service, StartFailed, execute, publishes, run
+from actors import Child, GoalCanceled, GoalRejected, Node, Parameter, Service, StartFailed, execute, publishes, run
 from actors.interfaces.rcl_interfaces.msg import SetParametersResult
 from actors.interfaces.rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from actors.interfaces.std_msgs.msg import Int32
-from actors.parameters import Parameter
 from actors.parameters.messages import to_parameter
 from actors.qos import SENSOR_DATA
 from actors.testing import Rig
@@ -161,7 +160,7 @@ async def test_X_05_c_best_effort_recovers_nothing_and_may_not_fit(rig: Rig) -> 
     await rig.advance(30.0)
     lossy = rig.node(BestEffortProcessor)
     assert lossy.subscription(READINGS).dropped == pytest.approx(300, abs=6)  # as many as before
-    reliable = rig.state("slow_processor").core
+    reliable = rig.state("slow_processor").running
     assert reliable is not None and isinstance(reliable.node, SlowProcessor)
     assert reliable.node.done == []  # it stayed reliable: now it hears nothing
     assert any("incompatible QoS" in line for line in warnings(rig, "slow_processor"))
@@ -188,7 +187,7 @@ async def test_X_05_all_of_it_runs_side_by_side(rig: Rig) -> None:
 
 async def test_X_19_F_09_a_token_goes_round_two_hundred_nodes(rig: Rig) -> None:
     system = await rig.start(tree())
-    assert sum(isinstance(state.core.node, Link) for state in system.nodes.values() if state.core is not None) == 200
+    assert sum(isinstance(state.node, Link) for state in system.nodes.values() if state.running is not None) == 200
     await rig.advance(1.0)
     assert said(rig, "starter") == ["The token came round: 200 hops"]
     assert not system.running

@@ -68,7 +68,7 @@ async def test_N_06_commands_are_answered(rig: Rig) -> None:
 
 async def test_N_06_E_06_ctrl_c_is_said_and_ends_it(rig: Rig) -> None:
     system = await rig.start(PhysicalAi)
-    system.interrupt(signal.SIGINT)
+    system.runtime.tree.interrupt(signal.SIGINT)
     await rig.quiet()
     assert not system.running
     assert said(rig, "physical_ai_node") == ["Physical AI Node initialized", "Interrupted, shutting down"]

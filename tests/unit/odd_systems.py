@@ -90,7 +90,7 @@ class Revenant(Source):
 
     async def on_start(self) -> None:
         await super().on_start()
-        if self._core is not None and self._core.incarnation > 1:
+        if self.__machinery__ is not None and self.__machinery__.incarnation > 1:
             self.late(Int32(data=1))
 
 

@@ -161,7 +161,7 @@ class Fragile(Node):
     said = publishes(Topic(Int32, "said", 10))
 
     async def on_start(self) -> None:
-        self.lives = int(self._core.incarnation) if self._core is not None else 0
+        self.lives = int(self.__machinery__.incarnation) if self.__machinery__ is not None else 0
         if self.lives > 1:
             self.said(Int32(data=self.lives))
 

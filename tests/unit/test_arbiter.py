@@ -1,4 +1,4 @@
-"""Who drives (robot-domain section 8.4), and what spoken words ask for (X-07, X-07b, F-08)."""
+"""Who drives, and what spoken words ask for."""
 
 from __future__ import annotations
 

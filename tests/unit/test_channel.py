@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from actors import Ended, WrongThread, WrongType, qos
+from actors import Ended, QoS, WrongThread, WrongType, qos
 from actors.graph.graph import Graph, TopicEntry
-from actors.inbox.inbox import Inbox
+from actors.inbox.inbox import Inbox, Item
 from actors.interfaces.std_msgs.msg import Int32, String
-from actors.qos import QoS
 from actors.qos.events import Matched
 from actors.qos.policies import History
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
@@ -191,7 +191,9 @@ async def test_a_feed_puts_itself_into_the_inbox_once_for_each_message_it_keeps(
     assert len(inbox.items) == 1
 
 
-async def handling(feed: HandlerSubscription[Int32], seconds: float) -> list[int]:
+async def handling(
+    feed: HandlerSubscription[Int32], seconds: float, on_holding: Callable[[Item, float], None] | None = None
+) -> list[int]:
     """Serve the feed's inbox from now on, `seconds` for each message; what the handler has seen."""
     seen: list[int] = []
 
@@ -201,7 +203,7 @@ async def handling(feed: HandlerSubscription[Int32], seconds: float) -> list[int
 
     feed.take_over(feed.node, handle)
     feed.entry.add_subscription(feed)
-    feed.inbox.task = asyncio.create_task(feed.inbox.serve())
+    feed.inbox.task = asyncio.create_task(feed.inbox.serve(on_holding=on_holding))
     await asyncio.sleep(0)
     return seen
 
@@ -214,8 +216,7 @@ async def test_a_message_that_waits_brings_the_report_of_who_holds_the_node_up()
     loop, entry = asyncio.get_running_loop(), topic()
     out, feed = publisher(entry), plain_feed(entry, QoS(depth=9))
     held: list[tuple[str, float]] = []
-    feed.inbox.on_holding = lambda item, seconds: held.append((item.label, loop.time()))
-    await handling(feed, 2.0)
+    await handling(feed, 2.0, lambda item, seconds: held.append((item.label, loop.time())))
     out(number(1))
     await asyncio.sleep(0.5)
     out(number(2))

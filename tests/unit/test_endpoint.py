@@ -9,10 +9,9 @@ from typing import Any
 
 import pytest
 
-from actors import Ended, qos
+from actors import Ended, QoS, qos
 from actors.errors import CallTimeout
 from actors.interfaces.std_msgs.msg import Int32
-from actors.qos import QoS
 from actors.qos.events import DeadlineMissed, LivelinessChanged, Matched, MessageLost
 from actors.topics.endpoint import Endpoint, nanoseconds
 from actors.topics.events import EndpointEvents

@@ -15,7 +15,7 @@ import pytest
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
-from actors import Child, Node, NotStarted, Supervisor, Topic, every, execute, open_node, publishes, qos, run
+from actors import Child, Node, NotStarted, QoS, Supervisor, Topic, every, execute, open_node, publishes, qos, run
 from actors.bag import FlightRecorder, Trace
 from actors.interfaces import decode, get_message
 from actors.interfaces.geometry_msgs.msg import PoseStamped
@@ -24,7 +24,6 @@ from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.nav_msgs.msg import Path as Plan
 from actors.interfaces.sensor_msgs.msg import Image, Imu, JointState
 from actors.interfaces.std_msgs.msg import Header, Int32, String
-from actors.qos import QoS
 from actors.qos.policies import History
 from actors.testing import Rig
 from tests.stage import NUMBERS, WORDS, number, word

@@ -12,9 +12,8 @@ from typing import Any
 
 import pytest
 
-from actors import Topic, open_node
+from actors import QoS, Topic, open_node
 from actors.interfaces.std_msgs.msg import Int32
-from actors.qos import QoS
 from actors.topics.events import close_forgotten
 
 TIMED = Topic(Int32, "timed", QoS(depth=5, deadline=0.2))
@@ -101,9 +100,8 @@ def test_D23_a_loop_that_is_closed_meanwhile_is_no_error(monkeypatch: pytest.Mon
 
 AT_EXIT = """
 import asyncio
-from actors import Topic, open_node
+from actors import QoS, Topic, open_node
 from actors.interfaces.std_msgs.msg import Int32
-from actors.qos import QoS
 
 T = Topic(Int32, "t", QoS(depth=5, deadline=0.2))
 kept = []

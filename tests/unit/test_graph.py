@@ -7,10 +7,9 @@ from typing import Any
 
 import pytest
 
-from actors import qos
+from actors import QoS, qos
 from actors.graph.graph import Graph
 from actors.interfaces.std_msgs.msg import Int32
-from actors.qos import QoS
 from actors.topics.publisher import Publisher
 from actors.topics.stream import StreamSubscription
 from tests.stage import number, values

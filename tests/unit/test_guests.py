@@ -7,7 +7,9 @@ import asyncio
 import pytest
 
 from actors import Child, Node, Supervisor, System, run
+from actors.runtime.incarnation import incarnation_of
 from actors.supervision.reasons import ExitReason
+from actors.system import system_of
 from tests.stage import events
 
 pytestmark = pytest.mark.virtual
@@ -30,9 +32,7 @@ def _new_story() -> None:
 
 
 async def joined(system: System, name: str) -> Node:
-    life = await system.join(Child(Part, name=name))
-    assert life.core is not None
-    return life.core.node
+    return (await system.join(Child(Part, name=name))).node
 
 
 async def test_guests_end_before_the_tree_the_newest_first_and_one_after_the_other() -> None:
@@ -47,17 +47,17 @@ async def test_guests_end_before_the_tree_the_newest_first_and_one_after_the_oth
 async def test_one_that_failed_and_that_nobody_has_left_is_known_until_the_system_ends() -> None:
     async with run(Supervisor("system", children=[Child(Part, name="tree")]), sinks=()) as system:
         broken, sound = await joined(system, "broken"), await joined(system, "sound")
-        broken.core.fail(OSError("a loose wire"), "the test")
+        incarnation_of(broken).fail(OSError("a loose wire"), "the test")
         await asyncio.sleep(1.0)
-        assert [(identity.fqn, str(error)) for identity, error in system.failed_beside()] == [
+        assert [(identity.fqn, str(error)) for identity, error in system.runtime.tree.unsupervised.failed()] == [
             ("/broken", "a loose wire")
         ]
-        assert len(system.unsupervised) == 2
+        assert len(system.runtime.tree.unsupervised) == 2
         (line,) = events(system.records, "a node beside the tree failed")
         assert line.fields["node_name"] == "/broken"
-        assert sound.core.system.incarnation(sound.core) is not None
-        assert system.incarnation(broken.core) is None
-    assert len(system.unsupervised) == 0
+        assert system_of(sound).runtime.child_of(incarnation_of(sound)) is not None
+        assert system.runtime.child_of(incarnation_of(broken)) is None
+    assert len(system.runtime.tree.unsupervised) == 0
     assert [line.split(":")[0] for line in story] == ["broken", "sound", "tree"]
     assert system.nodes.keys() == {("system", "tree")}
 

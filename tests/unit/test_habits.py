@@ -130,7 +130,11 @@ class Unspeakable:
     [
         (Pilot(), "altitde", "AttributeError: 'Pilot' object has no attribute 'altitde'; did you mean 'altitude'?"),
         (Pilot(), "publishr", "AttributeError: 'Pilot' object has no attribute 'publishr'; did you mean 'publisher'?"),
-        (Pilot(), "_cor", "AttributeError: 'Pilot' object has no attribute '_cor'; did you mean '_core'?"),
+        (
+            Pilot(),
+            "__machinry__",
+            "AttributeError: 'Pilot' object has no attribute '__machinry__'; did you mean '__machinery__'?",
+        ),
         (Pilot(), "xylophone", "AttributeError: 'Pilot' object has no attribute 'xylophone'"),
         (Unspeakable(), "speed", "AttributeError: 'Unspeakable' object has no attribute 'speed'"),
     ],

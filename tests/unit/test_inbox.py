@@ -33,7 +33,6 @@ class Bench:
         self.inbox = Inbox(asyncio.get_running_loop())
         self.story: list[str] = []
         self.reports: list[tuple[str, float, float]] = []
-        self.inbox.on_holding = self.report
 
     def report(self, item: Any, seconds: float) -> None:
         self.reports.append((item.label, seconds, asyncio.get_running_loop().time()))
@@ -50,7 +49,7 @@ class Bench:
         return Job(label, work)
 
     def serve(self) -> asyncio.Task[None]:
-        return asyncio.create_task(self.inbox.serve())
+        return asyncio.create_task(self.inbox.serve(on_holding=self.report))
 
 
 async def finish(task: asyncio.Task[None]) -> None:
@@ -137,16 +136,14 @@ async def test_an_exception_ends_the_serving_unless_somebody_says_continue(befor
         asked.append((str(error), label))
         return "continue" if label == "forgiven" else None
 
-    bench.inbox.on_error = on_error
     for item in (Job("forgiven", fail), bench.quick("after"), Job("fatal", fail), bench.quick("kept")):
         bench.inbox.put(item)
     with pytest.raises(OSError, match="broken"):
-        await bench.inbox.serve()
+        await bench.inbox.serve(on_error)
     assert bench.inbox.handled == before + 2
     assert bench.story == ["after"]
     assert asked == [("broken", "forgiven"), ("broken", "fatal")]
     assert [item.label for item in bench.inbox.items] == ["kept"]
-    bench.inbox.on_error = None
     bench.inbox.put_control(Job("fatal", fail))
     with pytest.raises(OSError):
         await bench.inbox.serve()
@@ -204,7 +201,8 @@ async def test_many_quick_items_are_no_holding_and_without_a_listener_nothing_is
     task = bench.serve()
     await asyncio.sleep(5.0)
     assert bench.reports == []
-    bench.inbox.on_holding = None
+    await finish(task)
+    task = asyncio.create_task(bench.inbox.serve())
     bench.inbox.put(bench.slow("long", 10.0))
     bench.inbox.put(bench.quick("behind"))
     await asyncio.sleep(5.0)

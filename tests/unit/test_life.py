@@ -9,7 +9,7 @@ import pytest
 from actors import Action, Child, Done, GoalRejected, Node, Reject, Steps, temporary
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from actors.runtime.life import NodeLife
+from actors.runtime.incarnation import incarnation_of
 from actors.testing import Rig
 from tests.stage import ADD, order, result, total, two
 
@@ -29,13 +29,13 @@ async def test_a_stop_before_the_first_step_and_one_after_the_end_hurt_nobody(ri
     rig.node(Brief).stop("done")
     await rig.settled()
     state = rig.state(Brief)
-    life = NodeLife(system, Child(Brief, restart=temporary), state.identity, state.mailbox)
+    life = system.runtime.incarnate(Child(Brief, restart=temporary), state)
     life.stop("changed my mind")
     await life.run(lambda: None)
     last = rig.logs[-1]
     assert (last.event, last.fields["reason"]) == ("stopping", "it stopped: changed my mind")
     life.stop("too late")  # must not reach the next incarnation, which would find it in its inbox
-    assert not state.mailbox.inbox.control
+    assert not state.inbox.control
 
 
 class Lift(Node):
@@ -80,7 +80,7 @@ async def test_what_serves_and_asks_introduces_itself(rig: Rig) -> None:
     await rig.start(Adder)
     asking = asyncio.create_task(rig.call(ADD, two(1, 2)))
     await rig.quiet()
-    assert repr(rig.state(Adder).mailbox.inbox.current).startswith("<request of /rig to /add: ")
-    assert repr(rig.me.core.clients[ADD]) == "<client of /add in /rig>"
+    assert repr(rig.state(Adder).inbox.current).startswith("<request of /rig to /add: ")
+    assert repr(incarnation_of(rig.me).clients[ADD]) == "<client of /add in /rig>"
     rig.node(Adder).go.set()
     assert (await asking).sum == 3

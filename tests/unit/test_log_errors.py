@@ -15,6 +15,7 @@ import structlog
 from actors import Child, Intensity, Node, Service, Supervisor, background, every, transient
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.logs import LogRecord, console_sink, json_sink, log_message, structlog_sink
+from actors.runtime.incarnation import incarnation_of
 from actors.supervision.declarations import all_significant, any_significant, rest_for_one
 from actors.supervision.errors import SupervisorGaveUp
 from actors.supervision.log_lines import log_line
@@ -50,7 +51,7 @@ def three_crashes(rig: Rig) -> Any:
     async def crash(*sinks: Any) -> None:
         await rig.start(Supervisor("system", children=[Child(Shaky)], intensity=FOR_EVER))
         for sink in sinks:
-            rig.system.add_sink(sink)
+            rig.system.observe(lines=sink)
         with rig.expect_failure(np.linalg.LinAlgError):
             await rig.advance(3.0)
 
@@ -126,7 +127,7 @@ async def test_a_line_keeps_the_traceback_and_not_what_the_handler_held(rig: Rig
 
     await rig.start(Child(Camera))
     errors: list[BaseException | None] = []
-    rig.system.add_sink(lambda record: errors.append(record.error))
+    rig.system.observe(lines=lambda record: errors.append(record.error))
     with pytest.raises(Exception, match="no light"):
         await rig.call(ADD, two(1, 2))
     (line,) = events(rig.logs, "service handler failed")
@@ -174,7 +175,7 @@ async def test_what_fails_late_or_while_cleaning_up_shows_its_traceback(rig: Rig
     (line,) = events(rig.logs, "clean-up failed")
     assert line.fields["after"] == "it raised ValueError: first"
     assert line.traceback.endswith("OSError: brake stuck")
-    core = rig.me.core
+    core = incarnation_of(rig.me)
     core.ended = True
     core.fail(OSError("too late"), "a task")
     core.ended = False
@@ -277,7 +278,7 @@ def test_a_record_with_a_traceback_reads_as_several_lines_and_one_without_as_one
 
 async def test_what_the_framework_says_of_a_node_obeys_the_nodes_level(rig: Rig) -> None:
     await rig.start(Child(Adder))
-    core = rig.state(Adder).core
+    core = rig.state(Adder).running
     assert core is not None
     core.log.set_level("error")
     core.warn("something odd")

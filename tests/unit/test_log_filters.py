@@ -154,11 +154,11 @@ async def test_the_level_of_one_node_is_set_while_it_runs_and_stays_over_its_liv
             self.log.debug("psst")
 
     await rig.start(Child(Shy, name="a"), Child(Shy, name="b"))
-    rig.state("a").core.log.set_level("error")  # type: ignore[union-attr]
+    rig.state("a").running.log.set_level("error")  # type: ignore[union-attr]
     rig.crash("a")
     await rig.advance(1.5)
     assert {line.node for line in events(rig.logs, "psst")} == {"/b"}
-    log = rig.state("a").core.log  # type: ignore[union-attr]
+    log = rig.state("a").running.log  # type: ignore[union-attr]
     assert (rig.incarnation("a"), log.level) == (2, ERROR)
     log.level = DEBUG
     await rig.advance(1.0)

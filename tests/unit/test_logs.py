@@ -136,7 +136,7 @@ async def test_a_sink_that_fails_hurts_nobody_and_further_sinks_get_the_line() -
 
     asyncio.get_running_loop().set_exception_handler(lambda loop, context: problems.append(context))
     system = System(sinks=(broken,), level=DEBUG)
-    system.add_sink(lambda line: heard.append(line.event))
+    system.observe(lines=lambda line: heard.append(line.event))
     await system.start(Supervisor("system"))
     system.log.info("still here")
     await system.stop()

@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 from rosbags.rosbag2.metadata import parse_qos
 
-from actors import qos
+from actors import QoS, qos
 from actors.bag.mcap_file import qos_profiles_text
-from actors.qos import QoS
 from actors.qos.policies import History, Liveliness
 
 

@@ -54,10 +54,10 @@ def make(name: str, value: object, base: type = Node) -> type:
         ("state", publishes(NUMBERS), LifecycleNode, "Pilot.state would take the place of LifecycleNode.state"),
         ("call", None, LifecycleNode, "Pilot.call would take the place of Node.call"),
         (
-            "_begin",
+            "__begin__",
             lambda self: None,
             Node,
-            "Pilot._begin would take the place of Node._begin, which is the framework's own",
+            "Pilot.__begin__ would take the place of Node.__begin__, which is the framework's own",
         ),
         (
             "on_start",

@@ -7,14 +7,8 @@ from typing import Any
 
 import pytest
 
-from actors.parameters import (
-    InvalidParameterValue,
-    Parameter,
-    ParameterBusy,
-    ParameterChange,
-    ParameterStore,
-    SetResult,
-)
+from actors import Parameter, SetResult
+from actors.parameters import InvalidParameterValue, ParameterBusy, ParameterChange, ParameterStore
 
 
 @pytest.fixture

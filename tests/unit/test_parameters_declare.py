@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from actors import parameter
 from actors.errors import DeclarationError, NotStarted
 from actors.parameters import (
     NO_PARAMETERS,
@@ -17,7 +18,6 @@ from actors.parameters import (
     ParameterStore,
     ParameterTable,
     ParameterType,
-    parameter,
 )
 from actors.parameters.values import INT64_MAX, INT64_MIN
 
@@ -34,7 +34,7 @@ class Mover:
     gait = parameter("trot", choices=("trot", "walk"))
     gain = parameter((1.0, 0.1), name="pid.gain", read_only=True)
 
-    _core: Core | None = None
+    __machinery__: Core | None = None
 
 
 def table_of(*declarations: ParameterDeclaration[Any]) -> ParameterTable:
@@ -43,7 +43,7 @@ def table_of(*declarations: ParameterDeclaration[Any]) -> ParameterTable:
 
 def started_mover() -> Mover:
     mover = Mover()
-    mover._core = Core(ParameterStore("/mover", table=table_of(Mover.speed, Mover.gait, Mover.gain)))
+    mover.__machinery__ = Core(ParameterStore("/mover", table=table_of(Mover.speed, Mover.gait, Mover.gain)))
     return mover
 
 
@@ -57,8 +57,8 @@ def test_the_class_shows_the_declaration_and_a_started_node_the_value() -> None:
 
 def test_p11_a_node_reads_the_new_value_after_a_set() -> None:
     mover = started_mover()
-    assert mover._core is not None
-    assert mover._core.parameters.set_values({"speed": 1}).successful
+    assert mover.__machinery__ is not None
+    assert mover.__machinery__.parameters.set_values({"speed": 1}).successful
     assert mover.speed == 1.0
 
 
@@ -69,8 +69,8 @@ def test_reading_before_the_start_says_when_to_read() -> None:
 
 def test_p02_reading_an_undeclared_one_names_parameter_and_node() -> None:
     mover = started_mover()
-    assert mover._core is not None
-    mover._core.parameters.undeclare("speed")
+    assert mover.__machinery__ is not None
+    mover.__machinery__.parameters.undeclare("speed")
     with pytest.raises(ParameterNotDeclared, match="node /mover has not declared 'speed'"):
         _ = mover.speed
 

@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from actors.parameters import FloatingPointRange, IntegerRange, Parameter, ParameterDescriptor, ParameterType
+from actors import Parameter
+from actors.parameters import FloatingPointRange, IntegerRange, ParameterDescriptor, ParameterType
 
 
 def test_both_ends_are_allowed_even_off_the_step_grid() -> None:

@@ -7,17 +7,16 @@ from typing import Any
 
 import pytest
 
+from actors import Parameter, SetResult
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rcl_interfaces import msg, srv
 from actors.parameters import (
     FloatingPointRange,
     IntegerRange,
-    Parameter,
     ParameterChange,
     ParameterDescriptor,
     ParameterStore,
     ParameterType,
-    SetResult,
 )
 from actors.parameters import messages as wire
 

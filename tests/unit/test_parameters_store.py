@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
+from actors import Parameter, SetResult, parameter
 from actors.parameters import (
     FloatingPointRange,
     IntegerRange,
     InvalidParameterName,
     InvalidParameterType,
     InvalidParameterValue,
-    Parameter,
     ParameterAlreadyDeclared,
     ParameterChange,
     ParameterDescriptor,
@@ -24,8 +24,6 @@ from actors.parameters import (
     ParameterTable,
     ParameterType,
     ParameterUninitialized,
-    SetResult,
-    parameter,
 )
 
 MAX_VELOCITY = parameter(1.0, name="max_velocity", ge=0.0, le=10.0)

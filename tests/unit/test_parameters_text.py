@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.parameters import Parameter, ParameterType
+from actors import Parameter
+from actors.parameters import ParameterType
 from actors.parameters.text import parse_parameter
 
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from actors.parameters import Parameter, ParameterType
+from actors import Parameter
+from actors.parameters import ParameterType
 from actors.parameters.values import INT64_MAX, INT64_MIN, widened
 
 NINE = [

@@ -9,17 +9,8 @@ import pickle
 
 import pytest
 
-from actors import qos
-from actors.qos import (
-    BEST_AVAILABLE_DURATION,
-    Durability,
-    History,
-    InvalidQoS,
-    Liveliness,
-    QoS,
-    QoSWarning,
-    Reliability,
-)
+from actors import QoS, qos
+from actors.qos import BEST_AVAILABLE_DURATION, Durability, History, InvalidQoS, Liveliness, QoSWarning, Reliability
 
 
 @pytest.mark.parametrize(

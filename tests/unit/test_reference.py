@@ -11,7 +11,9 @@ from typing import Any
 import pytest
 
 import actors
+from actors.interfaces import types
 from tests import reference
+from tests.unit.test_surface import FACES
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +33,8 @@ def test_the_page_is_what_its_command_writes(text: str) -> None:
 def test_every_public_name_has_an_entry_and_every_link_leads_to_one(text: str) -> None:
     found = list(reference.headlines(text))
     anchors = [anchor for _, _, anchor in found]
-    assert {*actors.__all__} <= {name for _, name, _ in reference.entries()}
+    assert {*actors.__all__} <= {name for _, name, _, face in reference.entries() if face == "actors"}
+    assert {"actors", *reference.SECTIONS.values()} == {*FACES}
     assert "### qos (module)" in text
     assert "[GoalStatus](#goalstatus-1)" in text  # Goal.status comes before it
     assert sorted(anchors) == sorted(set(anchors))
@@ -39,6 +42,12 @@ def test_every_public_name_has_an_entry_and_every_link_leads_to_one(text: str) -
     words = {headline for _, headline, _ in found}
     for member in ("Node.call", "Node.log", "System.snapshot", "Rig.advance", "Probe.last", "Supervisor", "Child", "QoS", "Time", "Duration"):  # fmt: skip
         assert member in words
+
+
+def test_every_entry_has_a_text(text: str) -> None:
+    bare = re.compile(r"^### (\S+)\n+```py\n[^`]*```\n*(?=^##|\Z)", re.MULTILINE)
+    found = {*bare.findall(text)}
+    assert found <= {*types.__all__}, "say in a docstring what it is"  # field types are explained together
 
 
 def test_the_page_is_the_same_wherever_it_is_written(text: str) -> None:

@@ -30,6 +30,7 @@ from actors import (
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
+from actors.runtime.incarnation import incarnation_of
 from actors.supervision.reasons import ExitReason
 from actors.testing import Leak, Probe, Rig, UnexpectedFailure, VirtualLoop
 from tests.stage import ADD, COUNT, NUMBERS, number, order, result, step, total, two, values
@@ -196,7 +197,7 @@ async def test_what_it_publishes_comes_from_one_publisher_for_each_topic(rig: Ri
     for value in (7, 8):
         rig.publish(NUMBERS, number(value))
     assert values(probe) == [7, 8]
-    assert [each.entry.name for each in rig.me.core.publishers] == ["/numbers"]
+    assert [each.entry.name for each in incarnation_of(rig.me).publishers] == ["/numbers"]
 
 
 async def test_it_calls_services_and_starts_goals(rig: Rig) -> None:
@@ -521,8 +522,8 @@ async def test_an_endpoint_that_outlives_the_system_is_a_leak() -> None:
     rig = Rig()
     await rig.start(Counter)
     entry = rig.system.graph.topic("/numbers")
-    queue = StreamSubscription(rig.me.core, entry, Int32, qos.DEFAULT)
-    publisher = Publisher(rig.me.core, entry, Int32, qos.DEFAULT)
+    queue = StreamSubscription(incarnation_of(rig.me), entry, Int32, qos.DEFAULT)
+    publisher = Publisher(incarnation_of(rig.me), entry, Int32, qos.DEFAULT)
     entry.add_subscription(queue)
     entry.add_publisher(publisher)
     stream = Stream(queue)
@@ -570,7 +571,7 @@ async def test_F19_a_node_is_found_by_class_name_or_full_name(rig: Rig) -> None:
     right = rig.node("/r2/right")
     assert right.fqn == "/r2/right"
     assert rig.node("right") is right
-    assert rig.state("right").core is right.core
+    assert rig.state("right").running is incarnation_of(right)
     assert rig.incarnation("/r2/right") == 1
     with pytest.raises(LookupError, match="no node in this system is called 'middle'"):
         rig.node("middle")

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from actors import Child, Node, NotRunning, Supervisor, blocking, open_node, run
-from actors.system import System
+from actors.system import System, system_of
 
 SIGNALS = [(signal.SIGINT, KeyboardInterrupt, 130), (signal.SIGTERM, SystemExit, 143)]
 
@@ -52,7 +52,7 @@ def test_E_06_who_waits_for_the_system_sees_a_signal_as_its_orderly_end(
         async with run(tree(), sinks=()) as system:
             asyncio.get_running_loop().call_soon(signal.raise_signal, number)
             await system.wait()
-            story.append(f"{system.signal!r}")
+            story.append(f"{system.runtime.tree.signal!r}")
         return system.exit_code
 
     assert asyncio.run(main()) == code
@@ -110,7 +110,7 @@ def test_E_06_a_second_signal_kills_what_does_not_stop() -> None:
 def test_a_start_that_somebody_else_takes_back_says_so() -> None:
     class Turncoat(Node):
         async def on_start(self) -> None:
-            self.stopping = asyncio.create_task(self.core.system.stop("changed my mind"))
+            self.stopping = asyncio.create_task(system_of(self).stop("changed my mind"))
             await for_ever()
 
     async def main() -> None:
@@ -152,7 +152,7 @@ async def test_a_system_that_open_node_may_find_can_still_get_its_tree() -> None
     system.open()
     await system.start(tree())
     async with open_node("visitor", sinks=()) as node:
-        assert node.core.system is system
+        assert system_of(node) is system
     await system.stop()
 
 
@@ -224,7 +224,7 @@ def test_ctrl_c_while_a_blocking_node_opens_closes_what_has_begun() -> None:
 
 async def test_a_signal_that_reaches_a_system_without_a_tree_is_noted() -> None:
     system = System(sinks=())
-    system.interrupt(signal.SIGTERM)
+    system.runtime.tree.interrupt(signal.SIGTERM)
     assert (system.stop_reason, system.exit_code) == ("SIGTERM", 143)
     with pytest.raises(NotRunning, match="SIGTERM"):
         await system.join(Child(Part))

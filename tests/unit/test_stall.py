@@ -61,13 +61,13 @@ async def test_a_handler_that_blocks_the_loop_is_named_once_with_its_node_line_a
         state = next(iter(system.nodes.values()))
 
         def until_caught() -> None:
-            assert system.stalls is not None
-            while system.stalls.caught is None:
+            assert system.runtime.stalls is not None
+            while system.runtime.stalls.caught is None:
                 time.sleep(0.01)  # this blocks the loop: it is what must be caught
 
-        assert state.core is not None
+        assert state.running is not None
         Careless.blocks = staticmethod(until_caught)
-        out = state.core.node.publisher(NUMBERS)
+        out = state.node.publisher(NUMBERS)
         out(number(1))
         while not blocked(records):
             await asyncio.sleep(0.01)
@@ -82,10 +82,10 @@ class Stage:
     """A system on the real clock whose watch looks when the test says so, at the time that the test says."""
 
     def __init__(self, system: System) -> None:
-        assert system.stalls is not None
-        system.stalls.stop()
+        assert system.runtime.stalls is not None
+        system.runtime.stalls.stop()
         self.system = system
-        self.watch = StallWatch(system)
+        self.watch = StallWatch(system.runtime)
 
     def look_on(self) -> None:
         """From within what blocks: a look, one that is too early to say anything, one late enough, and one more."""
@@ -99,7 +99,7 @@ async def test_each_handler_is_told_once() -> None:
     records: list[LogRecord] = []
     async with run(Supervisor("s", children=[Child(Careless)]), sinks=(records.append,)) as system:
         stage = Stage(system)
-        core = next(iter(system.nodes.values())).core
+        core = next(iter(system.nodes.values())).running
         assert core is not None
         Careless.blocks = staticmethod(stage.look_on)
         numbers, others = core.node.publisher(NUMBERS), core.node.publisher(OTHERS)
@@ -130,7 +130,7 @@ async def test_a_loop_that_works_much_but_turns_blames_nobody() -> None:
     records: list[LogRecord] = []
     async with run(Supervisor("s", children=[Child(Careless)]), sinks=(records.append,)) as system:
         stage = Stage(system)
-        core = next(iter(system.nodes.values())).core
+        core = next(iter(system.nodes.values())).running
         assert core is not None
         now = time.monotonic()
         looks = iter(range(1000))
@@ -178,9 +178,9 @@ async def test_row_7_a_handler_of_less_than_half_a_second_is_named_with_its_time
     async with run(tree, sinks=(records.append,)) as system:
         Careless.blocks = staticmethod(lambda: time.sleep(0.15))
         state = next(state for state in system.nodes.values() if state.path[-1] == "careless")
-        assert state.core is not None
-        out = state.core.node.publisher(NUMBERS)
-        ticks = system.nodes[("s", "fast")].mailbox.timers["tick"]
+        assert state.running is not None
+        out = state.node.publisher(NUMBERS)
+        ticks = system.nodes[("s", "fast")].timers["tick"]
         for _ in range(2):
             await until(lambda: ticks.fired > 1)
             out(number(1))
@@ -202,7 +202,7 @@ async def test_row_7_what_blocks_after_an_await_or_in_a_task_is_caught_by_the_cl
     Restless.blocks = staticmethod(lambda: time.sleep(0.1))
     tree = Supervisor("s", children=[Child(Fast), Child(Restless, restart="permanent")])
     async with run(tree, sinks=(records.append,)) as system:
-        core = system.nodes[("s", "restless")].core
+        core = system.nodes[("s", "restless")].running
         assert core is not None
 
         def pause() -> None:
@@ -224,15 +224,15 @@ class Judge:
     """A watch without a thread, at whose door the test knocks; time is what the test says."""
 
     def __init__(self, system: System, monkeypatch: pytest.MonkeyPatch) -> None:
-        assert system.stalls is not None
-        system.stalls.stop()
-        self.watch = system.stalls
+        assert system.runtime.stalls is not None
+        system.runtime.stalls.stop()
+        self.watch = system.runtime.stalls
         self.now = 1000.0
         monkeypatch.setattr("actors.runtime.stall.monotonic", lambda: self.now)
 
     def ran(self, system: System, node: str, seconds: float) -> None:
         self.now += seconds
-        self.watch.ran(system.nodes[("s", node)].mailbox.inbox, f"{node}.work", seconds)
+        self.watch.ran(system.nodes[("s", node)].inbox, f"{node}.work", seconds)
 
 
 @pytest.mark.parametrize(
@@ -286,7 +286,7 @@ async def test_row_7_the_thread_looks_closely_for_five_seconds_of_thirty(monkeyp
             caught.append(judge.watch.caught is not None)
 
         Careless.blocks = staticmethod(look_twice)
-        core = system.nodes[("s", "a")].core
+        core = system.nodes[("s", "a")].running
         assert core is not None
         out = core.node.publisher(NUMBERS)
 
@@ -328,7 +328,7 @@ async def test_row_7_a_handler_that_awaits_is_not_blamed_for_the_time_in_which_a
     tree = Supervisor("s", children=[Child(Innocent), Child(Careless)])
     async with run(tree, sinks=(records.append,)) as system:
         Careless.blocks = staticmethod(lambda: time.sleep(0.35))
-        node = next(state for state in system.nodes.values() if state.path[-1] == "innocent").core.node  # type: ignore[union-attr]
+        node = next(state for state in system.nodes.values() if state.path[-1] == "innocent").node  # type: ignore[union-attr]
         begun = node.ticks
         await until(lambda: node.ticks > begun)
         await asyncio.sleep(0.08)
@@ -344,13 +344,13 @@ def test_a_watch_ends_with_a_loop_that_was_closed_under_it() -> None:
     loop = asyncio.new_event_loop()
 
     async def made() -> StallWatch:
-        return StallWatch(System(sinks=()))
+        return StallWatch(System(sinks=()).runtime)
 
     watch = loop.run_until_complete(made())
     loop.close()
     watch._ask()
     watch._run()  # returns at once
-    assert line_of(watch._system.thread).startswith(__file__)
+    assert line_of(watch._runtime.thread).startswith(__file__)
     assert line_of(0) == "", "a thread that has ended"
 
 
@@ -369,8 +369,8 @@ async def test_row_7_a_step_is_made_known_only_if_the_loop_did_not_turn_meanwhil
     async def awaits() -> None:
         await asyncio.sleep(0.02)
 
-    inbox = Inbox(asyncio.get_running_loop())
-    inbox.on_step = lambda inbox, label, seconds: heard.append(f"{label} {seconds >= 0.02}")
+    loop = asyncio.get_running_loop()
+    inbox = Inbox(loop, lambda inbox, label, seconds: heard.append(f"{label} {seconds >= 0.02}"))
     jobs: dict[str, Callable[[], Any]] = {"plain": lambda: time.sleep(0.02), "blocks": blocks, "awaits": awaits}
     for label, act in jobs.items():
         inbox.put(Job(label, act))

@@ -73,10 +73,10 @@ async def test_a_quick_start_and_one_that_fails_leave_no_timer(rig: Rig) -> None
             raise OSError("no device")
 
     await rig.start(Child(Teller))
-    assert rig.system.starts._timer is None
+    assert rig.system.runtime.starts._timer is None
     with pytest.raises(OSError, match="no device"):
         await rig.system.join(Child(Broken))
-    assert rig.system.starts._timer is None
+    assert rig.system.runtime.starts._timer is None
     rig.crash(Teller)
     await rig.advance(10.0)
     assert events(rig.logs, "still starting") == []
@@ -106,10 +106,10 @@ def test_a_start_that_can_never_end_is_a_deadlock_right_after_it_was_named() -> 
 def test_on_the_real_clock_one_timer_serves_all_starts_and_ends_with_the_system() -> None:
     async def main() -> None:
         async with run(Supervisor("s", children=[Child(Teller)]), sinks=()) as system:
-            timer = system.starts._timer
+            timer = system.runtime.starts._timer
             assert timer is not None and not timer.cancelled()
             await system.leave(await system.join(Child(Node, name="guest")))
-            assert system.starts._timer is timer
+            assert system.runtime.starts._timer is timer
         assert timer.cancelled()
 
     execute(main)
@@ -119,15 +119,15 @@ async def test_a_node_that_was_given_up_in_its_start_is_not_told_and_a_watch_wit
     rig: Rig,
 ) -> None:
     await rig.start(Child(Node, name="given_up"))
-    core = rig.state("given_up").core
+    core = rig.state("given_up").running
     assert core is not None
-    rig.system.starts.begin(core)
+    rig.system.runtime.starts.begin(core)
     core.ended = True
     await rig.advance(6.0)
     core.ended = False
-    rig.system.starts._look()
+    rig.system.runtime.starts._look()
     assert events(rig.logs, "still starting") == []
-    assert rig.system.starts._timer is None
+    assert rig.system.runtime.starts._timer is None
 
 
 def test_a_tree_that_does_not_start_is_as_it_was() -> None:

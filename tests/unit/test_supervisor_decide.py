@@ -12,7 +12,6 @@ from actors.supervision.acts import (
     Add,
     Adopt,
     Answer,
-    AnswerAtEnd,
     CloseWhenReady,
     Confirm,
     Drop,
@@ -28,6 +27,7 @@ from actors.supervision.acts import (
     Stop,
     StopNext,
     Tell,
+    Terminate,
     Update,
 )
 from actors.supervision.children import Children, Phase, merged
@@ -290,11 +290,11 @@ def test_one_that_declines_to_start_stays_known(restart: RestartType, kept: list
 
 def test_an_end_that_was_asked_for() -> None:
     children = books(group("a", "b"))
-    assert decide(end(children, "a", Stopped(), asked="shutdown"), children) == [Gone("a", kept=True)]
+    assert decide(end(children, "a", Stopped(), asked="shutdown"), children) == (Gone("a", kept=True),)
     children["b"].intent = "start"
-    assert decide(end(children, "b", Stopped(), asked="replaced"), children) == [Start("b")]
+    assert decide(end(children, "b", Stopped(), asked="replaced"), children) == (Start("b"),)
     children["b"].queued = True
-    assert decide(end(children, "b", Stopped(), asked="shutdown"), children) == []
+    assert decide(end(children, "b", Stopped(), asked="shutdown"), children) == ()
 
 
 @pytest.mark.parametrize(
@@ -306,7 +306,7 @@ def test_an_unclean_end_is_reported(stop: Any, reason: ExitReason, unclean: bool
     children["a"].marked = True
     event = end(children, "a", reason)
     told = [Tell("shutdown_error", event.life, reason)] if unclean else []
-    assert decide(event, children) == [*told, Gone("a", kept=True)]
+    assert list(decide(event, children)) == [*told, Gone("a", kept=True)]
 
 
 # ---------------------------------------------------------------------- significant children
@@ -465,13 +465,13 @@ RENEWED = child("a").replace(factory=other)
 @pytest.mark.parametrize(
     ("children", "request_", "expected"),
     [
-        (books(GROUP), StartChild(NEW), [Add(NEW), Due("new"), Start("new")]),
+        (books(GROUP), StartChild(NEW), [Add(NEW)]),
         (books(POOL, instances=1), Spawn((), None, None),
-         [Add(child("a_2"), ((), None), 2), Due("a_2"), Start("a_2")]),
+         [Add(child("a_2"), ((), None), 2)]),
         (books(POOL), Spawn((7,), "extra", {"rate": 1}),
-         [Add(Child(node, name="extra", args=(7,), parameters={"rate": 1}), ((7,), {"rate": 1})), Due("extra"), Start("extra")]),
-        (books(GROUP), TerminateChild("a"), [Drop("a", park=True), AnswerAtEnd("a"), Stop("a", "shutdown")]),
-        (books(GROUP), TerminateChild(LIVE), [Drop("a", park=True), AnswerAtEnd("a"), Stop("a", "shutdown")]),
+         [Add(Child(node, name="extra", args=(7,), parameters={"rate": 1}), ((7,), {"rate": 1}))]),
+        (books(GROUP), TerminateChild("a"), [Terminate("a")]),
+        (books(GROUP), TerminateChild(LIVE), [Terminate("a")]),
         (books(GROUP), TerminateChild(OLD), [Answer()]),
         (books(GROUP), TerminateChild(ChildRef(("top", "z"), 1)), [Answer()]),
         (stopped(books(GROUP), "a"), TerminateChild("a"), [Drop("a", park=True), Gone("a", kept=True), Answer()]),
@@ -528,9 +528,9 @@ def test_who_waits_for_a_start_hears_that_it_was_terminated() -> None:
     children = books(GROUP)
     entry: Any = children["a"]
     entry.intent, entry.answer = "start", object()
-    drop = decide(TerminateChild("a"), children)[0]
-    assert isinstance(drop, Drop)
-    assert str(drop.error) == "a did not start: it was terminated before it had started (in the tree: top/a)"
+    terminate = decide(TerminateChild("a"), children)[0]
+    assert isinstance(terminate, Terminate)
+    assert str(terminate.error) == "a did not start: it was terminated before it had started (in the tree: top/a)"
 
 
 def test_the_number_of_an_instance_is_used_once() -> None:

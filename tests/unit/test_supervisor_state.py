@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from actors.supervision.declarations import Backoff, DynamicSupervisor, Supervisor
-from actors.supervision.errors import NotFound, StartFailed
+from actors.supervision.declarations import Backoff, DynamicSupervisor, Intensity, Supervisor
+from actors.supervision.errors import NotFound, StartFailed, SupervisorDown, SupervisorGaveUp
 from actors.supervision.report import Report
 from actors.supervision.running import RunningSupervisor
 from tests.unit.supervisor_kit import Script, World, child, launch, running, settle, virtual
@@ -72,7 +72,8 @@ async def test_the_state_below_a_supervisor_that_does_not_run_is_that_supervisor
             await settle()
         assert root.state_of("sub") == root.state_of("sub/a") == "restarting"
         assert root.which("sub/a") is None
-        assert root.life("sub/a") is root.incarnation("sub/a") is None
+        assert root.life("sub/a") is None
+        assert root.incarnation("sub/a") is None
         assert list(root.below()) == [root]
         await asyncio.sleep(5.5)
         assert root.state_of("sub/a") == "running"
@@ -132,6 +133,25 @@ async def test_a_request_that_is_taken_back_before_its_turn_is_answered_to_nobod
         await settle()
         assert [each.id for each in pool.children()] == ["a_1"]
         assert pool.phase == "running"
+
+
+@virtual
+async def test_a_request_out_of_the_report_that_the_supervisor_gives_up_starts_nothing() -> None:
+    class Hopeful(World):
+        def report(self, report: Report) -> None:
+            super().report(report)
+            if report.context == "shutdown":
+                self.story = supervisor.start_child(child("b"))
+                self.request: asyncio.Future[Any] = self.story.send(None)
+
+    world = Hopeful()
+    async with running(world, Supervisor("root", intensity=Intensity(0), children=[child("a")])) as supervisor:
+        world.crash("a")
+        await settle()
+        assert isinstance(world.request.exception(), SupervisorDown)
+        world.story.close()
+        assert isinstance(world.host.exception(), SupervisorGaveUp)
+        assert world.events("start") == ["start a"]
 
 
 @virtual

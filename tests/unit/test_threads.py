@@ -61,7 +61,7 @@ REMEDY = "used from a foreign thread: use node.threadsafe(function, *arguments),
 async def test_D24_a_foreign_thread_is_refused_before_anything_is_done() -> None:
     tree = Supervisor("s", children=[Child(Robot), Child(Adder), Child(Counter)])
     async with run(tree, sinks=(), signals=False) as system, open_node("me") as me, open_node("other") as other:
-        robot = system.core_of("/robot")
+        robot = system.runtime.directory.find("/robot")
         assert robot is not None and system.supervisor is not None
         node, supervisor = robot.node, system.supervisor
         request = AddTwoInts.Request(a=1, b=2)
@@ -97,9 +97,9 @@ async def test_D24_a_foreign_thread_is_refused_before_anything_is_done() -> None
             lambda: asyncio.run_coroutine_threadsafe(other.call(CONCURRENT, request), loop).result(5.0)
         )
         assert answer.sum == 3
-        adder = system.core_of("/adder")
-        assert adder is not None and adder.mailbox.services["/add"].calls == 2
-        assert node.speed == 1.0 and robot.mailbox.saved is None and robot.mailbox.services["/concurrent"].calls == 1  # type: ignore[attr-defined]
+        adder = system.runtime.directory.find("/adder")
+        assert adder is not None and adder.record.services["/add"].calls == 2
+        assert node.speed == 1.0 and robot.record.saved is None and robot.record.services["/concurrent"].calls == 1  # type: ignore[attr-defined]
         assert sorted(state.identity.fqn for state in system.nodes.values()) == [
             "/adder",
             "/counter",

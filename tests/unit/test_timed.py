@@ -8,12 +8,11 @@ from typing import Any
 
 import pytest
 
-from actors import Ended, WrongThread, WrongType, qos
+from actors import Ended, QoS, WrongThread, WrongType, qos
 from actors.errors import CallTimeout
 from actors.inbox.expiring import ExpiringMessage
 from actors.inbox.inbox import Inbox
 from actors.interfaces.std_msgs.msg import Int32
-from actors.qos import QoS
 from actors.qos.events import LivelinessChanged, LivelinessLost
 from actors.qos.policies import Durability, History, Liveliness
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription

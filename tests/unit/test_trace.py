@@ -37,7 +37,7 @@ def trace_of(seed: int = 0, act: Callable[[Player], None] | None = None, at: flo
         trace = Trace()
         async with run(Supervisor("game", children=[Child(Player)]), seed=seed, sinks=(), observers=(trace,)) as system:
             await system.clock.sleep(at)
-            core = system.core_of("/player")
+            core = system.runtime.directory.find("/player")
             assert core is not None
             assert isinstance(core.node, Player)
             if act is not None:

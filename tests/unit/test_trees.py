@@ -9,6 +9,7 @@ import pytest
 
 from actors import Child, DeclarationError, DynamicSupervisor, Node, Supervisor, blocking, run
 from actors.running.trees import tree_of
+from actors.system import system_of
 from actors.testing import Rig
 
 
@@ -55,7 +56,7 @@ def test_F2_the_blocking_face_takes_a_class_as_its_tree() -> None:
 
 
 async def seen(node: Node) -> list[str]:
-    return names(node.core.system)
+    return names(system_of(node))
 
 
 def test_a_supervisor_is_taken_as_it_is() -> None:

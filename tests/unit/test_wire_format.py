@@ -7,9 +7,9 @@ import sys
 
 import pytest
 
-from actors import qos
+from actors import QoS, qos
 from actors.names.names import action_names
-from actors.qos import Durability, History, Liveliness, QoS, Reliability
+from actors.qos import Durability, History, Liveliness, Reliability
 from actors.transport.format.buffers import CPU, Backend
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.gids import gid_of

@@ -6,9 +6,10 @@ import asyncio
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from actors.supervision.child_task import is_child_task
+from actors.supervision.child_task import ChildTask
 
 if TYPE_CHECKING:
+    from actors.runtime.record import NodeRecord
     from actors.supervision.seam import ChildStatus
     from actors.system import System
 
@@ -16,15 +17,16 @@ __all__ = ["miscounts"]
 
 
 def miscounts(system: System) -> Iterator[str]:
-    """What does not agree in a quiet system, each in a sentence.
+    """The contradictions in the counts of a quiet system, each in a sentence.
 
-    A child that its supervisor counts as there has a task that runs, and the other way round; a node runs exactly if its supervisor says
-    so; it has had more lives than ends; and a supervisor that goes on has not seen more restarts than it allows.
+    A child that its supervisor counts as there has a task that runs, and the other way round; a node has an incarnation only
+    while its supervisor has a task for it; it has had more lives than restarts; and a supervisor that goes on has not seen more restarts than it allows.
     """
     supervisor = system.supervisor
     if supervisor is None:
         return
-    known = {leaked.task for leaked in supervisor.leaked} | set(system.unsupervised.tasks)
+    leaked = {one.ref.path for each in supervisor.below() for one in each.leaked}
+    known = {one.task for one in supervisor.leaked} | set(system.runtime.tree.unsupervised.tasks)
     for each in supervisor.below():
         children = each.statuses()
         active = each.counts().active
@@ -35,19 +37,17 @@ def miscounts(system: System) -> Iterator[str]:
         if each.phase == "running" and each.recent_restarts > each.spec.intensity.restarts:
             yield f"supervisor {each.name} goes on after {each.recent_restarts} restarts, and {each.spec.intensity} are allowed"
         for name, status in children.items():
-            yield from _miscounted(system, (*each.path, name), status)
+            record = system.nodes.get((*each.path, name))
+            if record is not None:
+                yield from _miscounted(record, status, record.path in leaked)
     for task in asyncio.all_tasks(system.loop) - known:
-        if is_child_task(task):
+        if ChildTask.runs_in(task):
             yield f"{task.get_name()} runs, and no supervisor counts it among its children"
 
 
-def _miscounted(system: System, path: tuple[str, ...], entry: ChildStatus) -> Iterator[str]:
-    state = system.nodes.get(path)
-    if state is None:
-        return
-    if entry.state == "running" and state.state not in ("running", "stopping"):
-        yield f"{'/'.join(path)} runs for its supervisor, and is {state.state} in the system"
-    if state.state == "running" and entry.task is None:
-        yield f"{'/'.join(path)} is {entry.state} for its supervisor, and runs in the system"
-    if state.restart_count > state.incarnation - (state.state == "running"):
-        yield f"{'/'.join(path)} has had {state.restart_count} restarts in {state.incarnation} lives"
+def _miscounted(record: NodeRecord, status: ChildStatus, leaked: bool) -> Iterator[str]:
+    where = "/".join(record.path)
+    if record.life is not None and status.task is None and not leaked:
+        yield f"{where} is {status.state} for its supervisor, and an incarnation of it has not ended"
+    if record.restart_count > record.incarnation - (status.state == "running"):
+        yield f"{where} has had {record.restart_count} restarts in {record.incarnation} lives"

@@ -1,13 +1,11 @@
-"""What must hold whenever a simulated system is quiet: nothing can run until time passes."""
+"""The invariants of a simulated system, checked whenever it is quiet: when nothing can run until time passes."""
 
-# pyright: reportPrivateUsage=false
-# When a task ran for the last time is known to the loop alone.
 from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from actors.places import awaited_in
 from actors.testing.simulation.counts import miscounts
@@ -16,17 +14,21 @@ from actors.testing.simulation.locks import circle_of_locks
 if TYPE_CHECKING:
     from actors.inbox.inbox import Item
     from actors.system import System
-    from actors.testing.simulation.lives import SimulatedSystem
+    from actors.testing.simulation.lives import Simulation
     from actors.time.virtual_loop import VirtualLoop
     from actors.topics.peers import Peer
 
 __all__ = ["PATIENCE", "Invariant", "InvariantBroken", "Watch"]
 
-Invariant = Callable[["System"], None]
-"""Looks at a quiet system and raises `AssertionError` when something is wrong."""
 
 PATIENCE = 10.0
 """Seconds after which a handler that keeps its node from everything else is taken to be stuck, and a canceled goal that goes on, too."""
+
+
+class Invariant(Protocol):
+    """Looks at a quiet system and raises `AssertionError` when something is wrong."""
+
+    def __call__(self, system: System, /) -> None: ...
 
 
 class InvariantBroken(AssertionError):
@@ -43,12 +45,13 @@ class Watch:
 
     def __init__(
         self,
-        system: SimulatedSystem,
+        simulation: Simulation,
         more: Sequence[Invariant] = (),
         patience: float = PATIENCE,
         limit: float = math.inf,
     ) -> None:
-        self._system = system
+        self._simulation = simulation
+        self._system = simulation.system
         self._patience = patience
         self._more = tuple(more)
         self._limit = limit
@@ -63,16 +66,16 @@ class Watch:
         if system.loop.time() > self._limit:
             self._limit = math.inf  # time is needed to clean up
             raise InvariantBroken(f"t={system.loop.time():g} s, and no end: {self._unfinished()}")
-        if system.disgraces:
-            raise system.disgraces.pop(0)
+        if self._simulation.disgraces:
+            raise self._simulation.disgraces.pop(0)
         if system.stop_reason is None:
             now = system.loop.time()
             if now >= self._next:
                 self.look(now)
             for invariant in self._more:
                 invariant(system)
-        if system.reported != self._reported:
-            self._reported = system.reported
+        if self._simulation.reported != self._reported:
+            self._reported = self._simulation.reported
             self._look_at_counts()
         if system.graph.version != self._version:
             self._version = system.graph.version
@@ -93,10 +96,10 @@ class Watch:
         stopping = self._system.stop_reason is not None
         about: list[str] = []
         for state in self._system.nodes.values():
-            idle = not stopping or state.mailbox.inbox.current is None
+            idle = not stopping or state.inbox.current is None
             if state.state == "stopped" or (state.state == "running" and idle):
                 continue
-            task = state.mailbox.inbox.task
+            task = state.inbox.task
             where = awaited_in(task) if task is not None and not task.done() else ""
             about.append(f"{state.identity.fqn} is {state.state}" + (f", at {where}" if where else ""))
         return "; ".join(
@@ -121,7 +124,7 @@ class Watch:
 
     def _look_at_handlers(self, now: float) -> None:
         for state in self._system.nodes.values():
-            inbox, node = state.mailbox.inbox, state.identity.fqn
+            inbox, node = state.inbox, state.identity.fqn
             item = inbox.current
             if item is None:
                 self._holding.pop(node, None)
@@ -139,7 +142,7 @@ class Watch:
     def _look_at_goals(self, now: float) -> None:
         canceling: dict[object, float] = {}
         for state in self._system.nodes.values():
-            for server in state.mailbox.actions.values():
+            for server in state.actions.values():
                 for goal in server.running:
                     if goal.interruption is None:
                         continue
@@ -161,13 +164,13 @@ class Watch:
 
     def _last_step(self, task: asyncio.Task[Any] | None, now: float) -> float:
         """When a task ran for the last time, seconds."""
-        return cast("VirtualLoop", self._system.loop)._stamps.get(id(task), now)
+        return cast("VirtualLoop", self._system.loop).last_step(task, now)
 
     def _look_at_orphans(self, now: float) -> None:
-        bereaved = self._system.bereaved
-        for core, since in list(bereaved.items()):
-            if not core.tasks:
-                del bereaved[core]
+        bereaved = self._simulation.bereaved
+        for life, since in list(bereaved.items()):
+            if not life.tasks:
+                del bereaved[life]
             elif now - since > self._patience:
-                names = ", ".join(task.get_name() for task in core.tasks)
-                raise InvariantBroken(f"{core.fqn} ended at t={since:.3f} s, and these tasks of it go on: {names}")
+                names = ", ".join(task.get_name() for task in life.tasks)
+                raise InvariantBroken(f"{life.fqn} ended at t={since:.3f} s, and these tasks of it go on: {names}")

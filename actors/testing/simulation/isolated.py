@@ -39,7 +39,7 @@ ENDLESS = ("Blocked", "ProcessEnded")
 BLOCKED_SECONDS = 20.0
 """Seconds of the processor that one callback may take before the loop is taken to be blocked for ever."""
 STARVED = 10.0
-"""So many times as long it may take in real time: it may wait for something, or the machine may have no time for it."""
+"""The factor by which real time may exceed the processor time: a step may wait for something, or the machine may be busy."""
 
 
 class Elsewhere(Exception):
@@ -115,7 +115,7 @@ def in_a_copy(work: Callable[[Callable[[T], object]], object], *, quiet: bool) -
 
 
 def _work(work: Callable[[Callable[[T], object]], object], outlet: Connection, quiet: bool) -> None:
-    """What the copy does. The interrupt from a keyboard is left to the original, which hears it, too."""
+    """The work of the copied process. The keyboard interrupt is left to the original, which receives it as well."""
     with contextlib.suppress(KeyboardInterrupt):
         if quiet:
             silence = io.StringIO()
@@ -165,8 +165,8 @@ class _Guard:
 
 
 def progress(loop: VirtualLoop | None, thread: int) -> object:
-    """What changes with every iteration of a loop in this thread; None while it waits for input, or does not run yet."""
+    """A value that changes with every iteration of a loop in this thread; None while the loop waits for input, or does not run yet."""
     frame = sys._current_frames().get(thread)
     if loop is None or frame is None or frame.f_code.co_filename == selectors.__file__:
         return None
-    return loop.time(), loop._order, loop._spins
+    return loop.progress

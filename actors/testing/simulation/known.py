@@ -10,11 +10,11 @@ from actors.testing.faults import CLOCK, Fault, Profile
 __all__ = ["names_nothing", "not_come"]
 
 MOST = 12
-"""So many names are listed."""
+"""The number of names that are listed."""
 
 
 def names_nothing(faults: Iterable[Fault], profiles: Sequence[Profile]) -> str:
-    """What is wrong with the first fault whose target is in none of these profiles, and what its target could be; empty if nothing is."""
+    """The complaint about the first fault whose target is in none of these profiles, with possible targets; empty if there is none."""
     for fault in faults:
         known = {name for profile in profiles for name in _counts(fault, profile)}
         if fault.target in known:
@@ -32,7 +32,7 @@ def not_come(fault: Fault, profile: Profile) -> str:
 
 
 def _counts(fault: Fault, profile: Profile) -> dict[str, int]:
-    """What a fault of this kind may name, and how far each was counted."""
+    """The targets that a fault of this kind may name, and how far each was counted."""
     milliseconds = int(profile.seconds * 1000)
     if fault.kind in ("lose", "delay", "duplicate", "swap", "freeze", "nan"):
         return profile.links | profile.watching

@@ -16,7 +16,7 @@ from actors.interfaces.message import Message
 from actors.testing.faults import Fault, Profile
 
 if TYPE_CHECKING:
-    from actors.runtime.core import Core
+    from actors.runtime.incarnation import Incarnation
     from actors.topics.peers import SubscriptionPeer, Target
 
 M = TypeVar("M", bound=Message)
@@ -25,7 +25,7 @@ __all__ = ["Link", "has_numbers", "interceptor", "not_a_number"]
 
 
 MOST_AT_ONCE = 100
-"""So many messages of one instant are frozen, and no more: whoever answers each of them at once would never let time pass."""
+"""The number of messages of one instant that may be frozen: a node that answers each of them at once would never let time pass."""
 
 
 class Delivery(NamedTuple):
@@ -112,7 +112,7 @@ class Link:
 
 def is_guest(subscription: SubscriptionPeer) -> bool:
     """Whether a subscription belongs to a node beside the tree: a test's own eyes, which no drawn fault may cloud."""
-    return cast("Core", subscription.node).identity.path[0] == "guests"
+    return not cast("Incarnation", subscription.node).record.supervised
 
 
 def interceptor(

@@ -37,7 +37,7 @@ class Finding:
 
     @property
     def replay(self) -> Trial:
-        """What shows the failure again."""
+        """The line that replays the failure."""
         return self.outcome.trial
 
     def record(self, scenario: Scenario) -> FlightRecorder:
@@ -47,7 +47,7 @@ class Finding:
         return recorder
 
     def describe(self) -> str:
-        """What was found, in one line."""
+        """The finding in one line."""
         trial = self.replay
         order = "events in another order" if trial.shuffled else "events in plain order"
         count = len(trial.faults)

@@ -75,7 +75,7 @@ class Watched(Coroutine[Any, Any, Any]):
 
 
 def _sleep(seconds: float) -> Generator[Any, None, None]:
-    """What a coroutine yields to be resumed after so many seconds."""
+    """Yield what resumes the coroutine after `seconds`."""
     loop = asyncio.get_running_loop()
     future: asyncio.Future[None] = loop.create_future()
     loop.call_later(seconds, _wake, future)

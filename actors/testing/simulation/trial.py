@@ -15,12 +15,13 @@ from actors.errors import ActorError, CallCycle, WrongThread, WrongType
 from actors.places import place_of
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.reasons import cause_of
+from actors.system import System
 from actors.testing.failures import UnexpectedFailure
 from actors.testing.faults import Fault, Profile, parse
 from actors.testing.fuzz import FuzzLoop
 from actors.testing.rig import Rig
 from actors.testing.simulation.invariants import PATIENCE, Invariant, InvariantBroken, Watch
-from actors.testing.simulation.lives import InjectedCrash, SimulatedSystem
+from actors.testing.simulation.lives import InjectedCrash, Simulation
 from actors.time.virtual_loop import VirtualLoop
 
 __all__ = ["Body", "Outcome", "Scenario", "Trial"]
@@ -29,7 +30,7 @@ CLEAN_UP_SECONDS = 60.0
 """What a trial leaves has this long to end once it is canceled."""
 
 Body = Callable[[Rig], Awaitable[None]]
-"""What happens in a scenario, and what has to come of it."""
+"""The body of a scenario: what happens, and what must come of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +65,7 @@ class Outcome:
     profile: Profile
     timeline: str
     signature: tuple[str, str]
-    """What kind of failure it is, and where it arose: two trials with the same one have failed in the same way. Empty without an error."""
+    """The kind of the failure and its place of origin: two trials with the same signature have failed in the same way. Empty without an error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +75,7 @@ class Scenario:
     body: Body
     invariants: tuple[Invariant, ...] = ()
     patience: float = PATIENCE
-    observers: tuple[Callable[[SimulatedSystem], object], ...] = ()
+    observers: tuple[Callable[[System], object], ...] = ()
     """Called with each system before its tree starts."""
     limit: float = math.inf
     """Seconds after which a trial is taken never to end; so long may a body take, with the system's start and stop."""
@@ -107,17 +108,17 @@ class Scenario:
         return Outcome(trial, error, profile, timeline or (rigs[0].timeline() if rigs else ""), _signature(error))
 
     async def _live(self, loop: VirtualLoop, trial: Trial, profile: Profile, rigs: list[Rig]) -> None:
-        def make(**options: Any) -> SimulatedSystem:
+        def make(**options: Any) -> System:
             options["seed"] += trial.seed
-            system = SimulatedSystem(trial.faults, profile, **options)
-            systems.append(system)
-            watch = loop.watch = Watch(system, self.invariants, self.patience, self.limit)
+            simulation = Simulation(trial.faults, profile, **options)
+            simulations.append(simulation)
+            watch = loop.watch = Watch(simulation, self.invariants, self.patience, self.limit)
             watches.append(watch)
             for observe in self.observers:
-                observe(system)
-            return system
+                observe(simulation.system)
+            return simulation.system
 
-        systems: list[SimulatedSystem] = []
+        simulations: list[Simulation] = []
         watches: list[Watch] = []
         rig = Rig(make, lambda error: _is_excused(error, trial.faults))
         rigs.append(rig)
@@ -128,25 +129,25 @@ class Scenario:
             profile.seconds = loop.time()
             for watch in watches:
                 watch.look(loop.time())
-            if any(system.deaths for system in systems):
+            if any(simulation.deaths for simulation in simulations):
                 rig.leaks.forgive_threads()
         except BaseException as error:
             await _close_after(rig, error)
             raise
         await rig.close()
-        for system in systems:
-            _demand_orderly_ends(system)
+        for simulation in simulations:
+            _demand_orderly_ends(simulation)
         if problems:
             raise problems[0]
 
 
-def _demand_orderly_ends(system: SimulatedSystem) -> None:
+def _demand_orderly_ends(simulation: Simulation) -> None:
     """Nodes end when they are asked to. A tree may end by itself, and a fault come just then."""
-    for report in system.reports:
+    for report in simulation.system.reports:
         injected = report.reason is not None and isinstance(cause_of(report.reason), InjectedCrash)
         if report.context == "shutdown_error" and not injected:
             path = report.child.path
-            where = "; ".join(filter(None, [str(report.reason), system.interrupted.get(path, "")]))
+            where = "; ".join(filter(None, [str(report.reason), simulation.interrupted.get(path, "")]))
             raise InvariantBroken(f"{'/'.join(path)} did not end as it was asked to: {where}")
 
 
@@ -200,6 +201,6 @@ def _signature(error: BaseException | None) -> tuple[str, str]:
 
 
 def _problem(context: dict[str, Any]) -> BaseException:
-    """What the event loop would only have logged: an error that nobody has taken notice of."""
+    """The error of a context that the event loop would only have logged."""
     error = context.get("exception")
     return error if isinstance(error, BaseException) else RuntimeError(str(context.get("message", context)))

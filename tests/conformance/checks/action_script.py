@@ -20,6 +20,7 @@ from typing import Any, Final
 from actors import Aborted, Action, Done, Node, Reject, parallel, queue
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.runtime.incarnation import incarnation_of
 from tests.conformance.checks.common import Skip, Unsupported, Vector, steps_of
 
 COUNT: Final = Action(Fibonacci, "/fibonacci")
@@ -189,7 +190,7 @@ def make_server(script: Script) -> type[Node]:
             goal = script.of(message)
             if script.held:
                 await script.come(goal, goal.released)
-            table = self.core.mailbox.actions[COUNT.name].table
+            table = incarnation_of(self).record.actions[COUNT.name].table
             script.status_on_entry[goal.name] = table.status_of(goal.id).name.lower()
             for sequence in goal.execute.feedback:
                 yield Fibonacci.Feedback(sequence=sequence)

@@ -193,7 +193,7 @@ class Run(Seen):
         return self.late_subscriber
 
     async def op_default_result_timeout(self) -> float:
-        server = self.rig.state("server").mailbox.actions[COUNT.name]
+        server = self.rig.state("server").actions[COUNT.name]
         self.default_timeout = server.table.result_timeout_ns / 1e9
         return self.default_timeout
 

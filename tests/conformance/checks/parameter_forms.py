@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from actors.parameters import FloatingPointRange, IntegerRange, Parameter, ParameterDescriptor, ParameterType, SetResult
+from actors import Parameter, SetResult
+from actors.parameters import FloatingPointRange, IntegerRange, ParameterDescriptor, ParameterType
 from tests.conformance.checks.common import Unsupported, number
 
 

@@ -8,12 +8,12 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from actors import Parameter, SetResult
 from actors.parameters import (
     CallbackHandle,
     InvalidParameterName,
     InvalidParameterType,
     InvalidParameterValue,
-    Parameter,
     ParameterAlreadyDeclared,
     ParameterChange,
     ParameterImmutable,
@@ -21,7 +21,6 @@ from actors.parameters import (
     ParameterStore,
     ParameterType,
     ParameterUninitialized,
-    SetResult,
 )
 from actors.parameters.messages import (
     PARAMETER_SERVICES,

@@ -9,8 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from actors import QoS
 from actors.interfaces import decode, encode, get_message, get_service, type_hash
-from actors.qos import Durability, History, Liveliness, QoS, QoSWarning, Reliability
+from actors.qos import Durability, History, Liveliness, QoSWarning, Reliability
 from actors.transport.format.attachments import Attachment, parse_attachment, write_attachment
 from actors.transport.format.buffers import parse_backends, write_backends
 from actors.transport.format.gids import GID_SIZE, gid_of

@@ -15,9 +15,11 @@ from actors import (
     Done,
     Goal,
     Node,
+    Parameter,
     Publisher,
     Reject,
     Service,
+    SetResult,
     Steps,
     Stream,
     Supervisor,
@@ -39,7 +41,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Requ
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.node.retry import retry
 from actors.nodes.parameter_server import set_global
-from actors.parameters import Parameter, ParameterDeclaration, SetResult, on_set, post_set, pre_set
+from actors.parameters import ParameterDeclaration, on_set, post_set, pre_set
 
 WORDS = Topic(String, "words")
 NUMBERS = Topic(Int32, "numbers", qos.SENSOR_DATA)

@@ -1,0 +1,111 @@
+"""The services and messages of ``lifecycle_msgs``, for one lifecycle node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.lifecycle.machine import (
+    STATES,
+    TRANSITIONS,
+    LifecycleState,
+    LifecycleTransition,
+    TransitionRefused,
+    transitions_from,
+)
+
+if TYPE_CHECKING:
+    from actors.lifecycle.node import LifecycleNode
+
+__all__ = ["SERVICES", "transition_event"]
+
+
+def _state(state: LifecycleState) -> Any:
+    from actors.interfaces.lifecycle_msgs.msg import State
+
+    return State(id=int(state), label=state.label)
+
+
+def _transition(edge: LifecycleTransition) -> Any:
+    from actors.interfaces.lifecycle_msgs.msg import Transition
+
+    return Transition(id=edge.id, label=edge.label)
+
+
+def transition_event(edge: LifecycleTransition) -> Any:
+    """The `TransitionEvent` of one step of the machine."""
+    from actors.interfaces.lifecycle_msgs.msg import TransitionEvent
+
+    return TransitionEvent(transition=_transition(edge), start_state=_state(edge.start), goal_state=_state(edge.goal))
+
+
+def _described(edges: Sequence[LifecycleTransition]) -> Any:
+    from actors.interfaces.lifecycle_msgs.msg import TransitionDescription
+
+    return tuple(
+        TransitionDescription(
+            transition=_transition(edge), start_state=_state(edge.start), goal_state=_state(edge.goal)
+        )
+        for edge in edges
+    )
+
+
+def _change_state(node: LifecycleNode) -> tuple[Any, Any]:
+    from actors.interfaces.lifecycle_msgs.srv import ChangeState
+
+    async def change_state(request: Any) -> Any:
+        try:
+            return ChangeState.Response(
+                success=await node.change_state(request.transition.label, request.transition.id)
+            )
+        except TransitionRefused as refusal:
+            node.log.warning(str(refusal))
+            return ChangeState.Response(success=False)
+
+    return ChangeState, change_state
+
+
+def _get_state(node: LifecycleNode) -> tuple[Any, Any]:
+    from actors.interfaces.lifecycle_msgs.srv import GetState
+
+    async def get_state(request: Any) -> Any:
+        return GetState.Response(current_state=_state(node.state))
+
+    return GetState, get_state
+
+
+def _get_available_states(node: LifecycleNode) -> tuple[Any, Any]:
+    from actors.interfaces.lifecycle_msgs.srv import GetAvailableStates
+
+    async def get_available_states(request: Any) -> Any:
+        return GetAvailableStates.Response(available_states=tuple(_state(state) for state in STATES))
+
+    return GetAvailableStates, get_available_states
+
+
+def _get_available_transitions(node: LifecycleNode) -> tuple[Any, Any]:
+    from actors.interfaces.lifecycle_msgs.srv import GetAvailableTransitions
+
+    async def get_available_transitions(request: Any) -> Any:
+        return GetAvailableTransitions.Response(available_transitions=_described(transitions_from(node.state)))
+
+    return GetAvailableTransitions, get_available_transitions
+
+
+def _get_transition_graph(node: LifecycleNode) -> tuple[Any, Any]:
+    from actors.interfaces.lifecycle_msgs.srv import GetAvailableTransitions
+
+    async def get_transition_graph(request: Any) -> Any:
+        return GetAvailableTransitions.Response(available_transitions=_described(TRANSITIONS))
+
+    return GetAvailableTransitions, get_transition_graph
+
+
+SERVICES: Final[dict[str, Callable[[LifecycleNode], tuple[Any, Any]]]] = {
+    "change_state": _change_state,
+    "get_state": _get_state,
+    "get_available_states": _get_available_states,
+    "get_available_transitions": _get_available_transitions,
+    "get_transition_graph": _get_transition_graph,
+}
+"""Name below the node -> type and handler."""

@@ -1,0 +1,131 @@
+"""The directory of a system: which node is where, by path and by name."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any
+
+from actors.errors import DeclarationError
+from actors.inbox.inbox import Inbox
+from actors.runtime.options import identity_of
+from actors.runtime.record import Books, NodeRecord
+from actors.suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from actors.names.identity import Identity
+    from actors.runtime.incarnation import Incarnation
+    from actors.runtime.options import RunOptions
+    from actors.runtime.stall import StallWatch
+    from actors.supervision.declarations import Child
+
+__all__ = ["Directory", "class_of"]
+
+
+class Directory:
+    """The records of all nodes of one system.
+
+    Invariants: `records` has one record for each path, from the node's first life until its supervisor forgets it. Every full name stands for
+    one path at most; a node that has ended for good has given up its name, and keeps its record until it is removed.
+    """
+
+    def __init__(self, books: Books, loop: asyncio.AbstractEventLoop, options: RunOptions | None) -> None:
+        self.records: dict[tuple[str, ...], NodeRecord] = {}
+        self._books = books
+        self._options = options
+        self._loop = loop
+        self._paths: dict[str, tuple[str, ...]] = {}
+
+    def enter(self, child: Child, path: tuple[str, ...], stalls: StallWatch | None) -> NodeRecord:
+        """The record for the next life of the child at `path`; that of its earlier lives if there is one.
+
+        Raises `DeclarationError` when the child's names are invalid, or another node has its full name.
+        """
+        record = self.records.get(path)
+        if record is not None and record.child is child and self._paths.get(record.identity.fqn) == path:
+            return record
+        identity = self._identity(child, path, record)
+        if record is None:
+            inbox = Inbox(self._loop, None if stalls is None else stalls.ran)
+            record = self.records[path] = NodeRecord(child, identity, self._books, inbox)
+        record.child, record.identity = child, identity
+        return record
+
+    def find(self, fqn: str) -> Incarnation | None:
+        """The running incarnation of the node with this full name, or None."""
+        path = self._paths.get(fqn)
+        record = self.records.get(path) if path is not None else None
+        return record.running if record is not None else None
+
+    def owner_of(self, task: asyncio.Task[Any]) -> NodeRecord | None:
+        """The node in whose inbox, or in one of whose tasks, `task` runs. May be asked from any thread."""
+        for record in list(self.records.values()):
+            life = record.life
+            if record.inbox.task is task or (life is not None and task in life.tasks):
+                return record
+        return None
+
+    def below(self, path: tuple[str, ...]) -> list[NodeRecord]:
+        """The record at `path`, or if a supervisor is there, those of all nodes below it."""
+        record = self.records.get(path)
+        if record is not None:
+            return [record]
+        return [each for each in self.records.values() if each.path[: len(path)] == path]
+
+    def release_name(self, record: NodeRecord) -> None:
+        """The node has ended for good: another one may take its full name."""
+        self._paths.pop(record.identity.fqn, None)
+
+    def remove(self, record: NodeRecord) -> None:
+        """Its supervisor has forgotten the node: nothing is left of it here."""
+        record.forget()
+        del self.records[record.path]
+
+    def named(self, node: type | str) -> NodeRecord:
+        """The one node of this class (or one derived from it), name or full name. Raises `LookupError` when there is none, or several."""
+        found = [record for record in self.records.values() if _is_called(record, node)]
+        if len(found) == 1:
+            return found[0]
+        asked = f"called {node!r}" if isinstance(node, str) else f"a {node.__name__}"
+        if found:
+            several = ", ".join(sorted(record.identity.fqn for record in found))
+            raise LookupError(f"{len(found)} nodes are {asked}: say which one by its full name: {several}")
+        known = (
+            ", ".join(sorted(_introduced(record) for record in self.records.values() if record.supervised)) or "none"
+        )
+        raise LookupError(f"no node in this system is {asked}; there are: {known}{self._meant(node)}")
+
+    def _meant(self, node: type | str) -> str:
+        identities = [record.identity for record in self.records.values()]
+        candidates = [name for one in identities for name in (one.name, one.fqn)]
+        candidates += [kind.__name__ for record in self.records.values() if (kind := class_of(record)) is not None]
+        return did_you_mean(node if isinstance(node, str) else node.__name__, candidates)
+
+    def _identity(self, child: Child, path: tuple[str, ...], before: NodeRecord | None) -> Identity:
+        identity = identity_of(child, path, self._options)
+        other = self._paths.get(identity.fqn)
+        if other is not None and other != path:
+            raise DeclarationError(
+                f"{'/'.join(path)} would be the second node named {identity.fqn}, the first being {'/'.join(other)}: "
+                "give it another name= or namespace="
+            )
+        if before is not None and self._paths.get(before.identity.fqn) == path:
+            del self._paths[before.identity.fqn]
+        self._paths[identity.fqn] = path
+        return identity
+
+
+def class_of(record: NodeRecord) -> type | None:
+    """The class of a node, known also of one that has never run; None when a function makes it and it has not run yet."""
+    made_by = record.child.factory
+    return record.node_class or (made_by if isinstance(made_by, type) else None)
+
+
+def _is_called(record: NodeRecord, node: type | str) -> bool:
+    if isinstance(node, str):
+        return node in (record.identity.name, record.identity.fqn)
+    return (kind := class_of(record)) is not None and issubclass(kind, node)
+
+
+def _introduced(record: NodeRecord) -> str:
+    kind = class_of(record)
+    return f"{record.identity.fqn} ({kind.__name__})" if kind is not None else record.identity.fqn

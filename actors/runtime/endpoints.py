@@ -1,0 +1,184 @@
+"""The endpoints of one incarnation: what its class declares, what is taken over from the last life, and the end of all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
+
+from actors.actions.driver import GoalHandlers
+from actors.actions.server import ActionServer
+from actors.errors import DeclarationError
+from actors.qos import (
+    ACTION_FEEDBACK,
+    ACTION_STATUS,
+    DEFAULT,
+    PARAMETER_EVENTS,
+    ROSOUT,
+    resolve_subscription,
+)
+from actors.qos.policies import QoS
+from actors.services.server import Server
+from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
+from actors.topics.timed_publisher import publisher_for
+
+if TYPE_CHECKING:
+    from actors.contracts.contracts import Service, Topic
+    from actors.graph.graph import ActionEntry, TopicEntry
+    from actors.interfaces.message import Message
+    from actors.runtime.incarnation import Incarnation
+    from actors.topics.handler import Handler
+    from actors.topics.publisher import Publisher
+
+__all__ = ["close_all", "event_publisher", "handle", "open_declared_endpoints", "serve", "serve_concurrently"]
+
+M = TypeVar("M", bound="Message")
+Req = TypeVar("Req", bound="Message")
+Resp = TypeVar("Resp", bound="Message")
+
+_EVENT_QOS: Final = {
+    "parameter_events": PARAMETER_EVENTS,
+    "rosout": ROSOUT,
+    "status": ACTION_STATUS,
+    "feedback": ACTION_FEEDBACK,
+}
+
+
+def open_declared_endpoints(life: Incarnation) -> None:
+    """Make what the class declares. From here on messages queue up; they are handled once the node has started."""
+    node, declarations = life.node, life.declarations
+    for published in declarations.publishers:
+        setattr(node, published.attribute, life.publisher(published.topic, published.qos))
+    for stream in declarations.streams:
+        setattr(node, stream.attribute, life.subscribe(stream.topic, stream.qos))
+    if declarations.parameters and (life.identity.overrides or life.runtime.observers.parameters):
+        life.open_parameters(announce=True)  # there is something to check or to tell; else it is left to the first use
+    if "use_sim_time" in life.identity.overrides and life.parameters.value("use_sim_time"):
+        life.ros_time().use(True)
+    labels = declarations.labels
+    for topic in declarations.topics:
+        handle(life, topic.topic, topic.qos, getattr(node, topic.attribute), labels[topic.attribute], topic.concurrent)
+    for service in declarations.services:
+        serve(life, service.service, getattr(node, service.attribute), labels[service.attribute], service.concurrent)
+    for action in declarations.actions:
+        entry = life.runtime.graph.action(life.identity.service(action.action.name))
+        hooks = {
+            hook.verb: getattr(node, hook.attribute) for hook in declarations.hooks if hook.action is action.action
+        }
+        handlers = GoalHandlers(labels[action.attribute], getattr(node, action.attribute), **hooks)
+        _serve_action(
+            life, entry, ActionServer(life, entry, action.action, handlers, action.arrivals, action.result_timeout)
+        )
+
+
+def handle(
+    life: Incarnation,
+    topic: Topic[M],
+    qos: QoS,
+    handler: Handler[M],
+    label: str,
+    concurrent: int = 0,
+) -> None:
+    """Let `handler` take the messages of `topic`; a subscription that is left over from the last incarnation is taken over."""
+    life.check_use()
+    entry = life.runtime.graph.topic(life.identity.topic(topic.name))
+    subscription = _left_over(life, entry, topic.type, label, concurrent)
+    if subscription is not None:
+        subscription.take_over(life, handler)
+        return
+    qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
+    if concurrent:
+        subscription = ConcurrentSubscription(life, entry, topic.type, qos, life.inbox, label, handler, concurrent)
+    else:
+        subscription = HandlerSubscription(life, entry, topic.type, qos, life.inbox, label, handler)
+    life.record.subscriptions.append(subscription)
+    entry.add_subscription(subscription)
+
+
+def _left_over(
+    life: Incarnation, entry: TopicEntry, type: type[M], label: str, concurrent: int
+) -> HandlerSubscription[M] | None:
+    """The first subscription of this handler that the last incarnation had and this one has not yet."""
+    for each in life.record.subscriptions:
+        same = each.node is not life and each.label == label and each.entry is entry and each.type is type
+        if same and concurrent == (each.concurrent if isinstance(each, ConcurrentSubscription) else 0):
+            return each
+    return None
+
+
+def serve(
+    life: Incarnation,
+    service: Service[Req, Resp],
+    handler: Callable[[Req], Coroutine[Any, Any, Resp]],
+    label: str,
+    concurrent: int = 0,
+) -> None:
+    """Let `handler` answer the requests of `service`. Raises `DeclarationError` when another node serves it."""
+    life.check_use()
+    entry = life.runtime.graph.service(life.identity.service(service.name))
+    if entry.server is not None:
+        _refuse_second(life, entry.server, "service", entry.server.type, service.type)
+    server = Server(life, entry, service.type, handler, label, concurrent)
+    life.record.services[entry.name] = server
+    entry.open(server)
+
+
+def _serve_action(life: Incarnation, entry: ActionEntry, server: ActionServer) -> None:
+    if entry.server is not None:
+        _refuse_second(life, entry.server, "action", entry.server.type, server.type)
+    life.record.actions[entry.name] = server
+    entry.open(server)
+    graph = life.runtime.graph
+    for part in ("status", "feedback"):  # those who subscribed to the last incarnation's hear this one's
+        topic = graph.topics.get(f"{entry.name}/_action/{part}")
+        if topic is not None and topic.subscriptions:
+            graph.open_standard_topic(topic)
+
+
+def _refuse_second(
+    life: Incarnation, first: Server | ActionServer, kind: str, served: type[Any], offered: type[Any]
+) -> NoReturn:
+    served_type, offered_type = served.__ros_type__, offered.__ros_type__
+    types = f" as {served_type}, not as {offered_type}" if served_type != offered_type else ""
+    raise DeclarationError(
+        f"{life.fqn} would be the second server of {kind} {first.entry.name}, which {first.node.fqn} serves already{types}: "
+        "give one of them another name or namespace"
+    )
+
+
+def serve_concurrently(life: Incarnation) -> None:
+    """The node has started: begin with the messages and requests that have come meanwhile for concurrent handlers."""
+    life.serving = True
+    for subscription in life.record.subscriptions:
+        if isinstance(subscription, ConcurrentSubscription):
+            subscription.start(life.spawn)
+    for server in life.record.services.values():
+        server.begin()
+
+
+def event_publisher(life: Incarnation, type: type[M], entry: TopicEntry) -> Publisher[M]:
+    """The node's publisher on a topic that ROS 2 gives every node of its kind, made at its first use."""
+    for publisher in life.publishers:
+        if publisher.entry is entry:
+            return publisher
+    publisher = publisher_for(life, entry, type, _EVENT_QOS.get(entry.name.rpartition("/")[2], DEFAULT))
+    publisher.gated = False
+    life.publishers.append(publisher)
+    entry.add_publisher(publisher)
+    return publisher
+
+
+def close_all(life: Incarnation) -> None:
+    """Close what belongs to this incarnation only: publishers, streams, clients and standard services."""
+    record = life.record
+    record.note(publisher.entry for publisher in life.publishers)
+    record.note(client.entry for client in life.clients.values())
+    record.note(server.entry for server in life.standard_services)
+    for publisher in life.publishers:
+        publisher.close()
+    life.publishers.clear()
+    for subscription in list(life.streams):
+        subscription.close()
+    for server in life.standard_services:
+        server.fail_all(life.absent)
+        server.entry.withdraw()
+    life.standard_services.clear()

@@ -1,0 +1,55 @@
+"""The parameters of one incarnation: its store, what watches it, and what follows when one is set."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from actors.parameters.hooks import attach_hooks
+from actors.parameters.rates import guard_rates
+from actors.runtime.timers import retime
+
+if TYPE_CHECKING:
+    from actors.parameters import ParameterChange, ParameterStore
+    from actors.runtime.incarnation import Incarnation
+
+__all__ = ["check_store", "make_store"]
+
+
+def make_store(life: Incarnation, *, announce: bool) -> ParameterStore:
+    """The store of what the node's class declares. With `announce` the observers are told of the declared values.
+
+    Raises `ParameterError` for an override that does not fit its declaration.
+    """
+    from actors.parameters import ParameterStore
+
+    def changed(change: ParameterChange) -> None:
+        _changed(life, change)
+
+    return ParameterStore(
+        life.fqn,
+        life.identity.overrides,
+        table=life.declarations.table,
+        allow_undeclared=life.node.allow_undeclared_parameters,
+        on_event=changed,
+        announce=announce,
+    )
+
+
+def check_store(life: Incarnation, store: ParameterStore) -> None:
+    """Let the node's hooks and timers have their say about its parameters, and check the overrides. Raises `ParameterError`."""
+    declarations = life.declarations
+    if declarations.rates:
+        guard_rates(store, declarations.rates)
+    if declarations.parameter_hooks:
+        attach_hooks(store, life.node, declarations.parameter_hooks)
+    store.check_overrides()
+
+
+def _changed(life: Incarnation, change: ParameterChange) -> None:
+    for parameter in change.changed:
+        if parameter.name == "use_sim_time":
+            life.ros_time().use(parameter.value is True)
+        elif parameter.name in life.declarations.rates:
+            retime(life, parameter.name, parameter.value)
+    for observer in life.runtime.observers.parameters:
+        observer(life, change)

@@ -1,0 +1,70 @@
+"""Work outside the event loop, and calls into it from other threads."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import Callable
+from threading import Lock
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from anyio import CapacityLimiter
+
+    from actors.time.clock import Clock
+
+__all__ = ["CallsFromThreads", "Offload"]
+
+
+class Offload:
+    """Runs functions in worker processes and threads, as many at once as there are cores; on the virtual clock at once and in place."""
+
+    __slots__ = ("_clock", "_limiter")
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._limiter: CapacityLimiter | None = None
+
+    async def run(self, function: Callable[..., Any], arguments: tuple[Any, ...], takes: float, *, thread: bool) -> Any:
+        """See `Node.offload`."""
+        if self._clock.virtual:
+            result = function(*arguments)
+            await self._clock.sleep(takes)
+            return result
+        if thread:
+            from anyio import CapacityLimiter, to_thread
+
+            if self._limiter is None:
+                self._limiter = CapacityLimiter(os.cpu_count() or 2)
+            return await to_thread.run_sync(function, *arguments, abandon_on_cancel=False, limiter=self._limiter)
+        from anyio import to_process
+
+        return await to_process.run_sync(function, *arguments, cancellable=True)
+
+
+class CallsFromThreads:
+    """Has the event loop call functions that other threads hand in, in the order in which they came.
+
+    Invariant: while `_waiting` is not empty exactly one wake-up of the loop is under way, however many functions wait.
+    """
+
+    __slots__ = ("_lock", "_loop", "_waiting")
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+        self._lock = Lock()
+        self._waiting: list[Callable[[], object]] = []
+
+    def submit(self, function: Callable[[], object]) -> None:
+        """From any thread: have the loop call `function`, which must not raise."""
+        with self._lock:
+            self._waiting.append(function)
+            first = len(self._waiting) == 1
+        if first:
+            self._loop.call_soon_threadsafe(self._drain)
+
+    def _drain(self) -> None:
+        with self._lock:
+            waiting, self._waiting = self._waiting, []
+        for function in waiting:
+            function()

@@ -1,0 +1,148 @@
+"""What ROS 2 gives every action besides its server: the services and topics below ``<action>/_action/``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.errors import Reject
+from actors.runtime.endpoints import event_publisher
+from actors.services.server import Server
+from actors.time.values import nanoseconds_of, stamp_of
+
+if TYPE_CHECKING:
+    from actors.actions.server import ActionServer
+    from actors.graph.graph import ServiceEntry, TopicEntry
+    from actors.runtime.incarnation import Incarnation
+    from actors.topics.publisher import Publisher
+
+__all__ = ["ACTION_SERVICES", "ACTION_TOPICS", "serve_standard"]
+
+AT_ONCE: Final = 1000
+"""How many requests to one service of an action may be open at once; a `get_result` waits for its goal's end."""
+
+Handlers = tuple[Any, Any]
+"""The type of a service, and the coroutine function that answers it."""
+
+
+def serve_standard(life: Incarnation, entry: ServiceEntry, type: Any, handler: Any, concurrent: int = 0) -> None:
+    """Serve `entry` from now until the end of this incarnation, besides what its node declares."""
+    server = Server(life, entry, type, handler, entry.name, concurrent)
+    life.standard_services.append(server)
+    entry.open(server)
+
+
+def _goal_info(goal_id: bytes, stamp_ns: int) -> Any:
+    from actors.interfaces.action_msgs.msg import GoalInfo
+    from actors.interfaces.unique_identifier_msgs.msg import UUID
+
+    return GoalInfo(goal_id=UUID(uuid=goal_id), stamp=stamp_of(stamp_ns))
+
+
+# -- services -------------------------------------------------------------------------------------------------------------------
+
+
+def _send_goal(server: ActionServer) -> Handlers:
+    from actors.interfaces import derived as types
+
+    service: Any = types.send_goal_service(server.action.type)
+
+    async def send_goal(request: Any) -> Any:
+        try:
+            stamp_ns = await server.submit(request.goal_id.uuid.tobytes(), request.goal, None).future
+        except Reject:
+            return service.Response(accepted=False)
+        return service.Response(accepted=True, stamp=stamp_of(stamp_ns))
+
+    return service, send_goal
+
+
+def _get_result(server: ActionServer) -> Handlers:
+    from actors.interfaces import derived as types
+
+    service: Any = types.get_result_service(server.action.type)
+
+    async def get_result(request: Any) -> Any:
+        status, result = await server.result_of(request.goal_id.uuid.tobytes())
+        return service.Response(status=int(status), result=server.action.result() if result is None else result)
+
+    return service, get_result
+
+
+def _cancel_goal(server: ActionServer) -> Handlers:
+    from actors.interfaces.action_msgs.srv import CancelGoal
+
+    async def cancel_goal(request: Any) -> Any:
+        info = request.goal_info
+        stamp = nanoseconds_of(info.stamp)
+        outcome = await server.cancel_goals(info.goal_id.uuid.tobytes(), stamp, "canceled by a client")
+        goals = tuple(_goal_info(record.goal_id, record.stamp_ns) for record in outcome.goals)
+        return CancelGoal.Response(return_code=int(outcome.code), goals_canceling=goals)
+
+    return CancelGoal, cancel_goal
+
+
+ACTION_SERVICES: Final[dict[str, Callable[[ActionServer], Handlers]]] = {
+    "send_goal": _send_goal,
+    "get_result": _get_result,
+    "cancel_goal": _cancel_goal,
+}
+"""What comes after ``/_action/`` -> type and handler for one server."""
+
+
+# -- topics ---------------------------------------------------------------------------------------------------------------------
+
+
+def _open_status(life: Incarnation, server: ActionServer, entry: TopicEntry) -> None:
+    """Publish the list of goals after every change; changes of one instant are told together."""
+    if server.observers.status:
+        return
+    from actors.interfaces.action_msgs.msg import GoalStatus, GoalStatusArray
+
+    publisher = event_publisher(life, GoalStatusArray, entry)
+    pending = False
+
+    def tell() -> None:
+        nonlocal pending
+        pending = False
+        if publisher not in life.publishers:
+            return
+        publisher.publish(
+            GoalStatusArray(
+                status_list=tuple(
+                    GoalStatus(goal_info=_goal_info(record.goal_id, record.stamp_ns), status=int(record.status))
+                    for record in server.table.records()
+                )
+            )
+        )
+
+    def changed() -> None:
+        nonlocal pending
+        if not pending:
+            pending = True
+            life.runtime.loop.call_soon(tell)
+
+    server.observers.status.append(changed)
+    tell()
+
+
+def _open_feedback(life: Incarnation, server: ActionServer, entry: TopicEntry) -> None:
+    if server.observers.feedback:
+        return
+    from actors.interfaces import derived as types
+    from actors.interfaces.unique_identifier_msgs.msg import UUID
+
+    message: Any = types.feedback_message(server.action.type)
+    publisher: Publisher[Any] = event_publisher(life, message, entry)
+
+    def feed(goal_id: bytes, feedback: Any) -> None:
+        publisher.publish(message(goal_id=UUID(uuid=goal_id), feedback=feedback))
+
+    server.observers.feedback.append(feed)
+
+
+ACTION_TOPICS: Final[dict[str, Callable[[Incarnation, ActionServer, TopicEntry], None]]] = {
+    "status": _open_status,
+    "feedback": _open_feedback,
+}
+"""What comes after ``/_action/`` -> what begins to publish it."""

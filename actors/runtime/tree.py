@@ -1,0 +1,215 @@
+"""The running tree of a system and the nodes beside it: their start, and their end in order."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from typing import TYPE_CHECKING
+
+from actors.errors import NotRunning, NotStarted, ProgramExit
+from actors.runtime.record import BESIDE
+from actors.runtime.unsupervised import UnsupervisedNodes
+from actors.shield import see_through
+from actors.supervision.errors import NotFound
+from actors.supervision.running import RunningSupervisor
+
+if TYPE_CHECKING:
+    from actors.runtime.runtime import Runtime
+    from actors.supervision.child_task import ChildTask
+    from actors.supervision.declarations import DynamicSupervisor, Supervisor
+    from actors.supervision.refs import ChildState
+
+__all__ = ["SECOND_SIGNAL_SECONDS", "RunningTree"]
+
+SECOND_SIGNAL_SECONDS = 2.0
+"""A second SIGINT or SIGTERM within this time kills what is still stopping."""
+
+
+class RunningTree:
+    """The tree of one system, from its start to its end, and the nodes beside it.
+
+    Invariants:
+
+    - A tree is started once. `supervisor` and `_host`, the task that runs it, are None before.
+    - The first reason of an end is kept in `stop_reason`; from then on no node joins and no error is answered with "will be back".
+    - The steps of an orderly end follow each other: nodes beside the tree, the newest first, each when the one before is over; the tree; then the
+      system is closed, once, and `stop` returns. Nobody waits for a step, so nobody who is canceled can leave one out.
+    - `failure`, `signal` and `exit_request` are set at most once each, and say why the tree ended.
+    """
+
+    def __init__(self, runtime: Runtime) -> None:
+        self._runtime = runtime
+        self._loop = runtime.loop
+        self.supervisor: RunningSupervisor | None = None
+        self.unsupervised = UnsupervisedNodes(runtime)
+        self.stop_reason: str | None = None
+        self.failure: BaseException | None = None
+        """What ended the tree by itself: `SupervisorGaveUp`, or None."""
+        self.signal: signal.Signals | None = None
+        """The signal that stopped the system, if one did."""
+        self.exit_request: ProgramExit | None = None
+        """`SystemExit` or `KeyboardInterrupt` out of a node's code, which stopped the system, if one did."""
+        self.waiting = 0
+        """How many tasks are in `wait()`."""
+        self._host: asyncio.Task[None] | None = None
+        self._stopping = self._killed = False
+        self._closed: asyncio.Future[None] = self._loop.create_future()
+        self._interrupted_at = 0.0
+
+    def __repr__(self) -> str:
+        return f"<system of {len(self._runtime.directory.records)} nodes, {self._runtime.clock!r}>"
+
+    # -- the start ----------------------------------------------------------------------------------------------------------
+
+    async def start(self, tree: Supervisor | DynamicSupervisor) -> None:
+        """See `System.start`."""
+        ready: asyncio.Future[None] = self._loop.create_future()
+        self.supervisor = RunningSupervisor(tree, self._runtime, (tree.name,), killed=lambda: self._killed)
+        life = self.supervisor.run(lambda: ready.set_result(None))
+        self._host = self._loop.create_task(life, name=f"supervisor {tree.name}")
+        self._host.add_done_callback(lambda host: self._next_end())
+        self._runtime.starts.hold()
+        try:
+            await asyncio.wait([ready, self._host], return_when=asyncio.FIRST_COMPLETED)
+        except asyncio.CancelledError:
+            try:
+                await self.stop("the start was canceled")
+            finally:
+                if self._host.done() and not self._host.cancelled():
+                    self._host.exception()  # it had failed meanwhile, which the reports tell
+            raise
+        finally:
+            self._runtime.starts.release()
+        if not ready.done():
+            await self.stop("the start failed")
+            if not self._host.cancelled():
+                await self._host
+            raise NotRunning(f"{self!r} was stopped while it started: {self.stop_reason}")
+        self._host.add_done_callback(self._tree_ended)
+
+    @property
+    def running(self) -> bool:
+        """Whether the tree runs."""
+        return self._host is not None and not self._host.done()
+
+    async def wait(self) -> None:
+        """See `System.wait`."""
+        if self._host is None:
+            raise NotStarted("this system has not been started: use `async with run(tree) as system`")
+        self.waiting += 1
+        try:
+            await asyncio.wait([self._host])
+        finally:
+            self.waiting -= 1
+        if self.failure is not None:
+            raise self.failure
+
+    def _tree_ended(self, host: asyncio.Task[None]) -> None:
+        if not host.cancelled():
+            self.failure = host.exception()
+        for observer in self._runtime.observers.tree_ended:
+            observer()
+
+    # -- the end ------------------------------------------------------------------------------------------------------------
+
+    async def stop(self, reason: str) -> None:
+        """See `System.stop`."""
+        if self.stop_reason is None:
+            self.stop_reason = reason
+        self._stopping = True
+        self._next_end()
+        current = asyncio.current_task()
+        asking = self._runtime.directory.owner_of(current) if current is not None else None
+        if asking is None or asking.life is None:
+            await see_through(self._closed)
+        elif asking.inbox.task is current:
+            await asyncio.sleep(0)  # a start is broken off here, and not in its clean-up
+        else:
+            await asyncio.wait([self._closed])
+
+    def kill(self) -> None:
+        """See `System.kill`."""
+        self.unsupervised.kill()
+        if self._host is not None and self.supervisor is not None and not self._host.done():
+            self._killed = True
+            self._host.cancel()
+
+    def interrupt(self, number: signal.Signals) -> bool:
+        """A signal's way in: the first one asks for the orderly end, a second one within 2 s kills. False when the tree has ended already."""
+        if self._host is not None and self._host.done():
+            return False
+        now = self._loop.time()
+        if self.signal is not None and now - self._interrupted_at < SECOND_SIGNAL_SECONDS:
+            self.kill()
+            return True
+        self.signal = number
+        self._interrupted_at = now
+        self.stop_reason = number.name
+        self._runtime.log.info("stopping", signal=number.name)
+        if self.supervisor is not None:
+            self.supervisor.stop(number.name)
+        return True
+
+    def note_signal(self, number: signal.Signals) -> None:
+        """The program ends because of a signal that came when the tree had ended; the first one counts."""
+        self.signal = self.signal or number
+
+    def exits(self, request: ProgramExit) -> None:
+        """Code of a node asks the program to exit: the tree, if there is one, stops in order, and the block of `run` raises it."""
+        if self.supervisor is not None and self.exit_request is None:
+            self.exit_request = request
+            self._runtime.log.info("stopping", because=str(request))
+            self.stop_reason = self.stop_reason or str(request)
+            self.supervisor.stop(str(request))
+
+    @property
+    def exit_code(self) -> int:
+        """See `System.exit_code`."""
+        if self.failure is not None:
+            return 3
+        if self.exit_request is not None:
+            return self.exit_request.code
+        return 0 if self.signal is None else 128 + self.signal
+
+    def unsupervised_left(self) -> None:
+        """A node beside the tree has ended and is forgotten."""
+        if self._stopping:
+            self._next_end()
+        else:
+            self.close_if_empty()
+
+    def close_if_empty(self) -> None:
+        """A system without a tree ends with the last node that joined it."""
+        if self._host is None and not self.unsupervised:
+            self.stop_reason = "its last node left"
+            self._close()
+
+    def _next_end(self) -> None:
+        """The next step of an orderly end, each taken when the one before it is over: nodes beside the tree, the tree, the system."""
+        if not self._stopping or self._closed.done() or self.unsupervised.end_last(self.stop_reason or ""):
+            return
+        if self._host is not None and self.supervisor is not None and not self._host.done():
+            self.supervisor.stop(self.stop_reason or "")
+        else:
+            self._close()
+
+    def _close(self) -> None:
+        self._runtime.close()
+        self._closed.set_result(None)
+
+    # -- what its books say -------------------------------------------------------------------------------------------------
+
+    def state_of(self, path: tuple[str, ...]) -> ChildState:
+        """The state of the node at `path`; "stopped" when there is none."""
+        if path[0] == BESIDE:
+            return self.unsupervised.state_of(path)
+        return "stopped" if self.supervisor is None else self.supervisor.state_of(path[1:])
+
+    def child_at(self, path: tuple[str, ...]) -> ChildTask | None:
+        """The task of the node at `path` as its supervisor has it; None between lives, and for a node that is not known."""
+        if path[0] == BESIDE:
+            return self.unsupervised.child_at(path)
+        try:
+            return self.supervisor.incarnation(path[1:]) if self.supervisor is not None else None
+        except NotFound:
+            return None
