@@ -12,11 +12,10 @@ from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_srvs.srv import Trigger
 from robot.contracts import STAND, WALK
-from robot.control.limits import STOP as ZERO
-from robot.control.limits import Command, Limits
+from robot.control.limits import Limits
 from robot.control.motion import Motion, State
 from robot.control.navigator import Navigator
-from robot.geometry.planar import Pose2, compose
+from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose
 from robot.model.modes import Mode
 from robot.planning import path as paths
 from robot.planning.energy import EnergyGuard
@@ -44,7 +43,7 @@ class Heard:
     """The latest words of those whom a walk depends on; the node that hears them writes them here."""
 
     pose: Pose2 | None = None
-    velocity: Command = ZERO
+    velocity: Twist2 = ZERO_TWIST
     scan: LaserScan | None = None
     """Not yet used for a step."""
     gait: str = ""

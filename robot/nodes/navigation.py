@@ -28,11 +28,10 @@ from robot.contracts import (
     SAFETY_STATE,
     SCAN,
 )
-from robot.control.limits import Command
 from robot.control.motion import Motion
 from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose, pose_stamped
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, Twist2
 from robot.interfaces.humanoid_control_interfaces.action import (
     NavigateToGoal,
     NavigateToGoal_Feedback,
@@ -110,7 +109,7 @@ class Navigation(Node):
     @ODOMETRY.on(qos=1)
     def odometry(self, message: Odometry) -> None:
         twist = message.twist.twist
-        self._heard.velocity = Command(twist.linear.x, twist.linear.y, twist.angular.z)
+        self._heard.velocity = Twist2(twist.linear.x, twist.linear.y, twist.angular.z)
 
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:

@@ -22,7 +22,7 @@ import numpy as np
 
 from robot.control.command import CommandLimits, CommandShaper
 from robot.control.drive import joint_speeds
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
 from robot.geometry.vectors import Triple, Vector
 from robot.hardware.beams import BEAMS, MAX_RANGE
 from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Sample, Truth
@@ -38,7 +38,7 @@ from robot.sim.kinematic_arm import KinematicArm
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
 from robot.sim.rays import cast
 from robot.sim.sampling import Sampling
-from robot.sim.stepping import Footwork, Planar
+from robot.sim.stepping import Footwork
 from robot.sim.touch import Outline
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ class KinematicBody:
         self.place(scene.start)
 
     def __repr__(self) -> str:
-        x, y, yaw = self._pose
+        x, y, yaw = self._pose.x, self._pose.y, self._pose.yaw
         return f"KinematicBody(scene={self._scene.name!r}, time={self.time:.4f}, x={x:.2f}, y={y:.2f}, yaw={yaw:.2f})"
 
     @property
@@ -182,7 +182,7 @@ class KinematicBody:
         """The sample of this instant (the same one for every reader), from the differentiated pose."""
         if self._imu_read is None or self._imu_read[0] != self._ticks:
             (ax, ay, az), c, s = self._acceleration, cos(self._pose.yaw), sin(self._pose.yaw)
-            gyro = np.array([0.0, 0.0, self._twist.yaw])
+            gyro = np.array([0.0, 0.0, self._twist.wz])
             accel = np.array([c * ax + s * ay, c * ay - s * ax, az + GRAVITY])
             sample = self._imu_noise.apply(gyro, accel) if self._noise else ImuSample(gyro, accel)
             self._imu_read = (self._ticks, sample)
@@ -200,7 +200,15 @@ class KinematicBody:
 
     def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
         """A scan of the scene's obstacles at the height of the body origin."""
-        ranges = cast(self._scene, *self._pose, beams=beams, max_range=max_range, height=self._height + FOOT_RADIUS)
+        ranges = cast(
+            self._scene,
+            self._pose.x,
+            self._pose.y,
+            self._pose.yaw,
+            beams=beams,
+            max_range=max_range,
+            height=self._height + FOOT_RADIUS,
+        )
         return self._lidar_noise.apply(ranges, max_range) if self._noise else ranges
 
     def truth(self) -> Truth:
@@ -210,10 +218,10 @@ class KinematicBody:
             position=position,
             quaternion=quaternion,
             velocity=np.array(self._velocity),
-            angular_velocity=np.array([0.0, 0.0, self._twist.yaw]),
+            angular_velocity=np.array([0.0, 0.0, self._twist.wz]),
             joints=self._joints.copy(),
             fallen=False,
-            touching=self._outline.touching(*self._pose),
+            touching=self._outline.touching(self._pose.x, self._pose.y, self._pose.yaw),
             power=self._power(),
         )
 
@@ -229,7 +237,7 @@ class KinematicBody:
 
     def place(self, pose: Pose2) -> None:
         """Put the robot down in its sitting pose at rest; what it was told before is forgotten."""
-        self._pose, self._twist = Planar(pose.x, pose.y, pose.yaw), Planar(0.0, 0.0, 0.0)
+        self._pose, self._twist = pose, ZERO_TWIST
         self._height, self._velocity, self._acceleration = SIT_HEIGHT, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         self._shove = (0.0, 0.0, 0.0)
         self._joints, self._speeds = inverse(nominal_feet(SIT_HEIGHT)).joints, np.zeros(12)
@@ -261,7 +269,7 @@ class KinematicBody:
 
     def _where(self) -> tuple[Vector, Vector]:
         """Position and attitude of the body."""
-        x, y, yaw = self._pose
+        x, y, yaw = self._pose.x, self._pose.y, self._pose.yaw
         return np.array([x, y, self._height + FOOT_RADIUS]), np.array([cos(yaw / 2), 0.0, 0.0, sin(yaw / 2)])
 
     def _sample(self) -> Sample:
@@ -286,7 +294,7 @@ class KinematicBody:
         height = self._step_body(dt) if targets is None else self._step_joints(dt, targets)
         climb, self._height = (height - self._height) / dt, height
         c, s = cos(self._pose.yaw), sin(self._pose.yaw)
-        vx, vy, _ = self._twist
+        vx, vy = self._twist.vx, self._twist.vy
         self._velocity = (c * vx - s * vy, s * vx + c * vy, climb)
         bx, by, bz = before
         wx, wy, wz = self._velocity
@@ -310,8 +318,9 @@ class KinematicBody:
         """The body follows its command and the feet keep up; returns the new height."""
         high_enough = self._height >= WALKING_HEIGHT
         walking = self._mode == Mode.WALK and high_enough
-        self._glide(dt, Planar(*self._shaper.advance(dt, walking)))
-        moving = max(abs(speed) for speed in (*self._twist, *self._shaper.velocity)) > STILL
+        self._glide(dt, Twist2(*self._shaper.advance(dt, walking)))
+        twist = self._twist.vx, self._twist.vy, self._twist.wz
+        moving = max(abs(speed) for speed in (*twist, *self._shaper.velocity)) > STILL
         self._stepping = walking or (moving and high_enough)
         self._footwork.advance(dt, self._pose, self._twist, stepping=self._stepping)
         self._contact = self._footwork.contact
@@ -320,20 +329,21 @@ class KinematicBody:
         rise = (self._asked_height - self._height) * (1.0 - exp(-dt / LAG))
         return self._height + max(-SINK * dt, min(CLIMB * dt, rise))
 
-    def _glide(self, dt: float, aim: Planar) -> None:
+    def _glide(self, dt: float, aim: Twist2) -> None:
         """First-order lag towards the twist `aim`, shoves included; the pose moves with the mean of both twists."""
         share = 1.0 - exp(-dt / LAG)
         old = self._twist
-        vx, vy, wz = (now + share * (wanted - now) for now, wanted in zip(old, aim, strict=True))
+        vx, vy = old.vx + share * (aim.vx - old.vx), old.vy + share * (aim.vy - old.vy)
+        wz = old.wz + share * (aim.wz - old.wz)
         ax, ay, left = self._shove
         if left > 0.0:
             c, s, lasts = cos(self._pose.yaw), sin(self._pose.yaw), min(dt, left)
             vx, vy = vx + (c * ax + s * ay) * lasts, vy + (c * ay - s * ax) * lasts
             self._shove = (ax, ay, left - dt)
-        self._twist = Planar(vx, vy, wz)
-        mx, my, mw = ((a + b) / 2 * dt for a, b in zip(old, self._twist, strict=True))
+        self._twist = Twist2(vx, vy, wz)
+        mx, my, mw = (old.vx + vx) / 2 * dt, (old.vy + vy) / 2 * dt, (old.wz + wz) / 2 * dt
         c, s = cos(self._pose.yaw + mw / 2), sin(self._pose.yaw + mw / 2)
-        self._pose = Planar(self._pose.x + c * mx - s * my, self._pose.y + s * mx + c * my, self._pose.yaw + mw)
+        self._pose = Pose2(self._pose.x + c * mx - s * my, self._pose.y + s * mx + c * my, self._pose.yaw + mw)
 
     def _pose_legs(self) -> None:
         """Joint angles that put the feet where they are, and the joint speeds of that motion."""
@@ -357,7 +367,7 @@ class KinematicBody:
     def _leg_speeds(self, leg: int, x: float, y: float, angles: list[float]) -> Triple:
         """Joint speeds that give one foot its velocity; a standing foot's is that of a ball rolling on its contact point."""
         jacobian = leg_jacobian(SIDES[leg], *angles)
-        vx, vy, wz = self._twist
+        vx, vy, wz = self._twist.vx, self._twist.vy, self._twist.wz
         away = (wz * y - vx, -wz * x - vy, -self._velocity[2])
         if not self._contact[leg]:
             fx, fy, fz = self._footwork.velocity[leg]
@@ -401,7 +411,7 @@ class KinematicBody:
         if not self._powered:
             return 0.0
         if self._stepping:
-            return typical_motor_power(*self._twist, walking=True)
+            return typical_motor_power(self._twist.vx, self._twist.vy, self._twist.wz, walking=True)
         upright = (self._height - SIT_HEIGHT) / (STAND_HEIGHT - SIT_HEIGHT)
         return STANDING * min(1.0, max(0.0, upright))
 
