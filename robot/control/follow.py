@@ -28,7 +28,7 @@ from robot.control.rollout import GLIMPSE, HORIZON, clearances, fan_of, rollout
 from robot.estimation.local_field import LocalField
 from robot.geometry.angles import wrap
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
-from robot.geometry.vectors import Floats
+from robot.geometry.vectors import Floats, wrap_all
 from robot.planning.path import Path
 
 __all__ = ["Follower", "Phase", "Step"]
@@ -313,7 +313,7 @@ class Follower:
         """What it costs to end up at each pose: distance from the aim or, without one, path left and distance from it."""
         config = self.config
         if aim is not None:
-            turn = np.abs((aim.yaw - yaw + math.pi) % (2 * math.pi) - math.pi)
+            turn = np.abs(wrap_all(aim.yaw - yaw))
             return np.asarray(np.hypot(aim.x - x, aim.y - y) + config.yaw_length * turn, dtype=np.float64)
         assert self.path is not None
         points = self.ahead(config.price_over)
@@ -321,7 +321,7 @@ class Follower:
         nearest = gaps.argmin(axis=1)
         target = points[np.minimum(nearest + config.price_ahead, len(points) - 1)]
         bearing = np.arctan2(target[:, 1] - y, target[:, 0] - x) - yaw
-        turn = np.abs((bearing + math.pi) % (2 * math.pi) - math.pi)
+        turn = np.abs(wrap_all(bearing))
         left = config.spacing * (len(points) - 1 - nearest)
         return np.asarray(
             left + config.off_price * gaps[np.arange(len(x)), nearest] + config.turn_price * turn, dtype=np.float64

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from math import atan2, cos, hypot, sin
+from math import hypot
 
+from robot.geometry.angles import wrap
 from robot.hardware.body import Body
 
 __all__ = ["charger_connected"]
@@ -21,4 +22,4 @@ def charger_connected(body: Body) -> bool:
     truth, dock = body.truth(), body.scene.dock
     x, y, z = (float(v) for v in truth.position)
     off = truth.yaw - dock.yaw
-    return z < DOWN and hypot(x - dock.x, y - dock.y) < REACH and abs(atan2(sin(off), cos(off))) < TURN
+    return z < DOWN and hypot(x - dock.x, y - dock.y) < REACH and abs(wrap(off)) < TURN
