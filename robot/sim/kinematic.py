@@ -16,7 +16,6 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, exp, isfinite, sin
-from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -24,34 +23,25 @@ from robot.control.command import CommandLimits, CommandShaper
 from robot.control.drive import joint_speeds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
 from robot.geometry.vectors import Triple, Vector
-from robot.hardware.beams import BEAMS, MAX_RANGE
-from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Sample, Truth
+from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Truth
 from robot.model.kinematics import feet, inverse, leg_forward, leg_inverse, leg_jacobian, within_limits
 from robot.model.legs import limbs, torques
 from robot.model.modes import GOALS, Mode
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.power import STANDING, typical_motor_power
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Scene, Thing
+from robot.scenes.scene import Scene
 from robot.sim.following import chase, pushed_body
 from robot.sim.kinematic_arm import KinematicArm
-from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
 from robot.sim.rays import cast
-from robot.sim.sampling import Sampling
+from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
 from robot.sim.stepping import Footwork
 from robot.sim.touch import Outline
 
-if TYPE_CHECKING:
-    from robot.hardware.arm import ArmDevice
-
 __all__ = ["KinematicBody", "NotAchievable"]
 
-TICK = 0.0005
-"""Every instant of a body is a whole number of these, s."""
 LONGEST = 10
 """Ticks of the longest step: the 200 Hz of the sensors."""
-LOST_COMMAND_TICKS = 200
-"""Ticks without a command (0.1 s) after which the body stops and lies down, as damped joints would let it."""
 LAG = 0.15
 """The body follows its slewed command like a first-order system with this time constant, s."""
 CLIMB, SINK = 0.25, 0.40
@@ -80,7 +70,7 @@ class NotAchievable:
     """How many steps were not achievable so far, this one included."""
 
 
-class KinematicBody:
+class KinematicBody(BodyShell):
     """One robot in one scene, without dynamics; implements `Body`, and `drive` besides.
 
     Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `noise=False` gives exact
@@ -91,21 +81,12 @@ class KinematicBody:
     all the same, logged once per spell, and kept in `not_achievable`.
     """
 
-    accepts_drive: ClassVar[bool] = True
-    """Controllers that find this true call `drive` instead of computing forces."""
-
     def __init__(self, scene: Scene, *, seed: int, noise: bool = True, arm: bool = False) -> None:
-        self._scene, self._noise = scene, noise
+        super().__init__(scene, seed=seed, noise=noise)
         self._outline = Outline(scene)
-        self._imu_noise, self._encoder_noise = ImuNoise(seed), EncoderNoise(seed)
-        self._contact_noise, self._lidar_noise = ContactNoise(seed), LidarNoise(seed)
         self._footwork, self._shaper = Footwork(), CommandShaper(CommandLimits())
         self._targets: MotorTargets | None = None
-        self._imu_read: tuple[int, ImuSample] | None = None
-        self._joints_read: tuple[int, JointSample] | None = None
-        self._ticks = 0
         self._arm = KinematicArm(scene, lambda: self.time, self._where) if arm else None
-        self._sampling = Sampling(self._integrate, self._sample)
         self.not_achievable: NotAchievable | None = None
         """The latest step that a real leg could not have made; `None` if there was none."""
         self.place(scene.start)
@@ -119,20 +100,8 @@ class KinematicBody:
         return "kinematic"
 
     @property
-    def scene(self) -> Scene:
-        return self._scene
-
-    @property
-    def time(self) -> float:
-        return self._ticks * TICK
-
-    @property
-    def arm(self) -> ArmDevice | None:
+    def arm(self) -> KinematicArm | None:
         return self._arm
-
-    def things(self) -> tuple[Thing, ...]:
-        """The scene's things, where they are now."""
-        return self._arm.things() if self._arm is not None else self._scene.things
 
     def drive(self, vx: float, vy: float, wz: float, height: float, mode: str) -> None:
         """Walk at (vx, vy) m/s forward and left, turning wz rad/s, with the hips `height` m above the foot centres.
@@ -166,41 +135,17 @@ class KinematicBody:
         self._targets = targets
         self._commanded, self._powered = self._ticks, True
 
-    def advance(self, until: float) -> None:
-        """Move up to `until`, to the last tick not later. With no command for 0.1 s the body stops and lies down."""
-        self._sampling.advance(until)
+    def _exact_imu(self) -> ImuSample:
+        """From the differentiated pose."""
+        (ax, ay, az), c, s = self._acceleration, cos(self._pose.yaw), sin(self._pose.yaw)
+        gyro = np.array([0.0, 0.0, self._twist.wz])
+        return ImuSample(gyro, np.array([c * ax + s * ay, c * ay - s * ax, az + GRAVITY]))
 
-    def sample(self, hz: float) -> None:
-        """Take a sample `hz` times a second from now on."""
-        self._sampling.begin(self.time, hz)
+    def _exact_joints(self) -> JointSample:
+        return JointSample(self._joints.copy(), self._speeds.copy(), self._static_torque(), np.array(self._contact))
 
-    def next_sample(self) -> Sample | None:
-        """The oldest sample that waits."""
-        return self._sampling.next()
-
-    def imu(self) -> ImuSample:
-        """The sample of this instant (the same one for every reader), from the differentiated pose."""
-        if self._imu_read is None or self._imu_read[0] != self._ticks:
-            (ax, ay, az), c, s = self._acceleration, cos(self._pose.yaw), sin(self._pose.yaw)
-            gyro = np.array([0.0, 0.0, self._twist.wz])
-            accel = np.array([c * ax + s * ay, c * ay - s * ax, az + GRAVITY])
-            sample = self._imu_noise.apply(gyro, accel) if self._noise else ImuSample(gyro, accel)
-            self._imu_read = (self._ticks, sample)
-        return self._imu_read[1]
-
-    def joints(self) -> JointSample:
-        """The sample of this instant (the same one for every reader)."""
-        if self._joints_read is None or self._joints_read[0] != self._ticks:
-            position, velocity, contact = self._joints.copy(), self._speeds.copy(), np.array(self._contact)
-            if self._noise:
-                position, velocity = self._encoder_noise.apply(position, velocity)
-                contact = self._contact_noise.apply(contact)
-            self._joints_read = (self._ticks, JointSample(position, velocity, self._static_torque(), contact))
-        return self._joints_read[1]
-
-    def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
-        """A scan of the scene's obstacles at the height of the body origin."""
-        ranges = cast(
+    def _exact_ranges(self, beams: int, max_range: float) -> Vector:
+        return cast(
             self._scene,
             self._pose.x,
             self._pose.y,
@@ -209,7 +154,6 @@ class KinematicBody:
             max_range=max_range,
             height=self._height + FOOT_RADIUS,
         )
-        return self._lidar_noise.apply(ranges, max_range) if self._noise else ranges
 
     def truth(self) -> Truth:
         """The true state of this instant."""
@@ -241,7 +185,7 @@ class KinematicBody:
         self._height, self._velocity, self._acceleration = SIT_HEIGHT, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         self._shove = (0.0, 0.0, 0.0)
         self._joints, self._speeds = inverse(nominal_feet(SIT_HEIGHT)).joints, np.zeros(12)
-        self._imu_read = self._joints_read = None
+        self._forget_samples()
         self._stepping = False
         self._shaper.halt()
         self._replant()
@@ -271,9 +215,6 @@ class KinematicBody:
         """Position and attitude of the body."""
         x, y, yaw = self._pose.x, self._pose.y, self._pose.yaw
         return np.array([x, y, self._height + FOOT_RADIUS]), np.array([cos(yaw / 2), 0.0, 0.0, sin(yaw / 2)])
-
-    def _sample(self) -> Sample:
-        return Sample(self.time, self.imu(), self.joints())
 
     def _release(self) -> None:
         """No one commands: stop, lie down, draw nothing."""
