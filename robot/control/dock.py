@@ -8,9 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import cos, hypot, sin
 
-from robot.control.limits import Command
 from robot.geometry.angles import wrap
-from robot.geometry.planar import Pose2, compose, inverse
+from robot.geometry.planar import Pose2, Twist2, compose, inverse
 
 __all__ = ["DockConfig", "Sight", "approach", "remaining"]
 
@@ -86,7 +85,7 @@ def remaining(pose: Pose2, target: Pose2) -> float:
     return hypot(target.x - pose.x, target.y - pose.y)
 
 
-def approach(pose: Pose2, target: Pose2, config: DockConfig) -> Command | None:
+def approach(pose: Pose2, target: Pose2, config: DockConfig) -> Twist2 | None:
     """The velocity in body axes from `pose` towards `target`, both in one frame; None when it is there.
 
     (vx, vy) = gain R(-yaw) (target - pose), both shrunk together where one exceeds its bound, so that the way stays straight;
@@ -99,4 +98,4 @@ def approach(pose: Pose2, target: Pose2, config: DockConfig) -> Command | None:
     vx, vy = config.gain * (c * ahead + s * left), config.gain * (c * left - s * ahead)
     slow = max(1.0, abs(vx) / config.ahead_speed, abs(vy) / config.side_speed)
     wz = min(max(config.turn_gain * turn, -config.turn_speed), config.turn_speed)
-    return Command(vx / slow, vy / slow, wz)
+    return Twist2(vx / slow, vy / slow, wz)

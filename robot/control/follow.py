@@ -23,12 +23,12 @@ from enum import StrEnum
 import numpy as np
 
 from robot.control.follow_config import FollowerConfig
-from robot.control.limits import STOP, Command, Limits, Tolerance
+from robot.control.limits import Limits, Tolerance
 from robot.control.rollout import GLIMPSE, HORIZON, clearances, fan_of, rollout
 from robot.estimation.local_field import LocalField
 from robot.geometry.angles import wrap
-from robot.geometry.planar import Pose2
-from robot.geometry.vectors import Floats
+from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
+from robot.geometry.vectors import Floats, wrap_all
 from robot.planning.path import Path
 
 __all__ = ["Follower", "Phase", "Step"]
@@ -56,7 +56,7 @@ class Phase(StrEnum):
 class Step:
     """One control step: the command, what it is doing, how far is left, and how near the body is to anything."""
 
-    command: Command
+    command: Twist2
     phase: Phase
     remaining: float
     """Along the path, m."""
@@ -82,7 +82,7 @@ class Follower:
         self._passed = 0
         self._turning = False
         self._avoiding = False
-        self._last = STOP
+        self._last = ZERO_TWIST
         self._fan = fan_of(self.config, self.limits)
 
     def __repr__(self) -> str:
@@ -140,17 +140,17 @@ class Follower:
 
     def halt(self) -> None:
         """Forget the path and the speed: the next command is a stop."""
-        self.path, self._poses, self._last, self._turning = None, None, STOP, False
+        self.path, self._poses, self._last, self._turning = None, None, ZERO_TWIST, False
 
     def halt_speed(self) -> None:
         """Keep the path, but start again from rest."""
-        self._last = STOP
+        self._last = ZERO_TWIST
 
-    def take_up(self, velocity: Command) -> None:
+    def take_up(self, velocity: Twist2) -> None:
         """Go on from the speed the body has, instead of from rest."""
         self._last = self.limits.clip(velocity.vx, velocity.vy, velocity.wz)
 
-    def is_clear(self, command: Command, pose: Pose2, around: LocalField) -> bool:
+    def is_clear(self, command: Twist2, pose: Pose2, around: LocalField) -> bool:
         """Whether the body can follow a constant command for the horizon without coming near to anything."""
         tried = np.array([[command.vx, command.vy, command.wz]])
         return bool(clearances(pose, tried, around, HORIZON).min() >= self.config.touch)
@@ -173,8 +173,8 @@ class Follower:
         near = to_goal < config.approach and remaining < 2 * config.approach
         turn_left = wrap(self._goal.yaw - pose.yaw)
         if near and to_goal <= self.tolerance.position and abs(turn_left) <= self.tolerance.yaw:
-            self._last = STOP
-            return Step(STOP, Phase.ARRIVED, to_goal, clearance, off)
+            self._last = ZERO_TWIST
+            return Step(ZERO_TWIST, Phase.ARRIVED, to_goal, clearance, off)
         aim = self._next_pose(pose) or (self._goal if near else None)
         if self._poses is not None and aim is not None:
             pace = min(self.limits.pace(clearance - config.touch), config.threading_speed)
@@ -191,7 +191,7 @@ class Follower:
 
     # --- what it would like -----------------------------------------------------------------------------------------
 
-    def _pursue(self, pose: Pose2, clearance: float) -> tuple[Command, Phase]:
+    def _pursue(self, pose: Pose2, clearance: float) -> tuple[Twist2, Phase]:
         """Head for a point ahead on the path: turn on the spot when it lies far to the side."""
         assert self.path is not None
         config, speed = self.config, abs(self._last.vx)
@@ -230,7 +230,7 @@ class Follower:
         x, y, yaw = (float(v) for v in rest[min(ahead, len(rest) - 1)])
         return Pose2(x, y, yaw)
 
-    def _toward(self, pose: Pose2, aim: Pose2, speed: float) -> Command:
+    def _toward(self, pose: Pose2, aim: Pose2, speed: float) -> Twist2:
         """Straight to a pose nearby, sideways and backward if need be, while turning to its heading."""
         dx, dy = aim.x - pose.x, aim.y - pose.y
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
@@ -250,8 +250,8 @@ class Follower:
     # --- what it may ------------------------------------------------------------------------------------------------
 
     def _checked(
-        self, wish: Command, phase: Phase, pose: Pose2, around: LocalField, clearance: float, aim: Pose2 | None
-    ) -> tuple[Command, Phase]:
+        self, wish: Twist2, phase: Phase, pose: Pose2, around: LocalField, clearance: float, aim: Pose2 | None
+    ) -> tuple[Twist2, Phase]:
         """The wish itself if it keeps clear, else the best command of the fan; a stop when there is none."""
         config, tried = self.config, np.array([[wish.vx, wish.vy, wish.wz]])
         threading = phase == Phase.THREADING
@@ -276,7 +276,7 @@ class Follower:
         allowed[0] &= bool(least[0] >= touch)
         if not allowed.any():
             if not around.movers:
-                return STOP, Phase.BLOCKED
+                return ZERO_TWIST, Phase.BLOCKED
             # Something comes and every command ends near it: standing still is not safe, so go where most room is left,
             # but into nothing that stands.
             standing = clear[:, : len(instants)].min(axis=1)
@@ -290,8 +290,8 @@ class Follower:
         price[~allowed] = np.inf
         best = int(price.argmin())
         chosen = self.limits.clip(*(float(v) for v in fan[best]))
-        if chosen == STOP:
-            return STOP, Phase.BLOCKED
+        if chosen == ZERO_TWIST:
+            return ZERO_TWIST, Phase.BLOCKED
         return chosen, phase if best == 0 else Phase.AVOIDING
 
     def _offered(self, around: LocalField) -> float:
@@ -313,7 +313,7 @@ class Follower:
         """What it costs to end up at each pose: distance from the aim or, without one, path left and distance from it."""
         config = self.config
         if aim is not None:
-            turn = np.abs((aim.yaw - yaw + math.pi) % (2 * math.pi) - math.pi)
+            turn = np.abs(wrap_all(aim.yaw - yaw))
             return np.asarray(np.hypot(aim.x - x, aim.y - y) + config.yaw_length * turn, dtype=np.float64)
         assert self.path is not None
         points = self.ahead(config.price_over)
@@ -321,7 +321,7 @@ class Follower:
         nearest = gaps.argmin(axis=1)
         target = points[np.minimum(nearest + config.price_ahead, len(points) - 1)]
         bearing = np.arctan2(target[:, 1] - y, target[:, 0] - x) - yaw
-        turn = np.abs((bearing + math.pi) % (2 * math.pi) - math.pi)
+        turn = np.abs(wrap_all(bearing))
         left = config.spacing * (len(points) - 1 - nearest)
         return np.asarray(
             left + config.off_price * gaps[np.arange(len(x)), nearest] + config.turn_price * turn, dtype=np.float64

@@ -10,7 +10,7 @@ import numpy as np
 
 from robot.control.follow import Follower, Phase, Step
 from robot.control.gaps import thread
-from robot.control.limits import STOP, Command, Limits, Tolerance
+from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion, State
 from robot.control.navigator_config import NavigatorConfig
 from robot.control.navigator_state import Instant, NarrowSearches, Planned, Recoveries
@@ -18,7 +18,7 @@ from robot.control.progress import Manoeuvre, ProgressChecker, Recovery
 from robot.estimation.local_field import LocalField
 from robot.estimation.surroundings import Surroundings
 from robot.geometry.angles import wrap
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
 from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 from robot.planning.errors import GoalBlocked, NavigationError, NoProgress, PathBlocked
@@ -33,7 +33,7 @@ def _apart(a: Pose2, b: Pose2) -> float:
     return math.hypot(a.x - b.x, a.y - b.y)
 
 
-def _carried(pose: Pose2, velocity: Command, seconds: float) -> Pose2:
+def _carried(pose: Pose2, velocity: Twist2, seconds: float) -> Pose2:
     """The pose a little later."""
     c, s = math.cos(pose.yaw), math.sin(pose.yaw)
     x = pose.x + (c * velocity.vx - s * velocity.vy) * seconds
@@ -137,11 +137,11 @@ class Navigator:
         if self.state.running:
             self._enter(State.CANCELED)
         self.follower.halt()
-        return self._motion(STOP)
+        return self._motion(ZERO_TWIST)
 
     # --- steps ------------------------------------------------------------------------------------------------------
 
-    def step(self, now: float, pose: Pose2, velocity: Command | None = None, scan: Floats | None = None) -> Motion:
+    def step(self, now: float, pose: Pose2, velocity: Twist2 | None = None, scan: Floats | None = None) -> Motion:
         """The command from `now` (s) on. `scan`: ranges (m) taken at this pose, or None when there is no new one.
 
         `velocity` is the measured one in body axes: the command is chosen for where the body will be when it takes
@@ -151,10 +151,10 @@ class Navigator:
             self.around.look(now, pose, scan)
         self.around.advance(now)
         if not self.state.running:
-            return self._motion(STOP)
+            return self._motion(ZERO_TWIST)
         if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
             self.follower.halt_speed()
-            return self._motion(STOP, detail="no pose")
+            return self._motion(ZERO_TWIST, detail="no pose")
         dt, first = self.config.first_step, self._stepped_at is None
         if self._stepped_at is not None:
             dt = min(max(now - self._stepped_at, 0.0), self.config.longest_step)
@@ -251,7 +251,7 @@ class Navigator:
         step = self.follower.step(now.pose, now.field, dt)
         if step.phase is Phase.ARRIVED:
             self._enter(State.ARRIVED)
-            return self._motion(STOP, step)
+            return self._motion(ZERO_TWIST, step)
         if step.off_path > config.off_path:
             self._planned.again = True
         if recovered.at is not None and _apart(now.pose, recovered.at) > config.recovered:
@@ -278,7 +278,7 @@ class Navigator:
         self._progress.reset()
         if now.time - self._waiting_since > self.config.patience:
             return self._start_recovery(now)
-        return self._motion(STOP, detail="blocked")
+        return self._motion(ZERO_TWIST, detail="blocked")
 
     # --- trouble ----------------------------------------------------------------------------------------------------
 
@@ -307,7 +307,7 @@ class Navigator:
         self._enter(State.RECOVERING)
         if name is Manoeuvre.CLEAR:
             self.around.forget()
-        return self._motion(STOP, detail=name)
+        return self._motion(ZERO_TWIST, detail=name)
 
     def _recover(self, now: Instant) -> Motion:
         detail = self._recovery.current or ""
@@ -321,7 +321,7 @@ class Navigator:
         self._planned.again = True
         if not self._replan(now):
             return self._start_recovery(now)
-        return self._motion(STOP, detail=detail)
+        return self._motion(ZERO_TWIST, detail=detail)
 
     def _fail(self, failure: NavigationError | None = None) -> Motion:
         tried = self._tried()
@@ -335,7 +335,7 @@ class Navigator:
             self.failure = NoProgress(f"no progress toward {where} although a path exists; tried: {tried}")
         self._enter(State.FAILED)
         self.follower.halt()
-        return self._motion(STOP)
+        return self._motion(ZERO_TWIST)
 
     def _tried(self) -> str:
         """What was done before giving up, in words."""
@@ -347,7 +347,7 @@ class Navigator:
 
     # --- answers ----------------------------------------------------------------------------------------------------
 
-    def _motion(self, command: Command, step: Step | None = None, detail: str = "") -> Motion:
+    def _motion(self, command: Twist2, step: Step | None = None, detail: str = "") -> Motion:
         remaining = step.remaining if step is not None else self._remaining
         self._remaining = remaining
         pace = self.config.usual_pace * self.follower.limits.vx_max

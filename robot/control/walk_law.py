@@ -17,13 +17,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan, cos, hypot, pi, sin, tau
+from math import atan, cos, hypot, sin
 from typing import NamedTuple
 
 from robot.control.sway import Sway
 from robot.control.walk_config import WalkConfig
 from robot.estimation.predict import Ahead
 from robot.estimation.terrain import TerrainPlane
+from robot.geometry.angles import wrap
 from robot.geometry.vectors import Triple
 from robot.model.mass import StandingMass
 from robot.model.parameters import GRAVITY, MASS
@@ -95,10 +96,10 @@ def track(config: WalkConfig, state: WalkState, step: Step) -> tuple[WalkState, 
     )
     share = config.step_share * step.height / GRAVITY
     back = (share * (c * ix - s * iy), share * (s * ix + c * iy))
-    heading = ahead.yaw + clip(_wrap(state.heading + step.turn * step.dt - ahead.yaw), config.heading_error)
+    heading = ahead.yaw + clip(wrap(state.heading + step.turn * step.dt - ahead.yaw), config.heading_error)
     roll = clip(atan(c * terrain.slope_y - s * terrain.slope_x), config.most_slope)
     pitch = clip(-atan(c * terrain.slope_x + s * terrain.slope_y), config.most_slope)
-    lean = (roll - ahead.roll, pitch - ahead.pitch, _wrap(heading - ahead.yaw))
+    lean = (roll - ahead.roll, pitch - ahead.pitch, wrap(heading - ahead.yaw))
     return WalkState(heading, (ix, iy)), Tracking(error, (roll, pitch), lean, back)
 
 
@@ -190,7 +191,3 @@ def foothold(
 def clip(value: float, most: float) -> float:
     """The nearest value whose magnitude is at most `most`."""
     return max(-most, min(most, value))
-
-
-def _wrap(angle: float) -> float:
-    return (angle + pi) % tau - pi

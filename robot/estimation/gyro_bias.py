@@ -5,8 +5,9 @@ Equations and sources: docs/control.md#gyro-bias.
 
 from __future__ import annotations
 
-from math import atan2, pi, tau
+from math import atan2
 
+from robot.geometry.angles import wrap
 from robot.geometry.vectors import Triple
 
 __all__ = ["FootLine", "GyroBias"]
@@ -112,7 +113,7 @@ class FootLine:
         else:
             self._time += dt
             self._rolled += (x * roll[1] - y * roll[0]) / (x * x + y * y) * dt
-        turned = (angle - self._first + pi) % tau - pi - self._rolled
+        turned = wrap(angle - self._first) - self._rolled
         time = self._time
         self._t += time
         self._tt += time * time

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robot.control.follow import Follower
-from robot.control.limits import Command, Limits
+from robot.control.limits import Limits
 from robot.estimation.local_field import LocalField
 from robot.estimation.surroundings import Surroundings
 from robot.geometry.angles import wrap
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, Twist2
 from robot.model.footprint import Footprint
 from robot.planning.grid import Grid
 from robot.planning.path import Path
@@ -35,7 +35,7 @@ def straight(*points: tuple[float, float]) -> Path:
     return Path(np.array(points, dtype=np.float64))
 
 
-def first_step(follower: Follower, pose: Pose2, around: LocalField) -> Command:
+def first_step(follower: Follower, pose: Pose2, around: LocalField) -> Twist2:
     return follower.step(pose, around, 0.1).command
 
 
@@ -70,7 +70,7 @@ def test_in_front_of_an_unseen_turn_of_the_world_it_stops() -> None:
     follower.follow(straight((0, 0), (4, 0)), Pose2(4, 0))
     around = field(Box(0.75, 0, 0.2, 2), Box(-0.75, 0, 0.2, 2), Box(0, 0.4, 2, 0.2), Box(0, -0.4, 2, 0.2))
     step = follower.step(Pose2(0, 0), around, 0.1)
-    assert (step.phase, step.command) == ("blocked", Command())
+    assert (step.phase, step.command) == ("blocked", Twist2())
     assert step.clearance < 0.1
 
 
@@ -91,7 +91,7 @@ def test_at_the_goal_it_says_so_and_stands() -> None:
     around = field()
     assert follower.step(Pose2(1.98, 0.01, 0.2), around, 0.1).phase == "approaching"
     step = follower.step(Pose2(1.98, 0.01, 0.97), around, 0.1)
-    assert (step.phase, step.command) == ("arrived", Command())
+    assert (step.phase, step.command) == ("arrived", Twist2())
 
 
 finite = st.floats(-1.0, 1.0)
@@ -106,7 +106,7 @@ def test_no_command_leaves_the_limits_or_jumps_up_faster_than_the_accelerations(
     around = Surroundings(Grid.from_scene(scene))
     follower = Follower(LIMITS)
     follower.follow(straight((-0.8, 0), (1.2, 1.2), (4.8, 0)), Pose2(4.8, 0))
-    last = Command()
+    last = Twist2()
     for dx, dy, yaw in shifts:
         pose = Pose2(dx, dy, yaw)
         command = follower.step(pose, around.local_field(pose), dt).command
