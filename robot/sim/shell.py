@@ -41,7 +41,7 @@ class BodyShell(ABC):
         self._contact_noise, self._lidar_noise = ContactNoise(seed), LidarNoise(seed)
         self._imu_read: tuple[int, ImuSample] | None = None
         self._joints_read: tuple[int, JointSample] | None = None
-        self._ticks = 0
+        self._ticks: int = 0
         self._sampling = Sampling(self._integrate, self._sample)
 
     @property
