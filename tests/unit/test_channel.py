@@ -212,6 +212,25 @@ def plain_feed(entry: TopicEntry, policy: QoS) -> HandlerSubscription[Int32]:
     return HandlerSubscription(ME, entry, Int32, policy, Inbox(asyncio.get_running_loop()), "Node.take", lambda _: None)
 
 
+async def test_a_stream_refuses_a_timeout_that_is_no_number() -> None:
+    stream = Stream(subscription(topic()))
+    with pytest.raises(ValueError, match=r"the stream of /numbers: timeout=nan must be a number of seconds"):
+        await stream.next(timeout=float("nan"))
+
+
+async def test_the_wait_of_the_oldest_message_is_measured_on_when_a_newer_one_is_dropped() -> None:
+    entry = topic()
+    out, feed = publisher(entry), plain_feed(entry, QoS(history=History.KEEP_ALL, limit=2))
+    entry.add_subscription(feed)
+    out(number(1))
+    feed.inbox.mark = feed.stamp()
+    out(number(2))
+    out(number(3))
+    await asyncio.sleep(1.0)
+    assert (feed.dropped, len(feed.messages)) == (1, 2)
+    assert feed.inbox.load.age == 1.0
+
+
 async def test_a_message_that_waits_brings_the_report_of_who_holds_the_node_up() -> None:
     loop, entry = asyncio.get_running_loop(), topic()
     out, feed = publisher(entry), plain_feed(entry, QoS(depth=9))

@@ -92,6 +92,14 @@ def test_M01_reports_and_reasons_read_well() -> None:
     assert str(Stop()) == "shutdown"
 
 
+def test_a_stop_and_a_skip_that_are_caught_say_why() -> None:
+    assert (str(Stop("battery empty")), str(Stop()), str(Skip("no camera"))) == (
+        "battery empty",
+        "shutdown",
+        "no camera",
+    )
+
+
 @virtual
 async def test_what_a_debugger_shows_reads_well() -> None:
     async with running(World(), Supervisor("root", children=[child("a")])) as supervisor:

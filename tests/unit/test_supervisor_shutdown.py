@@ -313,6 +313,30 @@ async def test_cancelling_a_supervisor_kills_its_whole_tree_at_once() -> None:
 
 
 @virtual
+async def test_a_supervisor_that_somebody_else_cancels_stops_its_children_in_order_unless_it_is_killed_meanwhile() -> (
+    None
+):
+    for killed_at, end in ((math.inf, "end a"), (1.5, "cancelled a")):
+        began = now()
+        world = World(a=Script(cleanup=1.0), b=Script(cleanup=1.0))
+        supervisor = RunningSupervisor(
+            Supervisor("root", children=[child("a"), child("b")]),
+            world,
+            killed=lambda since=began, limit=killed_at: now() - since >= limit,  # type: ignore[misc]
+        )
+        ready = asyncio.Event()
+        host = asyncio.create_task(supervisor.run(ready.set))
+        await ready.wait()
+        host.cancel()
+        await asyncio.sleep(1.5)
+        host.cancel()
+        await asyncio.wait([host])
+        assert host.cancelled()
+        assert world.events("stop", "end", "cancelled") == ["stop b", "end b", "stop a", end]
+        assert world.reasons == ["its task was canceled by somebody else"] * 2
+
+
+@virtual
 async def test_a_child_that_is_being_killed_is_given_up_no_later_when_its_supervisor_is_cancelled() -> None:
     world = World(a=Script(stubborn=True))
     async with running(world, Supervisor("root", children=[child("a", stop=2.0)])) as supervisor:

@@ -97,6 +97,8 @@ async def test_a_life_that_has_not_come_to_its_first_step_is_starting() -> None:
     assert supervisor.lives() == [None]
     supervisor.stop()
     await host
+    assert world.log == []
+    assert world.errors() == [], "a child that is stopped so early has been shut down as any other"
 
 
 @virtual
