@@ -40,6 +40,7 @@ from actors import (
 )
 from actors.actions.client import Goal
 from actors.contracts.contracts import Arrivals
+from actors.inbox.control import Unwinding
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.tf2_msgs.action import LookupTransform
@@ -834,6 +835,7 @@ async def test_D2_a_body_that_insists_on_wrong_items_is_closed_and_blocks_nobody
 
 async def test_D2_a_canceled_body_that_goes_on_is_canceled_again_after_a_thousand_feedbacks(rig: Rig) -> None:
     taken: list[int] = []
+    why: list[str] = []
 
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         for value in range(3):  # before the cancel request, so they do not count
@@ -848,7 +850,7 @@ async def test_D2_a_canceled_body_that_goes_on_is_canceled_again_after_a_thousan
                         yield step(value)
                         taken[-1] += 1
                 except asyncio.CancelledError as error:
-                    assert str(error) == "enough"
+                    why.append(str(error))
             raise
 
     await rig.start(serving(body))
@@ -857,8 +859,26 @@ async def test_D2_a_canceled_body_that_goes_on_is_canceled_again_after_a_thousan
     await goal.cancel("enough")
     with pytest.raises(GoalCanceled):
         await goal
-    assert taken == [1000, 1000]
+    assert (taken, why) == ([1000, 1000], ["enough", "enough"])
     assert (rig.now, goal.feedback_count) == (10.0, 2003)
+
+
+async def test_a_canceled_body_that_the_framework_unwinds_is_aborted_with_its_node(rig: Rig) -> None:
+    class Death(Unwinding):
+        """What ends a node at once, as in a simulation that loses its power."""
+
+    async def body(self: Node, goal: Fibonacci.Goal) -> Body:
+        try:
+            await self.clock.sleep(60.0)
+        except asyncio.CancelledError:
+            raise Death from None
+        yield Done(result())
+
+    rig.expect_failure(Death)
+    outcome = await ended(rig, body, cancel_at=1.0)
+    assert (outcome.status, outcome.reason) == (GoalStatus.ABORTED, "/server ended while the goal ran")
+    await rig.settled()
+    assert rig.incarnation("server") == 2
 
 
 async def test_D2_a_canceled_body_may_hand_over_what_it_has(rig: Rig) -> None:
