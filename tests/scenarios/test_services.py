@@ -338,11 +338,14 @@ async def test_S_02_a_call_to_a_node_that_is_being_restarted_fails_at_once(rig: 
     await rig.start(Child(Crowd, backoff=Backoff(10.0, 10.0)))
     open_calls = [asyncio.create_task(rig.call(ADD, two(1, 2), timeout=60.0)) for _ in range(5)]
     await rig.quiet()
+    server = rig.system.graph.service("/add").server
+    assert repr(server) == "<server of /add in /crowd: 5 calls, 5 open>"
     rig.crash(Crowd)
     await rig.quiet()
     for call in open_calls:  # three at work, two waiting
         with pytest.raises(NodeRestarting):
             await call
+    assert repr(server) == "<server of /add in /crowd: 5 calls, 0 open>"
     with pytest.raises(NodeRestarting):
         await rig.call(ADD, two(1, 2))
     assert rig.now == 0.0
