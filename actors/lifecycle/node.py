@@ -52,8 +52,8 @@ class LifecycleNode(Node):
 
     `autostart` is the state to which a new node goes by itself, as a part of its start phase; siblings that start after it wait for that.
 
-    Invariants: once the start phase has begun, publishers deliver and timers tick only while the node is active, but for the hook that
-    leaves that state: until it has returned, publishers deliver.
+    Invariants: between two transitions, publishers deliver and timers tick exactly while the node is active. Both are switched at the end
+    of a transition, when its hooks have run.
     """
 
     autostart: ClassVar[PrimaryState] = "unconfigured"
