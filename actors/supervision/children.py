@@ -112,7 +112,7 @@ class Children:
             entry.attempts, entry.ready_at = earlier + 1, None
 
     def plan(self, stops: Iterable[str], due: Iterable[str]) -> None:
-        """Mark these for a stop, and let a restart be due for those. Merges with what is under way."""
+        """Mark the children in `stops` to be stopped, and make a restart due for those in `due`; ordered work under way is merged in."""
         for name in stops:
             self.entries[name].marked = True
         for name in due:
