@@ -1,1 +1,1 @@
-"""Actions at work: clients and servers of goals."""
+"""Actions: clients and servers of goals, and the Protocols between them."""

@@ -1,4 +1,4 @@
-"""Arrival policies: what becomes of a goal that arrives while others wait or run."""
+"""Arrival policies: whether a goal is accepted while other goals wait or run."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ __all__ = ["places", "refusal"]
 
 
 def places(arrivals: ArrivalPolicy) -> int:
-    """How many goals may run at once."""
+    """The number of goals that may run at once."""
     return arrivals.size if arrivals.policy == "parallel" else 1
 
 
 def refusal(arrivals: ArrivalPolicy, waiting: int, running: int) -> str | None:
-    """Why a goal that arrives now is rejected; None when it is accepted. A goal that preempts is always accepted."""
+    """Why a goal that arrives now is rejected; None if it is accepted. A goal that preempts others is always accepted."""
     policy, size = arrivals.policy, arrivals.size
     if policy == "queue" and waiting >= size:
         return f"the queue is full: {size} goals wait"

@@ -1,4 +1,4 @@
-"""The asking side of actions: a goal as an object to enter, to iterate for feedback and to await for its result."""
+"""Action clients: a goal as an object that is entered, iterated over for feedback, and awaited for its result."""
 
 from __future__ import annotations
 
@@ -33,24 +33,24 @@ R = TypeVar("R", bound="Message")
 F = TypeVar("F", bound="Message")
 
 FEEDBACK_DEPTH = 10
-"""Feedback is KEEP_LAST 10 for each client: a slow reader loses the oldest, and the loss is counted."""
+"""The number of feedbacks that a client keeps. A slow reader loses the oldest, and the loss is counted."""
 
 
 class Starter(Caller, Protocol):
-    """What a goal asks of the node that starts it."""
+    """What a goal requires of the node that starts it."""
 
     def new_id(self) -> bytes: ...
 
 
 class Following(Generic[F]):
-    """The client's half of one goal: what its server has told of it.
+    """The client's half of one goal: the status, feedback and result that the server has sent.
 
     Invariants:
 
-    * It owns no state of the goal, it follows it: `on_status`, `on_feedback` and `on_result` are called by the server's half, in order.
-    * `outcome` is set once, with the status that belongs to it, and nothing changes after that.
-    * `feedback` holds the newest `FEEDBACK_DEPTH` feedbacks that nobody has taken yet; those that were lost are counted in `dropped`.
-    * A task that waits in `changed` wakes at the next feedback and at the end.
+    * It only follows the goal. The server's half calls `on_status`, `on_feedback` and `on_result`, in the order of the events.
+    * `outcome` is set once, together with the final status. Nothing changes after that.
+    * `feedback` holds at most the newest `FEEDBACK_DEPTH` feedbacks that have not been taken. `dropped` counts those that were lost.
+    * A task that waits in `changed` is woken by the next feedback and by the end.
     """
 
     __slots__ = ("changed", "dropped", "feedback", "feedback_count", "goal_id", "outcome", "server", "status")
@@ -84,20 +84,21 @@ class Following(Generic[F]):
 
 
 class Goal(Generic[R, F]):
-    """One goal as its client sees it::
+    """One goal, from the side of its client::
 
         async with self.start(MOVE, MoveToPosition.Goal(target_x=3.0)) as goal:
             async for feedback in goal: ...
             result = await goal
 
-    Entering sends the goal, unless it has been sent, and waits for its acceptance (`GoalRejected`, `ActionUnavailable`). Leaving the
-    block cancels a goal that still runs and waits for its clean-up. Awaiting gives the result or raises `GoalCanceled` or `GoalAborted`, which carry `.result`
-    and `.reason`; it may be awaited again, and by several tasks.
+    Entering the block sends the goal, unless it has been sent, and waits until it is accepted. Raises `GoalRejected` or `ActionUnavailable`
+    if it is not. Leaving the block cancels a goal that is still active and waits until its body has cleaned up, for a limited time.
+    Awaiting the goal returns its result, or raises `GoalCanceled` or `GoalAborted` with `.result` and `.reason`; it may be awaited
+    repeatedly and by several tasks.
 
     It has no public constructor: `Node.start` gives one.
     """
 
-    # Invariant: `_sent` is None until a server has accepted the goal, and the same object from then on.
+    # Invariant: `_sent` is None until a server has accepted the goal. From then on it is always the same object.
 
     __slots__ = ("_action", "_entry", "_message", "_node", "_sent", "_timeout")
 
@@ -118,12 +119,12 @@ class Goal(Generic[R, F]):
 
     @property
     def goal_id(self) -> bytes:
-        """The goal's 16-byte id; empty before it is accepted."""
+        """The goal's 16-byte id; empty until it is accepted."""
         return self._sent.goal_id if self._sent is not None else b""
 
     @property
     def status(self) -> GoalStatus:
-        """Where the goal stands now; UNKNOWN before it is accepted."""
+        """The goal's status; UNKNOWN until it is accepted."""
         return self._sent.status if self._sent is not None else GoalStatus.UNKNOWN
 
     @property
@@ -133,16 +134,16 @@ class Goal(Generic[R, F]):
 
     @property
     def feedback_count(self) -> int:
-        """How many feedbacks have come."""
+        """The number of feedbacks received."""
         return self._sent.feedback_count if self._sent is not None else 0
 
     @property
     def dropped(self) -> int:
-        """How many feedbacks were lost because they were not taken in time."""
+        """The number of feedbacks lost because they were not taken in time."""
         return self._sent.dropped if self._sent is not None else 0
 
     async def send(self) -> None:
-        """Send the goal and wait for the server's answer: what entering the block does."""
+        """Send the goal and wait until it is accepted, as entering the block does. Raises `GoalRejected` or `ActionUnavailable`."""
         if self._sent is not None:
             raise RuntimeError(f"{self!r} has been sent already: start another goal")
         self._node.check_thread()
@@ -155,7 +156,7 @@ class Goal(Generic[R, F]):
             raise ActionUnavailable(self._unanswered()) from None
 
     def _unanswered(self) -> str:
-        """Why nobody has accepted or rejected the goal in time."""
+        """The text of the error for a goal that was neither accepted nor rejected in time."""
         if self._entry.server is not None:
             return self._entry.server.unanswered(self._timeout)
         return (
@@ -164,7 +165,7 @@ class Goal(Generic[R, F]):
         )
 
     async def cancel(self, reason: str = "canceled by its client") -> bool:
-        """Ask the server to cancel. True when it began to; False when the goal has ended or the server refuses."""
+        """Ask the server to cancel the goal. True if it has begun to; False if the goal has ended or the server refuses."""
         sent = self._sent
         if sent is None:
             raise NotStarted(f"{self!r}: there is nothing to cancel")
@@ -172,7 +173,7 @@ class Goal(Generic[R, F]):
         return sent.outcome is None and await sent.server.cancel(sent.goal_id, reason)
 
     async def ended(self) -> Outcome:
-        """Wait for the end and give it as a value: never raises for a goal that failed."""
+        """Wait for the goal's end and return its outcome. Does not raise if the goal failed; raises `NotStarted` before it is accepted."""
         sent = self._sent
         if sent is None:
             raise NotStarted(f"{self!r}: enter it with `async with` first")
@@ -191,13 +192,12 @@ class Goal(Generic[R, F]):
         if self.done:
             return
         try:
-            async with asyncio.timeout(
-                CLEANUP_SECONDS
-            ):  # also for the server's answer: its hook, or its node, may hang
+            # The limit includes the wait for the server's answer: its hook, or its node, may hang.
+            async with asyncio.timeout(CLEANUP_SECONDS):
                 if await self.cancel("its client left the goal's block"):
                     await self.ended()
         except TimeoutError:
-            pass  # the server's own business from here on; its node's stop bounds it
+            pass  # the server is left to clean up alone; the stop of its node limits that
 
     def __aiter__(self) -> Goal[R, F]:
         return self
@@ -223,7 +223,7 @@ class Goal(Generic[R, F]):
         raise failure(self._entry.name, outcome.reason, outcome.result)
 
     async def _accepted(self) -> Following[F]:
-        """Find the server, submit the goal, and wait until it is accepted. Raises `Reject` if it is not."""
+        """Find the server, submit the goal, and wait until it is accepted. Raises `Reject` if it is rejected."""
         entry, node = self._entry, self._node
         server = entry.server or await entry.require()
         refuse_other_type(entry.name, server.host, server.type, node, self._action.type)
@@ -238,7 +238,7 @@ class Goal(Generic[R, F]):
             await request.future
         except asyncio.CancelledError:
             if not request.future.cancelled() and request.future.exception() is None:
-                # it has been accepted in this very moment, and nobody is going to look after it
+                # The goal was accepted just before this task was canceled, so nobody else will cancel it.
                 server.cancel(sent.goal_id, "its client was canceled")
             raise
         finally:

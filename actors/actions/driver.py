@@ -1,7 +1,8 @@
-"""One task per goal drives its body, an async generator that yields feedback and ends with `Done` or `Aborted`.
+"""The execution of goals: one task per goal drives its body, an async generator that yields feedback and ends with `Done` or `Aborted`.
 
-Whatever interrupts the driver between two steps is thrown into the body, so timeouts and task groups around a ``yield`` are safe.
-A body is resumed to its end, never closed inside its scopes; the code after its ``yield Done(...)`` runs.
+Whatever interrupts the driver between two steps is thrown into the body, so a timeout or task group around a ``yield`` works as usual. A
+body is resumed until it ends by itself, and the code after ``yield Done(...)`` runs; it is closed only if it keeps ignoring errors thrown
+into it.
 """
 
 from __future__ import annotations
@@ -25,15 +26,15 @@ if TYPE_CHECKING:
 __all__ = ["GoalDriver", "GoalHandlers", "GoalObservers", "Host"]
 
 IGNORED: Final = 3
-"""A body that goes on yielding after so many cancellations or other errors thrown into it is closed and reported."""
+"""The number of errors, cancellations included, thrown into a body that goes on yielding, before it is closed and reported."""
 
 CLEANUP_FEEDBACKS: Final = 1000
-"""A canceled body may give so many feedbacks within `CLEANUP_SECONDS` while it cleans up; then it is taken to have ignored the
-cancellation."""
+"""The number of feedbacks that a canceled body may yield within `CLEANUP_SECONDS` while it cleans up. With one more, it counts as having
+ignored the cancellation."""
 
 
 class Host(Caller, Protocol):
-    """What an action server asks of its node."""
+    """What an action server requires of its node."""
 
     @property
     def clock(self) -> Clock: ...
@@ -49,16 +50,16 @@ class GoalHandlers(NamedTuple):
     """The methods of a node that serve one action."""
 
     label: str
-    """The body's name in reports."""
+    """The name of the body in reports."""
     body: Callable[[Any], AsyncGenerator[Any, None]]
     accepts: Callable[[Any], Awaitable[None] | None] | None = None
-    """Raises `Reject` for a goal that it does not want."""
+    """Raises `Reject` to refuse a goal."""
     cancels: Callable[[Any], Awaitable[bool] | bool] | None = None
-    """Whether a goal may be canceled."""
+    """Returns whether a goal may be canceled."""
 
 
 class GoalObservers:
-    """Those besides the clients that are told of an action's goals: they publish its status and feedback topics. They must not raise."""
+    """Callbacks, besides the clients, for the status and feedback of an action's goals. They publish its topics and must not raise."""
 
     __slots__ = ("feedback", "status")
 
@@ -70,12 +71,12 @@ class GoalObservers:
 
 
 class GoalDriver:
-    """Steps the bodies of one action's goals, each to exactly one outcome.
+    """Runs the bodies of one action's goals, each to exactly one outcome.
 
     Invariants:
 
-    * Whatever happens in the task that runs a goal, `end` is called with its outcome, and then `left`. The first outcome counts.
-    * Between two steps of a body its driver awaits nothing but one turn of the loop, and an interruption of that is thrown into the body.
+    * Once the task of a goal runs, `end` is called with an outcome, and then `left`, whatever happens. Only the first outcome counts.
+    * Between two steps of a body, the driver awaits only one turn of the loop. An interruption of that turn is thrown into the body.
     """
 
     __slots__ = ("action", "end", "handlers", "host", "left", "observers")
@@ -94,12 +95,12 @@ class GoalDriver:
         self.handlers = handlers
         self.observers = observers
         self.end: Final = end
-        """Takes the outcome of a goal."""
+        """Called with a goal and its outcome."""
         self.left: Final = left
-        """Called when a goal's task has come to its end, so that another goal may have its place."""
+        """Called when the task of a goal ends, so that another goal can start."""
 
     async def run(self, goal: GoalRecord) -> None:
-        """The goal's own task."""
+        """Run a goal to its outcome, in a task of its own."""
         try:
             self.end(goal, await self._work(goal))
         except BaseException as error:
@@ -109,7 +110,7 @@ class GoalDriver:
             self.left()
 
     def _interrupted(self, goal: GoalRecord, error: BaseException) -> bool:
-        """End a goal whose body let `error` out; False when the node is being ended, not the goal."""
+        """Set the outcome of a goal whose body raised `error`. Returns False if the node is being ended, not only the goal."""
         failure = blame(error, self.handlers.label)
         if isinstance(failure, Reject):
             self.end(goal, Outcome(GoalStatus.ABORTED, reason=failure.reason))
@@ -133,11 +134,12 @@ class GoalDriver:
             self.host.fail(error, self.handlers.label, decided=True)
 
     async def _work(self, goal: GoalRecord) -> Outcome:
-        """Step the body to its end.
+        """Run the body to its end and return the outcome.
 
-        ``async for`` would do for bodies that behave, but it can only ask for the next item. An item that is wrong is answered by an error
-        at its ``yield``, and a cancellation that comes while the driver waits for its turn by that cancellation. Both resume the body where
-        it stands, in its own scopes: so the next step is an awaitable, made here or in `_feed` by ``__anext__`` or ``athrow``.
+        The body is driven step by step, because ``async for`` can only request the next item. The driver must also be able to raise at a
+        ``yield``: an error if the item is wrong, or the cancellation that arrives while the driver waits for its turn. Both have to resume
+        the body where it is suspended, inside its own scopes. The next step is therefore an awaitable, made by ``__anext__`` or ``athrow``,
+        here or in `_feed`.
         """
         goal.body = body = self.handlers.body(goal.message)
         ignored = 0
@@ -162,7 +164,7 @@ class GoalDriver:
                 step = await self._feed(goal, body, item)
 
     def _refused(self, goal: GoalRecord, item: Any) -> BaseException | None:
-        """What is wrong with an item; a last item without fault is taken."""
+        """The error to throw into the body for an item; None if the item is valid. A valid last item is stored."""
         if goal.last is not None:
             return RuntimeError(f"{self.handlers.label} yielded again after its last item {goal.last!r}")
         if isinstance(item, Done | Aborted):
@@ -180,7 +182,7 @@ class GoalDriver:
         return self._again(goal) if goal.interruption is not None else None
 
     def _again(self, goal: GoalRecord) -> asyncio.CancelledError | None:
-        """The cancellation once more, for a body that gives feedback as if there had been none; None while it may be cleaning up."""
+        """The cancellation to throw again into a body that goes on yielding feedback; None while it may still be cleaning up."""
         now = self.host.inbox.loop.time()
         then, count = goal.interrupted_at
         if now - then < CLEANUP_SECONDS and goal.feedback_count - count < CLEANUP_FEEDBACKS:
@@ -189,7 +191,7 @@ class GoalDriver:
         return asyncio.CancelledError(goal.interruption)
 
     async def _feed(self, goal: GoalRecord, body: AsyncGenerator[Any, None], item: Any) -> Awaitable[Any]:
-        """Hand a feedback on and give the loop a turn; the next step of the body, or the interruption to throw into it."""
+        """Send a feedback and give the loop one turn. Returns the body's next step, or the throwing of an interruption into it."""
         goal.feedback_count += 1
         client, observers = goal.client, self.observers.feedback
         if client is not None:
@@ -213,8 +215,6 @@ class GoalDriver:
             return Outcome(status, last.result, goal.interruption or "")
         self.host.warn("an action body ended without Done or Aborted", handler=self.handlers.label)
         why = "its body ended without a result: end it with `yield Done(result)`"
-        if (
-            goal.interruption is not None
-        ):  # conformance case action_status/cancel-then-return-nothing: that is aborted, too
+        if goal.interruption is not None:  # a canceled goal whose body returns nothing is aborted, too
             why = f"{goal.interruption}, but {why}, or let the cancellation pass"
         return Outcome(GoalStatus.ABORTED, reason=why)

@@ -1,8 +1,7 @@
-"""Goals of an action server as ROS 2 knows them: states, cancel requests, the list for the status topic, kept results.
+"""The goals of an action server by the rules of ROS 2: states, cancel requests, the list for the status topic, kept results.
 
-Pure bookkeeping: times are integers (nanoseconds on the server's clock) that the caller gives, nothing waits, nothing
-is sent. The rules are those of rcl_action; where its releases differ, a result is kept `result_timeout` after the goal
-*ended*, as the design says, not after it was accepted.
+Pure data structures: nothing here waits or sends, and callers pass the time as integer nanoseconds on the server's clock. The rules are
+those of rcl_action. Where its releases differ, a result is kept for `result_timeout` after the goal has *ended*, not after it was accepted.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ __all__ = [
 ]
 
 DEFAULT_RESULT_TIMEOUT_NS: Final = 10_000_000_000
-"""How long a result is kept after its goal has ended, unless told otherwise: 10 s, as in ROS 2."""
+"""How long a result is kept after its goal has ended, by default: 10 s, as in ROS 2."""
 
 NO_GOAL_ID: Final = bytes(16)
 """The id of a cancel request that names no goal."""
@@ -57,22 +56,22 @@ class GoalStatus(IntEnum):
 
     @property
     def is_active(self) -> bool:
-        """True while the goal has an end before it: ACCEPTED, EXECUTING, CANCELING."""
+        """True for ACCEPTED, EXECUTING and CANCELING: the goal has not ended."""
         return GoalStatus.ACCEPTED <= self <= GoalStatus.CANCELING
 
     @property
     def is_cancelable(self) -> bool:
-        """True while a cancel request can still be accepted: ACCEPTED, EXECUTING."""
+        """True for ACCEPTED and EXECUTING: a cancel request can still be accepted."""
         return self is GoalStatus.ACCEPTED or self is GoalStatus.EXECUTING
 
     @property
     def is_terminal(self) -> bool:
-        """True when the goal has ended: SUCCEEDED, CANCELED, ABORTED."""
+        """True for SUCCEEDED, CANCELED and ABORTED: the goal has ended."""
         return self >= GoalStatus.SUCCEEDED
 
 
 class GoalEvent(IntEnum):
-    """What can happen to a goal."""
+    """An event that changes the state of a goal."""
 
     EXECUTE = 0
     CANCEL_GOAL = 1
@@ -94,33 +93,33 @@ _NEXT: Final[dict[tuple[GoalStatus, GoalEvent], GoalStatus]] = {
 
 
 def next_status(status: GoalStatus, event: GoalEvent) -> GoalStatus | None:
-    """The state after `event`, or None where the event is illegal.
+    """Return the state after `event`, or None if the event is illegal in this state.
 
-    A goal cannot become CANCELED without CANCELING, nor end without executing (or canceling); a goal that is CANCELING
-    may still succeed or abort; nothing follows a terminal state.
+    A goal becomes CANCELED only from CANCELING, and ends only from EXECUTING or CANCELING. A goal that is CANCELING may still succeed or
+    abort. Nothing follows a terminal state.
     """
     return _NEXT.get((status, event))
 
 
 class InvalidGoalTransition(ActorError):
-    """An event that the goal's state does not allow. The goal is unchanged."""
+    """Raised for an event that the goal's state does not allow. The goal is unchanged."""
 
 
 class DuplicateGoal(ActorError):
-    """A goal id that this server still knows; the request is to be rejected without asking anyone."""
+    """Raised for a goal id that the server still knows."""
 
 
 class GoalRecord:
-    """One goal at its server, from its acceptance until its result expires: the one state machine of the goal.
+    """One goal at its server, from its acceptance until its result expires. It is the goal's only state machine.
 
     Invariants:
 
-    * `status` alone says how far the goal has come; only its `GoalTable` changes it, and only by legal transitions.
-    * `result`, `reason` and `ended_ns` (nanoseconds, the time of the end) mean something once the status is terminal.
-    * `interruption`, the reason for which the body was or would have been interrupted, is set once, before `last` and before the end;
-      with the status CANCELING by a cancel request, with any other one because the node ends.
-    * `last`, the body's last item, is set once. From then on the goal cannot be canceled, and nothing changes its outcome but an error.
-    * `body` and `task` are set when the goal begins to run; a goal whose `body` is None can be ended without its help.
+    * `status` alone says how far the goal has come. Only its `GoalTable` changes it, by legal transitions.
+    * `result`, `reason` and `ended_ns` (the time of the end in nanoseconds) are valid once the status is terminal.
+    * `interruption`, the reason for interrupting the body, is set at most once, and neither after `last` nor after the end. If the status
+      is CANCELING, the reason is a cancel request; otherwise it is the end of the node.
+    * `last`, the last item of the body, is set at most once. After that the goal cannot be canceled, and only an error changes its outcome.
+    * `task` is set when the goal is started, and `body` when that task begins to run. A goal whose `body` is None is ended by its server.
     """
 
     __slots__ = (
@@ -130,12 +129,12 @@ class GoalRecord:
 
     def __init__(self, goal_id: bytes, stamp_ns: int, message: Any = None, client: GoalFollower | None = None) -> None:
         self.goal_id: Final = goal_id
-        """16 bytes."""
+        """The goal's id, 16 bytes."""
         self.stamp_ns: Final = stamp_ns
-        """When it was accepted, nanoseconds."""
+        """When the goal was accepted, in nanoseconds."""
         self.message: Final = message
         self.client = client
-        """The client's half, which is told of everything; None for a goal that was sent without one, and after the end."""
+        """The client's half of the goal; None for a goal without one, and after the end."""
         self.status = GoalStatus.ACCEPTED
         self.ended_ns = 0
         self.result: Any = None
@@ -144,23 +143,23 @@ class GoalRecord:
         self.body: AsyncGenerator[Any, None] | None = None
         self.interruption: str | None = None
         self.interrupted_at: tuple[float, int] = (0.0, 0)
-        """Loop time and feedback count at the last interruption."""
+        """The loop time, in seconds, and the number of feedbacks at the last interruption."""
         self.last: Done[Any] | Aborted[Any] | None = None
         self.feedback_count = 0
         self.waiters = Waiters()
-        """Those that wait for the end."""
+        """The tasks that wait for the end."""
 
     def __repr__(self) -> str:
         return f"<goal {self.goal_id.hex()[:8]} {self.status.name}{f': {self.reason}' if self.reason else ''}>"
 
     @property
     def is_open(self) -> bool:
-        """Whether the goal can still be interrupted: it has not ended, and its body has not had its last word."""
+        """Whether the goal can still be interrupted: it has not ended and its body has not yielded its last item."""
         return self.last is None and not self.status.is_terminal
 
     @property
     def interrupted_as(self) -> GoalStatus:
-        """How an interrupted goal ends: CANCELED after a cancel request, ABORTED when its node ends."""
+        """The status with which an interrupted goal ends: CANCELED after a cancel request, ABORTED at the end of its node."""
         return GoalStatus.CANCELED if self.status is GoalStatus.CANCELING else GoalStatus.ABORTED
 
 
@@ -174,9 +173,9 @@ class CancelCode(IntEnum):
 
 
 class CancelSelection:
-    """The goals that a cancel request asks to cancel, in order of acceptance, before the server's own word on each.
+    """The goals that a cancel request selects, in order of acceptance, before the server decides on each of them.
 
-    `code` is final unless it is NONE and there are candidates, all of which are then refused.
+    `code` is the final answer unless it is NONE and the server refuses every candidate.
     """
 
     __slots__ = ("candidates", "code")
@@ -202,14 +201,14 @@ class CancelOutcome:
 class GoalTable:
     """The goals that one action server knows, in order of acceptance, until their results expire.
 
-    `result_timeout_ns` counts from a goal's end: negative keeps results forever, 0 drops them at the next `expire`.
-    Every operation is O(1) except those that list or select goals. Active goals never expire.
+    `result_timeout_ns` is measured from a goal's end. A negative value keeps results forever, 0 drops them at the next `expire`. Operations
+    that list or select goals are O(n), and all others O(1) on average. Active goals never expire.
 
     Invariants:
 
-    * A goal is in `_goals` from its acceptance until its result expires, and meanwhile in exactly one of `waiting`, `running`, `_ended`.
-    * `waiting` holds, in order of acceptance, the goals for which `execute` has not been called; `running` those for which it has.
-    * `_ended` is in order of the ends; no `ended_ns` in it is later than that of a goal behind it.
+    * A goal is in `_goals` from its acceptance until its result expires, and in exactly one of `waiting`, `running` and `_ended`.
+    * `waiting` holds the goals for which `execute` has not been called, in order of acceptance; `running` those for which it has.
+    * `_ended` is ordered by the end of its goals, so that the first one expires first.
     """
 
     __slots__ = ("_ended", "_goals", "result_timeout_ns", "running", "waiting")
@@ -231,16 +230,16 @@ class GoalTable:
         return f"<goal table: {len(self._goals) - len(self._ended)} active, {len(self._ended)} ended>"
 
     def get(self, goal_id: bytes) -> GoalRecord | None:
-        """The goal, or None if it is unknown or expired."""
+        """The goal of this id; None if it is unknown or has expired."""
         return self._goals.get(goal_id)
 
     def status_of(self, goal_id: bytes) -> GoalStatus:
-        """The state of the goal; UNKNOWN if it is unknown or expired, which is an answer and not an error."""
+        """The state of the goal of this id; UNKNOWN if it is unknown or has expired. Never raises."""
         record = self._goals.get(goal_id)
         return GoalStatus.UNKNOWN if record is None else record.status
 
     def records(self) -> tuple[GoalRecord, ...]:
-        """All goals, ended ones included, in order of acceptance: the content of the status topic."""
+        """All goals, including ended ones, in order of acceptance: the content of the status topic."""
         return tuple(self._goals.values())
 
     def active(self) -> tuple[GoalRecord, ...]:
@@ -250,7 +249,7 @@ class GoalTable:
     def accept(
         self, goal_id: bytes, stamp_ns: int, message: Any = None, client: GoalFollower | None = None
     ) -> GoalRecord:
-        """Track a new goal as ACCEPTED. Raises DuplicateGoal for an id that is still known, ended or not."""
+        """Add a new goal as ACCEPTED. Raises DuplicateGoal for an id that is still known, even if its goal has ended."""
         known = self._goals.get(goal_id)
         if known is not None:
             raise DuplicateGoal(
@@ -261,7 +260,7 @@ class GoalTable:
         return record
 
     def execute(self, record: GoalRecord) -> bool:
-        """The body is about to run: ACCEPTED becomes EXECUTING (True); a goal canceled before stays CANCELING (False).
+        """Record that a goal starts: ACCEPTED becomes EXECUTING (returns True); CANCELING stays CANCELING (returns False).
 
         Raises InvalidGoalTransition in any other state.
         """
@@ -273,10 +272,10 @@ class GoalTable:
         return not canceled
 
     def end(self, record: GoalRecord, event: GoalEvent, now_ns: int, result: Any = None, reason: str = "") -> None:
-        """The goal has ended by SUCCEED, ABORT or CANCELED; its result is kept from now on.
+        """Record that a goal has ended by SUCCEED, ABORT or CANCELED. Its result is kept from now on.
 
-        Raises InvalidGoalTransition, with the goal unchanged, where the event is illegal: CANCELED without CANCELING,
-        an end before execution, a second end.
+        Raises InvalidGoalTransition, and leaves the goal unchanged, if the event is illegal: CANCELED before CANCELING, an end before
+        execution, a second end.
         """
         if event not in (GoalEvent.SUCCEED, GoalEvent.ABORT, GoalEvent.CANCELED):
             raise InvalidGoalTransition(f"{event.name} does not end a goal; use SUCCEED, ABORT or CANCELED")
@@ -290,11 +289,11 @@ class GoalTable:
         self._ended.append(record)
 
     def select(self, goal_id: bytes = NO_GOAL_ID, stamp_ns: int = 0) -> CancelSelection:
-        """The goals that a cancel request means: an id of zeros names none, a stamp of 0 is none.
+        """Select the goals that a cancel request refers to. An id of zeros and a stamp of 0 count as not given.
 
-        Neither: all. Stamp: those accepted at or before it. Id: that goal. Both: that goal *and* those of the stamp.
-        Only goals that are ACCEPTED or EXECUTING are selected. Only an id without a stamp can be wrong:
-        UNKNOWN_GOAL_ID, or GOAL_TERMINATED when the goal has ended or is already CANCELING.
+        With neither: all goals. With a stamp: those accepted at or before it. With an id: that goal. With both: that goal *and* those of
+        the stamp. Only goals that are ACCEPTED or EXECUTING are selected. The only errors are those of an id without a stamp:
+        UNKNOWN_GOAL_ID, and GOAL_TERMINATED if the goal has ended or is already CANCELING.
         """
         named = goal_id != NO_GOAL_ID
         if named and not stamp_ns:
@@ -316,9 +315,9 @@ class GoalTable:
         )
 
     def begin_cancel(self, selection: CancelSelection, agreed: Iterable[GoalRecord]) -> CancelOutcome:
-        """Move the goals that the server agreed to cancel to CANCELING; REJECTED if it refused every candidate.
+        """Set the goals that the server agreed to cancel to CANCELING. The code is REJECTED if it refused every candidate.
 
-        A goal that has ended while the server was being asked is left alone.
+        A goal that has ended since it was selected is left unchanged.
         """
         wanted = {record.goal_id for record in agreed}
         if selection.candidates and not wanted:
@@ -333,18 +332,18 @@ class GoalTable:
     def cancel(
         self, goal_id: bytes = NO_GOAL_ID, stamp_ns: int = 0, agrees: Callable[[GoalRecord], bool] = lambda _: True
     ) -> CancelOutcome:
-        """`select` and `begin_cancel` in one, for a server that answers at once."""
+        """Do `select` and `begin_cancel` in one step, for a server that decides at once."""
         selection = self.select(goal_id, stamp_ns)
         return self.begin_cancel(selection, [record for record in selection.candidates if agrees(record)])
 
     def next_expiry(self) -> int | None:
-        """When the next result is to be dropped (nanoseconds), or None if nothing waits for that."""
+        """When the next result expires, in nanoseconds; None if no result does."""
         if self.result_timeout_ns < 0 or not self._ended:
             return None
         return self._ended[0].ended_ns + self.result_timeout_ns
 
     def expire(self, now_ns: int) -> tuple[GoalRecord, ...]:
-        """Forget the goals whose time is over, and return them. Answer pending requests for a result first."""
+        """Remove the goals whose results have expired, and return them. Answer pending result requests first."""
         self._rebase(now_ns)
         gone: list[GoalRecord] = []
         while (due := self.next_expiry()) is not None and due <= now_ns:
@@ -363,7 +362,7 @@ class GoalTable:
         record.status = following
 
     def _rebase(self, now_ns: int) -> None:
-        """After the clock went back, a goal that ended "in the future" counts from now: none outlives its timeout."""
+        """Move ends that lie in the future to now, after the clock was set back, so that no result outlives its timeout."""
         if self._ended and self._ended[-1].ended_ns > now_ns:
             for record in self._ended:
                 record.ended_ns = min(record.ended_ns, now_ns)

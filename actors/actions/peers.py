@@ -1,9 +1,9 @@
-"""What the two halves of a goal say to each other: the seams of this room.
+"""The Protocols between the two halves of a goal.
 
-The client's half (`actors.actions.client.Goal`) follows the goal by messages, the server's half (`actors.actions.server.ActionServer`)
-owns its state. In one process a message is a method call; a stand-in for a server or a client elsewhere encodes it. The messages are those
-of ROS 2: the goal request and its answer, the status, the feedback, the result, and the cancel request and its answer. A reason, which
-ROS 2 has no field for, may get lost on the way.
+The client's half (`actors.actions.client.Goal`) follows the goal by messages; the server's half (`actors.actions.server.ActionServer`) owns
+its state. Within one process a message is a method call; a stand-in for a server or client of another process encodes it. The messages are
+those of ROS 2: the goal request and its answer, the status, the feedback, the result, and the cancel request and its answer. ROS 2 has no
+field for a reason, which a stand-in may therefore drop.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 __all__ = ["CLEANUP_SECONDS", "ActionPeer", "GoalFollower", "Outcome"]
 
 CLEANUP_SECONDS: Final = 5.0
-"""For how long a canceled body may go on giving feedback while it cleans up, and for how long a client that leaves its goal's block waits
-for that."""
+"""How long, in seconds, a canceled body may go on yielding feedback while it cleans up, and how long a client that leaves its goal's block
+waits for that."""
 
 
 class Outcome:
-    """How a goal ended: its terminal status, what the body handed over (or None), and why.
+    """How a goal ended: its terminal status, the result from its body (or None), and the reason.
 
     It has no public constructor: `Goal.ended` gives one.
     """
@@ -41,47 +41,48 @@ class Outcome:
 
 
 class GoalFollower(Protocol):
-    """The client's half of one goal, as a server sees it.
+    """The client's half of one goal, as seen by a server.
 
-    It is told of what happens in the order in which it happens, from the acceptance on. It must not raise.
+    The methods are called in the order of the events, beginning with the acceptance. They must not raise.
     """
 
     def on_status(self, status: GoalStatus) -> None:
-        """The goal has got another status, which is not the last one."""
+        """Called when the status has changed to one that is not terminal."""
         ...
 
     def on_feedback(self, feedback: Any) -> None:
-        """The body has given this feedback."""
+        """Called when the body has yielded a feedback."""
         ...
 
     def on_result(self, outcome: Outcome) -> None:
-        """The goal has ended. Nothing follows."""
+        """Called when the goal has ended. No call follows."""
         ...
 
 
 class ActionPeer(Answering, Protocol):
-    """What a goal asks of a server of its action, here or elsewhere."""
+    """What a goal requires of a server of its action, in this process or another."""
 
     @property
     def type(self) -> type[Any]:
-        """The action type that it serves; a goal of another one is refused."""
+        """The action type that it serves. Goals of another type are refused."""
         ...
 
     def submit(self, goal_id: bytes, message: Any, client: GoalFollower | None) -> OpenCall:
-        """Ask for the acceptance of a goal, and let `client` follow it. Never blocks.
+        """Request the acceptance of a goal, and let `client` follow it. Never blocks.
 
-        The call's future is completed with the time of acceptance (nanoseconds on the server's clock), or with `Reject`, or with what became
-        of the server. When it is canceled before, the goal is not accepted; a server elsewhere cancels it if it is accepted all the same.
+        The future of the returned request is completed with the time of acceptance (nanoseconds on the server's clock), with `Reject`, or
+        with the error that describes the end of the server. If it is canceled first, the goal is not accepted; a server of another process
+        cancels a goal that it has accepted meanwhile.
         """
         ...
 
     def cancel(self, goal_id: bytes, reason: str) -> Awaitable[bool]:
-        """Ask to cancel a goal, also if nobody awaits the answer: True when its body has been told to end.
+        """Request the cancellation of a goal, even if nobody awaits the answer. True if its body has been told to end.
 
-        False when the goal has ended, or has had its last word, or the server refuses, or its node ends before it says so.
+        False if the goal has ended or yielded its last item, if the server refuses, or if its node ends before it answers.
         """
         ...
 
     def unanswered(self, seconds: float) -> str:
-        """Why a goal got no answer in so many seconds, and what to do: the text of an error."""
+        """The text of the error for a goal that got no answer within `seconds`: the cause and the remedy."""
         ...

@@ -1,6 +1,6 @@
-"""What a client asks of an action server, as items of its node's inbox: the acceptance of a goal, and its cancellation.
+"""The requests of a client to an action server, as items of its node's inbox: for the acceptance of a goal and for its cancellation.
 
-Both are considered in the node's turn, as all its handlers: the hooks that decide may read the node's state.
+Both are decided in the inbox, like all handlers of the node, because the deciding hooks may read the node's state.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class Considering(Protocol):
     """The server that answers the requests."""
 
     label: str
-    """The body's name in reports."""
+    """The name of the body in reports."""
 
     @property
     def node(self) -> Caller: ...
@@ -35,10 +35,10 @@ class Considering(Protocol):
 
 
 class GoalRequest:
-    """A goal on its way: whether it is accepted.
+    """A request to accept a goal.
 
-    Invariant: `future` is completed once, with the time of acceptance (nanoseconds), with `Reject`, or with what became of the node;
-    unless the client cancels it because it has gone.
+    Invariant: `future` is completed once: with the time of acceptance (nanoseconds), with `Reject`, or with the error that describes the
+    end of the node. A client that gives up cancels it.
     """
 
     __slots__ = ("client", "future", "goal_id", "message", "server")
@@ -56,24 +56,24 @@ class GoalRequest:
 
     @property
     def answered(self) -> bool:
-        """Whether the server has answered, or the client has gone."""
+        """Whether the server has answered or the client has given up."""
         return self.future.done()
 
     def run(self) -> Coroutine[Any, Any, None]:
         return self.server.consider(self)
 
     def fail(self, error: Exception) -> None:
-        """The goal is not accepted, for this reason; unless the client has gone."""
+        """Give the client `error`, unless the request has been answered."""
         if not self.future.done():
             self.future.set_exception(error)
 
 
 class CancelRequest:
-    """A question to the hook that knows whether a goal may be canceled.
+    """A question to the hook that decides whether a goal may be canceled.
 
-    With a `reason`, the goal is canceled as soon as the hook agrees, whether or not somebody still waits for the answer.
+    If `reason` is given, the goal is canceled as soon as the hook agrees, even if nobody awaits the answer any more.
 
-    Invariant: `future` is completed once, with the answer; a node that ends before it answers has refused.
+    Invariant: `future` is completed once, with the answer. A node that ends before it answers counts as having refused.
     """
 
     __slots__ = ("future", "goal", "reason", "server")
@@ -92,10 +92,10 @@ class CancelRequest:
         return self.server.consider_cancel(self)
 
     def answer(self, agreed: bool) -> None:
-        """Complete the future, unless that has been done."""
+        """Complete the future, unless it is already completed."""
         if not self.future.done():
             self.future.set_result(agreed)
 
     def fail(self, error: Exception) -> None:
-        """The node has ended: that is a no."""
+        """Answer False, because the node has ended."""
         self.answer(False)

@@ -1,4 +1,4 @@
-"""The serving side of actions: which goals are accepted, which of them run, and what becomes of a goal that is canceled or has ended."""
+"""Action servers: they accept goals, start and cancel them, and keep their results."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ _EVENTS: Final = {
 
 
 class ActionServer:
-    """One node's action: which goals are accepted, wait, run and are remembered.
+    """Serves one action for one node: decides which goals are accepted, when each runs, and how long its result is kept.
 
     Invariants:
 
-    * A goal lies in `table`, and nowhere else, from its acceptance until its result expires. Its `GoalRecord` is its only state.
-    * A request without an answer, for a goal or for its cancellation, lies in `requests`, and is answered at the latest by `fail_all`.
-    * No more goals run than there are places for; while there is a place, no goal waits.
-    * A goal that waits has no task. A goal that runs has one, and `GoalDriver.run` ends it there; only a goal whose body has not begun is
-      ended from here, and so is what is left when the node has ended.
-    * The goal's client hears of every change of the status, and of the outcome last; then it is forgotten, so that neither keeps the other
-      alive.
-    * While results are kept that expire, `_expiry` is the one timer that drops them.
+    * A goal is in `table` from its acceptance until its result expires. Its `GoalRecord` is the only state of the goal.
+    * An unanswered request, for a goal or for a cancellation, is in `requests`. `fail_all` answers those that are left.
+    * At most as many goals run as the arrival policy allows, and no goal waits while another could start.
+    * A waiting goal has no task. A running goal has one, in which `GoalDriver.run` ends it. The server itself ends only goals whose body
+      has not begun, and those that are left when the node has ended.
+    * The goal's client is told of every change of status, and last of the outcome. The reference to it is then dropped, so that neither
+      keeps the other alive.
+    * While there are results that expire, `_expiry` is the one timer that removes them.
     """
 
     __slots__ = (
@@ -79,7 +79,7 @@ class ActionServer:
         self.requests: dict[GoalRequest | CancelRequest, None] = {}
         self.observers = GoalObservers()
         self.goals = 0
-        """How many goals have been asked for."""
+        """The number of goals that have been requested."""
         self._places = places(arrivals)
         self._driver = GoalDriver(node, action, handlers, self.observers, self._end, self._start_next)
         self._expiry: asyncio.TimerHandle | asyncio.Future[bool] | None = None
@@ -93,16 +93,16 @@ class ActionServer:
 
     @property
     def running(self) -> Collection[GoalRecord]:
-        """The goals whose bodies have begun or are about to, in the order in which they began."""
+        """The goals that run or are about to begin, in the order in which they were started."""
         return self.table.running
 
     @property
     def waiting(self) -> Collection[GoalRecord]:
-        """The goals that are accepted and wait for their turn, in order of acceptance."""
+        """The goals that are accepted and have not been started, in order of acceptance."""
         return self.table.waiting
 
     def describe(self, goal: GoalRecord) -> str:
-        """A goal of this server, for reports."""
+        """A description of a goal, for reports."""
         return f"<goal {goal.goal_id.hex()[:8]} of {self.entry.name}: {goal.status.name}>"
 
     def unanswered(self, seconds: float) -> str:
@@ -116,7 +116,7 @@ class ActionServer:
     # -- acceptance ----------------------------------------------------------------------------------------------------------
 
     def submit(self, goal_id: bytes, message: Any, client: GoalFollower | None) -> GoalRequest:
-        """Ask for acceptance, in the node's turn, and let `client` follow the goal."""
+        """Request the acceptance of a goal, which is decided in the node's inbox. `client` follows the goal if it is accepted."""
         self.goals += 1
         request = GoalRequest(self, goal_id, message, client)
         self.requests[request] = None
@@ -124,8 +124,8 @@ class ActionServer:
         return request
 
     async def consider(self, request: GoalRequest) -> None:
-        """Accept or reject. Nothing happens to other goals before it is certain that this one is accepted."""
-        if request.answered:  # the client has gone
+        """Accept or reject a goal. No other goal is affected unless this one is certain to be accepted."""
+        if request.answered:  # the client has canceled it
             self.requests.pop(request, None)
             return
         try:
@@ -164,7 +164,7 @@ class ActionServer:
         request.fail(rejection)
 
     def _make_place(self) -> None:
-        """Let a goal in by the arrival policy, or raise `Reject`."""
+        """Make room for a goal as the arrival policy says, or raise `Reject`."""
         if self.arrivals.policy == "preempt":
             for other in (*self.waiting, *self.running):
                 self._cancel(other, "preempted by a newer goal")
@@ -182,7 +182,7 @@ class ActionServer:
     # -- cancellation --------------------------------------------------------------------------------------------------------
 
     def cancel(self, goal_id: bytes, reason: str) -> Awaitable[bool]:
-        """Cancel a goal if the hook agrees, also when nobody awaits the answer. It is False when the node ends before that."""
+        """Cancel a goal if the hook agrees, even if nobody awaits the answer. The answer is False if the node ends first."""
         goal = self.table.get(goal_id)
         if goal is not None and goal.interruption is None and goal.is_open and self.handlers.cancels is not None:
             return asyncio.shield(self._ask(goal, reason))
@@ -194,7 +194,7 @@ class ActionServer:
         return answer
 
     async def cancel_goals(self, goal_id: bytes, stamp_ns: int, reason: str) -> CancelOutcome:
-        """A cancel request in one of the four forms of `GoalTable.select`; asks the hook for each goal that it means."""
+        """Handle a cancel request in one of the four forms of `GoalTable.select`. Asks the hook about each selected goal."""
         self._expire()
         selection = self.table.select(goal_id, stamp_ns)
         asked = [goal for goal in selection.candidates if self._is_cancelable(goal) and await self._may_cancel(goal)]
@@ -204,7 +204,7 @@ class ActionServer:
         return outcome
 
     async def consider_cancel(self, request: CancelRequest) -> None:
-        """Ask the hook, and cancel the goal if it agrees and the request says so."""
+        """Ask the hook. Cancel the goal if the hook agrees and the request has a reason."""
         hook, goal = self.handlers.cancels, request.goal
         assert hook is not None
         agreed = False
@@ -229,21 +229,21 @@ class ActionServer:
         return goal.is_open and goal.interruption is None
 
     async def _may_cancel(self, goal: GoalRecord) -> bool:
-        """What the hook says of this goal. No, when the node ends before it says so."""
+        """Whether the hook allows the goal to be canceled; False if the node ends first."""
         return self.handlers.cancels is None or await asyncio.shield(self._ask(goal, None))
 
     def _ask(self, goal: GoalRecord, reason: str | None) -> asyncio.Future[bool]:
-        """Put the question to the node, in its turn. It is the server's from here on, whatever becomes of who waits for the answer."""
+        """Let the node ask the hook, in its inbox. The request goes on even if nobody awaits the answer any more."""
         request = CancelRequest(self, goal, reason)
         self.requests[request] = None
-        if self.node.inbox.task is asyncio.current_task():  # it is its turn, and it may wait for the answer
+        if self.node.inbox.task is asyncio.current_task():  # this handler holds the inbox and may wait for the answer
             self.node.spawn(request.run(), name=request.label)
         else:
             self.node.inbox.put_control(request)
         return request.future
 
     def _cancel(self, goal: GoalRecord, reason: str) -> bool:
-        """Begin to cancel: False when it is too late. The body is interrupted where it waits and may clean up."""
+        """Begin to cancel a goal. Returns False if it is too late. The body is interrupted where it waits, and may clean up."""
         if not goal.is_open:
             return False
         if goal.interruption is None:
@@ -252,23 +252,23 @@ class ActionServer:
         return True
 
     def _interrupt(self, goal: GoalRecord, reason: str) -> None:
-        """Interrupt the body. A goal whose body has not begun ends here and now: a task that is canceled before its first step runs nothing."""
+        """Interrupt the body of a goal. A goal whose body has not begun ends at once."""
         goal.interruption = reason
         goal.interrupted_at = (self.node.inbox.loop.time(), goal.feedback_count)
         self._changed(goal)
         if goal.task is not None:
             goal.task.cancel()
-        if goal.task is None or goal.body is None:
+        if goal.task is None or goal.body is None:  # a task that is canceled before its first step never runs
             self._end(goal, Outcome(goal.interrupted_as, reason=reason))
             self._start_next()
 
     # -- the end of a goal ---------------------------------------------------------------------------------------------------
 
     def _end(self, goal: GoalRecord, outcome: Outcome) -> None:
-        """Enter the outcome into the table, by legal transitions only, and tell everybody; the first one counts."""
+        """Store the outcome of a goal, by legal transitions only, and tell all who wait for it. A second outcome is ignored."""
         if goal.status.is_terminal:
             return
-        if goal.status is GoalStatus.ACCEPTED:  # it never ran: its node ended first
+        if goal.status is GoalStatus.ACCEPTED:  # it never ran because its node ended first
             self.table.execute(goal)
         self.table.end(goal, _EVENTS[outcome.status], self.node.clock.now_ns(), outcome.result, outcome.reason)
         if self._expiry is None:
@@ -289,7 +289,8 @@ class ActionServer:
             observer()
 
     async def result_of(self, goal_id: bytes) -> tuple[GoalStatus, Any]:
-        """Wait for a goal's end: its status and result (None where there is none); UNKNOWN at once for an id that is not known."""
+        """Wait for the end of a goal and return its status and result (None if there is none). For an unknown id, return UNKNOWN at
+        once."""
         self._expire()
         goal = self.table.get(goal_id)
         if goal is None:
@@ -302,14 +303,14 @@ class ActionServer:
         self.table.expire(self.node.clock.now_ns())
 
     def _expire_later(self, wait_ns: int) -> None:
-        """Drop the next result when its time is over, also if no goal comes any more, but not before `wait_ns` from now."""
+        """Set the timer that removes the next result to expire, even if no further goal arrives, but no sooner than `wait_ns` from now."""
         due = self.table.next_expiry()
         if due is not None:
             clock = self.node.clock
             self._expiry = clock.call_at((max(due, clock.now_ns() + wait_ns) + 1) / 1e9, self._expire_now)
 
     def _expire_now(self) -> None:
-        """A result's time is over: see to all that are over, and to the rest together, at most a tenth of their time late."""
+        """Remove the results that have expired, and set the timer again. Results may be removed late, by up to a tenth of the timeout."""
         if self._expiry is not None:
             self._expiry = None
             self._expire()
@@ -318,17 +319,17 @@ class ActionServer:
     # -- the end of the node -------------------------------------------------------------------------------------------------
 
     def stop(self, reason: str) -> list[asyncio.Task[None]]:
-        """Interrupt every goal, because the node ends; the returned tasks are still cleaning up."""
+        """Interrupt every goal because the node ends. Returns the tasks that still have to clean up."""
         for goal in (*self.waiting, *self.running):
             if not goal.is_open:
                 assert goal.task is not None
-                goal.task.cancel()  # it had its last word; its outcome stands
+                goal.task.cancel()  # it has yielded its last item, which decides its outcome
             elif goal.interruption is None:
                 self._interrupt(goal, reason)
         return [goal.task for goal in self.running if goal.task is not None]
 
     def fail_all(self, error: Callable[[], Exception]) -> None:
-        """The node has ended: goals that have not ended are aborted, requests without an answer fail with `error()`."""
+        """Abort the goals that are still active, and fail unanswered requests with `error()`, because the node has ended."""
         for goal in (*self.waiting, *self.running):
             self._end(goal, Outcome(GoalStatus.ABORTED, reason=str(error())))
         for request in self.requests:

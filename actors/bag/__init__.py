@@ -1,7 +1,7 @@
-"""Recording: what happened in a system, as a file that ROS 2's tools read, or as one hash that two runs have in common.
+"""Recording: the messages and events of a system as a file for ROS 2's tools, or as one hash to compare two runs.
 
-`FlightRecorder` keeps the last seconds of everything and writes them to an MCAP file when asked; `Trace` hashes everything. Both are
-attached to a `System`, best before its tree starts: ``run(tree, observers=(recorder, trace))``.
+`FlightRecorder` keeps the last seconds of everything and writes them to an MCAP file on request. `Trace` hashes everything. Both are
+attached to a `System`, preferably before its tree starts: ``run(tree, observers=(recorder, trace))``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Log lines and supervisor events as messages, so that one kind of file holds them beside the topics."""
+"""Log lines and supervisor events as messages, so that they can be recorded like topics."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 __all__ = ["SUPERVISOR_EVENTS", "SupervisorEvent", "event_message"]
 
 SUPERVISOR_EVENTS = "/supervisor_events"
-"""The topic of a recording that holds what the supervisors reported."""
+"""The topic of a recording that holds the reports of the supervisors."""
 
 
 class SupervisorEvent(Message, frozen=True, kw_only=True):
-    """One event of a supervisor. `context` is a word of `actors.supervision.report.Context`; `reason` is empty where there is none."""
+    """One report of a supervisor. `context` is a value of `actors.supervision.report.Context`; `reason` is empty if there is none."""
 
     stamp: Time = default()
     supervisor: string = ""
@@ -33,7 +33,7 @@ class SupervisorEvent(Message, frozen=True, kw_only=True):
 
 
 def event_message(report: Report, nanoseconds: int) -> SupervisorEvent:
-    """The message for a report of this wall time. It keeps the words of an error, not the error and all that hangs on it."""
+    """Convert a report of this wall time, in nanoseconds. The text of an error is kept, not the error with the objects it refers to."""
     return SupervisorEvent(
         stamp=stamp_of(nanoseconds),
         supervisor="/".join(report.supervisor),

@@ -1,7 +1,7 @@
-"""MCAP files as ROS 2 writes them: profile `ros2`, messages in CDR, schemas as concatenated definitions, offered QoS with each channel.
+"""MCAP files as ROS 2 writes them: profile `ros2`, messages in CDR, schemas as concatenated definitions, offered QoS for each channel.
 
-Format: https://mcap.dev/spec and its well-known profile `ros2`; the metadata of a channel are those of rosbag2_storage_mcap. The
-`mcap` library is imported when a file is opened, not before.
+The format is described at https://mcap.dev/spec, with its well-known profile `ros2`; the metadata of a channel are those of
+rosbag2_storage_mcap. The `mcap` library is imported when a file is opened.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 __all__ = ["McapFile", "qos_profiles_text"]
 
 FOREVER: Final = (9_223_372_036, 854_775_807)
-"""Seconds and nanoseconds that stand for an unspecified duration (RMW_DURATION_INFINITE)."""
+"""The seconds and nanoseconds that stand for an unspecified duration (RMW_DURATION_INFINITE)."""
 
 
 class McapFile:
-    """A file being written. It is a context manager: the file is at its path, whole, when the block ends without an error, and not before."""
+    """An MCAP file, written as a context manager. The complete file appears at its path when the block ends without an error."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         from mcap.writer import Writer
@@ -41,7 +41,7 @@ class McapFile:
         self._sequences: dict[int, int] = {}
 
     def channel(self, topic: str, type: type[Message], offered: Iterable[QoS]) -> int:
-        """The number of a new channel for messages of this type."""
+        """Add a channel for messages of this type and return its number."""
         schema = self._schemas.get(type)
         if schema is None:
             text = schema_text(type).encode()
@@ -50,12 +50,12 @@ class McapFile:
         return self._writer.register_channel(topic, "cdr", schema, metadata)
 
     def write(self, channel: int, data: bytes, *, received_ns: int, published_ns: int) -> None:
-        """Add one message, in CDR."""
+        """Add one message, encoded in CDR. Times are in nanoseconds."""
         sequence = self._sequences[channel] = self._sequences.get(channel, 0) + 1
         self._writer.add_message(channel, received_ns, data, published_ns, sequence)
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
-        """Add a record of words about the file."""
+        """Add a record of text values about the file."""
         self._writer.add_metadata(name, dict(values))
 
     def __enter__(self) -> McapFile:
@@ -74,7 +74,7 @@ class McapFile:
 
 
 def qos_profiles_text(offered: Iterable[QoS]) -> str:
-    """The QoS that the publishers of a topic offer, as the YAML text of rosbag2's metadata, version 9."""
+    """The QoS offered by the publishers of a topic, as the YAML text of rosbag2's metadata, version 9."""
     return "".join(_profile_text(resolve_publisher(qos)) for qos in offered)
 
 

@@ -1,4 +1,4 @@
-"""The flight recorder: the last seconds of everything that happened in a system, kept in memory and written to a file when asked.
+"""The flight recorder: it keeps the last seconds of everything that happens in a system, and writes them to a file on request.
 
 ::
 
@@ -7,7 +7,7 @@
         ...
         recorder.dump("flight.mcap")
 
-It looks on: a run is the same with it and without. The file is MCAP as rosbag2 writes it.
+It only observes: a run is the same with and without it. The file is in MCAP format, as written by rosbag2.
 """
 
 from __future__ import annotations
@@ -46,11 +46,12 @@ __all__ = ["Channel", "Entry", "FlightRecord", "FlightRecorder", "Source"]
 SECONDS: Final = 30.0
 MAX_BYTES: Final = 64 * 1024 * 1024
 LINES_SHARE: Final = 8
-"""One part in so many of the memory is for log lines and events alone, so that no flood of images can wash them out."""
+"""One part in `LINES_SHARE` of the memory is reserved for log lines and events, so that large messages cannot displace them."""
 
 
 class Channel:
-    """One topic with one type, and what its publishers offered. `latched`: publisher's node -> what late joiners would get, once it has left the ring."""
+    """One topic of one type, with the QoS offered by its publishers. `latched` maps a publisher's node to its latched messages that have
+    left the ring."""
 
     __slots__ = ("latched", "offered", "topic", "type")
 
@@ -66,7 +67,7 @@ class Channel:
 
 
 class Source(NamedTuple):
-    """Where a message came from. `keeps`: how many of its newest messages late joiners would receive (0: it is volatile)."""
+    """The origin of a message. `keeps` is the number of messages that its publisher keeps for late joiners; 0 if it is volatile."""
 
     channel: Channel
     node: str = ""
@@ -74,7 +75,7 @@ class Source(NamedTuple):
 
 
 class Entry(NamedTuple):
-    """One message of a recording: its place in the order of all, when it was published on the system's clock, in seconds, and its bytes."""
+    """One recorded message: its position in the order of all, the time of publication in seconds on the system's clock, and its size."""
 
     order: int
     at: float
@@ -83,11 +84,17 @@ class Entry(NamedTuple):
     weight: int
 
 
-_new: Any = cast("Any", tuple).__new__  # makes an `Entry` in half the time
+_new: Any = cast("Any", tuple).__new__  # creates an `Entry` in half the time
 
 
 class Ring:
-    """The newest entries, within a number of bytes."""
+    """The newest entries, limited by their size in bytes.
+
+    Invariants:
+
+    * Entries are in order of arrival. `bytes` is the size of all of them, plus `kept`.
+    * `bytes` is at most `max_bytes` after each `append`, and `kept` at most half of it.
+    """
 
     __slots__ = ("bytes", "entries", "kept", "lost", "max_bytes")
 
@@ -96,9 +103,9 @@ class Ring:
         self.bytes = 0
         self.max_bytes = max_bytes
         self.kept = 0
-        """Of `bytes`, what latched publishers hold beyond the ring: at most half, for it does not expire."""
+        """The bytes, part of `bytes`, of latched messages that have left the ring; at most half, because they do not expire."""
         self.lost = 0
-        """Entries that had to go before their time because there was no room."""
+        """The number of entries dropped early because there was no room."""
 
     def append(self, entry: Entry, horizon: float) -> None:
         self.entries.append(entry)
@@ -106,14 +113,14 @@ class Ring:
         self.trim(horizon)
 
     def trim(self, horizon: float) -> None:
-        """Drop what is older than `horizon`, and more if there is no room for the rest."""
+        """Drop the entries older than `horizon`, and more if there is not enough room for the rest."""
         entries = self.entries
         while entries and (self.bytes > self.max_bytes or entries[0].at < horizon):
             self.lost += entries[0].at >= horizon
             self._drop()
 
     def _drop(self) -> None:
-        """The oldest entry goes, but not what a latched publisher still holds."""
+        """Drop the oldest entry, but keep the message if a latched publisher still holds it."""
         entry = self.entries.popleft()
         self.bytes -= entry.weight
         source = entry.source
@@ -130,12 +137,12 @@ class Ring:
 
 
 class FlightRecorder:
-    """Keeps the last `seconds` of every topic, every log line and every event of a supervisor, in at most `max_bytes` of memory.
+    """Keeps the last `seconds` of all topics, log lines and supervisor events, in at most `max_bytes` of memory.
 
-    What would not fit goes before its time, oldest first, and is counted in `lost`; log lines and events have an eighth of the memory to
-    themselves. What late joiners would get of a latched topic (a map, a robot description) stays, however old. Messages are kept by reference,
-    and encoded only when the record is written. Topics that exist only while somebody asks for them (the feedback and status of an action,
-    /parameter_events) are recorded while somebody does.
+    If there is not enough room, the oldest entries are dropped early and counted in `lost`; an eighth of the memory is reserved for log
+    lines and events. The current messages of latched topics (a map, a robot description) are kept however old they are. Messages are kept
+    by reference and encoded only when the record is written. Topics that exist only while they are used (the feedback and status of an
+    action, /parameter_events) are recorded only then.
     """
 
     def __init__(self, *, seconds: float = SECONDS, max_bytes: int = MAX_BYTES) -> None:
@@ -154,16 +161,16 @@ class FlightRecorder:
 
     @property
     def bytes(self) -> int:
-        """About how much memory the recording takes."""
+        """The approximate memory that the recording takes, in bytes."""
         return self._messages.bytes + self._lines.bytes
 
     @property
     def lost(self) -> int:
-        """How many entries went before their time because there was no room for them."""
+        """The number of entries dropped early because there was no room for them."""
         return self._messages.lost + self._lines.lost
 
     def attach(self, system: System) -> Self:
-        """Begin to record `system`: from the first message on when it has not started yet, else with what is latched in it now."""
+        """Record `system` from now on: from the first message if it has not started yet, otherwise beginning with its latched messages."""
         if self._system is not None:
             raise RuntimeError("this recorder records a system already: make another recorder")
         self._system = system
@@ -172,7 +179,7 @@ class FlightRecorder:
         return self
 
     def freeze(self) -> FlightRecord:
-        """The present contents as a value that later events do not change. Only references are copied."""
+        """Return the present contents as a value that does not change. Only references are copied."""
         newest = max((ring.entries[-1].at for ring in self._rings if ring.entries), default=0.0)
         for ring in self._rings:
             ring.trim(newest - self.seconds)
@@ -181,15 +188,15 @@ class FlightRecorder:
         return FlightRecord(self.system, entries, tuple(sorted(latched)), self)
 
     def dump(self, path: str | os.PathLike[str], *, notes: Mapping[str, str] | None = None) -> Path:
-        """Write what is held at this instant to an MCAP file and return its path. `notes` are kept in the file.
+        """Write the present contents to an MCAP file and return its path. `notes` are stored in the file. Raises `OSError`.
 
-        Where the loop must not be held up: ``await asyncio.to_thread(recorder.freeze().write, path)``. Raises `OSError`.
+        To avoid blocking the loop, use ``await asyncio.to_thread(recorder.freeze().write, path)``.
         """
         return self.freeze().write(path, notes=notes)
 
     @property
     def system(self) -> System:
-        """The system that is recorded. Raises `NotStarted` as long as there is none."""
+        """The recorded system. Raises `NotStarted` if there is none yet."""
         if self._system is None:
             raise NotStarted("this recorder records no system yet: recorder.attach(system)")
         return self._system
@@ -206,7 +213,7 @@ class FlightRecorder:
 
     def _tap(self, publisher: PublisherPeer) -> Callable[[Any], None]:
         qos, topic = publisher.qos, publisher.entry.name
-        if topic == ROSOUT:  # every line comes by the sink
+        if topic == ROSOUT:  # log lines are recorded by the sink
             return _nothing
         channel = self._channel(topic, publisher.type)
         channel.offer(qos)
@@ -215,7 +222,8 @@ class FlightRecorder:
         ring = self._messages
         entries, max_bytes = ring.entries, ring.max_bytes
 
-        def deliver(message: Message) -> None:  # `Ring.append`, written out: it runs for every message of the system
+        # `Ring.append`, inlined: this runs for every message of the system.
+        def deliver(message: Message) -> None:
             at = now()
             weight = weigh(message)
             entries.append(_new(Entry, (next(order), at, source, message, weight)))
@@ -237,7 +245,7 @@ class FlightRecorder:
         self._line(SUPERVISOR_EVENTS, event_message(report, clock.wall_ns_at(now)), now, DEFAULT)
 
     def _line(self, topic: str, message: Message, at: float, qos: QoS) -> None:
-        """Log lines and events become messages at once: what they tell of may change, and would be kept alive by them."""
+        """Record a log line or event as a message at once: what it refers to may change, and must not be kept alive."""
         channel = self._channel(topic, type(message))
         channel.offer(qos)
         entry = Entry(next(self._order), at, Source(channel), message, weight_of(channel.type)(message))
@@ -245,7 +253,7 @@ class FlightRecorder:
 
 
 class FlightRecord:
-    """The contents of a recorder at one instant: `entries` in the order in which they happened, and `latched`, the older messages still valid then.
+    """The contents of a recorder at one instant: `entries` in order, and `latched`, older messages that were still valid.
 
     It has no public constructor: `FlightRecorder.freeze` gives one.
     """
@@ -265,12 +273,12 @@ class FlightRecord:
         return f"<flight record of {len(self.entries)} entries and {len(self.latched)} latched messages>"
 
     def write(self, path: str | os.PathLike[str], *, notes: Mapping[str, str] | None = None) -> Path:
-        """Write an MCAP file and return its path; from any thread. `notes` become part of its metadata record `flight_record`.
+        """Write an MCAP file and return its path. Callable from any thread. `notes` are added to the metadata record `flight_record`.
 
-        Log lines are on /rosout, events of supervisors on /supervisor_events. Times are those of publication; a latched message from before
-        the window keeps its own as `publish_time` and has the window's beginning as `log_time`. A file has no times before 1970: where the
-        clock showed such, all times are later by the nanoseconds that the metadata call `shifted_ns`. A message that cannot be encoded is
-        left out and counted in the metadata. Raises `OSError`.
+        Log lines are on /rosout, supervisor events on /supervisor_events. Times are those of publication; a latched message from before the
+        recorded period keeps its own as `publish_time` and has the start of the period as `log_time`. A file cannot hold times before 1970:
+        if the clock showed any, all times are increased by the nanoseconds stored as `shifted_ns` in the metadata. Messages that cannot be
+        encoded are left out and counted in the metadata. Raises `OSError`.
         """
         clock = self.system.clock
         first = min((entry.at for entry in (*self.latched, *self.entries)), default=0.0)
@@ -310,4 +318,4 @@ class FlightRecord:
 
 
 def _nothing(message: object) -> None:
-    """Takes a message that is recorded elsewhere."""
+    """Ignore a message that is recorded elsewhere."""

@@ -1,4 +1,4 @@
-"""The trace of a run: one hash over everything that happened, equal for two runs that were the same, and for no others."""
+"""Traces: one hash over everything that happens in a run, which is equal for two runs exactly if they were the same."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
 __all__ = ["Trace"]
 
 ADDRESS: Final = re.compile(r" at 0x[0-9a-fA-F]+")
-"""The address in the default `repr` of an object, which differs from run to run."""
+"""The address in the default `repr` of an object. It differs between runs."""
 
 
 class Trace:
-    """SHA-256 over every message (time in ns, topic, type, CDR), every log line and every event of a supervisor, in order.
+    """A SHA-256 hash over all messages (time in ns, topic, type, CDR), log lines and supervisor events, in order.
 
-    On the virtual clock the trace of a system is the same for the same seed: in every process, whatever PYTHONHASHSEED says; across machines as
-    far as their floating-point libraries agree (BLAS threads 1). It covers what happened from `attach` on, and the log lines that
-    the system's level lets pass. In log lines the addresses of objects are left out, and sets are sorted; whatever else they tell of the
-    world outside (the time of day, the folder of a file) makes a difference.
+    On the virtual clock, the same seed gives the same trace in every process, for any PYTHONHASHSEED, and on every machine whose
+    floating-point libraries agree (with one BLAS thread). The trace covers what happens from `attach` on, and the log lines that the
+    system's level allows. In log lines, object addresses are left out and sets are sorted; anything else from outside, such as the time of
+    day or the path of a file, makes a difference.
     """
 
     def __init__(self) -> None:
@@ -47,7 +47,7 @@ class Trace:
         return f"<trace {self.hexdigest()[:16]} of {counts}>"
 
     def attach(self, system: System) -> Self:
-        """Begin with `system`; before its tree starts, if nothing is to be missed."""
+        """Trace `system` from now on; attach before its tree starts to miss nothing."""
         if self._now_ns is not None:
             raise RuntimeError("this trace follows a system already: make another one")
         self._now_ns = system.clock.now_ns
@@ -56,7 +56,7 @@ class Trace:
         return self
 
     def hexdigest(self) -> str:
-        """The hash of all that happened so far, 64 hexadecimal digits."""
+        """The hash of everything so far, as 64 hexadecimal digits."""
         return self._hash.hexdigest()
 
     def _tap(self, publisher: PublisherPeer) -> Callable[[Any], None]:
@@ -66,7 +66,7 @@ class Trace:
             self.messages += 1
             try:
                 data = encode(message)
-            except CdrError:  # a text that no wire can carry; within a process it has been published all the same
+            except CdrError:  # text that cannot be encoded, but was published within the process
                 data = ascii(message).encode()
             self._add(b"m", where + data)
 
@@ -88,7 +88,7 @@ class Trace:
 
 
 def canonical(value: object) -> str:
-    """A value in words that depend on nothing but the value: sets sorted, addresses left out."""
+    """The value as text that depends only on the value: sets are sorted and addresses left out."""
     if isinstance(value, Mapping):
         items = cast("Mapping[object, object]", value).items()
         return "{" + ", ".join(f"{canonical(key)}: {canonical(item)}" for key, item in items) + "}"
@@ -100,7 +100,7 @@ def canonical(value: object) -> str:
 
 
 def _framed(*parts: str) -> bytes:
-    """The parts, each after its length, so that no two lists of parts look alike."""
+    """The parts, each preceded by its length, so that different lists of parts give different bytes."""
     whole = b""
     for part in parts:
         data = part.encode("utf-8", "backslashreplace")

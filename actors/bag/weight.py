@@ -1,4 +1,4 @@
-"""How much memory a message holds, roughly and quickly: what bounds a recording, without a look at every byte."""
+"""A fast estimate of the memory that a message takes, used to limit a recording."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 __all__ = ["weight_of"]
 
 OBJECT, SCALAR, TEXT, ARRAY, ELEMENT = 64, 32, 56, 112, 8
-"""Bytes of a message object and its place in a recording, a boxed number, an empty text, an empty array, and a place in a tuple."""
+"""The bytes of a message object with its place in a recording, a boxed number, an empty text, an empty array, and a place in a tuple."""
 
 
 @cache
 def weight_of(cls: type[Message]) -> Callable[[Message], int]:
-    """A function that gives the size of a message of this type in bytes: about, and never less than its arrays.
+    """Return a function that estimates the size of a message of this type, in bytes. It is never less than the size of its arrays.
 
-    It is compiled from the fields, since it runs for every message that is recorded: for an Imu it is a sum of five numbers.
+    The function is compiled from the fields, because it runs for every recorded message: for an Imu it is a sum of five numbers.
     """
     names: dict[str, Any] = {}
     fixed, terms = _terms(cls, "message", names)
@@ -30,7 +30,7 @@ def weight_of(cls: type[Message]) -> Callable[[Message], int]:
 
 
 def _terms(cls: type[Message], path: str, names: dict[str, Any]) -> tuple[int, list[str]]:
-    """The bytes that all messages of the type have in common, and a term for each part whose size varies."""
+    """The bytes common to all messages of a type, and a term for each part whose size varies."""
     fixed, terms = OBJECT, list[str]()
     for field in cls.__ros_fields__:
         kind, value = field.type, f"{path}.{field.name}"

@@ -1,1 +1,1 @@
-"""A passive look at nodes and trees before they run: ``python -m actors.check MODULE:TREE``."""
+"""Static checks of nodes and trees: ``python -m actors.check MODULE:TREE``."""

@@ -1,6 +1,7 @@
-"""``python -m actors.check MODULE:TREE``: what is wrong with a tree, or will surprise, before it runs.
+"""The command ``python -m actors.check MODULE:TREE``: it checks a tree before it runs.
 
-Prints what `check_tree` finds, each finding with its remedy. Exit code 0: nothing found; 1: something; 2: there is no such tree.
+It prints the findings of `check_tree`, each with its remedy. The exit code is 0 without findings, 1 with findings, and 2 if there is no
+such tree.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ __all__ = ["main"]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command; returns its exit code."""
+    """Run the command and return its exit code."""
     parser = argparse.ArgumentParser(
         prog="python -m actors.check", description=(__doc__ or "").partition("\n\n")[2].strip()
     )
@@ -50,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _tree(name: str) -> Supervisor | DynamicSupervisor:
-    """The tree of this name; what is none yet is put under a supervisor, as a `Rig` does."""
+    """Load the tree of this name. Anything but a tree is put under a supervisor, as `Rig.start` does."""
     grown_trees = asyncio.run(grown(find(name)))
     if len(grown_trees) == 1 and isinstance(grown_trees[0], Supervisor | DynamicSupervisor):
         return grown_trees[0]

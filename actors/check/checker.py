@@ -1,7 +1,7 @@
-"""A passive look at nodes and trees before or while they run: what is wrong or will surprise, each finding with its remedy.
+"""Static checks of nodes and trees: what will not work or may surprise, each finding with its remedy.
 
-Declarations that cannot work are refused when the class is made. What is left here needs more than one class to be seen: a subscription that
-nobody feeds, a call that nobody answers, two servers of one name, profiles that do not match; and what is legal but unwise.
+Declarations that cannot work are refused when the class is created. The checks here involve several classes: a subscription without
+publisher, a call without server, two servers of one name, profiles that do not match. They also report legal but unwise declarations.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ __all__ = ["Finding", "check_node", "check_tree"]
 
 
 class Finding(msgspec.Struct, frozen=True, order=True):
-    """One thing found: `where` it is, `what` it is, and the `remedy`. A warning works but will surprise; an error will not work.
+    """One finding: `where` it is, `what` it is, and its `remedy`. A warning works but may surprise; an error does not work.
 
     It has no public constructor: `check_tree` and `check_node` give them.
     """
@@ -42,7 +42,7 @@ class Finding(msgspec.Struct, frozen=True, order=True):
 
 
 def check_node(node: type[Node]) -> tuple[Finding, ...]:
-    """Check one class by itself."""
+    """Check one node class by itself."""
     declarations, found = node.declarations, list[Finding]()
     if not (node.__doc__ or "").strip():
         found.append(Finding(node.__name__, "it has no docstring", "say what it does, publishes, takes and serves"))
@@ -65,7 +65,7 @@ def check_node(node: type[Node]) -> tuple[Finding, ...]:
 def check_tree(tree: Spec, *, external: Iterable[str] = (), each_node: bool = True) -> tuple[Finding, ...]:
     """Check a tree before it runs, and each of its classes by `check_node` unless `each_node` is False.
 
-    `external` are full names of topics, services and actions that come from elsewhere.
+    `external` lists the full names of topics, services and actions that other programs provide.
     """
     view = _Tree(set(external), each_node)
     view.add(tree, (tree.name,))
@@ -73,7 +73,7 @@ def check_tree(tree: Spec, *, external: Iterable[str] = (), each_node: bool = Tr
 
 
 class _Tree:
-    """The publishers, subscriptions, servers and clients that a tree would have, by full names."""
+    """The publishers, subscriptions, servers and clients of a tree, by full name."""
 
     def __init__(self, external: set[str], each_node: bool) -> None:
         self.external = external
@@ -96,7 +96,7 @@ class _Tree:
     def _add_child(self, child: Child, path: tuple[str, ...]) -> None:
         where, node = "/".join(path), child.factory
         if not (isinstance(node, type) and issubclass(node, Node)):
-            return  # a factory function: what it makes is known when it runs
+            return  # a factory function: its class is known only when it runs
         if self.each_node:
             self.found += check_node(node)
         identity = identity_of(child, path)

@@ -1,1 +1,1 @@
-"""Contracts: what a topic, a service, an action is called, and of which type it is. No behaviour."""
+"""Contracts: the names and types of topics, services and actions, and the decorators that declare their handlers."""

@@ -1,13 +1,13 @@
-"""Contracts: typed names, shared by both sides and without behaviour of their own.
+"""Contracts: typed names of topics, services and actions, shared by those who serve them and those who use them.
 
-A contract is a module-level constant. The side that serves uses it as a decorator, the side that asks uses it as an address, so a
-client never imports a server's class, and a type checker sees one type on both sides::
+A contract is a module-level constant. The serving side uses it as a decorator, the using side as an address. A client therefore never
+imports the class of a server, and a type checker sees the same types on both sides::
 
     CMD_VEL = Topic(Twist, "cmd_vel", qos.COMMANDS)
     BATTERY = Service(GetBatteryStatus, "get_battery_status")
     MOVE = Action(MoveToPosition, "move_to_position")
 
-Names are ROS names: relative ones resolve in the namespace of the node that uses them, and remapping applies.
+Names are ROS names: a relative name is resolved in the namespace of the node that uses it, and remapping applies.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from actors.qos import DEFAULT, of
 from actors.qos.policies import QoS
 
 if TYPE_CHECKING:
-    import builtins  # inside the contracts' classes their own field `type` hides the builtin
+    import builtins  # the contract classes have a field `type`, which hides the builtin
 
     from actors.interfaces.message import ActionType, Message, ServiceType
 
@@ -54,7 +54,7 @@ Verdict = TypeVar("Verdict", bound="Coroutine[Any, Any, bool] | bool")
 
 
 class Done(Generic[R]):
-    """The last item of an action body: the goal succeeded with this result (canceled with it, if a cancel was under way)."""
+    """The last item of an action body that succeeded, with its result. A goal that is being canceled ends as canceled, with this result."""
 
     __slots__ = ("result",)
 
@@ -66,7 +66,7 @@ class Done(Generic[R]):
 
 
 class Aborted(Generic[R]):
-    """The last item of an action body that failed but has a result to hand over."""
+    """The last item of an action body that failed, with its result and a reason."""
 
     __slots__ = ("reason", "result")
 
@@ -79,11 +79,12 @@ class Aborted(Generic[R]):
 
 
 Steps: TypeAlias = AsyncGenerator[F | Done[R] | Aborted[R], None]
-"""The type of an action body: an async generator of feedback, ended by `Done` or `Aborted`. Written ``Steps[Feedback, Result]``."""
+"""The type of an action body: an async generator that yields feedback and ends with `Done` or `Aborted`. Write ``Steps[Feedback,
+Result]``."""
 
 
 class ArrivalPolicy:
-    """How many goals an arrival policy holds: made by `queue(n)` and `parallel(n)`.
+    """An arrival policy with the number of goals that it allows to wait or to run.
 
     It has no public constructor: `queue` and `parallel` give one.
     """
@@ -105,7 +106,7 @@ Arrivals: TypeAlias = Literal["reject", "preempt", "queue", "parallel"] | Arriva
 
 
 def queue(n: int) -> ArrivalPolicy:
-    """Run one goal at a time and let at most `n` more wait; further goals are rejected."""
+    """Run one goal at a time and let at most `n` others wait; further goals are rejected."""
     return ArrivalPolicy("queue", n)
 
 
@@ -123,7 +124,7 @@ _ARRIVALS: Final[dict[str, ArrivalPolicy]] = {
 
 
 def _refuse_bare(misplaced: tuple[object, ...], written: str) -> None:
-    """The decorator stands without its parentheses, or an option in them has no name."""
+    """Raise `DeclarationError` if the decorator is used without parentheses, or with an option that has no name."""
     if not misplaced:
         return
     name = getattr(misplaced[0], "__name__", "")
@@ -141,7 +142,7 @@ def _checked_concurrency(what: str, concurrent: int) -> int:
 
 
 class TopicHandler(Declaration):
-    """``@TOPIC.on()``."""
+    """The declaration made by ``@TOPIC.on()``."""
 
     __slots__ = ("concurrent", "qos", "topic")
 
@@ -156,7 +157,7 @@ class TopicHandler(Declaration):
 
 
 class ServiceHandler(Declaration):
-    """``@SERVICE.serve()``."""
+    """The declaration made by ``@SERVICE.serve()``."""
 
     __slots__ = ("concurrent", "service")
 
@@ -170,7 +171,7 @@ class ServiceHandler(Declaration):
 
 
 class ActionHandler(Declaration):
-    """``@ACTION.serve()``."""
+    """The declaration made by ``@ACTION.serve()``."""
 
     __slots__ = ("action", "arrivals", "result_timeout")
 
@@ -185,7 +186,7 @@ class ActionHandler(Declaration):
 
 
 class GoalHook(Declaration):
-    """``@ACTION.accepts`` and ``@ACTION.cancels``."""
+    """The declaration made by ``@ACTION.accepts`` or ``@ACTION.cancels``."""
 
     __slots__ = ("action", "verb")
 
@@ -199,7 +200,7 @@ class GoalHook(Declaration):
 
 
 class Topic(Generic[M]):
-    """A named stream of messages of one type, with the quality of service that its endpoints use unless they say otherwise."""
+    """A named stream of messages of one type. Publishers and subscriptions use its quality of service unless they are given another one."""
 
     __slots__ = ("name", "qos", "type")
 
@@ -214,10 +215,10 @@ class Topic(Generic[M]):
     def on(
         self, *misplaced: Never, qos: QoS | int | None = None, concurrent: int = 0
     ) -> Callable[[Callable[[Node, M], Nothing]], Callable[[Node, M], Nothing]]:
-        """Decorate the method that takes this topic's messages, one after another with the node's other handlers.
+        """Decorate the method that handles this topic's messages, one at a time together with the node's other handlers.
 
-        `concurrent=n` gives the handler its own tasks instead, at most n at once: for handlers that wait. `qos` overrides the
-        contract's. An exception that leaves the handler ends the node's incarnation (see `Node.on_error`).
+        With `concurrent=n` the handler runs in tasks of its own instead, at most n at once; use it for handlers that wait. `qos` overrides
+        the quality of service of the contract. An exception that leaves the handler ends the node's incarnation (see `Node.on_error`).
         """
         _refuse_bare(misplaced, f"{self!r}.on")
         declaration = TopicHandler(
@@ -232,7 +233,7 @@ class Topic(Generic[M]):
 
 
 class Service(Generic[Req, Resp]):
-    """A named question with one answer: `Request` goes in, exactly one `Response` or one error comes back."""
+    """A named remote call: a `Request` is answered by exactly one `Response` or one error."""
 
     __slots__ = ("name", "request", "response", "type")
 
@@ -251,9 +252,9 @@ class Service(Generic[Req, Resp]):
     def serve(
         self, *misplaced: Never, concurrent: int = 0
     ) -> Callable[[Callable[[Node, Req], Coroutine[Any, Any, Resp]]], Callable[[Node, Req], Coroutine[Any, Any, Resp]]]:
-        """Decorate the coroutine method that answers. An exception in it answers that caller with `ServiceFailed`; the node lives.
+        """Decorate the coroutine method that answers requests. If it raises, the caller receives `ServiceFailed` and the node goes on.
 
-        `concurrent=n` lets at most n requests be answered at once, in their own tasks.
+        With `concurrent=n` at most n requests are answered at once, each in a task of its own.
         """
         _refuse_bare(misplaced, f"{self!r}.serve")
         declaration = ServiceHandler(self, _checked_concurrency(repr(self), concurrent))
@@ -268,7 +269,7 @@ class Service(Generic[Req, Resp]):
 
 
 class Action(Generic[G, R, F]):
-    """A named long job: a goal, feedback while it runs, one result, and it can be canceled at any time."""
+    """A named long-running job: a goal with feedback while it runs and one result, which can be canceled at any time."""
 
     __slots__ = ("feedback", "goal", "name", "result", "type")
 
@@ -290,11 +291,11 @@ class Action(Generic[G, R, F]):
     def serve(
         self, *misplaced: Never, arrivals: Arrivals = "reject", result_timeout: float = 10.0
     ) -> Callable[[Callable[[Node, G], Steps[F, R]]], Callable[[Node, G], Steps[F, R]]]:
-        """Decorate the async generator that works goals off, each in a task of its own.
+        """Decorate the async generator that carries out goals, each in a task of its own.
 
-        `arrivals` says what a goal meets that comes while another one runs: ``reject``, ``preempt`` (the running one is canceled,
-        cleans up, then the new one starts), ``queue`` or `queue(n)`, ``parallel`` or `parallel(n)`. Results are kept for late
-        askers for `result_timeout` seconds after the end (0: not at all, negative: for ever).
+        `arrivals` decides about a goal that arrives while another one runs. ``reject`` rejects it. ``preempt`` cancels the running goal,
+        which cleans up before the new one starts. ``queue`` or `queue(n)` lets it wait, and ``parallel`` or `parallel(n)` starts it. A
+        result is kept for `result_timeout` seconds after the end of its goal; 0 keeps no result, a negative number keeps it forever.
         """
         _refuse_bare(misplaced, f"{self!r}.serve")
         if not isinstance(arrivals, ArrivalPolicy) and (
@@ -317,12 +318,12 @@ class Action(Generic[G, R, F]):
         return decorate
 
     def accepts(self, function: Callable[[Node, G], Nothing]) -> Callable[[Node, G], Nothing]:
-        """Decorate the method that sees each goal before it is accepted; it raises `Reject(reason)` to refuse one."""
+        """Decorate the method that checks each goal before it is accepted. It raises `Reject(reason)` to refuse the goal."""
         GoalHook(self, "accepts").attach(function)
         return function
 
     def cancels(self, function: Callable[[Node, G], Verdict]) -> Callable[[Node, G], Verdict]:
-        """Decorate the method that is asked before a running goal is canceled; it returns False to refuse."""
+        """Decorate the method that decides whether an active goal may be canceled. It returns False to refuse."""
         GoalHook(self, "cancels").attach(function)
         return function
 
@@ -331,7 +332,8 @@ def _contract_name(kind: str, name: str) -> str:
     from actors.names.names import InvalidName, expand
 
     try:
-        expand(name, "node", "/ns")  # what is wrong for every node is wrong here; `a//b` shows only in the full name
+        # What is invalid for every node is refused here. Some mistakes, such as `a//b`, show only in the full name.
+        expand(name, "node", "/ns")
     except InvalidName as problem:
         raise DeclarationError(f"{kind}(..., {name!r}): {problem}") from None
     return name

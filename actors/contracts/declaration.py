@@ -1,4 +1,4 @@
-"""Declarations that decorators attach to the methods of a node class; `Node` collects them when the class is made."""
+"""The base class of declarations, which decorators attach to methods. `Node` collects them when a class is created."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["Declaration", "declarations_of", "positional"]
 
 
 class Declaration:
-    """A declaration attached to a method by a decorator; `Node` collects them when its class is made."""
+    """A declaration attached to a method by a decorator. `Node` collects it when the class of the method is created."""
 
     __slots__ = ("attribute", "function")
 
@@ -30,11 +30,11 @@ class Declaration:
 
 
 def declarations_of(function: object) -> tuple[Declaration, ...]:
-    """The declarations attached to this function, innermost decorator first."""
+    """The declarations attached to a function, innermost decorator first."""
     return cast("tuple[Declaration, ...]", getattr(function, "__declarations__", ()))
 
 
 def positional(function: Callable[..., Any]) -> int:
-    """How many positional arguments a method takes, self included."""
+    """The number of positional arguments of a method, including self."""
     code: CodeType = inspect.unwrap(function).__code__
     return code.co_argcount

@@ -1,7 +1,7 @@
-"""Check the annotations of a handler against its contract, as far as both can be read without importing anything.
+"""Checks of a handler's annotations against its contract, as far as both can be evaluated without importing anything.
 
-Only a contradiction is refused. What is not annotated, cannot be resolved (a name that only type checkers see) or could be right is left to
-the type checker.
+Only contradictions are refused, with `DeclarationError`. An annotation that is missing, cannot be resolved (such as a name imported for
+type checkers only) or could be right is left to the type checker.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from actors.errors import DeclarationError
 __all__ = ["check_argument", "check_nothing_returned", "check_response", "check_steps"]
 
 _UNKNOWN: Final = object()
-"""An annotation that is missing or cannot be resolved."""
+"""Stands for an annotation that is missing or cannot be resolved."""
 
 
 def check_argument(where: str, function: Callable[..., Any], verb: str, contract: object, expected: type) -> None:
-    """A handler takes self and one message of the contract's type."""
+    """Check that a handler takes self and one message of the contract's type."""
     function = inspect.unwrap(function)
     if function.__code__.co_argcount != 2:
         raise DeclarationError(f"{where} {verb} {contract!r}: it must take self and one {expected.__name__}")
@@ -34,7 +34,7 @@ def check_argument(where: str, function: Callable[..., Any], verb: str, contract
 
 
 def check_response(where: str, function: Callable[..., Any], contract: object, expected: type) -> None:
-    """The return type of a service handler must be the response."""
+    """Check that a service handler is annotated to return the response type."""
     annotation = _returned(function)
     if _contradicts(annotation, expected):
         raise DeclarationError(
@@ -44,7 +44,7 @@ def check_response(where: str, function: Callable[..., Any], contract: object, e
 
 
 def check_nothing_returned(where: str, function: Callable[..., Any], contract: object) -> None:
-    """A topic handler must return nothing: its value would be dropped."""
+    """Check that a topic handler is annotated to return nothing: a returned value would be dropped."""
     annotation = _returned(function)
     if not inspect.iscoroutinefunction(function) and get_origin(annotation) in (Coroutine, Awaitable):
         return
@@ -56,7 +56,7 @@ def check_nothing_returned(where: str, function: Callable[..., Any], contract: o
 
 
 def check_steps(where: str, function: Callable[..., Any], contract: object, feedback: type, result: type) -> None:
-    """An action body yields feedback and ends with `Done(result)` or `Aborted(result)`."""
+    """Check that an action body yields feedback and ends with `Done(result)` or `Aborted(result)`."""
     annotation = _returned(function)
     if annotation is _UNKNOWN:
         return
@@ -77,7 +77,7 @@ def check_steps(where: str, function: Callable[..., Any], contract: object, feed
 
 
 def _returned(function: Callable[..., Any]) -> Any:
-    """The return annotation; unknown behind a decorator of the user's own, which may change what comes back."""
+    """The return annotation; unknown if a decorator of the user wraps the function, since it may change what is returned."""
     return _UNKNOWN if hasattr(function, "__wrapped__") else _resolved(function, "return")
 
 
@@ -86,7 +86,7 @@ def _resolved(function: Callable[..., Any], name: str) -> Any:
     if isinstance(annotation, str):
         try:
             return eval(annotation, function.__globals__)
-        except Exception:  # a name that only type checkers see: they will check it
+        except Exception:  # a name imported for type checkers only, which will check it
             return _UNKNOWN
     return annotation
 
@@ -96,7 +96,7 @@ def _alternatives(annotation: Any) -> tuple[Any, ...]:
 
 
 def _contradicts(annotation: Any, expected: type) -> bool:
-    """Whether no value of the type `expected` could ever be what `annotation` says."""
+    """Whether no value of the type `expected` can match `annotation`."""
     if annotation is None:
         return expected is not NoneType
     origin = get_origin(annotation)
@@ -106,10 +106,10 @@ def _contradicts(annotation: Any, expected: type) -> bool:
         return _contradicts(get_args(annotation)[0], expected)
     kind = annotation if origin is None else origin
     if not isinstance(kind, type) or kind is Any:
-        return False  # a type variable, a protocol's alias, a text within: not for us to say
+        return False  # a type variable, an alias of a protocol or a nested string: cannot be decided here
     try:
         return not issubclass(expected, kind)
-    except TypeError:  # a protocol that is not for run time
+    except TypeError:  # a protocol that is not checkable at run time
         return False
 
 

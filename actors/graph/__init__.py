@@ -1,1 +1,1 @@
-"""Who is where: topics, services and actions by name, which endpoints match, and the whole as a value."""
+"""The graph: topics, services and actions by name, the matching of their endpoints, and snapshots of the whole."""

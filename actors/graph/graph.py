@@ -1,7 +1,7 @@
-"""Who is where: the topics, services and actions of one system, and which endpoints match.
+"""The graph of one system: its topics, services and actions by name, with their endpoints.
 
-The graph of a system lives in its event loop; all changes are immediate. Endpoints match when their types are the same and the
-offered quality of service satisfies the requested one; a pair that does not match is reported once, on both sides.
+The graph belongs to one event loop, and every change takes effect immediately. A publisher and a subscription match if their types are the
+same and the offered quality of service satisfies the requested one; a pair that does not match is logged once, at both nodes.
 """
 
 from __future__ import annotations
@@ -26,20 +26,21 @@ S = TypeVar("S")
 DEPARTED: Final = 256
 
 Tap: TypeAlias = "Callable[[PublisherPeer], Callable[[Any], None]]"
-"""A wire tap: gives, for a publisher, what takes each of its messages; see `Graph.tap`."""
+"""A wire tap: called with a publisher, it returns the function that receives each of its messages; see `Graph.tap`."""
 
 Interceptor: TypeAlias = "Callable[[SubscriptionPeer, Target], Target]"
-"""An interceptor: gives, for a subscription and its target, what publishers call instead. Simulated faults stand there."""
+"""An interceptor: called with a subscription and its target, it returns the target that publishers call instead. Used to simulate
+faults."""
 
 
 class TopicEntry:
-    """One topic of the graph, by its full name: the `actors.topics.peers.TopicRegistry` of its endpoints.
+    """One topic of the graph. It is the `actors.topics.peers.TopicRegistry` of the topic's endpoints.
 
     Invariants:
 
-    * A publisher and a subscription are matched, each at the other, exactly if both are here, their types are the same and the offered
-      quality of service satisfies the requested one. That is decided once, when the second of them comes.
-    * `mismatches` holds each pair of nodes once for each reason; it was logged when it was entered.
+    * A publisher and a subscription are matched, each at the other, exactly if both are registered here, their types are the same and the
+      offered quality of service satisfies the requested one. This is decided once, when the second of them is added.
+    * `mismatches` holds one entry per pair of nodes and kind of mismatch. Each was logged when it was added.
     """
 
     __slots__ = ("graph", "mismatches", "name", "opened", "readers", "sent", "writers")
@@ -50,61 +51,61 @@ class TopicEntry:
         self.writers: dict[PublisherPeer, None] = {}
         self.readers: dict[SubscriptionPeer, None] = {}
         self.opened: float | None = None
-        """When the first publisher came, seconds on the system's clock."""
+        """When the first publisher was added, in seconds on the system's clock; None before."""
         self.sent = 0
-        """Messages of publishers that have left."""
+        """The number of messages published by publishers that have left."""
         self.mismatches: dict[tuple[str, str, str], str] = {}
-        """(publishing node, subscribing node, kind) -> what keeps this pair apart."""
+        """(publishing node, subscribing node, kind) -> why the pair does not match."""
 
     def __repr__(self) -> str:
         return f"<topic {self.name}: {len(self.writers)} publishers, {len(self.readers)} subscriptions>"
 
     @property
     def publishers(self) -> list[PublisherPeer]:
-        """The publishers as they are now, in the order in which they came."""
+        """The present publishers, in the order in which they were added."""
         return list(self.writers)
 
     @property
     def subscriptions(self) -> list[SubscriptionPeer]:
-        """The subscriptions as they are now, in the order in which they came."""
+        """The present subscriptions, in the order in which they were added."""
         return list(self.readers)
 
     @property
     def message_count(self) -> int:
-        """Messages published on this topic so far."""
+        """The number of messages published on this topic so far."""
         return self.sent + sum(publisher.count for publisher in self.publishers)
 
     @property
     def dropped(self) -> int:
-        """Messages that present subscriptions lost because they were too slow."""
+        """The number of messages that the present subscriptions lost because their readers were too slow."""
         return sum(subscription.dropped for subscription in self.subscriptions)
 
     @property
     def type_names(self) -> tuple[str, ...]:
-        """The ROS type names in use here, normally one."""
+        """The ROS type names of the topic's endpoints; normally one."""
         types: list[type[Message]] = [publisher.type for publisher in self.publishers]
         types += [subscription.type for subscription in self.subscriptions]
         return tuple(sorted({type.__ros_type__ for type in types}))
 
     def forget(self, node: str) -> None:
-        """`node` will not come back: nothing here names it any more, and a topic that nobody else uses leaves the graph."""
+        """Forget `node`, which has ended for good. A topic without endpoints leaves the graph."""
         if self.mismatches:
             self.mismatches = {pair: why for pair, why in self.mismatches.items() if node not in pair[:2]}
         if not self.writers and not self.readers and self.graph.topics.get(self.name) is self:
             del self.graph.topics[self.name]
 
     def target(self, publisher: PublisherPeer, subscription: SubscriptionPeer) -> Target:
-        """What `publisher` calls to reach `subscription`: its target, or what the graph's interceptor puts in front of it."""
+        """Return the function that `publisher` calls to reach `subscription`: its target, wrapped by the interceptor if there is one."""
         target, intercept = subscription.target(publisher), self.graph.intercept
         return target if intercept is None else intercept(subscription, target)
 
     def add_publisher(self, publisher: PublisherPeer) -> None:
-        """Match `publisher` with the subscriptions that are here."""
+        """Add `publisher` and match it with the topic's subscriptions."""
         if self.opened is None:
             self.opened = self.graph.now()
         self.writers[publisher] = None
         for subscription in self.subscriptions:
-            # one that is collected while its publisher comes leaves during this loop
+            # A subscription that is garbage-collected during this loop has left `readers`.
             if subscription in self.readers and self._match(publisher, subscription):
                 publisher.join(subscription)
                 subscription.join(publisher)
@@ -113,7 +114,7 @@ class TopicEntry:
         self.graph.changed()
 
     def remove_publisher(self, publisher: PublisherPeer) -> None:
-        """Part `publisher` from its subscriptions. Twice is fine."""
+        """Remove `publisher` and undo its matches. Calling it twice is harmless."""
         if publisher in self.writers:
             del self.writers[publisher]
             self.sent += publisher.count
@@ -122,7 +123,8 @@ class TopicEntry:
             self.graph.changed()
 
     def add_subscription(self, subscription: SubscriptionPeer) -> None:
-        """Match `subscription` with the publishers that are here; it gets what they have latched, oldest first and before anything new."""
+        """Add `subscription` and match it with the topic's publishers. It receives their kept messages, oldest first, before any new
+        one."""
         self.graph.open_standard_topic(self)
         self.readers[subscription] = None
         for publisher in self.publishers:
@@ -134,7 +136,7 @@ class TopicEntry:
         self.graph.changed()
 
     def remove_subscription(self, subscription: SubscriptionPeer) -> None:
-        """Part `subscription` from its publishers. Twice is fine."""
+        """Remove `subscription` and undo its matches. Calling it twice is harmless."""
         if subscription in self.readers:
             del self.readers[subscription]
             for publisher in subscription.leave():
@@ -142,7 +144,7 @@ class TopicEntry:
             self.graph.changed()
 
     def _match(self, publisher: PublisherPeer, subscription: SubscriptionPeer) -> bool:
-        """Whether messages flow between the two. If not, both sides count it, and log it if it is new."""
+        """Whether the two match. If not, count that at both; log it if it is the first mismatch of this kind between their nodes."""
         mismatch = mismatch_of(publisher, subscription)
         if mismatch is None:
             return True
@@ -155,60 +157,63 @@ class TopicEntry:
 
 
 class ServerEntry(Generic[S]):
-    """One service or action name of the graph: at most one server in this process, and the tasks that wait for one.
+    """One service or action name of the graph: its server, of which there is at most one, and the tasks that wait for one.
 
     Invariants:
 
-    * At most one of `server`, `restarting` and `stopped` is set; none of them before the first server comes.
-    * While there is a `server`, nobody is in `waiters`.
-    * `graph` holds this entry by its name until it is dropped; a dropped entry is not used again, except to find its successor (`current`).
+    * At most one of `server`, `restarting` and `stopped` is set. For a name that is new, none is.
+    * While `server` is set, `waiters` is empty.
+    * `graph` holds this entry by its name until it is dropped. A dropped entry serves only to find its successor (`current`).
     """
 
     __slots__ = ("clients", "graph", "name", "restarting", "server", "stopped", "waiters")
 
     kind: ClassVar[str]
-    """service or action."""
+    """"service" or "action"."""
     missing: ClassVar[type[ServiceUnavailable] | type[ActionUnavailable]]
-    """The error of a caller for whom no server came in time."""
+    """The error for a caller that has found no server in time."""
 
     def __init__(self, graph: Graph, name: str) -> None:
         self.graph: Final = graph
         self.name: Final = name
         self.server: S | None = None
         self.restarting: tuple[str, int] | None = None
-        """(node, incarnation) of a server whose node has ended and will be started again."""
+        """(node, incarnation) of a server whose node has ended and may be started again."""
         self.stopped: str | None = None
-        """The node that used to serve this and has stopped for good."""
+        """The node that served this name and has stopped for good."""
         self.clients: dict[str, int] = {}
-        """The nodes that are clients here; for an action, how many goals each one started."""
+        """The nodes that are clients of this name; for an action, with the number of goals that each has started."""
         self.waiters = Waiters()
 
     def open(self, server: S) -> None:
-        """`server` serves this name from now on."""
+        """Register `server` as the server of this name, and wake the tasks that wait for one."""
         self.server = server
         self.restarting = self.stopped = None
         self.waiters.wake_all()
         self.graph.changed()
 
     def pause(self, node: str, incarnation: int) -> None:
-        """The server's node has ended; nobody knows yet whether for good."""
+        """Record that the server's node has ended. It may be started again."""
         self.server = None
         self.restarting = (node, incarnation)
         self.graph.changed()
 
     def close(self, node: str) -> None:
-        """The server's node has ended for good."""
+        """Record that the server's node has ended for good."""
         self.server = None
         self.restarting = None
         self.stopped = node
         self.graph.changed()
 
     def withdraw(self) -> None:
-        """The server has gone, and may be opened again when somebody asks for it."""
+        """Remove the server, which may be opened again on demand."""
         self.server = None
 
     def forget(self, node: str) -> None:
-        """`node` will not come back: it is no client any more, and a name that nobody serves or waits for leaves the graph."""
+        """Forget `node`, which has ended for good.
+
+        A name without a server and without waiting tasks then leaves the graph, if `node` served it or no client is left.
+        """
         self.clients.pop(node, None)
         served = self.stopped == node or self.name.startswith(f"{node}/")
         absent = self.server is None and self.restarting is None and not self.waiters
@@ -216,15 +221,15 @@ class ServerEntry(Generic[S]):
             self.graph.drop(self)
 
     async def available(self) -> S:
-        """The server; waits until there is one."""
+        """Return the server, waiting until there is one."""
         while self.server is None:
             await self.waiters.wait()
         return self.server
 
     async def require(self) -> S:
-        """The server; waits for the first one, but not for one that has ended.
+        """Return the server. Waits for the first server of the name, but not for one that has ended.
 
-        Raises `NodeRestarting` between two lives of its node, and `NotRunning` when its node has stopped for good.
+        Raises `NodeRestarting` between two incarnations of its node, and `NotRunning` if its node has stopped for good.
         """
         if self.server is None:
             if self.restarting is not None:
@@ -236,7 +241,7 @@ class ServerEntry(Generic[S]):
         return await self.available()
 
     def unavailable(self, seconds: float, type: str = "") -> ServiceUnavailable | ActionUnavailable:
-        """The error of a caller for whom no server, of the named type, came within `seconds`."""
+        """The error for a caller that has found no server, of the named type if given, within `seconds`."""
         asked = f"{self.name} [{type}]" if type else self.name
         return self.missing(
             f"nobody serves {asked} after {seconds:g} s: start its node, or check the name and namespace"
@@ -252,7 +257,7 @@ class ServiceEntry(ServerEntry["Server"]):
 
     @property
     def current(self) -> ServiceEntry:
-        """This entry, or the one by its name that has come into the graph after this one had left it."""
+        """This entry, or the entry that has replaced it if its name has left the graph and been added again."""
         return self.graph.services.get(self.name, self)
 
     async def available(self) -> Server:
@@ -273,20 +278,22 @@ class ActionEntry(ServerEntry["ActionServer"]):
 
 
 def _has_no_standard_endpoints(entry: object) -> None:
-    """For a graph without the endpoints that ROS 2 gives every node."""
+    """Do nothing: the default for a graph without the services and topics that ROS 2 gives every node."""
 
 
 class Graph:
-    """All names of one system. Names are full names; the nodes expand and remap before they ask.
+    """The topics, services and actions of one system, by fully qualified name. Nodes expand and remap names beforehand.
 
-    `open_standard_service` is called with a service that somebody needs and nobody serves, `open_standard_topic` with a topic before a
-    subscription joins it: they open it if it is one of those that ROS 2 gives every node or action, so that nobody pays for the others.
-    `intercept` is put between publishers and subscriptions.
+    `open_standard_service` is called with a service that is needed and has no server, `open_standard_topic` with a topic before a
+    subscription is added to it. They create the services and topics that ROS 2 gives every node or action; those that are never used cost
+    nothing. `intercept` wraps the targets that publishers call.
 
     Invariants:
 
-    * A name stays while somebody serves, uses or waits for it. `departed` remembers the newest `DEPARTED` servers whose names have left.
-    * `version` grows with every change, and the listeners are called after it.
+    * A name with an endpoint, a server that runs or may be restarted, or a waiting task does not leave the graph.
+    * `departed` holds the last servers of the newest `DEPARTED` served names that have left.
+    * `version` increases with each call of `changed`, before the listeners are called. A server that is withdrawn and a name that leaves
+      are not reported as changes.
     """
 
     def __init__(
@@ -305,9 +312,9 @@ class Graph:
         self.services: dict[str, ServiceEntry] = {}
         self.actions: dict[str, ActionEntry] = {}
         self.departed: dict[str, str] = {}
-        """Who served a name that has left the graph with its server, for the newest `DEPARTED` of them."""
+        """Name -> the node that served it last, for the newest `DEPARTED` served names that have left the graph."""
         self.version = 0
-        """Grows with every change."""
+        """Increases with each call of `changed`."""
         self.taps: list[Tap] = []
         self._listeners: list[Callable[[], None]] = []
 
@@ -335,7 +342,8 @@ class Graph:
         return entry
 
     def drop(self, entry: ServerEntry[Any]) -> None:
-        """Take out a name that nobody serves or waits for; who asks for it soon still hears at once that its server has stopped."""
+        """Remove a name without server and waiting tasks. Its last server is remembered, so that a later caller learns at once that it has
+        stopped."""
         for registry in (self.services, self.actions):
             if registry.get(entry.name) is entry:
                 del registry[entry.name]
@@ -345,10 +353,10 @@ class Graph:
                 del self.departed[next(iter(self.departed))]
 
     def tap(self, tap: Tap) -> None:
-        """Hand every message of every publisher, present and future, to what `tap(publisher)` returns, for as long as the graph lasts.
+        """Pass every message of every publisher, present and future, to the function that `tap(publisher)` returns.
 
-        It is a wire tap and no subscription: it matches every type and quality of service, nobody sees, counts or waits for it, and a run
-        is the same with it and without. What `tap` returns must not raise.
+        A tap is not a subscription. It receives every type and quality of service, does not appear in the graph, is not counted or waited
+        for, and does not change the course of a run. It stays as long as the graph. The function that `tap` returns must not raise.
         """
         self.taps.append(tap)
         for entry in self.topics.values():
@@ -356,13 +364,13 @@ class Graph:
                 publisher.add_tap(tap(publisher))
 
     def changed(self) -> None:
-        """Count a change and tell the listeners."""
+        """Increase `version` and call the listeners."""
         self.version += 1
         for listener in tuple(self._listeners):
             listener()
 
     def on_change(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Call `listener` after every change; the returned function ends that. Calling it twice is fine."""
+        """Call `listener` after every change. The returned function removes it; calling that twice is harmless."""
         self._listeners.append(listener)
 
         def leave() -> None:

@@ -1,4 +1,4 @@
-"""What keeps a publisher and a subscription apart, and what both sides are told about it."""
+"""Why a publisher and a subscription do not match, and how both are told."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 __all__ = ["QosMismatch", "TypeMismatch", "mismatch_of", "remedy", "verdict_on"]
 
 verdict_on: Final = lru_cache(maxsize=1024)(compatible)
-"""`compatible`, remembered: a topic has many pairs of endpoints and few pairs of profiles."""
+"""`compatible`, cached: a topic has many pairs of endpoints but few pairs of profiles."""
 
 
 def mismatch_of(publisher: PublisherPeer, subscription: SubscriptionPeer) -> QosMismatch | TypeMismatch | None:
-    """Why no messages flow between the two; None when they do."""
+    """Return why the two do not match; None if they do."""
     if publisher.type is not subscription.type and publisher.type.__ros_type__ != subscription.type.__ros_type__:
         return TypeMismatch(publisher, subscription)
     if publisher.qos is subscription.qos:
@@ -29,7 +29,7 @@ def mismatch_of(publisher: PublisherPeer, subscription: SubscriptionPeer) -> Qos
 
 
 class TypeMismatch:
-    """The two have different types."""
+    """A mismatch because the types differ."""
 
     kind: Final = "type"
 
@@ -40,12 +40,12 @@ class TypeMismatch:
         self.why = f"it is published as {offered} and subscribed as {requested}: one topic has one type"
 
     def count(self) -> None:
-        """Count it on both sides."""
+        """Count the mismatch at both endpoints."""
         self.publisher.count_incompatible_type()
         self.subscription.count_incompatible_type()
 
     def warn(self, topic: str) -> None:
-        """Log it on both sides."""
+        """Log the mismatch at both nodes."""
         for node in (self.publisher.node, self.subscription.node):
             node.warn(
                 f"Incompatible types on topic '{topic}'",
@@ -57,7 +57,7 @@ class TypeMismatch:
 
 
 class QosMismatch:
-    """The offered quality of service does not satisfy the requested one."""
+    """A mismatch because the offered quality of service does not satisfy the requested one."""
 
     kind: Final = "qos"
 
@@ -68,12 +68,12 @@ class QosMismatch:
         self.why = verdict.reason
 
     def count(self) -> None:
-        """Count it on both sides."""
+        """Count the mismatch at both endpoints."""
         self.publisher.count_incompatible_qos(self.verdict.event_policy)
         self.subscription.count_incompatible_qos(self.verdict.event_policy)
 
     def warn(self, topic: str) -> None:
-        """Log it on both sides."""
+        """Log the mismatch at both nodes."""
         publisher, subscription = self.publisher, self.subscription
         fields = {
             "offered": repr(publisher.qos),
@@ -96,7 +96,7 @@ class QosMismatch:
 
 
 def remedy(offered: QoS, requested: QoS, verdict: Compatibility) -> str:
-    """What to change so that the two match, one clause for each policy that keeps them apart."""
+    """What to change so that the two match, with one clause for each incompatible policy."""
     fields = {"liveliness_lease_duration": "liveliness_lease"}
     clauses: list[str] = []
     for policy in verdict.policies:

@@ -1,6 +1,6 @@
-"""The graph at one instant, as a value: to print, to compare, to draw.
+"""Snapshots: the graph at one instant, as a value to print, compare or draw.
 
-`take` copies what is there; nothing in a `Snapshot` changes afterwards.
+`take` copies the present state. A `Snapshot` does not change afterwards.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ __all__ = ["Edge", "KnownNode", "NodeView", "ServiceView", "Snapshot", "TopicVie
 
 
 class Edge(msgspec.Struct, frozen=True, order=True):
-    """One node's part in one topic: its quality of service in words, and its counts."""
+    """One node's publishers or subscriptions of one topic: their quality of service as text, and their counters."""
 
     node: str
     qos: str
@@ -35,21 +35,21 @@ class TopicView(msgspec.Struct, frozen=True):
     subscriptions: tuple[Edge, ...]
     messages: int
     rate: float
-    """Messages per second since the topic's first publisher."""
+    """Messages per second since the topic's first publisher was added."""
     mismatches: tuple[str, ...] = ()
-    """What keeps endpoints of this topic apart, in words."""
+    """Why endpoints of this topic do not match, as text."""
 
 
 class ServiceView(msgspec.Struct, frozen=True):
     name: str
     type: str
     kind: str
-    """service or action."""
+    """"service" or "action"."""
     server: str
     clients: tuple[str, ...]
     calls: int
     open: int
-    """Requests, or goals, under way."""
+    """The number of unanswered requests or active goals."""
 
 
 class NodeView(msgspec.Struct, frozen=True):
@@ -58,17 +58,17 @@ class NodeView(msgspec.Struct, frozen=True):
     state: str
     incarnation: int
     waiting: int
-    """Items in its inbox."""
+    """The number of items in the node's inbox."""
     handled: int = 0
-    """Items worked off so far."""
+    """The number of items handled so far."""
     inbox_age: float = 0.0
-    """For how long an item waits there, seconds: see `actors.inbox.load.Load.age`."""
+    """How long an item has been waiting there, in seconds; see `actors.inbox.load.Load.age`."""
     slowest: str = ""
-    """The handler that took longest for one item, as far as measured, and for how long."""
+    """The handler with the longest measured run of one item, and its duration."""
 
 
 class Snapshot(msgspec.Struct, frozen=True):
-    """Nodes, topics, services and actions of one system at one instant, each sorted by name.
+    """The nodes, topics, services and actions of a system at one instant, each sorted by name.
 
     It has no public constructor: `System.snapshot` gives one.
     """
@@ -79,7 +79,7 @@ class Snapshot(msgspec.Struct, frozen=True):
     services: tuple[ServiceView, ...]
 
     def to_json(self) -> str:
-        """The whole snapshot as JSON."""
+        """The snapshot as JSON."""
         return msgspec.json.format(msgspec.json.encode(self), indent=1).decode()
 
     def to_mermaid(self) -> str:
@@ -98,7 +98,7 @@ class Snapshot(msgspec.Struct, frozen=True):
         return "\n".join(lines) + "\n"
 
     def to_dot(self) -> str:
-        """A Graphviz graph of the same."""
+        """A Graphviz graph with the same content as `to_mermaid`."""
         shapes = {"node": "box", "topic": "ellipse", "service": "hexagon"}
         lines = ["digraph graph_ {", "  rankdir=LR;"]
         known = set[str]()
@@ -111,7 +111,7 @@ class Snapshot(msgspec.Struct, frozen=True):
         return "\n".join([*lines, "}"]) + "\n"
 
     def diff(self, other: Snapshot) -> tuple[str, ...]:
-        """What one must do to come from here to `other`, a line each: + what is new, - what is gone, ~ what has changed."""
+        """The changes that lead from this snapshot to `other`, one line each: + for added, - for removed, ~ for changed."""
         lines: list[str] = []
         ours, theirs = self._facts(), other._facts()
         lines += [f"- {fact}" for fact in ours if fact not in theirs]
@@ -138,7 +138,7 @@ class Snapshot(msgspec.Struct, frozen=True):
                 yield f"service {service.name}", f"node {service.server}", True
 
     def _facts(self) -> dict[str, str]:
-        """What the graph is made of, without counts, which always differ."""
+        """The facts that `diff` compares: everything but counters, which always differ."""
         facts = {f"node {node.name}": f"{node.state}, incarnation {node.incarnation}" for node in self.nodes}
         for topic in self.topics:
             facts |= {f"{edge.node} publishes {topic.name}": edge.qos for edge in topic.publishers}
@@ -150,7 +150,7 @@ class Snapshot(msgspec.Struct, frozen=True):
 
 
 class KnownNode(Protocol):
-    """A node, as far as a snapshot shows it."""
+    """What a snapshot requires of a node."""
 
     @property
     def identity(self) -> Identity: ...
@@ -169,7 +169,7 @@ class KnownNode(Protocol):
 
 
 def take(now: float, nodes: Iterable[KnownNode], graph: Graph) -> Snapshot:
-    """The nodes and the graph of one system as they are `now`, seconds on the system's clock."""
+    """Take a snapshot of the nodes and the graph of one system. `now` is in seconds on the system's clock."""
     return Snapshot(
         at=now,
         nodes=tuple(sorted((_node(known) for known in nodes), key=lambda node: node.name)),

@@ -1,7 +1,7 @@
-"""Structured logs: an event with fields, and with node, level, time and incarnation on every line.
+"""Structured logs: each line has an event, fields, the time, the level, the node and its incarnation.
 
-The library itself only hands records to sinks. The default sink gives them to `structlog` as the embedding program configured it; an
-application calls `console_sink` or `json_sink`. structlog is imported at the first line that is written, not before.
+The library only passes records to sinks. The default sink passes them to `structlog` as configured by the program; an application may use
+`console_sink` or `json_sink`. structlog is imported when the first line is written.
 """
 
 from __future__ import annotations

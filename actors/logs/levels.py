@@ -1,6 +1,6 @@
-"""Logging levels by logger name, and the filters of a single log call. Values and state only; nothing is written here.
+"""Log levels by logger name, and the filters of a single log call. Nothing is written here.
 
-Rules: rcutils (levels, inheritance along the dots) and rclpy (``once``, ``skip_first``, ``throttle_duration_sec``).
+The rules are those of rcutils (levels, inheritance along the dots) and rclpy (``once``, ``skip_first``, ``throttle_duration_sec``).
 """
 
 from collections.abc import Hashable, Mapping
@@ -11,7 +11,7 @@ __all__ = ["CallSites", "FilterOptions", "Level", "LevelTree", "NanosecondClock"
 
 
 class Level(IntEnum):
-    """Severity of a log line. ``UNSET`` means: whatever the logger's ancestors say."""
+    """The severity of a log line. ``UNSET`` means that the level of the nearest ancestor applies."""
 
     UNSET = 0
     DEBUG = 10
@@ -22,7 +22,7 @@ class Level(IntEnum):
 
     @classmethod
     def parse(cls, text: str) -> "Level":
-        """The level with this name, in any case. ``ValueError`` lists the names otherwise; WARNING is not one."""
+        """Return the level with this name, in any case. Raises ``ValueError`` that lists the names; WARNING is not one of them."""
         found = cls.__members__.get(text.upper())
         if found is None:
             raise ValueError(f"{text!r} is not a log level; use one of {', '.join(cls.__members__)}")
@@ -30,10 +30,10 @@ class Level(IntEnum):
 
 
 class LevelTree:
-    """The level of every logger of a process. A logger without its own level has that of its nearest ancestor.
+    """The levels of all loggers of a process. A logger without a level of its own has that of its nearest ancestor.
 
-    Names are split at dots: ``robot.arm.joint`` inherits from ``robot.arm``, then from ``robot``, then the default,
-    which is INFO unless said. The empty name stands for the default.
+    Names are split at dots: ``robot.arm.joint`` inherits from ``robot.arm``, then from ``robot``, then from the default, which is INFO
+    unless another one is given. The empty name stands for the default.
     """
 
     __slots__ = ("_effective", "_levels", "default")
@@ -46,7 +46,7 @@ class LevelTree:
         self._effective: dict[str, Level] = {}
 
     def set(self, logger: str, level: int) -> None:
-        """Give a logger its own level; ``UNSET`` takes it back. ``ValueError`` if the number is not a level."""
+        """Set the level of a logger; ``UNSET`` removes it. Raises ``ValueError`` for a number that is not a level."""
         try:
             level = Level(level)
         except ValueError:
@@ -60,11 +60,11 @@ class LevelTree:
             self._levels.pop(logger, None)
 
     def get(self, logger: str) -> Level:
-        """The logger's own level, ``UNSET`` if it has none."""
+        """The logger's own level; ``UNSET`` if it has none."""
         return self._levels.get(logger, Level.UNSET) if logger else self.default
 
     def effective(self, logger: str) -> Level:
-        """The least level at which this logger writes. Remembered until the next ``set``."""
+        """The lowest level at which this logger writes lines. Cached until the next ``set``."""
         found = self._effective.get(logger)
         if found is None:
             found = self._effective[logger] = self._look_up(logger)
@@ -88,13 +88,13 @@ class LevelTree:
 
 
 class NanosecondClock(Protocol):
-    """Anything that tells the time in nanoseconds."""
+    """An object that returns the time in nanoseconds."""
 
     def now_ns(self) -> int: ...
 
 
 class FilterOptions(TypedDict, total=False):
-    """The options of a log call. False and 0 mean the same as leaving an option out."""
+    """The options of a log call. False and 0 have the same meaning as leaving an option out."""
 
     once: bool
     skip_first: bool
@@ -106,7 +106,7 @@ _OPTIONS: Final = frozenset(FilterOptions.__annotations__)
 
 
 class _Identity(NamedTuple):
-    """The options that must not change between two calls at one place in the source."""
+    """The options that must be the same in all calls from one place in the source."""
 
     logger: str
     level: int
@@ -117,7 +117,7 @@ class _Identity(NamedTuple):
 
 
 class _CallSite:
-    """State of the filters of one place in the source. A clock that has gone back does not keep a throttle closed."""
+    """The filter state of one place in the source. If the clock goes back, a throttled place may write again at once."""
 
     __slots__ = ("identity", "last_ns", "logged", "skipped")
 
@@ -128,7 +128,7 @@ class _CallSite:
         self.last_ns: int | None = None
 
     def allow(self, now_ns: int) -> bool:
-        """Filters run in the order throttle, skip_first, once; the first that objects ends it."""
+        """Apply the filters in the order throttle, skip_first, once. The first that refuses the line ends the check."""
         identity = self.identity
         if identity.throttle_ns:
             if self.last_ns is not None and self.last_ns <= now_ns < self.last_ns + identity.throttle_ns:
@@ -144,7 +144,7 @@ class _CallSite:
 
 
 class CallSites:
-    """The filter state of the log calls of one logger, one entry for each place in the source that uses an option."""
+    """The filter state of one logger's log calls, with one entry for each place in the source that uses an option."""
 
     __slots__ = ("_sites",)
 
@@ -154,11 +154,10 @@ class CallSites:
     def allow(
         self, place: Hashable, logger: str, level: int, options: Mapping[str, object], clock: NanosecondClock
     ) -> bool:
-        """Whether this call writes its line. ``place`` identifies it, usually (file, function, line).
+        """Whether this call writes its line. ``place`` identifies the call, usually as (file, function, line).
 
-        ``clock`` times a throttle unless ``throttle_time_source_type`` names another. ``TypeError``: an unknown option,
-        or a time source without a duration. ``ValueError``: the place was used before with other options, another
-        logger or another level.
+        ``clock`` is used for throttling unless ``throttle_time_source_type`` names another. Raises ``TypeError`` for an unknown option or a
+        time source without a duration, and ``ValueError`` if the place was used before with other options, another logger or another level.
         """
         identity = _read(logger, level, options)
         site = self._sites.get(place)

@@ -1,7 +1,7 @@
-"""Structured logs: an event with fields, and with node, level, time and incarnation on every line.
+"""Structured logs: each line has an event, fields, the time, the level, the node and its incarnation.
 
-The library itself only hands records to sinks. The default sink gives them to `structlog` as the embedding program configured it; an
-application calls `console_sink` or `json_sink`. structlog is imported at the first line that is written, not before.
+The library only passes records to sinks. The default sink passes them to `structlog` as configured by the program; an application may use
+`console_sink` or `json_sink`. structlog is imported when the first line is written.
 """
 
 from __future__ import annotations
@@ -40,16 +40,17 @@ __all__ = [
 ]
 
 DEBUG, INFO, WARN, ERROR, FATAL = Level.DEBUG, Level.INFO, Level.WARN, Level.ERROR, Level.FATAL
-"""The levels of log lines, by the names that ROS 2 gives them."""
+"""The levels of log lines, by their names in ROS 2."""
 LEVEL_NAMES: Final[dict[int, str]] = {DEBUG: "debug", INFO: "info", WARN: "warning", ERROR: "error", FATAL: "fatal"}
-"""How a level is written in a line."""
+"""The text of each level in a line."""
 
 
 class LogRecord:
-    """One line: `time` is seconds on the system's clock.
+    """One log line. `time` is in seconds on the system's clock.
 
-    `error` is the error that the line tells of, as long as the sinks are called: afterwards only its `traceback` is left, because its frames
-    keep alive what the handler held. `times`: the how-manieth error of its type and place this is, as far as it was counted.
+    `error` is the logged error. It is only available while the sinks are called, because its frames keep objects of the handler alive;
+    later only its `traceback` is. `times` is the number of errors of the same type and place so far, this one included, as far as they are
+    counted.
     """
 
     __slots__ = ("_traceback", "error", "event", "fields", "incarnation", "level", "node", "time", "times")
@@ -82,36 +83,36 @@ class LogRecord:
         return f"[{self.time:10.3f}] {LEVEL_NAMES.get(self.level, self.level)} {self.node}: {self.event}{fields}"
 
     def __str__(self) -> str:
-        """The line, and the traceback below it."""
+        """The line, followed by the traceback if there is one."""
         return "\n".join((repr(self), indent(self.traceback, " " * 13))) if self.traceback else repr(self)
 
     @property
     def traceback(self) -> str:
-        """The traceback of the error and of what caused it, from the user's line on; empty when there is none."""
+        """The traceback of the error and its causes, beginning in user code; empty if there is no error."""
         shown = self._traceback if self.error is None else traceback_of(self.error)
         return "" if shown is None else "".join(shown.format()).rstrip()
 
     def let_go(self) -> None:
-        """Keep the traceback, but not the error."""
+        """Store the traceback and drop the error."""
         if self.error is not None:
             self._traceback, self.error = traceback_of(self.error), None
 
 
 LogSink: TypeAlias = Callable[[LogRecord], None]
-"""A function that is called with each log line of a system, in order, within the event loop."""
+"""A function that is called with each log line of a system, in order, in the event loop."""
 
 _NO_FILTERS: Final = (False, False, 0.0)
 
 
 class NodeLog:
-    """A node's own log. Events are nouns or short sentences, what varies goes into fields: ``self.log.info("goal reached", after=3.2)``.
+    """The log of one node. An event is a noun or a short sentence; variable parts are fields: ``self.log.info("goal reached", after=3.2)``.
 
-    Any field name will do; one that the line itself has (time, level, node, life, event, logger) is shown as ``time_`` and so on. Values
-    after the event are put in place of its ``%s`` and ``%d``, as in `logging`.
+    A field may have any name; one that the line itself uses (time, level, node, life, event, logger) is shown as ``time_`` and so on.
+    Positional values replace ``%s`` and ``%d`` in the event, as in `logging`.
 
-    Three options, those of rclpy, keep a line from being written too often. They count for each place in the source, each node and each of
-    its lives, on the node's clock: ``once=True``, ``skip_first=True``, ``throttle_duration_sec=1.0`` (at most one line in so many seconds). Of
-    one place in the source they must not change: `ValueError`.
+    Three options, those of rclpy, limit how often a line is written: ``once=True``, ``skip_first=True`` and ``throttle_duration_sec=1.0``
+    (at most one line in that many seconds). They count separately for each place in the source, each node and each incarnation, on the
+    node's clock. Calls from one place must always pass the same options; otherwise `ValueError` is raised.
 
     It has no public constructor: `Node.log` is one.
     """
@@ -140,7 +141,7 @@ class NodeLog:
 
     @property
     def level(self) -> int:
-        """The least level that is written. Set it at any time; it holds for the node's next lives, too."""
+        """The lowest level that is written. It can be changed at any time, and holds for later incarnations too."""
         return self._level
 
     @level.setter
@@ -148,7 +149,7 @@ class NodeLog:
         self._level = self._levels[self._node] = level
 
     def set_level(self, level: int | str) -> None:
-        """Write lines of this level and above from now on: ``node.log.set_level("debug")``. `ValueError` for a name that is no level."""
+        """Write lines of this level and above from now on: ``node.log.set_level("debug")``. Raises `ValueError` for an unknown name."""
         self.level = Level.parse(level) if isinstance(level, str) else level
 
     def debug(
@@ -187,7 +188,7 @@ class NodeLog:
         self, event: str, /, *args: object, once: bool = False, skip_first: bool = False, throttle_duration_sec: float = 0.0,
         **fields: Any,
     ) -> None:  # fmt: skip
-        """An error line with the exception that is being handled, where it arose, and its traceback: for an ``except`` block."""
+        """Write an error line with the exception being handled and its traceback. Use it in an ``except`` block."""
         error = sys.exception()
         if error is not None:
             fields = {"error": described(error), "at": place_of(error), **fields}
@@ -196,7 +197,7 @@ class NodeLog:
     def write(
         self, level: int, event: str, fields: dict[str, Any], error: BaseException | None = None, times: int = 1
     ) -> None:
-        """A line as it is, with the error that it tells of."""
+        """Write a line without filtering or formatting, with the error that it reports."""
         if level >= self._level:
             self._sink(LogRecord(self._clock.now(), level, self._node, self._incarnation, event, fields, error, times))
 
@@ -220,7 +221,7 @@ class NodeLog:
         self._sink(LogRecord(self._clock.now(), level, self._node, self._incarnation, event, fields, error))
 
     def _passes(self, level: int, fields: dict[str, Any], filters: tuple[bool, bool, float]) -> bool:
-        """Whether the call in the source that led here writes its line this time."""
+        """Whether the log call in user code writes its line this time."""
         frame = sys._getframe(3)  # pyright: ignore[reportPrivateUsage]  # as `logging` does; documented
         place = Place(frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_qualname)
         if self._sites is None:
@@ -234,7 +235,8 @@ class NodeLog:
 
 
 def _formatted(event: str, args: tuple[object, ...], fields: dict[str, Any]) -> str:
-    """The event with the values in it; where they do not fit it stays as it is, with the values beside it: no reason for a robot to fall over."""
+    """The event with the values inserted. If they do not fit, it is returned unchanged with the values after it: a log call must not
+    fail."""
     try:
         return event % (cast("Any", args[0]) if len(args) == 1 and isinstance(args[0], Mapping) else args)
     except (TypeError, ValueError, KeyError):
@@ -243,12 +245,12 @@ def _formatted(event: str, args: tuple[object, ...], fields: dict[str, Any]) -> 
 
 
 def printable(text: str) -> str:
-    """The text, with what no message can carry (lone surrogates) written out."""
+    """The text with lone surrogates, which no message can contain, written as escapes."""
     return text.encode("utf-8", "backslashreplace").decode()
 
 
 def log_message(record: LogRecord, nanoseconds: int) -> Log:
-    """The line as it goes to `/rosout`: stamped with this wall time, its fields in the text."""
+    """The record as a message for `/rosout`: stamped with this wall time, with its fields in the text."""
     from actors.interfaces.rcl_interfaces.msg import Log
 
     fields = "".join(f" {key}={value}" for key, value in record.fields.items())
@@ -263,7 +265,7 @@ def log_message(record: LogRecord, nanoseconds: int) -> Log:
 
 
 def structlog_sink(record: LogRecord) -> None:
-    """Hand a record to structlog as the program configured it; an error goes as `exc_info`, the first time that it comes."""
+    """Pass a record to structlog as configured by the program. An error is passed as `exc_info` when it occurs for the first time."""
     import structlog
 
     level = "critical" if record.level >= FATAL else LEVEL_NAMES[record.level]
@@ -281,7 +283,7 @@ _OWN: Final = frozenset(("event", "level", "life", "logger", "node", "time"))
 
 
 def _fields(record: LogRecord) -> dict[str, Any]:
-    """The fields of a record, those out of the way that are named like the line's own."""
+    """The fields of a record. Those with a name that the line itself uses are renamed."""
     fields = record.fields
     return (
         fields if _OWN.isdisjoint(fields) else {f"{name}_" if name in _OWN else name: fields[name] for name in fields}
@@ -297,7 +299,7 @@ def _event_dict(record: LogRecord) -> dict[str, Any]:
 
 
 def json_sink(stream: IO[str] | None = None, level: int = 0) -> LogSink:
-    """Lines of JSON, one object each, for files and machines; the traceback of an error is its field `exception`."""
+    """Return a sink that writes one JSON object per line. The traceback of an error is in the field `exception`."""
     from structlog.processors import JSONRenderer
 
     render = JSONRenderer(default=str, ensure_ascii=False)
@@ -314,9 +316,10 @@ def json_sink(stream: IO[str] | None = None, level: int = 0) -> LogSink:
 
 
 def console_sink(stream: IO[str] | None = None, level: int = 0) -> LogSink:
-    """Lines for people: time, level, node, event, fields; in colour on a terminal. A character the terminal lacks never fails.
+    """Return a sink that writes lines for people: time, level, node, event, fields; in colour on a terminal.
 
-    Below the first line that tells of an error of its type and place stands the traceback; further ones say how many there were.
+    The first line about an error of its type and place is followed by the traceback, later ones state how many there were. A character that
+    the terminal cannot show is replaced.
     """
     import structlog
 

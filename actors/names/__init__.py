@@ -1,1 +1,1 @@
-"""Names: what is legal, how a name is made absolute, remapping rules, and who a node is."""
+"""Names: validity, expansion to full names, remapping rules, and the identity of a node."""

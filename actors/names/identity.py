@@ -1,4 +1,4 @@
-"""The identity of a node: its names, and the full names of what it uses."""
+"""The identity of a node: its own name, and the full names of what it uses."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ __all__ = ["Identity"]
 
 
 class Identity:
-    """The identity of a node: given by its place in the tree, and the same over all its incarnations.
+    """The identity of a node. It follows from the node's place in the tree and is the same for all its incarnations.
 
-    `name` and the absolute `namespace` are those after remapping, `overrides` the parameters that it starts with; of those whose names are
-    `optional` it may lack any.
+    `name` and the absolute `namespace` are those after remapping. `overrides` are the parameters with which the node starts; it need not
+    declare those whose names are `optional`.
 
     It has no public constructor: `NodeRecord.identity` is one.
     """
@@ -42,13 +42,13 @@ class Identity:
         self.optional = optional
 
     def topic(self, name: str) -> str:
-        """The full name of a topic as this node knows it."""
+        """The full name of a topic for this node: expanded and remapped. Raises ``InvalidName``."""
         if self.remapping is not None:
             return self.remapping.resolve_topic(name, self.name, self.namespace)
         return names.expand(name, self.name, self.namespace)
 
     def service(self, name: str) -> str:
-        """The full name of a service, or of an action by its bare name, as this node knows it."""
+        """The full name of a service, or of an action by its base name, for this node: expanded and remapped. Raises ``InvalidName``."""
         if self.remapping is not None:
             return self.remapping.resolve_service(name, self.name, self.namespace)
         return names.expand(name, self.name, self.namespace)

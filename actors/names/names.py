@@ -1,8 +1,8 @@
-"""Names: what is legal, how a name is made absolute, and the names that are derived from others.
+"""Names: validity, expansion to full names, and the names derived from others.
 
-Four kinds of names, as in ROS 2: node names, namespaces, names as typed (relative, ``~/private``, ``{substitution}``)
-and full names of topics and services. Every check answers an ``InvalidName`` with a code, the index of the offending
-character and the text. ``expand`` is cached, so a name costs its checks once.
+There are four kinds, as in ROS 2: node names, namespaces, names as users write them (relative, ``~/private``, ``{substitution}``), and full
+names of topics and services. A failed check raises ``InvalidName`` with a code, the index of the invalid character and the text. ``expand``
+is cached, so each name is checked once.
 """
 
 import re
@@ -43,7 +43,7 @@ Kind = Literal["node name", "namespace", "name", "full name"]
 _NODE_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _FULL_NAME: Final = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+\Z")
 _PLAIN_NAME: Final = re.compile(r"(?:~?/)?[A-Za-z_][A-Za-z0-9_]*(?:/[A-Za-z_][A-Za-z0-9_]*)*\Z")
-# Patterns that only unusual names meet are compiled when they do, which keeps the import light.
+# Patterns that only unusual names need are compiled on demand, which keeps the import fast.
 _NOT_IN_NODE_NAME: Final = r"[^A-Za-z0-9_]"
 _NOT_IN_FULL_NAME: Final = r"[^A-Za-z0-9_/]"
 _SLASH_THEN: Final = r"/(?=[0-9/])"
@@ -71,10 +71,10 @@ _REMEDIES: Final = {
 
 
 class InvalidName(ValueError):
-    """A name that ROS 2 would refuse.
+    """A name that ROS 2 refuses.
 
-    ``code`` says why (``unallowed_characters``, ``too_long``, ...), ``index`` is the offset of the offending character
-    in ``text`` (0 for an empty text, the maximum - 1 for one that is too long), ``kind`` is what the text was to be.
+    ``code`` is the reason (``unallowed_characters``, ``too_long``, ...). ``index`` is the offset of the invalid character in ``text``: 0
+    for an empty text, the maximum - 1 for a text that is too long. ``kind`` is the kind of name that was expected.
     """
 
     code: str
@@ -98,7 +98,7 @@ class InvalidName(ValueError):
 
 
 def validate_node_name(name: str) -> None:
-    """Refuse what is not a node name: ``[A-Za-z_][A-Za-z0-9_]*``, at most 255 characters."""
+    """Raise ``InvalidName`` unless ``name`` is a node name: ``[A-Za-z_][A-Za-z0-9_]*``, at most 255 characters."""
     if _NODE_NAME.match(name) and len(name) <= MAX_NODE_NAME:
         return
     if not name:
@@ -111,13 +111,13 @@ def validate_node_name(name: str) -> None:
 
 
 def validate_namespace(namespace: str) -> None:
-    """Refuse what is not a normalised namespace: absolute, at most 245 characters, ``/`` alone is the root."""
+    """Raise ``InvalidName`` unless ``namespace`` is normalised: absolute, at most 245 characters; ``/`` alone is the root."""
     if namespace != "/":
         _validate_absolute("namespace", namespace, MAX_NAMESPACE)
 
 
 def validate_full_name(name: str) -> None:
-    """Refuse what is not a full topic or service name: absolute, at most 247 characters, not ``/``."""
+    """Raise ``InvalidName`` unless ``name`` is a full topic or service name: absolute, at most 247 characters, not ``/``."""
     _validate_absolute("full name", name, MAX_FULL_NAME)
 
 
@@ -139,9 +139,9 @@ def _validate_absolute(kind: Kind, name: str, longest: int) -> None:
 
 
 def validate_name(name: str) -> None:
-    """Refuse what is not a topic or service name as a user types it: relative, absolute, ``~/private``, ``{node}``.
+    """Raise ``InvalidName`` unless ``name`` is a topic or service name as users write it: relative, absolute, ``~/private``, ``{node}``.
 
-    Follows ROS 2 to the letter, so ``a//b``, ``{}`` and ``~x`` pass here; ``expand`` refuses them.
+    As in ROS 2, ``a//b``, ``{}`` and ``~x`` are accepted here; ``expand`` refuses them.
     """
     if _PLAIN_NAME.match(name):
         return
@@ -159,7 +159,7 @@ def validate_name(name: str) -> None:
 
 
 def _validate_characters(name: str) -> None:
-    opened = -1  # index of the open brace, -1 outside of one
+    opened = -1  # index of the open brace, -1 if there is none
     for index, character in enumerate(name):
         if character in _WORD:
             if opened == index - 1 >= 0 and character in _DIGITS:
@@ -186,30 +186,30 @@ def _validate_characters(name: str) -> None:
 
 @lru_cache(maxsize=1024)
 def normalize_namespace(namespace: str) -> str:
-    """The checked namespace of a node whose constructor is given this one: ``''`` -> ``/``, ``'ns'`` -> ``/ns``."""
+    """Normalise and check the namespace passed to the constructor of a node: ``''`` -> ``/``, ``'ns'`` -> ``/ns``."""
     absolute = namespace if namespace.startswith("/") else f"/{namespace}"
     validate_namespace(absolute)
     return absolute
 
 
 def fully_qualified(namespace: str, name: str) -> str:
-    """The fully qualified name of a node: ``('/ns', 'node')`` -> ``/ns/node``. Neither part is checked."""
+    """The fully qualified name of a node: ``('/ns', 'node')`` -> ``/ns/node``. The parts are not checked."""
     return f"/{name}" if namespace in ("/", "") else f"{namespace}/{name}"
 
 
 def split_fully_qualified(full: str) -> tuple[str, str]:
-    """Namespace and name of a fully qualified node name: ``/ns/node`` -> ``('/ns', 'node')``."""
+    """The namespace and name of a fully qualified node name: ``/ns/node`` -> ``('/ns', 'node')``."""
     namespace, _, name = full.rpartition("/")
     return namespace or "/", name
 
 
 def logger_name(full: str) -> str:
-    """The logger of a node with this fully qualified name: ``/ns/node`` -> ``ns.node``."""
+    """The logger name of a node with this fully qualified name: ``/ns/node`` -> ``ns.node``."""
     return full.removeprefix("/").replace("/", ".")
 
 
 def child_logger_name(parent: str, child: str) -> str:
-    """The name of a child logger: ``('ns.node', 'driver')`` -> ``ns.node.driver``. An empty child: ValueError."""
+    """The name of a child logger: ``('ns.node', 'driver')`` -> ``ns.node.driver``. Raises ValueError for an empty child."""
     if not child:
         raise ValueError(f"a child of logger {parent!r} needs a name; it was empty")
     return f"{parent}.{child}" if parent else child
@@ -219,10 +219,10 @@ def child_logger_name(parent: str, child: str) -> str:
 
 
 def expand(name: str, node: str, namespace: str, substitutions: Mapping[str, str] | None = None) -> str:
-    """The full name that a node means by a name it uses: checked, absolute, not yet remapped.
+    """Expand a name used by a node to the full name, checked and not yet remapped.
 
-    ``expand("~/scan", "lidar", "/front")`` is ``/front/lidar/scan``. ``namespace`` is normalised (``/`` or ``/ns``).
-    Raises ``InvalidName`` for the name, the node, the namespace or the result.
+    ``expand("~/scan", "lidar", "/front")`` is ``/front/lidar/scan``. ``namespace`` must be normalised (``/`` or ``/ns``). Raises
+    ``InvalidName`` for an invalid name, node, namespace or result.
     """
     if substitutions is None and (shared := _expand_without_node(name, namespace)) is not None:
         validate_node_name(node)
@@ -234,8 +234,10 @@ def expand(name: str, node: str, namespace: str, substitutions: Mapping[str, str
 
 @lru_cache(maxsize=4096)
 def _expand_without_node(name: str, namespace: str) -> str | None:
-    """What `name` means to every node of a namespace, or None if that depends on the node. Kept, so that a thousand nodes of
-    one class check their names once."""
+    """The full name of `name` for every node of a namespace; None if it depends on the node.
+
+    It is cached, so that a thousand nodes of one class check their names once.
+    """
     if name.startswith("~") or "{" in name:
         return None
     full = expand_only(name, "node", namespace)
@@ -244,9 +246,9 @@ def _expand_without_node(name: str, namespace: str) -> str | None:
 
 
 def expand_only(name: str, node: str, namespace: str, substitutions: Mapping[str, str] | None = None) -> str:
-    """As ``expand``, without checking the result: ``a//b`` and ``/x/{ns}`` expand to names that are not valid.
+    """Expand as ``expand`` does, without checking the result: ``a//b`` and ``/x/{ns}`` expand to invalid names.
 
-    ROS 2 lets the two-character form ``~x`` slip through and glues it to the node's name; it is refused here.
+    ROS 2 accepts the two-character form ``~x`` and appends it to the node's name; it is refused here.
     """
     validate_name(name)
     validate_node_name(node)
@@ -272,7 +274,7 @@ def expand_only(name: str, node: str, namespace: str, substitutions: Mapping[str
 
 
 class ActionNames(NamedTuple):
-    """The three services and two topics that make an action."""
+    """The three services and two topics of an action."""
 
     send_goal: str
     cancel_goal: str
@@ -283,17 +285,17 @@ class ActionNames(NamedTuple):
 
 @lru_cache(maxsize=512)
 def action_names(full: str) -> ActionNames:
-    """The five names behind the action with this full name."""
+    """The five names of the action with this full name."""
     return ActionNames(*(f"{full}/_action/{part}" for part in ActionNames._fields))
 
 
 def service_event_topic(service: str) -> str:
-    """The topic on which the service with this full name tells of its calls."""
+    """The topic on which the service with this full name publishes its events."""
     return f"{service}/_service_event"
 
 
 def is_hidden(name: str) -> bool:
-    """Whether tools hide this topic, service or action: some part of it starts with an underscore."""
+    """Whether tools hide this topic, service or action: a part of its name starts with an underscore."""
     return name.startswith("_") or "/_" in name
 
 
@@ -307,7 +309,7 @@ _NUMBERED_NODE: Final = r"(?:my_?)?node_?[0-9]+\Z"
 
 
 def lint_name(name: str) -> tuple[str, ...]:
-    """Hints on the style of a valid topic, service or action name; empty when there is nothing to say. Never raises."""
+    """Hints on the style of a valid topic, service or action name; empty if there are none. Never raises."""
     hints: list[str] = []
     if name != name.lower():
         hints.append(f"{name!r} has capital letters; ROS names are lower case with underscores: {_snake(name)!r}")
@@ -318,7 +320,7 @@ def lint_name(name: str) -> tuple[str, ...]:
 
 
 def lint_node_name(name: str) -> tuple[str, ...]:
-    """Hints on the style of a valid node name; empty when there is nothing to say. Never raises."""
+    """Hints on the style of a valid node name; empty if there are none. Never raises."""
     hints: list[str] = []
     if name != name.lower():
         hints.append(f"{name!r} has capital letters; ROS names are lower case with underscores: {_snake(name)!r}")

@@ -1,7 +1,7 @@
-"""Remapping rules: ``[node:][rostopic://|rosservice://]from:=to``, and which of them applies to a name.
+"""Remapping rules, ``[node:][rostopic://|rosservice://]from:=to``, and their application to names.
 
-Matching is exact on full names: both sides of a rule are expanded for the node at hand, the first rule that matches
-wins, a result is not remapped again. A node's own rules come before those of its process. Grammar and order: rcl.
+Full names are compared exactly. Both sides of a rule are expanded for the node, the first rule that matches applies, and its result is not
+remapped again. The rules of a node come before those of its process. Grammar and order are those of rcl.
 """
 
 import re
@@ -14,7 +14,7 @@ __all__ = ["InvalidRule", "Remapping", "Rule", "RuleKind"]
 
 RuleKind = Literal["topic", "service", "node_name", "namespace"]
 
-# Rules are stricter than names in code: no token may contain a double underscore.
+# Rules are stricter than names in code: no token may contain two underscores in a row.
 _TOKEN: Final = r"(?:[A-Za-z]|_(?!_))(?:[A-Za-z0-9]|_(?!_))*+"
 _NAME: Final = rf"(?:~/|/)?{_TOKEN}(?:/{_TOKEN})*+"
 _PREFIX: Final = re.compile(rf"({_TOKEN}):(?!=|//)")
@@ -31,7 +31,7 @@ _SCHEMES: Final[dict[str | None, tuple[RuleKind, ...]]] = {
 
 
 class InvalidRule(ValueError):
-    """A text that is not a remapping rule; ``text`` holds it."""
+    """A text that is not a remapping rule. ``text`` holds it."""
 
     def __init__(self, text: str, why: str) -> None:
         super().__init__(f"{text!r} is not a remapping rule: {why}")
@@ -39,7 +39,7 @@ class InvalidRule(ValueError):
 
 
 class Rule(NamedTuple):
-    """One remapping rule. ``node`` limits it to nodes of that name, ``match`` is None for ``__node`` and ``__ns``."""
+    """One remapping rule. ``node`` limits it to nodes of that name; ``match`` is None for ``__node`` and ``__ns``."""
 
     applies_to: tuple[RuleKind, ...]
     node: str | None
@@ -48,7 +48,7 @@ class Rule(NamedTuple):
 
     @classmethod
     def parse(cls, text: str) -> "Rule":
-        """The rule in a text such as ``chatter:=news``, ``talker:__ns:=/left`` or ``rostopic://scan:=~/scan``."""
+        """Parse a rule such as ``chatter:=news``, ``talker:__ns:=/left`` or ``rostopic://scan:=~/scan``. Raises ``InvalidRule``."""
         prefix = _PREFIX.match(text)
         node = prefix[1] if prefix else None
         rest = text[prefix.end() :] if prefix else text
@@ -61,7 +61,7 @@ class Rule(NamedTuple):
         raise InvalidRule(text, _diagnose(rest))
 
     def __str__(self) -> str:
-        """The rule as it is written on a command line."""
+        """The rule as written on a command line."""
         prefix = f"{self.node}:" if self.node else ""
         if self.match is None:
             return f"{prefix}{'__node' if 'node_name' in self.applies_to else '__ns'}:={self.replacement}"
@@ -90,7 +90,7 @@ def _diagnose(rest: str) -> str:
 
 
 class Remapping:
-    """The rules that apply to one node: its own first, then those of its process."""
+    """The rules for one node: its own first, then those of its process."""
 
     __slots__ = ("rules",)
 
@@ -100,30 +100,30 @@ class Remapping:
         self.rules = (*(local_rules or ()), *(global_rules or ()))
 
     def identity(self, node: str, namespace: str) -> tuple[str, str]:
-        """The name and namespace of a node that was given these. Renaming comes first; ``__ns`` rules see the new name.
+        """The remapped name and namespace of a node. The name is remapped first, and ``__ns`` rules see the new one.
 
-        Raises ``names.InvalidName`` if either ends up invalid.
+        Raises ``names.InvalidName`` if either result is invalid.
         """
         new_node = self.node_name(node)
         names.validate_node_name(new_node)
         return new_node, names.normalize_namespace(self.namespace(new_node, namespace))
 
     def node_name(self, node: str) -> str:
-        """The name that a node called ``node`` gets."""
+        """The remapped name of a node."""
         found = self.find("node_name", "", node, "/")
         return node if found is None else found
 
     def namespace(self, node: str, namespace: str) -> str:
-        """The namespace that a node gets, ``node`` being its new name."""
+        """The remapped namespace of a node; ``node`` is its new name."""
         found = self.find("namespace", "", node, namespace)
         return namespace if found is None else found
 
     def resolve_topic(self, name: str, node: str, namespace: str) -> str:
-        """Expand a topic name for this node, remap it, check it. Raises ``names.InvalidName``."""
+        """Expand, remap and check a topic name for this node. Raises ``names.InvalidName``."""
         return self._resolve("topic", name, node, namespace)
 
     def resolve_service(self, name: str, node: str, namespace: str) -> str:
-        """Expand a service name for this node, remap it, check it. Raises ``names.InvalidName``."""
+        """Expand, remap and check a service name for this node. Raises ``names.InvalidName``."""
         return self._resolve("service", name, node, namespace)
 
     def _resolve(self, kind: RuleKind, name: str, node: str, namespace: str) -> str:
@@ -135,10 +135,10 @@ class Remapping:
         return found
 
     def find(self, kind: RuleKind, full: str, node: str, namespace: str) -> str | None:
-        """The result of the first matching rule, or None when no rule matches. ``full`` plays no part for nodes.
+        """The result of the first matching rule; None if none matches. ``full`` is not used for node names and namespaces.
 
-        The five names of an action also follow a rule for the action's bare name (``fibonacci:=fib``), which rcl does
-        not do; a rule for one of the five themselves goes before.
+        The five names of an action also follow a rule for the action's base name (``fibonacci:=fib``), which rcl does not support. A rule
+        for one of the five names takes precedence.
         """
         found = self._first(kind, full, node, namespace)
         if found is None and (action := _ACTION_PART.search(full)):

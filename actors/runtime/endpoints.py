@@ -176,15 +176,18 @@ def close_all(life: Incarnation) -> None:
     Subscriptions and declared servers stay in the record for the next incarnation.
     """
     record = life.record
-    record.note(publisher.entry for publisher in life.publishers)
-    record.note(client.entry for client in life.clients.values())
-    record.note(server.entry for server in life.standard_services)
-    for publisher in life.publishers:
-        publisher.close()
-    life.publishers.clear()
+    if life.publishers:
+        record.note(publisher.entry for publisher in life.publishers)
+        for publisher in life.publishers:
+            publisher.close()
+        life.publishers.clear()
+    if life.clients:
+        record.note(client.entry for client in life.clients.values())
     for subscription in list(life.streams):
         subscription.close()
-    for server in life.standard_services:
-        server.fail_all(life.absent)
-        server.entry.withdraw()
-    life.standard_services.clear()
+    if life.standard_services:
+        record.note(server.entry for server in life.standard_services)
+        for server in life.standard_services:
+            server.fail_all(life.absent)
+            server.entry.withdraw()
+        life.standard_services.clear()

@@ -144,7 +144,8 @@ async def _start(life: Incarnation) -> None:
         from actors.parameters.unknown import refuse_unknown
 
         refuse_unknown(life.parameters, type(node).__name__, life.identity.optional)
-    life.runtime.lost(life.fqn, record.sweep(life))
+    if life.incarnation > 1:
+        life.runtime.lost(life.fqn, record.sweep(life))
     if not node.managed:
         start_timers(life)
     for background in life.declarations.backgrounds:

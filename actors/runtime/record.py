@@ -173,8 +173,6 @@ class NodeRecord:
 
     def sweep(self, life: Incarnation) -> int:
         """Close the subscriptions and servers of the last incarnation that `life` has not opened. Returns how many messages were lost."""
-        if self.incarnation == 1:
-            return 0
         gone = [each for each in self.subscriptions if each.node is not life]
         lost = sum(len(each.messages) for each in gone)
         for subscription in gone:
@@ -192,18 +190,20 @@ class NodeRecord:
 
     def close(self) -> int:
         """Close all endpoints, because there will be no next life. Returns how many messages waited for one."""
-        dead_letters = sum(len(each.messages) for each in self.subscriptions)
-        servers = self._servers()
-        self.note(each.entry for each in self.subscriptions)
-        self.note(server.entry for server in servers)
-        for subscription in self.subscriptions:
-            subscription.close()
-        self.subscriptions.clear()
-        for server in servers:
-            if server.entry.server is None:
-                server.entry.close(self.identity.fqn)
-        self.services.clear()
-        self.actions.clear()
+        dead_letters = 0
+        if self.subscriptions:
+            dead_letters = sum(len(each.messages) for each in self.subscriptions)
+            self.note(each.entry for each in self.subscriptions)
+            for subscription in self.subscriptions:
+                subscription.close()
+            self.subscriptions.clear()
+        if servers := self._servers():
+            self.note(server.entry for server in servers)
+            for server in servers:
+                if server.entry.server is None:
+                    server.entry.close(self.identity.fqn)
+            self.services.clear()
+            self.actions.clear()
         self.inbox.clear(keep=lambda item: False)
         return dead_letters
 

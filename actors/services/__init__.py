@@ -1,1 +1,1 @@
-"""Services at work: clients and servers."""
+"""Services: clients, servers, and the Protocols between them."""

@@ -1,4 +1,4 @@
-"""The asking side of services: a call finds its server, submits the request, and waits for one answer or one error."""
+"""Service clients: a call finds the server, submits a request, and waits for one response or one error."""
 
 from __future__ import annotations
 
@@ -21,12 +21,13 @@ Resp = TypeVar("Resp", bound="Message")
 
 
 class Client(Generic[Req, Resp]):
-    """One node's way to one service, made at its first call.
+    """Calls one service for one node. Created at the node's first call of that service.
 
     Invariants:
 
-    * It holds no call: each one lives in the coroutine of its caller and at the server.
-    * While a handler of the node waits for an answer in the node's own task, the node's `waits_for` is that call, and None otherwise.
+    * It stores no calls. Each call belongs to the coroutine of its caller and to the server.
+    * While a handler in the node's own task waits for a response from a server that is not concurrent, `waits_for` of the node is that
+      call. Otherwise it is None.
     """
 
     __slots__ = ("entry", "inbox", "node", "request", "thread", "type")
@@ -43,13 +44,14 @@ class Client(Generic[Req, Resp]):
         return f"<client of {self.entry.name} in {self.node.fqn}>"
 
     async def call(self, message: Req, timeout: float) -> Resp:
-        """Ask, and wait for the answer for at most `timeout` seconds in all.
+        """Send a request and return the response, waiting for at most `timeout` seconds in all, the search for a server included.
 
-        Raises `WrongType`, `WrongThread`, `ServiceUnavailable`, `CallTimeout`, `NodeRestarting`, `NotRunning`, `ServiceFailed` or `CallCycle`.
+        Raises `WrongType`, `WrongThread`, `ServiceUnavailable`, `CallTimeout`, `NodeRestarting`, `NotRunning`, `ServiceFailed` or
+        `CallCycle`.
         """
-        # One coroutine and one future for a call, and the common case without a call for each check: it is made thousands of times a
-        # second. The deadline is the server's business, which shares one timer among all calls with the same timeout; `asyncio.timeout`
-        # would cost more than the call.
+        # This code runs thousands of times a second. A call therefore costs one coroutine and one future, and each check compares
+        # attributes without calling a function unless it fails. The server enforces the timeout, because its `Deadlines` share one timer
+        # among all calls with the same timeout; `asyncio.timeout` would cost more than the rest of the call.
         if message.__class__ is not self.request:
             raise WrongType(
                 f"{self.entry.name} takes {self.request.__name__}, not {type(message).__name__} {message!r:.60}"
@@ -64,7 +66,8 @@ class Client(Generic[Req, Resp]):
         if server.type is not self.type:
             refuse_other_type(self.entry.name, server.host, server.type, self.node, self.type)
         node = self.node
-        # A node that sleeps is in no handler; in one that waits, a call back to its node would wait for itself.
+        # Only a handler that runs in the node's own task holds the inbox; a node whose inbox has a waiter runs no handler. A call that
+        # leads back to such a node would wait for itself.
         exclusive = inbox.waiter is None and inbox.task is current_task(inbox.loop) and not server.concurrent
         if exclusive:
             refuse_cycle(node, server.node)
@@ -80,9 +83,9 @@ class Client(Generic[Req, Resp]):
             node.waits_for = None
 
     async def _found(self, timeout: float) -> ServicePeer:
-        """The server, when there is one, within `timeout` seconds; at once an error if it has ended."""
+        """Return the server, waiting for it for at most `timeout` seconds. Raises at once if it has ended."""
         entry = self.entry.current
-        if entry is not self.entry:  # the name had left the graph, and has come back
+        if entry is not self.entry:  # the name has left the graph and been added again
             self.entry = entry
             entry.clients.setdefault(self.node.fqn, 0)
         try:

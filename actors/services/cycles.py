@@ -1,8 +1,9 @@
-"""Cycles of calls that nobody saw coming: looked for when a call has timed out, and never before.
+"""Detection of call cycles that could not be refused in advance. It runs only when a call has timed out.
 
-A handler that itself awaits a call is known to wait (`Caller.waits_for`), so a cycle of such handlers is refused at once. One that waits by
-way of a task (`gather`, a task group, `create_task`, `shield`, `spawn`) or of a concurrent handler is not: nobody can say of a task whether
-somebody will await it. When the call is late, that can be seen, from the callbacks of what is awaited.
+When a handler awaits a call itself, its node records that (`Caller.waits_for`), and a cycle of such handlers is refused at once. When a
+handler waits through another task (`gather`, a task group, `create_task`, `shield`, `spawn`), or is concurrent, nothing is recorded:
+whether a task will be awaited cannot be known in advance. Once a call is late, the callbacks of the awaited futures show who waits for
+them.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ __all__ = ["ServedCall", "cycle_of", "waiting_for"]
 AnyFuture: TypeAlias = "asyncio.Future[Any]"
 
 SEEN = 1000
-"""So many futures and tasks are looked at, at most."""
+"""The maximum number of futures and tasks examined in one search."""
 
 
 class Responder(Protocol):
-    """The server of a call."""
+    """The server of a call, as seen by the search."""
 
     @property
     def node(self) -> Caller: ...
@@ -41,7 +42,7 @@ class Responder(Protocol):
 
 
 class ServedCall(Item, Protocol):
-    """An inbox item: a call to a server of this process that has no answer yet. Its handler runs in its method `run`."""
+    """An inbox item: an unanswered call to a server of this process. Its `run` method executes the handler."""
 
     @property
     def server(self) -> Responder: ...
@@ -51,15 +52,15 @@ class ServedCall(Item, Protocol):
 
 
 def cycle_of(late: ServedCall, others: Iterable[ServedCall]) -> str | None:
-    """Why `late` cannot be answered, if it waits for itself; else None. `others` are calls that have no answer yet.
+    """Describe the cycle that keeps `late` from being answered; None if there is none. `others` are further unanswered calls.
 
-    A call waits for itself when it, or a call on which its answer depends, is in the inbox of a node whose present handler waits for it.
+    A call waits for itself if it, or a call that its answer depends on, is in the inbox of a node whose current handler waits for it.
     """
     for stuck in chain((late,), others):
         inbox = stuck.server.inbox
         holder = inbox.task
         if stuck.server.concurrent or holder is None or inbox.waiter is not None or inbox.current is stuck:
-            continue  # it is not kept waiting by a handler
+            continue  # no handler holds it up
         if (way := _way(stuck, holder)) is not None and late in way:
             handler = inbox.current.label if inbox.current is not None else "its start or end"
             calls = [f"{one.server.entry.name} of {one.server.node.fqn}" for one in reversed(way)]
@@ -69,7 +70,7 @@ def cycle_of(late: ServedCall, others: Iterable[ServedCall]) -> str | None:
 
 
 def _way(stuck: ServedCall, holder: asyncio.Task[Any]) -> list[ServedCall] | None:
-    """The calls by which `holder` waits for `stuck`, that one first; None if it does not."""
+    """The chain of calls through which `holder` waits for `stuck`, beginning with `stuck`; None if it does not wait for it."""
     begun: list[tuple[AnyFuture, list[ServedCall]]] = [(stuck.future, [stuck])]
     seen: set[AnyFuture] = {stuck.future}
     while begun and len(seen) < SEEN:
@@ -89,26 +90,26 @@ def _way(stuck: ServedCall, holder: asyncio.Task[Any]) -> list[ServedCall] | Non
 
 
 def waiting_for(awaited: AnyFuture) -> Iterator[AnyFuture]:
-    """The tasks that await this future or task now, and the futures that stand for it (gather, wait, shield, task groups)."""
+    """Yield the tasks that await a future or task, and the futures that wait for it in turn (gather, wait, shield, task groups)."""
     for entry in getattr(awaited, "_callbacks", None) or ():
         callback: Any = entry[0]
         known: list[Any] = [getattr(callback, "__self__", None)]
         for cell in getattr(callback, "__closure__", None) or ():
             try:
                 known.append(cell.cell_contents)
-            except ValueError:  # it has no value yet
+            except ValueError:  # the cell has no value yet
                 continue
         if isinstance(callback, partial):
             known.extend(callback.args)
         for one in known:
-            if type(one).__name__ == "TaskGroup":  # asyncio's or anyio's, waiting at the end of its block
+            if type(one).__name__ == "TaskGroup":  # of asyncio or anyio, waiting at the end of its block
                 one = getattr(one, "_on_completed_fut", None)
             if isinstance(one, asyncio.Future):
                 yield one
 
 
 def _served_by(task: asyncio.Task[Any], kind: type[Any]) -> ServedCall | None:
-    """The call whose handler runs in this task."""
+    """The call whose handler runs in a task; None if there is none."""
     waiting: Any = task.get_coro()
     while waiting is not None:
         frame = getattr(waiting, "cr_frame", None)

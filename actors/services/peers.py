@@ -1,7 +1,7 @@
-"""What the two sides of a call ask of each other, of their nodes and of the graph: the seams of this room.
+"""The Protocols between a client, a server, their nodes and the graph.
 
-A server may be an object of this process (`actors.services.server.Server`) or a stand-in for one elsewhere: a client cannot tell them
-apart. Actions use the same seams, but for what a goal needs besides.
+A server is either an object of this process (`actors.services.server.Server`) or a stand-in for a server of another process; clients treat
+both alike. Actions use these Protocols too, and add their own in `actors.actions.peers`.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ P_co = TypeVar("P_co", covariant=True)
 
 
 class Caller(Protocol):
-    """What a call asks of the node that makes it, and of the node that serves it."""
+    """What a call requires of the node that makes it and of the node that serves it."""
 
     incarnation: int
     serving: bool
     waits_for: Awaited | None
-    """What the node's present handler waits for; None while it waits for no answer."""
+    """The call or goal request that the node's current handler waits for; None if it waits for none."""
 
     @property
     def fqn(self) -> str: ...
@@ -52,21 +52,21 @@ class Caller(Protocol):
 
 
 class Answering(Protocol):
-    """A server of a service or an action, as those who wait for its answer see it."""
+    """A server of a service or an action, as seen by those who wait for its answer."""
 
     @property
     def node(self) -> Caller | None:
-        """The node of this process that answers in its own turn; None for a server elsewhere, of which nothing is known."""
+        """The node of this process that answers one request after another; None for a server of another process, whose state is unknown."""
         ...
 
     @property
     def host(self) -> str:
-        """The full name of the node that serves."""
+        """The fully qualified name of the node that serves."""
         ...
 
 
 class Awaited(Protocol):
-    """What a handler waits for that holds its node's inbox: the answer to a call, or to the request for a goal."""
+    """The answer that a handler waits for while it holds its node's inbox: that of a call or of a goal request."""
 
     @property
     def server(self) -> Answering: ...
@@ -76,10 +76,10 @@ class Awaited(Protocol):
 
 
 class OpenCall(Awaited, Protocol):
-    """A request that has been submitted.
+    """A submitted request.
 
-    `future` is completed exactly once, with the response or an error, at the latest when the call's time is over. A caller that gives up
-    cancels it; an answer that comes after that is dropped.
+    `future` is completed exactly once, with the response or an error, before the timeout of the call at the latest. A caller that gives up
+    cancels it; a later answer is dropped.
     """
 
     @property
@@ -87,103 +87,104 @@ class OpenCall(Awaited, Protocol):
 
 
 class ServicePeer(Answering, Protocol):
-    """What a client asks of a server of its service, here or elsewhere."""
+    """What a client requires of a server, in this process or another."""
 
     @property
     def type(self) -> type[Any]:
-        """The service type that it serves; a client of another one is refused."""
+        """The service type that it serves. Clients of another type are refused."""
         ...
 
     @property
     def concurrent(self) -> int:
-        """How many requests it serves in tasks of their own; 0 when they wait for its node's turn."""
+        """The number of requests that it serves at once in tasks of their own; 0 if they are served one after another in the node's
+        inbox."""
         ...
 
     def submit(self, message: Any, caller: Caller, timeout: float) -> OpenCall:
-        """Take a request, which the client has checked to be of the service's request type. Never blocks.
+        """Accept a request, whose type the client has checked. Never blocks.
 
-        Raises ValueError when `timeout` is no number of seconds.
+        Raises ValueError if `timeout` is not a valid number of seconds.
         """
         ...
 
 
 class ServedName(Protocol[P_co]):
-    """One service or action name of the graph, as its clients see it."""
+    """One service or action name of the graph, as seen by its clients."""
 
     @property
     def name(self) -> str:
-        """The full name."""
+        """The fully qualified name."""
         ...
 
     @property
     def server(self) -> P_co | None:
-        """Who serves it now; it may have gone after any await."""
+        """The present server, or None. It may change at any await."""
         ...
 
     async def require(self) -> P_co:
-        """The server; waits for the first one, but not for one that has ended.
+        """Return the server. Waits for the first server of the name, but not for one that has ended.
 
-        Raises `NodeRestarting` between two lives of its node, and `NotRunning` when its node has stopped for good.
+        Raises `NodeRestarting` between two incarnations of its node, and `NotRunning` if its node has stopped for good.
         """
         ...
 
     def forget(self, node: str) -> None:
-        """`node` will not come back."""
+        """Forget the node of this name, which has ended for good."""
         ...
 
 
 class ServiceName(ServedName[ServicePeer], Protocol):
-    """One service name of the graph, as its clients see it. Those that ROS 2 gives every node are opened by `require`."""
+    """One service name of the graph, as seen by its clients. `require` opens the services that ROS 2 gives every node."""
 
     @property
     def current(self) -> ServiceName:
-        """This entry, or the one by its name that has come into the graph after this one had left it."""
+        """This entry, or the entry that has replaced it if its name has left the graph and been added again."""
         ...
 
     @property
     def clients(self) -> dict[str, int]:
-        """The nodes that are clients here."""
+        """The names of the nodes that are clients of this service."""
         ...
 
     def unavailable(self, seconds: float, type: str) -> Exception:
-        """The error of a client for whom no server, of the named type, came within `seconds`."""
+        """The error for a client that has found no server of this type within `seconds`."""
         ...
 
 
 class Registration(Protocol):
-    """The entry of a server's name in the graph, as the server and its node see it."""
+    """The graph's entry for the name of a server, as seen by the server and its node."""
 
     @property
     def name(self) -> str:
-        """The full name."""
+        """The fully qualified name."""
         ...
 
     @property
     def server(self) -> object | None:
-        """Who serves the name now."""
+        """The present server of the name, or None."""
         ...
 
     def pause(self, node: str, incarnation: int) -> None:
-        """The server's node has ended; nobody knows yet whether for good."""
+        """Record that the server's node has ended. It may be started again."""
         ...
 
     def close(self, node: str) -> None:
-        """The server's node has ended for good."""
+        """Record that the server's node has ended for good."""
         ...
 
     def withdraw(self) -> None:
-        """The server has gone, and may be opened again when somebody asks for it."""
+        """Remove the server, which may be opened again on demand."""
         ...
 
     def forget(self, node: str) -> None:
-        """`node` will not come back."""
+        """Forget the node of this name, which has ended for good."""
         ...
 
 
 def refuse_cycle(node: Caller, other: Caller | None) -> None:
-    """Raise `CallCycle` if `node`, whose handler holds its inbox, is about to wait for `other`, which waits for `node`.
+    """Raise `CallCycle` if `node`, whose handler holds its inbox, would wait for `other` while `other` waits for `node`.
 
-    A node whose answer has come waits no more, also before its task has run again.
+    A node whose answer has arrived no longer counts as waiting, even before its task has resumed.
     """
     chain: list[str] = [node.fqn]
     while other is not None:
@@ -195,7 +196,7 @@ def refuse_cycle(node: Caller, other: Caller | None) -> None:
 
 
 def refuse_other_type(name: str, host: str, served: type[Any], client: Caller, asked: type[Any]) -> None:
-    """Raise `WrongType` if a service or action is served as one ROS type and asked as another."""
+    """Raise `WrongType` if the ROS type of the server differs from that of the client."""
     if served.__ros_type__ != asked.__ros_type__:
         raise WrongType(
             f"{name} is served by {host} as {served.__ros_type__}, and asked by {client.fqn} as {asked.__ros_type__}: "

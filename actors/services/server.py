@@ -1,7 +1,7 @@
-"""The serving side of services: a request waits for its node's turn, or has a task of its own; its answer completes the caller's future.
+"""Service servers: a request is handled in the node's inbox or in a task of its own, and its answer completes the caller's future.
 
-The caller gets the response or one error, never silence. A caller that gives up is forgotten; a late answer is dropped, never given to a
-later call.
+The caller always receives a response or one error. A request whose caller has given up is not handled; an answer that comes too late is
+dropped and never given to a later call.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ __all__ = ["Request", "Server"]
 
 
 class Server:
-    """One node's service: requests go through the node's inbox, or, `concurrent`, into tasks of their own.
+    """Serves one service for one node. Requests go through the node's inbox or, with `concurrent`, into tasks of their own.
 
     Invariants:
 
-    * A request without an answer is in the inbox or in `active`, until it is answered or `fail_all` has failed it.
-    * Of a concurrent server, all open requests are in `active`; those that have no task yet are in `waiting`, too. At most `concurrent`
-      of them have a task, and none before the node has started.
-    * Of a server that is not concurrent, `active` holds only requests whose handler was broken off by the end of the node.
+    * An unanswered request is in the inbox or in `active` until it is answered or `fail_all` fails it.
+    * In a concurrent server all unanswered requests are in `active`, and those without a task are in `waiting` too. At most `concurrent`
+      requests have a task, and none before the node has started.
+    * In a server that is not concurrent, `active` holds only requests whose handler was interrupted by the end of the node.
     """
 
     __slots__ = (
@@ -82,21 +82,21 @@ class Server:
         return self.node.fqn
 
     def open(self) -> list[Request]:
-        """The requests that have no answer yet."""
+        """The requests that have not been answered."""
         inbox = self.inbox
         queued = [one for one in (inbox.current, *inbox.items) if isinstance(one, Request) and one.server is self]
         return [*(self.active or ()), *queued]
 
     def submit(self, message: Any, caller: Caller, timeout: float) -> Request:
-        """Queue a request; its future is completed whatever happens, within `timeout` seconds."""
+        """Queue a request. Its future is completed within `timeout` seconds in every case."""
         inbox = self.inbox
         request = Request(self, message, inbox.loop.create_future(), caller)
         self.deadlines.watch(request, timeout)
         self.calls += 1
         if not self.concurrent:
             inbox.items.append(request)
-            # `Inbox.put`, written out: a call less for every request. A node that sleeps has a waiter; one that is busy is told of the
-            # first request only, which begins the watch over the handler that keeps it waiting.
+            # `Inbox.put`, inlined to save a call per request. An idle node has a waiter to wake. A busy one is told only of the first
+            # request that waits, which starts the watch over the handler that delays it.
             if inbox.waiter is not None or inbox.watch is None:
                 inbox.wake()
             return request
@@ -110,13 +110,13 @@ class Server:
         return request
 
     def begin(self) -> None:
-        """The node has started: work off the requests that have come meanwhile."""
+        """Start to handle the requests that wait, because the node has started."""
         if self.waiting:
             for _ in range(min(self.concurrent, len(self.waiting))):
                 self.node.spawn(self._work(self.waiting.popleft()), name=self.label)
 
     def fail_all(self, error: Callable[[], Exception]) -> None:
-        """The node has ended: let every open request fail with `error()`."""
+        """Fail every unanswered request with `error()`, because the node has ended."""
         if self.waiting:
             self.waiting.clear()
         for request in self.open():
@@ -125,7 +125,7 @@ class Server:
             self.active.clear()
 
     async def _work(self, request: Request) -> None:
-        """A task of a concurrent server: it runs one request after another, until none waits."""
+        """Handle one request after another in a task of a concurrent server, until none waits."""
         assert self.active is not None
         while True:
             await request.run()
@@ -136,12 +136,12 @@ class Server:
 
 
 class Request(msgspec.Struct, eq=False):
-    """One call under way; as an inbox item it is answered in its turn.
+    """A call in progress. As an inbox item, it runs its handler.
 
     Invariants:
 
-    * `future` is completed once: by `run`, by `fail`, by the deadline (`late`), or by the caller, who cancels it when it gives up.
-    * A request whose future is done when its turn comes is not run.
+    * `future` is completed once: by `run`, by `fail`, by the deadline (`late`), or by the caller, which cancels it when it gives up.
+    * The handler does not run if `future` is already completed when the request's turn comes.
     """
 
     server: Server
@@ -162,14 +162,14 @@ class Request(msgspec.Struct, eq=False):
         return self.future.done()
 
     def fail(self, error: BaseException) -> None:
-        """Let the caller have `error`, if it still waits."""
+        """Give the caller `error`, unless `future` is already completed."""
         if not self.future.done():
             self.future.set_exception(error)
 
     def late(self) -> CallTimeout:
-        """The error of a caller that has waited long enough; it names the cycle of calls if this call is part of one."""
+        """Build the error for a call that has timed out. It names the cycle of calls if the call is part of one."""
         server = self.server
-        # Other calls matter only to one that is being answered; and thousands that are late together must not hold the loop.
+        # Only a call whose handling has begun is searched for a cycle: thousands of calls that time out together must not block the loop.
         begun = len(server.waiting) < FEW if server.waiting is not None else server.inbox.current is self
         others = self.caller.deadlines.waiting() if begun else ()
         cycle = cycle_of(self, (one for one in others if isinstance(one, Request)))
@@ -179,12 +179,12 @@ class Request(msgspec.Struct, eq=False):
         return CallTimeout(f"{server.node.fqn} did not answer {server.entry.name} in time: {why}")
 
     async def run(self) -> None:
-        """Run the handler and complete the caller's future; when the node itself is ended, that is left to `Server.fail_all`.
+        """Run the handler and complete the caller's future. If the node itself is being ended, `Server.fail_all` completes it instead.
 
-        An error that is no `Exception` is the caller's answer, too, and ends the node.
+        An error that is not an `Exception` also becomes the caller's answer, and then ends the node.
         """
         server, future = self.server, self.future
-        if future.done():  # the caller has given up: do not work for nobody
+        if future.done():  # the caller has given up
             return
         try:
             reply = await server.handler(self.message)
@@ -198,7 +198,7 @@ class Request(msgspec.Struct, eq=False):
             answer = ServiceFailed(server.node.fqn, type(failure).__name__, str(failure))
             answer.__cause__ = failure
             self.fail(answer)
-            if not isinstance(failure, Exception):  # a panic of a native library, for instance
+            if not isinstance(failure, Exception):  # for instance a panic in a native library
                 raise
             server.node.service_failed(server.label, failure)
         else:

@@ -1,4 +1,4 @@
-"""Tests for robots: the virtual clock, `Rig`, the system seen from a test, and `scenario`, a test under hundreds of seeds."""
+"""Tools for testing robots: a virtual clock, `Rig` to run a system within a test, and `scenario` to run a test under many seeds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``python -m actors.testing explore MODULE:TREE``."""
+"""The command ``python -m actors.testing explore MODULE:TREE``."""
 
 import os
 import sys
@@ -11,20 +11,20 @@ USAGE = "usage: python -m actors.testing explore MODULE:TREE [options]; -h after
 
 
 def run(argv: Sequence[str]) -> NoReturn:
-    """The program."""
+    """Run the command line `argv` and exit."""
     if argv[:1] in (["-h"], ["--help"]):
         print(USAGE)
         sys.exit(0)
     if argv[:1] != ["explore"]:
         sys.exit(USAGE)
-    from actors.testing.explore import main  # not before there is something to explore: it takes a while to import
+    from actors.testing.explore import main  # imported late because it is slow to import
 
     sys.exit(main(argv[1:]))
 
 
 if __name__ == "__main__":
     if "PYTHONHASHSEED" not in os.environ and os.name == "posix" and sys.argv[1:2] == ["explore"]:
-        # the order of a set of names is part of a run, and a replay is another process
+        # The iteration order of a set of names is part of a run, and a replay happens in another process.
         os.environ["PYTHONHASHSEED"] = "0"
         os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
     run(sys.argv[1:])

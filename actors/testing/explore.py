@@ -1,9 +1,13 @@
-"""`python -m actors.testing explore MODULE:TREE`: runs a tree under many seeds with faults, and reports the first failure.
+"""The command `python -m actors.testing explore MODULE:TREE`: it runs a tree under many seeds with faults and reports the first failure.
 
-What counts as one: the tree cannot start, does not come to its end, or gives up; a node fails by itself (not because a fault killed it,
-nor with an `ActorError` such as `CallTimeout` while there are faults); a handler or a canceled goal is stuck, tasks wait for each other's
-locks; nothing can run any more, or one step never ends; a node does not end when it is asked to; something is left after the end; an error
-that nobody took notice of.
+A run fails if
+
+* the tree cannot start, does not reach its end, or gives up,
+* a node fails by itself: not killed by a fault, and not with an `ActorError` such as `CallTimeout` while there are faults,
+* a handler or a canceled goal is stuck, or tasks wait for each other's locks,
+* nothing can run any more, or one step never ends,
+* a node does not end when it is asked to, or something is left over after the end,
+* an error went unnoticed.
 """
 
 from __future__ import annotations
@@ -32,13 +36,13 @@ from actors.testing.simulation.trial import Scenario, Trial
 __all__ = ["LIMIT", "body_of", "main"]
 
 SHOWN_LINES = 8
-"""The number of newest log lines that are shown with a failure; a replay shows more."""
+"""The number of log lines shown with a failure, newest last. A replay shows more."""
 LIMIT = 300.0
-"""Seconds beyond those of a trial that the start and the stop of a tree may take."""
+"""How long the start and the stop of a tree may take, in seconds, in addition to the length of a trial."""
 
 
 def main(argv: Sequence[str]) -> int:
-    """The command. 0 when every seed passed, 1 for a failure, 2 for what cannot be run."""
+    """Run the command. Returns 0 if every seed passed, 1 for a failure, 2 if the arguments cannot be used."""
     options = _parser().parse_args(argv)
     try:
         replay = Trial.parse(options.replay) if options.replay is not None else None
@@ -56,7 +60,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def body_of(make: Maker, seconds: float) -> Callable[[Rig], Any]:
-    """The scenario that `explore` runs: start the tree and let `seconds` pass."""
+    """Return the scenario that `explore` runs: it starts the tree and lets `seconds` pass."""
 
     async def live(rig: Rig) -> None:
         await rig.start(*await grown(make))
@@ -66,7 +70,7 @@ def body_of(make: Maker, seconds: float) -> Callable[[Rig], Any]:
 
 
 def _check_file(path: Path) -> None:
-    """Say before a long search, and not after it, that its record cannot be written. Raises `OSError`."""
+    """Check before a long search that its record can be written. Raises `OSError`."""
     target = path if path.exists() else path.absolute().parent
     if path.is_dir():
         raise IsADirectoryError(f"the flight record cannot be written to {path}: it is a folder")
@@ -99,7 +103,7 @@ def _search(scenario: Scenario, options: argparse.Namespace) -> int:
 
 
 def _explained(finding: Finding) -> str:
-    """The failure, its place, and the faults that led to it, in words."""
+    """The failure, its place and the faults that led to it, as text."""
     (kind, place), text = finding.outcome.signature, str(finding.outcome.error)
     lines = text.splitlines() if kind in text else f"{kind}: {text}".splitlines()
     if place and place not in text:
@@ -110,13 +114,13 @@ def _explained(finding: Finding) -> str:
 
 
 def _shortened(timeline: str) -> str:
-    """The newest log lines, a line each, without their tracebacks; nothing if there are none."""
+    """The newest log lines without tracebacks, one per line; empty if there are none."""
     lines = [line for line in timeline.splitlines() if line.startswith("[")][-SHOWN_LINES:]
     return "".join(f"  {line}\n" for line in [f"the last {len(lines)} log lines:", *lines]) if lines else ""
 
 
 def _recorded(finding: Finding, scenario: Scenario, file: str) -> str:
-    """Where the flight record is, or why there is none: what was found is told whatever becomes of it."""
+    """Write the flight record. Returns its path, or why there is none: a finding is reported in any case."""
 
     def record(answer: Callable[[str], object]) -> None:
         try:
@@ -149,7 +153,7 @@ def _again(scenario: Scenario, trial: Trial) -> int:
 
 
 def _mistake(scenario: Scenario, trial: Trial) -> BaseException | None:
-    """Why a trial cannot be replayed: there is no tree, or a fault of it names nothing in the tree. Looked up in quiet runs."""
+    """Why a trial cannot be replayed, found in runs without output: there is no tree, or a fault names nothing in it."""
     runs = [Isolated(scenario).play(Trial(0, shuffled=False))]
     if runs[0].error is not None and runs[0].signature[0] == Unusable.__name__:
         return runs[0].error
@@ -174,7 +178,7 @@ def _kinds(text: str) -> list[str]:
 
 
 def _whole(least: int) -> Callable[[str], int]:
-    """Reads a whole number that is not less than `least`."""
+    """Return a function that reads a whole number not less than `least`."""
 
     def read(text: str) -> int:
         if not text.isdecimal() or int(text) < least:
@@ -195,7 +199,7 @@ def _seconds(text: str) -> float:
 
 
 class _Parser(argparse.ArgumentParser):
-    """One that refuses in one line."""
+    """An argument parser that reports an error in one line."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"explore: {message}\n")

@@ -1,6 +1,6 @@
-"""Failures that fail a test: of nodes, and of supervisors that give up, unless the test says that it expects them.
+"""Failures of nodes and supervisors that fail a test unless the test expects them.
 
-`Rig.advance` and the rig's end look here; `Rig.expect_failure` and `Rig.crash` say what is meant to happen.
+`Rig.advance` and the end of a rig check for them. A test announces failures with `Rig.expect_failure` and causes them with `Rig.crash`.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ Kinds = type[BaseException] | tuple[type[BaseException], ...]
 
 
 class UnexpectedFailure(AssertionError):
-    """A node failed, or a supervisor gave up, in a test that did not say so. Its `__cause__` is the node's own error."""
+    """A node failed or a supervisor gave up, and the test did not expect it. `__cause__` is the error of the node."""
 
 
 class Failure:
-    """One thing that failed: what it is called in the tree and in the graph, when, why, and the error behind it."""
+    """One failure: the names and classes of what failed, a description, and the error that caused it."""
 
     __slots__ = ("classes", "error", "names", "text")
 
@@ -43,9 +43,9 @@ class Failure:
 
 
 class ExpectedFailure:
-    """A failure that a test expects: from where it says so to its end, or within the ``with`` block that it opens.
+    """A failure that a test expects, until the test ends or within the ``with`` block that it opens.
 
-    `errors` are those that came. The test fails when none has come by the end of the block, or of the test.
+    `errors` holds the errors that occurred. The test fails if none has occurred by the end of the block or of the test.
 
     It has no public constructor: `Rig.expect_failure` gives one.
     """
@@ -80,7 +80,7 @@ class ExpectedFailure:
             self.demand("the end of its block")
 
     def takes(self, failure: Failure) -> bool:
-        """Whether this is one of those that were expected; if so it is kept."""
+        """Whether `failure` is of the expected kind. If so, it is recorded."""
         if failure.error is None:
             fits = self._kinds is BaseException and not self._match.pattern
         else:
@@ -96,40 +96,47 @@ class ExpectedFailure:
         return fits
 
     def demand(self, end: str) -> None:
-        """Fail unless it has come."""
+        """Raise `AssertionError` if no such failure has occurred. `end` names the end of the period, for the text."""
         if not self._met:
             raise AssertionError(f"expected a failure ({self!r}), but none had come by {end}")
 
 
 class FailureWatch:
-    """Hears the reports of one system and keeps the failures that nobody expected, until they are raised.
+    """Receives the reports of one system, and keeps unexpected failures until they are raised.
 
-    `excused` says of a node's error that it is no failure: a simulation has caused it.
+    `excused` returns True for a node's error that is not a failure, because a simulation has caused it.
+
+    Invariants:
+
+    * Each failure is judged once, when it is reported: it is planned, excused, matched with all expectations up to the first that takes it,
+      or kept for `check`.
+    * A failure is raised at most once.
     """
 
     def __init__(self, excused: Callable[[BaseException], bool] | None = None) -> None:
         self._excused = excused
         self.expected: list[ExpectedFailure] = []
         self.planned: list[BaseException] = []
-        """Errors with which the test itself made a node fail."""
+        """The errors that the test itself has raised in nodes."""
         self._system: System | None = None
         self._beside: set[tuple[str, ...]] = set()
         self._untold: list[Failure] = []
 
     def begin(self, system: System) -> None:
-        """Watch `system`, which has not started yet."""
+        """Watch `system`, which has not been started yet."""
         self._system = system
         self._untold.clear()
         system.observe(reports=self._reported, end=self._tree_ended)
 
     def expect(self, kinds: Kinds, node: type | str | None, match: str) -> ExpectedFailure:
-        """From now on; what failed before is judged without it."""
+        """Expect a failure from now on. Failures that have been reported before are not affected."""
         expected = ExpectedFailure(self, kinds, node, match)
         self.expected.append(expected)
         return expected
 
     def look_beside(self, own: tuple[str, ...] | None = None) -> None:
-        """Take notice of nodes beside the tree that failed; only of `own` while the others' errors may still be raised to who opened them."""
+        """Judge the failures of nodes outside the tree: all of them, or only that of `own` while the code that opened the others may still
+        receive their errors."""
         system = self._system
         for identity, error in system.runtime.tree.unsupervised.failed() if system is not None else ():
             if identity.path not in self._beside and own in (None, identity.path):
@@ -138,8 +145,9 @@ class FailureWatch:
                 self._judge(Failure(_names(identity.path, identity), (), text, error))
 
     def check(self, *, more: str = "") -> None:
-        """Raise `UnexpectedFailure` for what has failed and has not been raised yet."""
-        __tracebackhide__ = True  # pytest then shows the test's line and the node's error, not this
+        """Raise `UnexpectedFailure` for the failures that have not been raised yet. `more` is added to its text."""
+        # `pytest` then shows the line of the test and the error of the node instead of this function.
+        __tracebackhide__ = True
         if not self._untold:
             return
         untold, self._untold = self._untold, []
@@ -152,7 +160,7 @@ class FailureWatch:
         raise failure from (errors[0] if errors else None)
 
     def demand(self) -> None:
-        """Fail when something was expected for the rest of the test and has not come."""
+        """Raise `AssertionError` for a failure that was expected for the rest of the test and has not occurred."""
         for expected in self.expected:
             expected.demand("the end of the test")
 
@@ -171,7 +179,7 @@ class FailureWatch:
             return
         error = cause_of(reason)
         if error is None and (report.context != "child_terminated" or not is_abnormal(reason)):
-            return  # an orderly end, or one that the child's own `stop` asks for
+            return  # an orderly end, or one requested by the child's own `stop`
         state = system.nodes.get(report.child.path)
         identity = state.identity if state is not None else None
         made_by = state.child.factory if state is not None else None
@@ -201,7 +209,7 @@ _VERBS: Final = {
 
 
 def _names(path: tuple[str, ...], identity: Identity | None = None) -> tuple[str, ...]:
-    """All that a part of the tree may be called by in `expect_failure(node=...)`."""
+    """All names under which `expect_failure(node=...)` finds a part of the tree."""
     return (path[-1], "/".join(path), *((identity.name, identity.fqn) if identity is not None else ()))
 
 

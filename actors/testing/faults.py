@@ -1,8 +1,8 @@
-"""The faults of a simulated run, as values, and how a seed draws them.
+"""The faults of a simulated run, as values, and their generation from a seed.
 
-A `Fault` is concrete ("the 12th message from /scan to /planner is lost") and can be written down and read back, so that a failing
-run is replayed from one line. What may go wrong at all is said with `Lose`, `Delay`, `Crash`, ...: each draws faults from a seed and
-from the `Profile` of a run without faults.
+A `Fault` is concrete ("the 12th message from /scan to /planner is lost"). It can be written as text and read back, so that a failing run is
+replayed from one line. `Lose`, `Delay`, `Crash` and the others say which faults are possible; each draws faults from a seed and from the
+`Profile` of a run without faults.
 """
 
 from __future__ import annotations
@@ -27,36 +27,37 @@ __all__ = [
 Kind: TypeAlias = Literal[
     "lose", "delay", "duplicate", "swap", "freeze", "nan", "crash", "kill", "slow-start", "slow-handler", "slow-step", "clock-jump"
 ]  # fmt: skip
-"""The kinds of faults, by the names that they have in text."""
+"""The kinds of faults, by their names in text."""
 CLOCK = "clock"
 SOON = 5.0
-"""Seconds within which crashes come that come soon after one another: the window of restarts of a supervisor that says nothing else."""
+"""The period, in seconds, within which drawn crashes follow one another: the default restart window of a supervisor."""
 _TEXT = re.compile(r"(?P<kind>[a-z-]+):(?P<target>[^#+]+)#(?P<nth>\d+)(?P<by>[+-]\d+(\.\d+)?(e-?\d+)?)?")
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One thing that goes wrong. As text: ``KIND:TARGET#NTH+SECONDS``, such as ``delay:/scan>/planner#12+0.25``.
+    """One fault. Its text is ``KIND:TARGET#NTH+SECONDS``, such as ``delay:/scan>/planner#12+0.25``.
 
-    The target of a message fault is ``TOPIC>SUBSCRIBER``, and `nth` counts the messages on that way from 1. ``NODE>WORK`` is a handler,
-    the body of an action, or a task of a node; `nth` counts its steps, from one await to the next (``slow-step``, ``crash``). The target
-    of other faults is a node; `nth` counts its awaits (``crash``), handler runs (``slow-handler``) or lives (``slow-start``), or
-    milliseconds since the start (``kill``). ``clock-jump:clock`` sets the time of day `by` seconds forth or back, `nth` milliseconds after
-    the start.
+    * For faults of messages, the target is ``TOPIC>SUBSCRIBER`` and `nth` counts its messages from 1.
+    * For ``slow-step``, and for ``crash`` at a step of work, it is ``NODE>WORK``: a handler, the body of an action or a task of the node.
+      `nth` counts the steps from one await to the next.
+    * Otherwise it is a node. `nth` counts its awaits (``crash``), handler runs (``slow-handler``), incarnations (``slow-start``), or
+      milliseconds since the start (``kill``).
+    * ``clock-jump:clock`` moves the time of day by `by` seconds, which may be negative, `nth` milliseconds after the start.
     """
 
     kind: Kind
     target: str
     nth: int
     by: float = 0.0
-    """Seconds."""
+    """The size of the fault, in seconds."""
 
     def __str__(self) -> str:
         return f"{self.kind}:{self.target}#{self.nth}" + (f"{self.by:+g}" if self.by else "")
 
     def in_words(self) -> str:
-        """The fault as a sentence."""
-        first, _, second = self.target.partition(">")  # TOPIC>NODE, or NODE>WORK
+        """A sentence that describes the fault."""
+        first, _, second = self.target.partition(">")  # TOPIC>NODE or NODE>WORK
         nth, by = self.nth, f"{self.by:g} s"
         message = f"message {nth} of {first} to {second}"
         death = f"at step {nth} of {second}" if second else f"at its await number {nth}"
@@ -76,11 +77,11 @@ class Fault:
         }[self.kind]
 
 
-"""The kinds of faults, by the names that they have in text."""
+"""The kinds of faults, by their names in text."""
 
 
 def parse(text: str) -> tuple[Fault, ...]:
-    """Read faults back, separated by blanks. Raises `ValueError` naming what cannot be read."""
+    """Parse faults separated by blanks. Raises `ValueError` that names the part that cannot be parsed."""
     return tuple(_parse_one(word) for word in text.split())
 
 
@@ -95,34 +96,34 @@ def _parse_one(word: str) -> Fault:
 
 @dataclass(slots=True)
 class Profile:
-    """The places where faults can strike, counted in a run without faults."""
+    """The places where faults can occur, counted in a run without faults."""
 
     links: dict[str, int] = field(default_factory=dict[str, int])
-    """``TOPIC>SUBSCRIBER`` -> messages, to nodes of the tree."""
+    """``TOPIC>SUBSCRIBER`` -> the number of messages, for subscribers in the tree."""
     watching: dict[str, int] = field(default_factory=dict[str, int])
-    """The same to nodes beside the tree, such as a rig; faults are drawn for none of them."""
+    """The same for subscribers outside the tree, such as a rig. No faults are drawn for them."""
     numeric: set[str] = field(default_factory=set[str])
-    """The links whose messages hold floating-point numbers."""
+    """The links whose messages contain floating-point numbers."""
     awaits: dict[str, int] = field(default_factory=dict[str, int])
-    """Node -> how often it resumed from an await while it ran; all nodes of the tree are here."""
+    """Node -> how often it resumed from an await while it ran. Contains all nodes of the tree."""
     steps: dict[str, int] = field(default_factory=dict[str, int])
-    """``NODE>WORK`` -> how many steps a handler, an action's body or a task has made while its node ran."""
+    """``NODE>WORK`` -> the number of steps of a handler, an action body or a task while its node ran."""
     handled: dict[str, int] = field(default_factory=dict[str, int])
-    """Node -> how many topic, timer and service handlers it has run; those that ran none are left out."""
+    """Node -> the number of topic, timer and service handlers run. Nodes that ran none are left out."""
     seconds: float = 0.0
 
 
 class Possible(Protocol):
-    """A kind of fault that may occur."""
+    """A kind of fault that a run may have."""
 
     def draw(self, rng: Random, profile: Profile) -> list[Fault]:
-        """Some faults of this kind, often none."""
+        """Draw some faults of this kind; often none."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class _OnLinks:
-    """Faults of messages: at most `at_most` in a run, on the way to the subscriptions of `topic` (a contract, a name, or a pattern)."""
+    """Faults of messages to the subscriptions of `topic` (a contract, a name or a pattern), at most `at_most` in a run."""
 
     topic: Topic[Any] | str = "*"
     at_most: int = 3
@@ -146,26 +147,26 @@ class _OnLinks:
 
 @dataclass(frozen=True, slots=True)
 class Lose(_OnLinks):
-    """A message does not arrive."""
+    """A message is lost."""
 
 
 @dataclass(frozen=True, slots=True)
 class Duplicate(_OnLinks):
-    """A message arrives twice."""
+    """A message is delivered twice."""
 
     kind: Kind = field(default="duplicate", init=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Reorder(_OnLinks):
-    """A message arrives just after its successor."""
+    """A message is delivered just after its successor."""
 
     kind: Kind = field(default="swap", init=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class NotANumber(_OnLinks):
-    """All floating-point numbers of a message are NaN."""
+    """All floating-point numbers of a message become NaN."""
 
     at_most: int = 1
     kind: Kind = field(default="nan", init=False, repr=False)
@@ -173,7 +174,7 @@ class NotANumber(_OnLinks):
 
 @dataclass(frozen=True, slots=True)
 class Delay(_OnLinks):
-    """A message arrives up to `up_to` seconds late; those behind it may overtake it."""
+    """A message is delivered up to `up_to` seconds late. Later messages may overtake it."""
 
     up_to: float = 0.5
     kind: Kind = field(default="delay", init=False, repr=False)
@@ -196,13 +197,13 @@ class Freeze(_OnLinks):
 
 @dataclass(frozen=True, slots=True)
 class _OnNodes:
-    """Faults of nodes: `node` is a class name, a name, a full name or a pattern."""
+    """Faults of nodes. `node` is a class name, a name, a fully qualified name or a pattern."""
 
     node: type[Node] | str = "*"
     at_most: int = 1
 
     def _picked(self, rng: Random, counts: Iterable[str]) -> list[str]:
-        """The nodes that it hits, out of those that are meant."""
+        """Choose the nodes to affect among those that `node` matches."""
         name = self.node if isinstance(self.node, str) else default_name(self.node)
         nodes = [node for node in sorted(counts) if _is_meant(node, name)]
         return [rng.choice(nodes) for _ in range(rng.randint(1, self.at_most) if nodes else 0)]
@@ -210,10 +211,9 @@ class _OnNodes:
 
 @dataclass(frozen=True, slots=True)
 class Crash(_OnNodes):
-    """A node dies: at one of its awaits or at a step of its work, without time for a clean-up, or between two handlers (``kill``), as
-    after an error.
+    """A node ends as after an error: at one of its awaits or at a step of its work, without clean-up, or between two handlers (``kill``).
 
-    When there are several, they often come soon after one another: within what supervisors take for one window of restarts.
+    Several crashes often follow one another within the restart window of a supervisor.
     """
 
     def draw(self, rng: Random, profile: Profile) -> list[Fault]:
@@ -241,10 +241,10 @@ class Crash(_OnNodes):
 
 @dataclass(frozen=True, slots=True)
 class SlowStep(_OnNodes):
-    """A handler, the body of an action or a task of a node goes on up to `up_to` seconds late after one of its awaits."""
+    """A handler, an action body or a task of a node resumes up to `up_to` seconds late after one of its awaits."""
 
     at_most: int = 2
-    up_to: float = 2.0  # beyond the timeout of a call, unless it says another
+    up_to: float = 2.0  # longer than the default timeout of a call
 
     def draw(self, rng: Random, profile: Profile) -> list[Fault]:
         faults: list[Fault] = []
@@ -256,7 +256,7 @@ class SlowStep(_OnNodes):
 
 @dataclass(frozen=True, slots=True)
 class SlowHandler(_OnNodes):
-    """A topic, timer or service handler takes up to `up_to` seconds longer; a caller may have given up before it begins."""
+    """A topic, timer or service handler takes up to `up_to` seconds longer. A caller may have given up before it begins."""
 
     up_to: float = 2.0
 
@@ -269,7 +269,7 @@ class SlowHandler(_OnNodes):
 
 @dataclass(frozen=True, slots=True)
 class SlowStart(_OnNodes):
-    """A node takes up to `up_to` seconds to start, the first time or after a crash."""
+    """A node takes up to `up_to` seconds longer to start, at first or after a crash."""
 
     up_to: float = 2.0
 
@@ -282,7 +282,7 @@ class SlowStart(_OnNodes):
 
 @dataclass(frozen=True, slots=True)
 class ClockJump:
-    """Somebody sets the time of day, up to `up_to` seconds forth or back. What measures durations must not notice."""
+    """The time of day is changed by up to `up_to` seconds in either direction. Measured durations must not be affected."""
 
     up_to: float = 60.0
     at_most: int = 1
@@ -307,13 +307,14 @@ KINDS: Final[Mapping[Kind, Possible]] = MappingProxyType(
         "clock-jump": ClockJump(),
     }
 )  # fmt: skip
-"""Every kind of fault by the name that it has in text."""
+"""Every kind of fault, by its name in text."""
 ALL: Final[tuple[Possible, ...]] = tuple(KINDS.values())
-"""Every kind of fault, anywhere; of crashes, two at most."""
+"""Every kind of fault, anywhere, with at most two crashes."""
 
 
 def draw(possible: Iterable[Possible], seed: int, profile: Profile) -> tuple[Fault, ...]:
-    """The faults of one seed: the same for the same seed and profile. Every third seed has none, only its order of events."""
+    """Draw the faults of a seed. The same seed and profile give the same faults. Every third seed has none and only changes the order of
+    events."""
     if seed % 3 == 0:
         return ()
     rng = Random(f"faults/{seed}")
@@ -331,6 +332,6 @@ def _is_meant(name: str, pattern: str) -> bool:
 
 
 def _seconds(rng: Random, up_to: float) -> float:
-    """A duration, often a very short one, in whole milliseconds, so that its text is exact."""
+    """Draw a duration in whole milliseconds, so that its text is exact. Very short ones are frequent."""
     share: float = 10.0 ** rng.uniform(-2.0, 0.0) if rng.random() < 0.5 else rng.random()
     return max(0.001, round(up_to * share, 3))

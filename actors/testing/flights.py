@@ -1,4 +1,4 @@
-"""Flight records of failed tests: where they go, and what the report of the test says of them."""
+"""Flight records of failed tests: where they are written and how the test report mentions them."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ if TYPE_CHECKING:
 __all__ = ["OPTION", "flight_path", "save_flight"]
 
 OPTION = "flight_records"
-"""The ini option, and ``--flight-records`` on the command line."""
+"""The name of the ini option; on the command line it is ``--flight-records``."""
 LONGEST_NAME = 150
 
 
 def flight_path(config: pytest.Config, temporary: pytest.TempPathFactory, test: str) -> Path:
-    """Where the flight record of a test (its node id) belongs: the folder that the options name, else pytest's own temporary folder.
+    """Return the path for the flight record of a test (its node id): in the folder set by the options, or in pytest's temporary folder.
 
-    The folder is made. A folder of the command line is relative to where pytest was started, one of the ini file to that file.
+    The folder is created if needed. A folder given on the command line is relative to the directory where pytest was started, one in the
+    ini file to that file.
     """
     given, ini = config.getoption(OPTION), config.getini(OPTION)
     if given:
@@ -40,13 +41,13 @@ def flight_path(config: pytest.Config, temporary: pytest.TempPathFactory, test: 
 def save_flight(
     recorder: FlightRecorder, config: pytest.Config, temporary: pytest.TempPathFactory, test: str
 ) -> str | None:
-    """Write what a recorder holds; the path, or why there is none. None when nothing has been recorded.
+    """Write the contents of a recorder. Returns the path, or why it could not be written; None if nothing has been recorded.
 
-    Never raises: a record that cannot be written must not hide why the test failed.
+    Never raises, because the failure of the test must not be hidden by that of its record.
     """
     try:
         record = recorder.freeze()
-    except NotStarted:  # the test failed before it had a system
+    except NotStarted:  # the test failed before its system was started
         return None
     try:
         return str(record.write(flight_path(config, temporary, test), notes={"test": test}))

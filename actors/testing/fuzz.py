@@ -1,4 +1,4 @@
-"""A virtual loop that runs a program in another legal order for every seed: the same seed, the same order."""
+"""An event loop on virtual time that runs a program in a different legal order for every seed, and in the same order for the same seed."""
 
 # pyright: reportPrivateUsage=false
 from __future__ import annotations
@@ -14,12 +14,12 @@ __all__ = ["FuzzLoop"]
 
 
 class FuzzLoop(VirtualLoop):
-    """`VirtualLoop` that runs task steps that are ready together, and deadlines of one instant, in an order that `seed` chooses.
+    """A `VirtualLoop` in which `seed` chooses the order of task steps that are ready together and of deadlines at the same instant.
 
-    asyncio promises no order for any of them: a task whose wake-up comes from a thread or a socket is late by as many
-    turns. So a program that breaks under some seed has a race. Plain callbacks keep their order, because transports and
-    protocols rely on it. A failing run is repeated by its seed (the order in which anyio cancels the tasks of a group
-    follows memory addresses; that no seed can pin down).
+    asyncio does not define these orders: a wake-up from a thread or a socket may delay a task by any number of turns. A program that fails
+    under some seed therefore has a race. Plain callbacks keep their order, because transports and protocols depend on it. A failing run is
+    repeated by its seed. The exception is the order in which anyio cancels the tasks of a group: it depends on memory addresses and is not
+    controlled by the seed.
     """
 
     def __init__(self, seed: int, start: float = 0.0) -> None:
@@ -28,7 +28,7 @@ class FuzzLoop(VirtualLoop):
         self._rng = random.Random(seed)
         self._order_of_steps = order_of(seed, self._rng)
         self._share = 0
-        """The number of steps still to run until this counts as one turn of the loop: in plain order all of them run in one."""
+        """The number of steps still to run until they count as one turn of the loop: in the plain order, all of them run in one turn."""
 
     def __repr__(self) -> str:
         return f"{super().__repr__()[:-1]} seed={self.seed}>"

@@ -1,4 +1,4 @@
-"""The check for what a system leaves behind when it has ended: tasks, threads, subscriptions, goals."""
+"""The check for what a system leaves over when it has ended: tasks, threads, endpoints and goals."""
 
 from __future__ import annotations
 
@@ -13,15 +13,18 @@ if TYPE_CHECKING:
 __all__ = ["Leak", "LeakWatch"]
 
 ENDING_SECONDS = 0.5
-"""Real seconds within which a thread that is not left over ends."""
+"""How long, in seconds of real time, a thread may take to end before it counts as left over."""
 
 
 class Leak(AssertionError):
-    """Something outlived the system that owned it."""
+    """Something has outlived the system that owned it."""
 
 
 class LeakWatch:
-    """Invariant: what ran when the watch was made is never called left over."""
+    """Finds what a system has left over.
+
+    Invariant: tasks and threads that ran when the watch was created are never reported.
+    """
 
     def __init__(self, loop: VirtualLoop) -> None:
         self._loop = loop
@@ -29,11 +32,11 @@ class LeakWatch:
         self._threads = set(threading.enumerate())
 
     def forgive_threads(self) -> None:
-        """Threads that run now are none that the system has left over: whoever would have ended them was not allowed to."""
+        """Exclude the threads that run now from the check, because what would have ended them was interrupted."""
         self._threads |= set(threading.enumerate())
 
     def left_over(self, system: System) -> list[str]:
-        """The tasks, threads, endpoints and goals that a system has left behind, each in a phrase."""
+        """Describe the tasks, threads, endpoints and goals that a system has left over, one phrase each, sorted."""
         left = [
             f"task {task.get_name()}"
             for task in asyncio.all_tasks() - self._tasks
@@ -55,12 +58,12 @@ class LeakWatch:
 
 
 def _goes_on(thread: threading.Thread) -> bool:
-    """Whether a thread has more to do; one that has told the loop its result may need a moment of real time to end."""
+    """Whether a thread is still running. One that has already delivered its result may need a moment of real time to end."""
     thread.join(ENDING_SECONDS)
     return thread.is_alive()
 
 
 def _is_pooled(thread: threading.Thread, loop: VirtualLoop) -> bool:
-    """Whether a thread is the loop's own, or anyio's: it waits for its next job, and ends with the loop."""
+    """Whether a thread belongs to the pool of the loop or of anyio. It waits for work and ends with the loop."""
     executor = getattr(loop, "_default_executor", None)
     return thread in getattr(executor, "_threads", ()) or type(thread).__module__.startswith("anyio.")

@@ -1,8 +1,8 @@
-"""Which of the task steps that are ready together run first: two ways in which a seed chooses another legal order.
+"""Orders of execution: two ways in which a seed chooses which of the task steps that are ready together run first.
 
-`Shuffled` mixes them anew in every turn of the loop: good at changing many pairs. `ByPriority` lets one task be late for as long as the
-others have anything to do: good at what takes one particular task, and many turns. It is the scheduler of Burckhardt et al., "A
-randomized scheduler with probabilistic guarantees of finding bugs" (2010), made fair.
+`Shuffled` permutes them in every turn of the loop, which changes the order of many pairs. `ByPriority` can delay one task for as long as
+the others have anything to do, which finds failures that need one particular task to be late for many turns. It is the scheduler of
+Burckhardt et al., "A randomized scheduler with probabilistic guarantees of finding bugs" (2010), with added fairness.
 """
 
 from __future__ import annotations
@@ -19,40 +19,42 @@ from actors.time.handles import owner
 __all__ = ["ByPriority", "Order", "Shuffled", "order_of"]
 
 HELD_BACK = 0.25
-"""How often all but one of the steps that are ready together wait, so that one task gets ahead of the others."""
+"""The share of turns in which only one of the ready steps runs, so that one task gets ahead of the others."""
 
 MOST_IN_A_ROW = 40
-"""The number of steps in a row after which a task that others wait for falls behind them: it polls for what they have to do."""
+"""The number of steps in a row after which a task is moved behind the others that are ready: it may be polling for their results."""
 LONGEST_WAIT = 1000
-"""After so many turns a step has its own, whatever its priority: two tasks that keep each other busy must not stop a third for ever."""
+"""The number of turns after which a step runs regardless of its priority, so that two tasks that keep each other busy cannot starve a
+third."""
 AFRESH = 0.05
-"""Of the changes, the share that draws all priorities anew."""
+"""The share of priority changes that draw all priorities again."""
 
 
 class Order(Protocol):
-    """A way to choose what runs."""
+    """A way to choose which steps run next."""
 
     @property
     def held(self) -> int:
-        """How many steps wait here, though they are ready."""
+        """The number of steps that are ready but held back here."""
         ...
 
     def arrange(self, ready: deque[Any]) -> None:
-        """Leave in `ready` what runs in this turn of the loop, in its order; keep, or give back, the rest.
+        """Leave in `ready`, in order, what runs in this turn of the loop. Hold back the rest, and put back steps that were held back
+        before.
 
-        Plain callbacks stay, in their order, and no step that was kept gets ahead of them: a transport is closed, or a future's other
-        callbacks have run, when the task that waited for it goes on.
+        Plain callbacks stay in their order, and no step that was held back runs before them: a transport has been closed, and the other
+        callbacks of a future have run, before the task that waited for it resumes.
         """
         ...
 
 
 def order_of(seed: int, rng: Random) -> Order:
-    """Even seeds give a task priority, odd ones shuffle."""
+    """Return the order for a seed: `ByPriority` for an even seed, `Shuffled` for an odd one."""
     return Shuffled(rng) if seed % 2 else ByPriority(rng)
 
 
 class Shuffled:
-    """Permutes the steps; sometimes only the first one runs now."""
+    """Permutes the steps. In some turns only the first of them runs."""
 
     def __init__(self, rng: Random) -> None:
         self._rng = rng
@@ -90,21 +92,27 @@ class Shuffled:
 
 
 class ByPriority:
-    """Runs one step in each turn: of the task with the highest priority.
+    """Runs one step per turn, that of the task with the highest priority.
 
-    Priorities are drawn when a task is first seen. At some steps, few or many as the seed says, the task that would run falls behind
-    all others that are ready; so does one that goes on for too long while they wait.
+    The priority of a task is drawn when it is first seen. At some steps, few or many depending on the seed, the task that would run is
+    moved behind all others that are ready. So is a task that has run for too many steps in a row while others wait.
+
+    Invariants:
+
+    * Each step that is held back is in `_waiting` under its number, oldest first, and has an entry in `_ranks`.
+    * A number in `_ranks` that is not in `_waiting` belongs to a step that has run; it is skipped.
     """
 
     def __init__(self, rng: Random) -> None:
         self._rng = rng
         self._changes = 10.0 ** rng.uniform(-2.5, -0.3)
         """The share of steps at which priorities change."""
-        self._priorities: WeakKeyDictionary[Any, float] = WeakKeyDictionary()  # whoever forgets a task must see it go
+        # Weak, so that a task that the program has dropped is not kept alive.
+        self._priorities: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
         self._waiting: dict[int, tuple[int, Any]] = {}
-        """Number -> the turn in which the step came, the step; the oldest first."""
+        """Number -> (the turn in which the step arrived, the step), oldest first."""
         self._ranks: list[tuple[float, int]] = []
-        """A heap of (minus the priority, number); some of those numbers wait no more."""
+        """A heap of (minus the priority, number)."""
         self._turn = self._number = 0
         self._last: object = None
         self._in_a_row = 0
@@ -142,7 +150,7 @@ class ByPriority:
         return priority
 
     def _choose(self) -> Any:
-        """Take the next step out of those that wait."""
+        """Take the next step from those held back."""
         oldest = next(iter(self._waiting))
         if self._turn - self._waiting[oldest][0] > LONGEST_WAIT:
             return self._waiting.pop(oldest)[1]
@@ -164,7 +172,7 @@ class ByPriority:
         return self._waiting.pop(number)[1]
 
     def _demote(self, task: object) -> None:
-        """Put a task behind all that are ready; now and then, all those that are not ready get another priority, too."""
+        """Give a task a lower priority than all that are ready. Sometimes all priorities of other tasks are drawn again."""
         lowest = min(self._priority(handle) for _, handle in self._waiting.values())
         if self._rng.random() < AFRESH:
             self._priorities.clear()

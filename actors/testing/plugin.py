@@ -1,7 +1,7 @@
-"""The pytest plugin: the fixture `rig`, and virtual time for the tests that ask for it.
+"""The pytest plugin: the fixture `rig`, and virtual time for the tests that request it.
 
-A test gets the virtual clock when it uses `rig` (directly or through another fixture) or carries ``@pytest.mark.virtual``. All others
-keep the event loop that pytest-asyncio, or another plugin, gives them. Without pytest-asyncio this plugin does nothing.
+A test runs on the virtual clock if it uses `rig`, directly or through another fixture, or is marked ``@pytest.mark.virtual``. All other
+tests keep the event loop that pytest-asyncio or another plugin gives them. Without pytest-asyncio this plugin does nothing.
 """
 
 from __future__ import annotations
@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 else:
     try:
         from pytest_asyncio import fixture
-    except (
-        ModuleNotFoundError
-    ):  # pytest loads this plugin wherever the package is installed, also for suites that do not need it
+    except ModuleNotFoundError:  # pytest loads this plugin in every suite, whether it needs it or not
         fixture = pytest.fixture
 
 LoopFactories = Mapping[str, Callable[[], asyncio.AbstractEventLoop]]
@@ -31,8 +29,8 @@ LoopFactories = Mapping[str, Callable[[], asyncio.AbstractEventLoop]]
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
-    # pytest-asyncio asks everybody to set this option; the tests of robots are the same with either value. pytest drops this filter
-    # when all plugins are configured.
+    # pytest-asyncio asks every project to set this option. It makes no difference to these tests. pytest removes this filter after all
+    # plugins are configured.
     warnings.filterwarnings("ignore", 'The configuration option "asyncio_default_fixture_loop_scope" is unset')
     config.addinivalue_line("markers", "virtual: run this test on the virtual clock of actors.testing")
 
@@ -52,8 +50,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_pycollect_makeitem(collector: pytest.Collector, name: str, obj: object) -> None:
-    """A coroutine test that uses `rig`, or is marked `virtual`, is an asyncio test, also in pytest-asyncio's strict mode."""
-    if not callable(obj) or not inspect.iscoroutinefunction(obj):  # 3.12 takes the module `inspect` itself for one
+    """Collect a coroutine test that uses `rig` or is marked `virtual` as an asyncio test, also in pytest-asyncio's strict mode."""
+    # With Python 3.12, the module `inspect` itself is taken for one.
+    if not callable(obj) or not inspect.iscoroutinefunction(obj):
         return
     marks = getattr(obj, "pytestmark", ())
     if "rig" in inspect.signature(obj).parameters or any(mark.name == "virtual" for mark in marks):
@@ -64,7 +63,7 @@ def pytest_pycollect_makeitem(collector: pytest.Collector, name: str, obj: objec
 def pytest_asyncio_loop_factories(
     config: pytest.Config, item: pytest.Item
 ) -> Generator[None, LoopFactories | None, LoopFactories]:
-    """Virtual time where it is asked for; elsewhere whatever other plugins say, else what would happen without this plugin."""
+    """Use a virtual loop for the tests that request it. For others, use what another plugin provides, or the default."""
     others = yield
     if item.get_closest_marker("virtual") is not None or "rig" in getattr(item, "fixturenames", ()):
         from actors.time.virtual_loop import VirtualLoop
@@ -75,7 +74,7 @@ def pytest_asyncio_loop_factories(
 
 @fixture
 async def rig(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Rig]:
-    """A `Rig`; it is closed, and checked for leaks, after the test."""
+    """Provide a `Rig`. After the test it is closed and checked for leaks."""
     from actors.bag import FlightRecorder
     from actors.testing.rig import Rig
 
@@ -94,7 +93,7 @@ _FLIGHT = pytest.StashKey[Any]()
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Show what happened in the system of a failed test, whether it failed itself or left something behind."""
+    """Add the log of the system and the flight record to the report of a failed test, whether it failed itself or at its clean-up."""
     report = yield
     if report.failed and (rig := item.stash.get(_RIG, None)) is not None:
         from actors.testing.flights import save_flight
@@ -106,5 +105,5 @@ def pytest_runtest_makereport(
         if (flight := save_flight(recorder, item.config, temporary, item.nodeid)) is not None:
             report.sections.append(("flight record", flight))
     if report.when == "teardown" and _RIG in item.stash:
-        del item.stash[_FLIGHT], item.stash[_RIG]  # a session may have thousands of tests, each with a robot in it
+        del item.stash[_FLIGHT], item.stash[_RIG]  # a session may have thousands of tests, each with a robot
     return report

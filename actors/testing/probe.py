@@ -1,4 +1,4 @@
-"""`Probe`: a test's ear on one topic."""
+"""`Probe`: a recording of one topic in a test."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ M = TypeVar("M", bound="Message")
 
 
 class Probe(Subscription[M], Generic[M]):
-    """Everything that was published on a topic since the probe was made, with the times.
+    """The messages published on a topic since the probe was created, with their times.
+
+    `times[i]` is when message i was received, in seconds on the system's clock. A probe has no bound: it keeps all messages, unlike other
+    subscriptions.
 
     It has no public constructor: `Rig.probe` gives one.
     """
@@ -26,7 +29,7 @@ class Probe(Subscription[M], Generic[M]):
 
     def __init__(self, rig_node: Any, entry: Any, type: type[M], qos: QoS, now: Callable[[], float]) -> None:
         super().__init__(rig_node, entry, type, qos)
-        self.keep_all = False  # it has room for everything, so nobody needs to wait for it
+        self.keep_all = False  # it has no bound, so no publisher has to wait for it
         self.times: list[float] = []
         self._now = now
 
@@ -46,17 +49,17 @@ class Probe(Subscription[M], Generic[M]):
 
     @property
     def last(self) -> M | None:
-        """The newest message, or None: to be compared, as in ``probe.last == Twist()``."""
+        """The newest message, or None. Use it in comparisons, as in ``probe.last == Twist()``."""
         return self.messages[-1] if self.messages else None
 
     @property
     def newest(self) -> M:
-        """The newest message, to look into: ``probe.newest.linear.x``. Raises `AssertionError` when nothing has come."""
+        """The newest message. Use it to read fields, as in ``probe.newest.linear.x``. Raises `AssertionError` if there is none."""
         if not self.messages:
             raise AssertionError(f"nothing has come on {self.entry.name} since the probe was made")
         return self.messages[-1]
 
     def clear(self) -> None:
-        """Forget what was seen."""
+        """Discard the messages received so far."""
         self.messages.clear()
         self.times.clear()

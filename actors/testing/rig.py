@@ -1,4 +1,4 @@
-"""`Rig`: a system on the virtual clock, seen from a test.
+"""`Rig`: a system on the virtual clock, controlled by a test.
 
 ::
 
@@ -9,9 +9,9 @@
         await rig.advance(1.0)
         assert cmd.last == Twist()
 
-Nothing here sleeps: `advance` moves the clock, and everything that is due on the way happens in order. When the test is over the rig
-stops the system and fails the test if anything is left: a task, a thread, a subscription, a goal. A node that fails, or a supervisor that
-gives up, fails the test too, unless the test caused it by `crash` or announced it by `expect_failure`.
+No call sleeps in real time: `advance` moves the clock, and everything that is due in the meantime happens in order. When the test ends, the
+rig stops the system and fails the test if a task, a thread, an endpoint or a goal is left over. A node that fails or a supervisor that
+gives up fails the test too, unless the test caused it by `crash` or announced it by `expect_failure`.
 """
 
 from __future__ import annotations
@@ -66,10 +66,15 @@ _ME = (BESIDE, "rig")
 
 
 class Rig:
-    """One system on the virtual clock, and the hands and eyes of a test in it.
+    """One system on the virtual clock, and the means for a test to act on it and observe it.
 
-    `make_system` makes the system, with the arguments of `System`: a simulation brings one of its own. `excused` says of a node's error
-    that it is no failure of the test, because the simulation has caused it.
+    `make_system` creates the system and takes the arguments of `System`; a simulation passes its own. `excused` returns True for a node's
+    error that is not a failure of the test, because a simulation has caused it.
+
+    Invariants:
+
+    * A rig runs at most one system. `system` and `me` raise `NotStarted` until it has started.
+    * An observer is attached once, to that system, before its tree starts if possible.
     """
 
     def __init__(
@@ -92,14 +97,15 @@ class Rig:
         self._me: UnsupervisedNode | None = None
         self._tree: Spec | None = None
         self.leaks = LeakWatch(loop)
-        """What ran before the rig was made, and so is nothing that its system has left over."""
+        """Remembers what ran before the rig was created; that is not reported as left over."""
 
     # -- the system ---------------------------------------------------------------------------------------------------------
 
     async def start(
         self, tree: Runnable, *more: Spec | type[Node], seed: int = 0, parameters: ParameterSources | None = None
     ) -> System:
-        """Start a tree, or a few nodes under a plain supervisor, and return when all of it is ready. Takes what `actors.run` takes."""
+        """Start a tree, or several nodes under a plain supervisor, and return when all of it is ready. Accepts what `actors.run`
+        accepts."""
         if self._system is not None:
             raise RuntimeError("this rig runs a system already: one rig, one system")
         if asyncio.get_running_loop() is not self.loop:
@@ -111,7 +117,7 @@ class Rig:
         options = options_of("rig.start(parameters=...)", whole, parameters, None, DEBUG)
         system = self._make_system(seed=seed, sinks=(self.logs.append,), level=DEBUG, options=options)
         self._watch.begin(system)
-        while self._observers:  # each observes one system: the first, also when it does not come to start
+        while self._observers:  # each observes this one system, even if its start fails
             self._observers.pop(0).attach(system)
         self._tree = whole
         await system.start(whole)
@@ -120,7 +126,7 @@ class Rig:
         return system
 
     def findings(self) -> tuple[Finding, ...]:
-        """What `check_tree` says of how the nodes of this test are connected; what the test itself publishes counts, too."""
+        """The findings of `check_tree` about the running tree. Topics on which the test itself publishes count as published."""
         if self._tree is None or self._system is None:
             return ()
         from actors.check.checker import check_tree
@@ -129,7 +135,7 @@ class Rig:
         return check_tree(self._tree, external=published, each_node=False)
 
     def observe(self, observer: O) -> O:
-        """Attach a `FlightRecorder`, a `Trace` or the like: before the tree starts if it has not started yet, else now."""
+        """Attach an observer, such as a `FlightRecorder` or a `Trace`: before the tree starts, or now if it has started. Returns it."""
         if self._system is None:
             self._observers.append(observer)
         else:
@@ -144,23 +150,23 @@ class Rig:
 
     @property
     def me(self) -> Node:
-        """The rig's own node, through which it talks to the others."""
+        """The rig's own node, which publishes, calls and sends goals for the test. Raises `NotStarted`."""
         if self._me is None:
             raise NotStarted("the rig runs no system yet: await rig.start(tree) first")
         return self._me.node
 
     @property
     def now(self) -> float:
-        """Seconds on the system's clock."""
+        """The time on the system's clock, in seconds."""
         return self.system.clock.now()
 
     @property
     def reports(self) -> list[Report]:
-        """What the supervisors reported."""
+        """The reports of the supervisors so far."""
         return list(self.system.reports)
 
     async def close(self) -> None:
-        """Stop the system and check that nothing is left of it and nothing failed unheard. Raises `Leak` or `UnexpectedFailure`."""
+        """Stop the system. Raises `Leak` if something is left over and `UnexpectedFailure` for a failure not yet raised."""
         system = self._system
         if system is not None:
             self._watch.look_beside()
@@ -176,16 +182,16 @@ class Rig:
     # -- time ---------------------------------------------------------------------------------------------------------------
 
     async def quiet(self) -> None:
-        """Let everything happen that can happen at this very instant."""
+        """Let everything happen that can happen without time passing."""
         while True:
             await asyncio.sleep(0)
             if self.loop.idle:
                 return
 
     async def advance(self, seconds: float) -> None:
-        """Let `seconds` pass, and everything that is due until then, including what is due at the last instant.
+        """Let `seconds` pass, with everything that is due in that time, its last instant included.
 
-        Raises `UnexpectedFailure` when a node failed, or a supervisor gave up, and the test did not say so.
+        Raises `UnexpectedFailure` if a node fails or a supervisor gives up and the test did not expect it.
         """
         await self.system.clock.sleep_until(self.now + seconds)
         await self.quiet()
@@ -193,7 +199,7 @@ class Rig:
         self._watch.check()
 
     async def until(self, condition: Callable[[], bool], *, within: float = 60.0, step: float = 0.005) -> None:
-        """Let time pass until `condition()` holds; it is looked at every `step` seconds. Fails after `within` seconds."""
+        """Let time pass until `condition()` is true, checking it every `step` seconds. Fails after `within` seconds."""
         end = self.now + within
         while not condition():
             if self.now >= end:
@@ -201,14 +207,14 @@ class Rig:
             await self.advance(min(step, end - self.now))
 
     async def settled(self, *, within: float = 60.0) -> None:
-        """Let time pass until every node runs or has ended for good, and every inbox is empty."""
+        """Let time pass until every node is running or has ended for good and every inbox is empty. Fails after `within` seconds."""
         await self.quiet()
         await self.until(lambda: all(_is_settled(state) for state in self.system.nodes.values()), within=within)
 
     # -- topics, services, actions ------------------------------------------------------------------------------------------
 
     def probe(self, topic: Topic[M], *, name: str | None = None, qos: QoS | int | None = None) -> Probe[M]:
-        """Record a topic from now on. `name` is a full name instead of the contract's; latched messages come first."""
+        """Record a topic from now on, beginning with its latched messages. `name`, a full name, replaces that of the contract."""
         me = incarnation_of(self.me)
         entry = self.system.graph.topic(name or me.identity.topic(topic.name))
         probe = Probe(me, entry, topic.type, topic.qos if qos is None else of(qos), self.system.clock.now)
@@ -217,7 +223,7 @@ class Rig:
         return probe
 
     def publish(self, topic: Topic[M], message: M) -> None:
-        """Publish one message; delivered when the test next awaits."""
+        """Publish a message. It is delivered when the test next awaits."""
         me = incarnation_of(self.me)
         for publisher in me.publishers:
             if publisher.type is topic.type and publisher.entry.name == me.identity.topic(topic.name):
@@ -226,11 +232,11 @@ class Rig:
         self.me.publisher(topic).publish(message)
 
     async def call(self, service: Service[Req, Resp], request: Req, *, timeout: float = CALL_TIMEOUT) -> Resp:
-        """Ask a service."""
+        """Call a service and return the response. Raises what `Node.call` raises."""
         return await self.me.call(service, request, timeout=timeout)
 
     async def start_goal(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
-        """Send a goal and return when it is accepted. Raises `GoalRejected`."""
+        """Send a goal and return when it is accepted. Raises `GoalRejected` or `ActionUnavailable`."""
         handle = self.me.start(action, goal, timeout=timeout)
         await handle.send()
         return handle
@@ -238,7 +244,7 @@ class Rig:
     # -- nodes --------------------------------------------------------------------------------------------------------------
 
     def state(self, node: type[Node] | str) -> NodeRecord:
-        """What is known of a node, by its class, its name or its full name."""
+        """The record of a node, found by its class, name or fully qualified name."""
         return self.system.runtime.directory.named(node)
 
     @overload
@@ -246,17 +252,17 @@ class Rig:
     @overload
     def node(self, node: str) -> Node: ...
     def node(self, node: type[Node] | str) -> Node:
-        """The living object of this class, or of the node of this name or full name."""
+        """The present object of a node, found by its class, name or fully qualified name."""
         return self.system.node(node)
 
     def incarnation(self, node: type[Node] | str) -> int:
-        """The number of the node's present or last life."""
+        """The number of the node's current or last incarnation."""
         return self.state(node).incarnation
 
     def crash(self, node: type[Node] | str, error: Exception | None = None) -> None:
-        """Make a node fail, as if a handler of it had raised `error`. Raises `LookupError` and `NotStarted`.
+        """Make a node fail as if one of its handlers had raised `error`. Raises `LookupError` or `NotStarted`.
 
-        The test means it, so the node's end is no `UnexpectedFailure`; a supervisor that gives up because of it is one.
+        The end of that node does not raise `UnexpectedFailure`; a supervisor that gives up because of it does.
         """
         error = error or RuntimeError("crashed by the rig")
         self.system.crash(node, error)
@@ -269,18 +275,18 @@ class Rig:
         node: type[Node] | str | None = None,
         match: str = "",
     ) -> ExpectedFailure:
-        """Say that a node will fail with such an `error`, or that a supervisor will give up (`SupervisorGaveUp`).
+        """Expect a node to fail with such an `error`, or a supervisor to give up (`SupervisorGaveUp`).
 
-        It holds to the end of the test, or of the block when it is used as ``with rig.expect_failure(OSError): ...``, for any number of
-        failures; the test fails when none comes. `node` is a class, a name, a full name or a path in the tree; `match` is a regular
-        expression searched in the error's text. The errors that came are in `.errors`.
+        The expectation holds until the end of the test, or until the end of the block in ``with rig.expect_failure(OSError): ...``. It
+        allows any number of failures; the test fails if there is none. `node` is a class, a name, a fully qualified name or a path in the
+        tree. `match` is a regular expression searched for in the text of the error. The errors that occurred are in `.errors`.
         """
         return self._watch.expect(error, node, match)
 
     # -- when a test fails --------------------------------------------------------------------------------------------------
 
     def timeline(self, last: int = 30) -> str:
-        """The newest log lines, among them the supervisors' reports, in order."""
+        """The newest `last` log lines in order, including the reports of the supervisors."""
         seed = self._system.seed if self._system is not None else 0
         time = f"{self.now:.6f}" if self._system is not None else "-"
         lines = [str(record) for record in list(self.logs)[-last:]]

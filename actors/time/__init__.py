@@ -1,6 +1,6 @@
-"""Time: values of whole nanoseconds, the clocks and tickers that nodes live on, and the event loops, real and virtual.
+"""Time: values in whole nanoseconds, the clocks and tickers of nodes, and the real and virtual event loops.
 
-Public are the values, and the jumps of simulated time that `Node.on_jump` tells of.
+Public are the values, and the jumps of simulated time reported by `Node.on_jump`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Imports the names of simulated time when one is first used: most systems never do."""
+    """Import the names of simulated time when one is first used; most systems never use them."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from actors.time import ros_clock

@@ -1,4 +1,4 @@
-"""The clock a node meets: seconds of its system, real or virtual, and the stamps of its messages."""
+"""The clock of a system, real or virtual: its time in seconds, and the stamps of its messages."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ __all__ = ["Clock"]
 
 
 class Clock:
-    """One clock for everything a system does. It is the event loop's, so on the virtual loop it is virtual.
+    """The clock of one system. It follows the event loop, so it is virtual on a virtual loop.
 
-    `now()` is seconds since the system started; it never goes back and is what durations and deadlines use. `wall()` is the time
-    of day as seconds since 1970: on the real clock the computer's, on the virtual clock `now()` itself, so that runs repeat.
+    `now()` is the time since the system started, in seconds. It never goes back; durations and deadlines use it. `wall()` is the time of
+    day in seconds since 1970. On a virtual loop it begins at 0 with `now()`, so that runs are repeatable.
 
     It has no public constructor: `Node.clock` and `System.clock` are one.
     """
@@ -40,7 +40,7 @@ class Clock:
         return f"<{'virtual' if self.virtual else 'real'} clock at {self.now():.6f} s>"
 
     def now(self) -> float:
-        """Seconds since the system started."""
+        """The time since the system started, in seconds."""
         return self._loop.time() - self._origin
 
     def now_ns(self) -> int:
@@ -48,7 +48,7 @@ class Clock:
         return round(self.now() * 1e9)
 
     def wall(self) -> float:
-        """Seconds since 1970 (virtual clock: since the start)."""
+        """The time of day in seconds since 1970; on a virtual loop, since the start."""
         return self._epoch + self.now()
 
     def wall_ns(self) -> int:
@@ -56,33 +56,33 @@ class Clock:
         return round(self._epoch * 1e9) + self.now_ns()
 
     def wall_ns_at(self, now: float) -> int:
-        """`wall_ns()` of the instant at which `now()` was or will be `now`."""
+        """What `wall_ns()` was or will be when `now()` is `now`."""
         return round(self._epoch * 1e9) + round(now * 1e9)
 
     def shift_wall(self, seconds: float) -> None:
-        """Set the time of day forth or back, as a person or NTP does: `wall()` and stamps jump, `now()` does not notice."""
+        """Change the time of day by `seconds`, as a person or NTP does. `wall()` and stamps jump, `now()` does not."""
         self._epoch += seconds
 
     def stamp(self, now: float | None = None) -> TimeMessage:
-        """`wall()` as a ``builtin_interfaces/msg/Time``, for message headers; with `now`, of the instant at which `now()` was that."""
+        """`wall()` as a ``builtin_interfaces/msg/Time`` for message headers; with `now`, the stamp of that instant."""
         return stamp_of(self.wall_ns() if now is None else self.wall_ns_at(now))
 
     def loop_time(self, now: float) -> float:
-        """The event loop's time at which this clock shows `now`."""
+        """The event loop's time, in seconds, at which `now()` is `now`."""
         return self._origin + now
 
     def call_at(self, instant: float, callback: Callable[[], object]) -> asyncio.TimerHandle | asyncio.Future[bool]:
-        """Call `callback` in the loop when `now()` has reached `instant`, unless what is returned is canceled (`.cancel()`) before.
+        """Call `callback` in the loop when `now()` reaches `instant`, unless the returned object is canceled (`.cancel()`) first.
 
-        It belongs to nobody: who asks for it cancels it. Under simulated time it is also called when that is switched off or its node ends,
-        so it looks at the clock itself.
+        The caller has to cancel it; it does not end with a node. Under simulated time, `callback` is also called when simulated time is
+        switched off or its node ends, so it must check the clock itself.
         """
         return self._loop.call_at(self._origin + instant, callback)
 
     async def sleep(self, seconds: float) -> bool:
-        """Wait for so many seconds; at least one turn of the loop, also for zero and less. NaN and infinity are refused.
+        """Wait for `seconds`, and for at least one turn of the loop even if they are zero or negative. NaN and infinity are refused.
 
-        True when they have passed; False only under simulated time, when that is switched off meanwhile (see `actors.runtime.sim_time`).
+        True when they have passed. False only under simulated time, if it is switched off in the meantime (see `actors.runtime.sim_time`).
         """
         if not math.isfinite(seconds):
             raise ValueError(f"clock.sleep({seconds}): the duration must be a finite number of seconds")
@@ -90,7 +90,7 @@ class Clock:
         return True
 
     async def sleep_until(self, instant: float) -> bool:
-        """Wait until `now()` reaches `instant`; an instant that has passed costs one turn of the loop. True and False as for `sleep`."""
+        """Wait until `now()` reaches `instant`; for one turn of the loop if it has passed. Returns what `sleep` returns."""
         if not math.isfinite(instant):
             raise ValueError(f"clock.sleep_until({instant}): the instant must be a finite number of seconds")
         loop = self._loop
@@ -98,7 +98,7 @@ class Clock:
         if when <= loop.time():
             await asyncio.sleep(0)
             return True
-        if self._future_at is not None:  # a virtual loop's, at half the price
+        if self._future_at is not None:  # on a virtual loop, which has a cheaper way
             await self._future_at(when)
             return True
         future: asyncio.Future[None] = loop.create_future()

@@ -1,8 +1,8 @@
-"""Timeouts for many waiting futures at the price of one.
+"""Timeouts for many futures with few timers.
 
-Calls mostly use the same few timeouts, and for one value the deadlines come in order: a queue for each value and one loop timer for
-its head are enough. A call that is answered in time costs an append here and its share of a sweep; `asyncio.timeout` would cost
-more than the call itself.
+Most calls use one of a few timeouts, and the deadlines of calls with the same timeout come in the order of the calls. So one queue per
+timeout, with one loop timer for its first entry, is enough. A call that is answered in time costs an append and its share of a sweep;
+`asyncio.timeout` would cost more than the call itself.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from actors.checks import is_number
 __all__ = ["Deadlines", "Waiting", "check_timeout"]
 
 FEW = 64
-"""The number of answered calls that may stay in a queue besides those that wait, and the number looked at in search of a cycle."""
+"""The number of answered calls that a queue may hold in addition to the waiting ones, and the number searched for a cycle."""
 
 
 class Waiting(Protocol):
-    """Something that waits for its future."""
+    """An object that waits for its future until a deadline."""
 
     future: asyncio.Future[Any]
     due: float
-    """Loop time at which it has waited long enough."""
+    """The deadline, in seconds of the loop's time."""
 
     def late(self) -> BaseException:
-        """The error for its future."""
+        """Build the error for the future after the deadline."""
         ...
 
 
 class _Queue:
-    """All that waits with one and the same timeout, in the order of its deadlines."""
+    """The waiting objects with one timeout, in the order of their deadlines."""
 
     __slots__ = ("full", "timer", "waiting")
 
@@ -44,7 +44,7 @@ class _Queue:
         self.timer = timer
 
     def sweep(self) -> None:
-        """Drop what has been answered. As the queue may grow to twice of what is left, this costs little for each call."""
+        """Remove the entries that have been answered. A queue may grow to twice the size of what remains, so the cost per call is small."""
         left = [each for each in self.waiting if not each.future.done()]
         self.waiting.clear()
         self.waiting.extend(left)
@@ -52,7 +52,13 @@ class _Queue:
 
 
 class Deadlines:
-    """Fails futures that are not done in time."""
+    """Fails futures that are not completed in time.
+
+    Invariants:
+
+    * Each timeout in use has one queue, ordered by deadline, and one loop timer for its first entry.
+    * An entry whose future is completed is ignored, and removed at the latest when its deadline passes.
+    """
 
     __slots__ = ("_loop", "_queues", "_time")
 
@@ -62,7 +68,8 @@ class Deadlines:
         self._queues: dict[float, _Queue] = {}
 
     def watch(self, one: Waiting, timeout: float) -> None:
-        """Set the exception `one.late()` on `one.future` unless it is done within `timeout` seconds (> 0)."""
+        """Fail `one.future` with `one.late()` if it is not completed within `timeout` seconds. Raises `ValueError` for an invalid
+        timeout."""
         queue = self._queues.get(timeout)
         if queue is None:
             queue = self._opened(timeout)
@@ -73,12 +80,12 @@ class Deadlines:
             queue.sweep()
 
     def waiting(self, limit: int = FEW) -> list[Waiting]:
-        """The calls that still wait, in no particular order, among the first `limit` of all."""
+        """The objects that still wait among the first `limit` entries, in no particular order."""
         everything = chain.from_iterable(queue.waiting for queue in self._queues.values())
         return [one for one in islice(everything, limit) if not one.future.done()]
 
     def close(self) -> None:
-        """Forget everything; the futures are left to their owners."""
+        """Drop all entries. Their futures are left to their owners."""
         for queue in self._queues.values():
             queue.timer.cancel()
         self._queues.clear()
@@ -107,6 +114,7 @@ class Deadlines:
 
 
 def check_timeout(what: str, timeout: object) -> None:
-    """Refuse, with a ValueError that begins with `what`, a timeout that is no number of seconds; a NaN would upset the event loop."""
+    """Raise a `ValueError` that begins with `what` if `timeout` is not a valid number of seconds. A NaN would break the event loop's
+    timers."""
     if not is_number(timeout):
         raise ValueError(f"{what}: timeout={timeout!r:.40} must be a number of seconds, or math.inf for no limit")

@@ -1,4 +1,4 @@
-"""`Deadlock`, `Livelock` and `Stalled`, and their text: which task waits for what, at which line and since when."""
+"""`Deadlock`, `Livelock` and `Stalled`, with reports of what each task waits for, at which line and since when."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ __all__ = [
 
 _LIBRARIES = tuple(os.path.join(os.path.abspath(path), "") for path in (*asyncio.__path__, *anyio.__path__))
 _MOST = 20
-"""The number of tasks that a report describes; hundreds would hide the one that matters."""
+"""The maximum number of tasks described in a report."""
 
 DEADLOCK = (
     "Look for the event, queue or future that nobody serves any more. A thread that the loop does not know must be "
@@ -45,15 +45,15 @@ NO_INPUT = "For live input set loop.wait_for_io = True; if the peer is only slow
 
 
 class Deadlock(RuntimeError):
-    """Every task is parked, and no timer, thread, process or socket can ever wake one."""
+    """Every task waits, and no timer, thread, process or socket can wake one."""
 
 
 class Livelock(RuntimeError):
-    """Callbacks keep rescheduling each other while virtual time stands still."""
+    """Callbacks keep scheduling each other while virtual time stands still."""
 
 
 class Stalled(RuntimeError):
-    """Outside work (thread, process, socket) did not report back within `VirtualLoop.patience` real seconds."""
+    """A thread, process or socket did not respond within `VirtualLoop.patience` seconds of real time."""
 
 
 def report(
@@ -64,9 +64,9 @@ def report(
     ready: Iterable[object],
     remedy: str,
 ) -> str:
-    """The text of a report: the event, where each task waits and since when (virtual seconds), and the remedy.
+    """Build the text of a report: what happened, where each task waits and since when (in virtual seconds), and the remedy.
 
-    `since` maps the id of a task to the time of its last step; what is in `ready` does not wait but runs again and again.
+    `since` maps the id of a task to the time of its last step. Tasks in `ready` do not wait but run again and again.
     """
     steps = {owner(handle): handle for handle in ready}
     busy = [task for task in tasks if task in steps]
@@ -82,12 +82,12 @@ def report(
 
 
 def parked_frames(task: asyncio.Task[Any]) -> list[FrameType]:
-    """The chain of frames in which a suspended task is parked, outermost first; also through async generators."""
+    """The frames in which a suspended task waits, outermost first. Frames of async generators are included."""
     return [frame for _, frame in parked(task)]
 
 
 def seconds(time: float) -> str:
-    """A time as people write it: `12.5 s`."""
+    """A time as text for people: `12.5 s`."""
     return f"{time:.9f}".rstrip("0").rstrip(".") + " s"
 
 
@@ -123,5 +123,5 @@ def _shown(place: Place) -> str:
 
 
 def _natural(name: str) -> list[tuple[int, str]]:
-    """Sort key that puts Task-2 before Task-10."""
+    """A sort key that puts Task-2 before Task-10."""
     return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", name)]

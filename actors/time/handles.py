@@ -1,4 +1,4 @@
-"""Handles of the virtual loop: asyncio's, made in a third of the steps (every wake-up of a task makes one); and its debug mode."""
+"""The handles of the virtual loop. They are created faster than asyncio's, since every wake-up of a task creates one."""
 
 # pyright: reportPrivateUsage=false
 # mypy: disable-error-code="misc, assignment"
@@ -16,7 +16,7 @@ __all__ = ["SoonHandle", "Timer", "checked_timer", "is_dead", "owner", "run_watc
 
 
 class SoonHandle(asyncio.Handle):
-    """The handle returned by `call_soon`. The attributes that only debug mode fills are constants of the class."""
+    """The handle returned by `call_soon`. Attributes that are only used in debug mode are constants of the class."""
 
     __slots__ = ()
     _repr = None
@@ -37,7 +37,7 @@ class SoonHandle(asyncio.Handle):
 
 
 class Timer(asyncio.TimerHandle):
-    """The handle returned by `call_at`. The loop drops cancelled timers by itself, so `cancel` need not tell it."""
+    """The handle returned by `call_at`. The loop finds canceled timers itself, so `cancel` does not notify it."""
 
     __slots__ = ()
     _repr = None
@@ -65,19 +65,19 @@ class Timer(asyncio.TimerHandle):
 
 
 def owner(handle: object) -> object:
-    """The task whose step a handle is, or the object whose method it calls."""
+    """The task whose step a handle runs, or the object whose method it calls."""
     return getattr(getattr(handle, "_callback", None), "__self__", None)
 
 
 def is_dead(item: Future[None] | asyncio.TimerHandle) -> bool:
-    """Whether there is nothing left to fire."""
+    """Whether a timer or a sleeper has been canceled or completed, so that nothing is left to fire."""
     return item.done() if isinstance(item, Future) else item._cancelled
 
 
 def checked_timer(
     loop: Any, when: float, callback: Callable[..., object], args: tuple[Any, ...], context: Context | None
 ) -> asyncio.TimerHandle:
-    """The handle returned by `call_at` in debug mode, after asyncio's own checks."""
+    """Create the handle returned by `call_at` in debug mode, after asyncio's own checks."""
     loop._check_closed()
     loop._check_thread()
     loop._check_callback(callback, "call_at")
@@ -85,7 +85,7 @@ def checked_timer(
 
 
 def run_watched(loop: Any, handle: asyncio.Handle) -> None:
-    """Run a handle in debug mode: one that holds the loop is reported, measured on the real clock."""
+    """Run a handle in debug mode, and report one that blocks the loop for long in real time."""
     loop._current_handle = handle
     begin = time.perf_counter()
     try:

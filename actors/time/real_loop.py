@@ -1,4 +1,4 @@
-"""The event loop for the real clock: asyncio's own, with timers of microseconds where the system allows it."""
+"""The event loop for real time: asyncio's selector loop, with timers accurate to microseconds where the system allows it."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ __all__ = ["new_event_loop"]
 
 
 def new_event_loop() -> asyncio.AbstractEventLoop:
-    """A selector event loop for real time; pass it as `loop_factory` to `asyncio.Runner` or `anyio.run`.
+    """Create an event loop for real time. Pass this function as `loop_factory` to `asyncio.Runner` or `anyio.run`.
 
-    asyncio rounds every wait up to a whole millisecond, because `epoll_wait` takes no less. On Linux this loop waits
-    to the microsecond, learns by how much the system wakes it late and asks that much earlier, and while it runs its
-    thread asks the kernel not to delay timers (timer slack 1 ns instead of 50 us); threads started meanwhile inherit
-    that. No timer fires early. Elsewhere it is asyncio's selector loop unchanged.
+    asyncio rounds every wait up to a whole millisecond, the resolution of `epoll_wait`. On Linux this loop waits with a resolution of
+    microseconds. It measures how late the system wakes it and asks to be woken that much earlier. While it runs, its thread asks the kernel
+    not to delay timers (a timer slack of 1 ns instead of 50 us), which threads started meanwhile inherit. No timer fires early. On other
+    systems it is asyncio's selector loop unchanged.
     """
     return _PreciseLoop(_PreciseSelector()) if sys.platform == "linux" else asyncio.SelectorEventLoop()
 
@@ -27,20 +27,20 @@ if sys.platform == "linux":
     import time
 
     _FD_SETSIZE = 1024
-    """Descriptors that `select.select` can take are below this."""
+    """`select.select` accepts only descriptors below this."""
     _PR_SET_TIMERSLACK, _PR_GET_TIMERSLACK = 29, 30
     _LONG = 0.010
-    """Seconds; longer waits are made in two parts."""
+    """Waits longer than this, in seconds, are made in two parts."""
     _STEP, _MOST = 1e-6, 200e-6
-    """By how much the learned lag grows after a wait that ended later than it, and the most it may become, seconds."""
+    """The step by which the measured lag grows, and its maximum, in seconds."""
 
     class _PreciseSelector(selectors.EpollSelector):
-        """Epoll, waited for through `select.select` on the epoll descriptor itself, whose timeout is in microseconds."""
+        """An epoll selector that waits with `select.select` on the epoll descriptor itself, whose timeout is in microseconds."""
 
         def __init__(self) -> None:
             super().__init__()
             self._lag = 0.0
-            """The lateness, in seconds, that three of four waits reach: the next wait is asked to end that much earlier."""
+            """The lateness, in seconds, that three of four waits reach. The next wait is asked to end that much earlier."""
 
         def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
             if timeout is None or timeout <= 0.0 or self.fileno() >= _FD_SETSIZE:
@@ -49,9 +49,9 @@ if sys.platform == "linux":
             return super().select(0)
 
         def _wait(self, end: float, timeout: float) -> None:
-            """Wait for a descriptor, at most until `end`, which is `timeout` seconds away.
+            """Wait for a descriptor until `end`, which is `timeout` seconds away.
 
-            The kernel may add a thousandth of a wait to it, so a long one leaves its last part to a second, short one.
+            The kernel may extend a wait by a thousandth of its length, so a long wait is followed by a short one for its last part.
             """
             if timeout > _LONG:
                 if self._ready(timeout * 0.995):
@@ -61,16 +61,16 @@ if sys.platform == "linux":
                 if self._ready(timeout - self._lag):
                     return
                 late = time.monotonic() - end + self._lag
-                # A rise of one step to a fall of three settles where three of four are later.
+                # One step up and three steps down balance when three of four waits are later than the lag.
                 self._lag = min(_MOST, self._lag + _STEP) if late > self._lag else max(0.0, self._lag - 3 * _STEP)
             while time.monotonic() < end and not self._ready(0.0):
-                pass  # it woke early: a few microseconds are left, too few to sleep for
+                pass  # it woke a few microseconds early, too few to sleep
 
         def _ready(self, timeout: float) -> bool:
             return bool(select.select((self.fileno(),), (), (), timeout)[0])
 
     class _PreciseLoop(asyncio.SelectorEventLoop):
-        # As asyncio has it, but without a Python call: everything asks for it.
+        # As in asyncio, but without a Python function: it is called very often.
         time = staticmethod(time.monotonic)  # pyright: ignore[reportAssignmentType]
 
         def run_forever(self) -> None:
@@ -79,7 +79,7 @@ if sys.platform == "linux":
 
     @contextmanager
     def _sharp_timers() -> Generator[None]:
-        """Set the timer slack of this thread to 1 ns inside the block; a system that refuses is left as it is."""
+        """Set the timer slack of this thread to 1 ns inside the block. A system that refuses is left unchanged."""
         import ctypes
 
         prctl = ctypes.CDLL(None).prctl
@@ -88,4 +88,4 @@ if sys.platform == "linux":
         try:
             yield
         finally:
-            prctl(_PR_SET_TIMERSLACK, max(0, before), 0, 0, 0)  # zero stands for the system's default
+            prctl(_PR_SET_TIMERSLACK, max(0, before), 0, 0, 0)  # zero restores the default of the system

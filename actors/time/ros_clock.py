@@ -1,7 +1,6 @@
-"""ROS time with its jumps, and the grid that timers run on.
+"""ROS time with its jumps, and the schedule of timers.
 
-Pure state machines: nothing here waits or knows of asyncio. Rules: the clock and the timer of rcl. Numbers are
-nanoseconds.
+Pure state machines that neither wait nor use asyncio. The rules are those of the clock and the timer of rcl. Times are in nanoseconds.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ __all__ = [
 
 
 class ClockChange(StrEnum):
-    """How a time jump came about: simulated time was switched on or off, or the time itself was set."""
+    """The cause of a time jump: simulated time was switched on or off, or the time itself was set."""
 
     ROS_TIME_NO_CHANGE = "ROS_TIME_NO_CHANGE"
     ROS_TIME_ACTIVATED = "ROS_TIME_ACTIVATED"
@@ -35,7 +34,7 @@ class ClockChange(StrEnum):
 
 
 class TimeJump(NamedTuple):
-    """A step of the clock: by how much (zero when the source changed), and whether its source changed."""
+    """A jump of the clock: its size in nanoseconds (zero if the source changed), and its cause."""
 
     clock_change: ClockChange
     delta: Duration
@@ -47,10 +46,10 @@ class TimeJump(NamedTuple):
 
 
 class JumpThreshold:
-    """Which jumps a callback wants to hear of. Immutable.
+    """The jumps that a callback is called for. Immutable.
 
-    ``min_forward``: steps forward of at least this (positive, or None); ``min_backward``: steps back of at least this
-    (negative, or None); ``on_clock_change``: changes of the source. Wrong signs, or nothing at all: ``ValueError``.
+    ``min_forward`` selects jumps forward by at least this (positive, or None), ``min_backward`` jumps back by at least this (negative, or
+    None), ``on_clock_change`` changes of the source. Raises ``ValueError`` for a wrong sign or if nothing is selected.
     """
 
     __slots__ = ("min_backward", "min_forward", "on_clock_change")
@@ -69,7 +68,7 @@ class JumpThreshold:
         self.on_clock_change = on_clock_change
 
     def passed_by(self, jump: TimeJump) -> bool:
-        """Whether this jump is one to report."""
+        """Whether the callback is called for this jump."""
         if jump.source_changed and self.on_clock_change:
             return True
         delta = jump.delta.nanoseconds
@@ -83,7 +82,7 @@ class JumpThreshold:
 
 
 class JumpHandle:
-    """A registered jump callback; ``remove()`` ends it, twice is harmless.
+    """A registered jump callback. ``remove()`` removes it; calling that twice is harmless.
 
     It has no public constructor: `Node.on_jump` gives one.
     """
@@ -103,17 +102,16 @@ class JumpHandle:
         self.post = post
 
     def remove(self) -> None:
-        """Stop the callbacks."""
+        """Remove the callback."""
         self._clock.forget(self)
 
 
 class RosClock:
-    """ROS time: system time, or, while simulated time is active, the time that was last set.
+    """ROS time: system time or, while simulated time is active, the simulated time that was set last.
 
-    ``activate()`` and ``deactivate()`` switch (``use_sim_time``), ``set(ns)`` stores a new simulated time (a ``/clock``
-    message); set while inactive, it is kept and reported by nobody. Before the first ``set``, active time is 0.
-    Jump callbacks run around the change, ``pre`` before it is visible, ``post`` after it, in order of registration;
-    what a callback raises leaves the method.
+    ``activate()`` and ``deactivate()`` switch between the two (``use_sim_time``). ``set(ns)`` sets simulated time (a ``/clock`` message);
+    while inactive, the value is stored and no callback runs. Before the first ``set``, simulated time is 0. Jump callbacks run in the order
+    of registration, ``pre`` before the change is visible and ``post`` after it. Their exceptions are not caught.
     """
 
     __slots__ = ("_active", "_handles", "_override", "_system")
@@ -126,7 +124,7 @@ class RosClock:
 
     @property
     def active(self) -> bool:
-        """Whether simulated time is in force."""
+        """Whether simulated time is active."""
         return self._active
 
     def now_ns(self) -> int:
@@ -138,12 +136,12 @@ class RosClock:
         return Time(nanoseconds=self.now_ns(), clock_type=ClockType.ROS_TIME)
 
     def activate(self) -> None:
-        """Switch to simulated time. No change, no callbacks, if it is active already."""
+        """Switch to simulated time. Does nothing if it is active already."""
         if not self._active:
             self._switch(ClockChange.ROS_TIME_ACTIVATED, active=True)
 
     def deactivate(self) -> None:
-        """Switch to system time. No change, no callbacks, if it is in force already."""
+        """Switch to system time. Does nothing if it is active already."""
         if self._active:
             self._switch(ClockChange.ROS_TIME_DEACTIVATED, active=False)
 
@@ -156,7 +154,7 @@ class RosClock:
     def set(self, nanoseconds: int) -> None:
         """Set simulated time. Raises ``ValueError`` below zero and ``OverflowError`` beyond int64."""
         if not 0 <= nanoseconds < 2**63:
-            Time(nanoseconds=nanoseconds)  # says what is wrong with it
+            Time(nanoseconds=nanoseconds)  # raises for an invalid value
         if not self._active or not self._handles:
             self._override = nanoseconds
             return
@@ -178,7 +176,7 @@ class RosClock:
         return handle
 
     def forget(self, handle: JumpHandle) -> None:
-        """Remove a jump callback, for ``handle.remove()``."""
+        """Remove a jump callback; called by ``handle.remove()``."""
         self._handles = tuple(one for one in self._handles if one is not handle)
 
     def _before(self, jump: TimeJump) -> tuple[JumpHandle, ...]:
@@ -205,7 +203,7 @@ class TimerCanceled(RuntimeError):
 
 
 class TimerCall(NamedTuple):
-    """One call of a timer, in ns: when it was due, when it came, and how long after the call (or start) before it."""
+    """One call of a timer, in nanoseconds: when it was due, when it came, and the time since the previous call or the start."""
 
     expected: int
     actual: int
@@ -213,11 +211,11 @@ class TimerCall(NamedTuple):
 
 
 class TimerGrid:
-    """When a timer is due: the grid ``start + k * period``, without drift and without bursts.
+    """The schedule of a timer: the grid ``start + k * period``, without drift and without bursts.
 
-    Pure: every method is told the time ``now`` in nanoseconds of its clock. A late call moves the plan to the first
-    grid point strictly after now, so whole periods are skipped and the phase is kept. Period 0 is always due. A new
-    ``period_ns`` counts from the next computation on.
+    Every method is given the time ``now`` in nanoseconds of the timer's clock. After a late call, the next one is due at the first grid
+    point strictly after now: whole periods are skipped and the phase is kept. A period of 0 is always due. A new ``period_ns`` is used from
+    the next calculation on.
     """
 
     __slots__ = ("_last", "_next", "_remaining", "canceled", "period_ns")
@@ -236,7 +234,7 @@ class TimerGrid:
         return not self.canceled and self._next <= now
 
     def time_until_next_call(self, now: int) -> int | None:
-        """Nanoseconds to the next call, negative when it is overdue, None when canceled."""
+        """Nanoseconds until the next call; negative if it is overdue, None if the timer is canceled."""
         return None if self.canceled else self._next - now
 
     def time_since_last_call(self, now: int) -> int:
@@ -244,7 +242,7 @@ class TimerGrid:
         return now - self._last
 
     def call(self, now: int) -> TimerCall:
-        """Account for a call, early ones too, and plan the next. Raises ``TimerCanceled`` when canceled."""
+        """Record a call, which may be early, and schedule the next. Raises ``TimerCanceled`` if canceled."""
         if self.canceled:
             raise TimerCanceled("this timer is canceled; reset() it before it is called again")
         call = TimerCall(self._next, now, now - self._last)
@@ -257,20 +255,20 @@ class TimerGrid:
         return call
 
     def cancel(self) -> None:
-        """Never due until ``reset``."""
+        """Let no call be due until ``reset``."""
         self.canceled = True
 
     def reset(self, now: int) -> None:
-        """Start anew: next call one period from now, also when canceled."""
+        """Start again, even if canceled: the next call is due one period from now."""
         self.canceled = False
         self._next = now + self.period_ns
 
     def attach(self, clock: RosClock) -> JumpHandle:
-        """Follow the jumps of this clock, whose ``now_ns()`` the other methods are given.
+        """Follow the jumps of this clock, whose ``now_ns()`` is passed to the other methods.
 
-        Back before the last call: next call one period from the new now. A change of the source: the timer waits the
-        rest of its period in the new time, unless one of the two clocks stands at 0 (not yet known). The first time
-        after that may be a step forward from 0 and still lie before the last call, so it hears of every step.
+        After a jump back before the last call, the next call is due one period from the new now. After a change of the source, the rest of
+        the period is kept in the new time, unless one of the two clocks is at 0 (not yet known). The first time after that may be a step
+        forward from 0 and still lie before the last call, so every step is followed.
         """
 
         def pre() -> None:
@@ -284,7 +282,7 @@ class TimerGrid:
                     self._last = now
                     self._next = now + self.period_ns
             elif now and self._remaining:
-                # rcl plans now - remaining + period here, which waits the elapsed part; its comment says otherwise
+                # rcl computes now - remaining + period here, which waits for the elapsed part, contrary to its own comment.
                 self._next = now + self._remaining
                 self._last = self._next - self.period_ns
 

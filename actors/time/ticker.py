@@ -1,4 +1,4 @@
-"""Many periodic callbacks on one timer of the event loop: the engine under `@every`."""
+"""Periodic callbacks: any number of them on one timer of the event loop. `@every` uses it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["TickHandle", "Ticker"]
 
 
 class TickHandle:
-    """One periodic callback of a `Ticker`: the k-th tick is due at `start + k / hz`, so ticks never drift."""
+    """One periodic callback of a `Ticker`. Tick k is due at `start + k / hz`, so ticks never drift."""
 
     __slots__ = ("_ticker", "callback", "canceled", "hz", "k", "moved", "order", "start")
 
@@ -28,7 +28,7 @@ class TickHandle:
         self.k = 0
         self.canceled = False
         self.moved = False
-        """Whether ticks were skipped: its place in the ticker's heap is then too early."""
+        """Whether ticks were skipped. Its entry in the ticker's heap is then too early."""
 
     def __repr__(self) -> str:
         name = getattr(self.callback, "__qualname__", repr(self.callback))
@@ -36,11 +36,11 @@ class TickHandle:
 
     @property
     def missed(self) -> int:
-        """Ticks that are due already but not delivered: whole periods that have passed since the last one."""
+        """The number of further ticks that are due but not delivered: the whole periods that have passed since the last one."""
         return max(0, math.floor((self._ticker.now() - self.start) * self.hz + 1e-6) - self.k)
 
     def skip_missed(self) -> int:
-        """Drop the ticks that are due already; the next one comes on the grid in the future. Returns how many."""
+        """Drop the ticks that are due already; the next one is on the grid in the future. Returns their number."""
         missed = self.missed
         if missed:
             self.k += missed
@@ -48,33 +48,38 @@ class TickHandle:
         return missed
 
     def cancel(self) -> None:
-        """No more ticks, not even those due at this instant. Cancelling twice is fine."""
+        """End the ticks, including those due at this instant. Calling it twice is harmless."""
         self._ticker.remove(self)
 
 
 _Entry: TypeAlias = tuple[int, int, float, TickHandle]
-"""When a tick is due, in whole nanoseconds; its order of adding; when it is due, exactly; the tick."""
+"""A heap entry: the due time in whole nanoseconds, the order of adding, the exact due time in seconds, the tick."""
 
 
 class Ticker:
-    """Delivers any number of periodic synchronous callbacks from one timer of `loop`; for one thread, the loop's.
+    """Calls any number of periodic synchronous callbacks from one timer of `loop`. Use it only in the loop's thread.
 
-    Each callback gets `(k, due)`: the number of its tick, from 1, and the loop time at which it is due. Ticks come in
-    order of their due times; those due within the same nanosecond in the order in which they were added. On a busy
-    loop every tick that is due is delivered, late, and the loop gets its turns in between: the late policy is the
-    callback's business (see `TickHandle.missed`). A callback that raises is reported to the loop's exception handler
-    and ticks on. Callbacks run in the context in which the ticker was made.
+    A callback receives `(k, due)`: the number of the tick, from 1, and the loop time at which it was due. Ticks are delivered in the order
+    of their due times; those within the same nanosecond in the order in which they were added. On a busy loop, ticks are delivered late
+    rather than dropped, with turns of the loop in between; a callback may skip them (see `TickHandle.missed`). An exception of a callback
+    is passed to the loop's exception handler, and the ticks go on. Callbacks run in the context in which the ticker was created.
 
-    On a virtual loop the ticks of one instant are delivered, then everything they woke runs, then time moves on.
+    On a virtual loop, the ticks of one instant are delivered, then everything that they woke runs, and then time moves on.
+
+    Invariants:
+
+    * Every tick that is not canceled has exactly one entry in the heap.
+    * At most half of the entries belong to canceled ticks.
+    * The timer is set for the first entry, unless a delivery is under way, which sets it at its end.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
         self._heap: list[_Entry] = []
         self._added = 0
-        self._canceled = 0  # entries of canceled ticks in the heap: they leave when they come up, or together
+        self._canceled = 0  # canceled ticks in the heap; they are removed when they are due or when they are too many
         self._timer: asyncio.TimerHandle | None = None
-        self._armed = math.inf  # due time, seconds, for which the timer is set
+        self._armed = math.inf  # the due time, in seconds, for which the timer is set
         self._delivering = False
         self._context = copy_context()
         self._advance_to: Callable[[float], bool] | None = getattr(loop, "advance_to", None)
@@ -83,9 +88,9 @@ class Ticker:
         return f"<Ticker with {len(self._heap) - self._canceled} periodic callbacks>"
 
     def add(self, hz: float, callback: Callable[[int, float], None], start: float | None = None) -> TickHandle:
-        """Call `callback(k, due)` at `start + k / hz` for k = 1, 2, ...; `start` is a loop time, now by default.
+        """Call `callback(k, due)` at `start + k / hz` for k = 1, 2, ...; `start` is a loop time in seconds, by default now.
 
-        `hz` is above 0 and at most 1 MHz. With a `start` in the past the ticks that are due already follow at once.
+        `hz` must be above 0 and at most 1 MHz. If `start` is in the past, the ticks that are already due are delivered at once.
         """
         if not 0.0 < hz <= 1e6:
             raise ValueError(f"a tick rate of {hz} Hz is out of range: it must be above 0 and at most 1e6 Hz")
@@ -99,16 +104,17 @@ class Ticker:
         return tick
 
     def now(self) -> float:
-        """The loop's time, seconds."""
+        """The loop's time, in seconds."""
         return self._loop.time()
 
     def remove(self, tick: TickHandle) -> None:
-        """End a tick's deliveries; unknown to the ticker, it is left alone."""
+        """Cancel a tick. Does nothing for a tick of another ticker."""
         if tick.canceled or tick._ticker is not self:  # pyright: ignore[reportPrivateUsage]
             return
         tick.canceled = True
         self._canceled += 1
-        if self._canceled > len(self._heap) // 2:  # the dead never outnumber the living, and no end costs a search
+        # Canceled entries never outnumber the others, and no cancellation searches the heap.
+        if self._canceled > len(self._heap) // 2:
             self._heap[:] = [entry for entry in self._heap if not entry[3].canceled]
             heapify(self._heap)
             self._canceled = 0
@@ -119,7 +125,7 @@ class Ticker:
         return (int(due * 1e9 + 0.5), tick.order, due, tick)
 
     def _arm(self) -> None:
-        """Set the loop's timer to the first due time; a delivery under way does so at its end."""
+        """Set the loop's timer to the first due time. During a delivery, that is done at its end."""
         if self._delivering:
             return
         while self._heap and self._heap[0][3].canceled:
@@ -137,7 +143,7 @@ class Ticker:
         self._canceled -= 1
 
     def _deliver(self) -> None:
-        """Deliver what is due; on a virtual loop also what comes next, as long as nothing else can run."""
+        """Deliver the ticks that are due; on a virtual loop also later ones, as long as nothing else can run before them."""
         heap, advance_to = self._heap, self._advance_to
         instant = int(max(self._armed, self._loop.time()) * 1e9 + 0.5)  # asyncio may call a nanosecond early
         self._armed, self._timer, self._delivering = math.inf, None, True
@@ -159,7 +165,7 @@ class Ticker:
                 following = tick.start + (k + 1) / tick.hz
                 following_key = int(following * 1e9 + 0.5)
                 heapreplace(heap, (following_key, order, following, tick))
-                if following_key <= instant:  # it is late by periods: give the loop a turn after each of them
+                if following_key <= instant:  # whole periods late: give the loop a turn after each tick
                     instant = key
                 try:
                     tick.callback(k, due)

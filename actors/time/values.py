@@ -1,4 +1,4 @@
-"""Instants and durations: values of whole nanoseconds within int64, by the rules of rclpy."""
+"""Instants and durations: values in whole nanoseconds within int64, by the rules of rclpy."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _INT64_MAX: Final = 2**63 - 1
 
 
 class SecNanosec(Protocol):
-    """A stamp as in a message: ``sec`` and ``nanosec`` (0 to 999999999)."""
+    """A stamp of a message: ``sec`` and ``nanosec`` (0 to 999999999)."""
 
     @property
     def sec(self) -> int: ...
@@ -35,7 +35,7 @@ class SecNanosec(Protocol):
 
 
 class ClockType(StrEnum):
-    """Which clock a time was read from. ROS time is system time unless simulated time is active."""
+    """The clock of a time. ROS time is system time unless simulated time is active."""
 
     ROS_TIME = "ROS_TIME"
     SYSTEM_TIME = "SYSTEM_TIME"
@@ -50,23 +50,23 @@ def _total(what: str, seconds: float, nanoseconds: float) -> int:
 
 
 def stamp_of(nanoseconds: int) -> TimeMessage:
-    """The ``builtin_interfaces/msg/Time`` of so many nanoseconds."""
+    """A number of nanoseconds as a ``builtin_interfaces/msg/Time``."""
     from actors.interfaces.builtin_interfaces.msg import Time as Message
 
     return Message(sec=nanoseconds // NANOSECONDS, nanosec=nanoseconds % NANOSECONDS)
 
 
 def nanoseconds_of(stamp: SecNanosec) -> int:
-    """The whole nanoseconds that a stamp or a duration of a message holds."""
+    """A stamp or a duration of a message in whole nanoseconds."""
     return stamp.sec * NANOSECONDS + stamp.nanosec
 
 
 class Duration:
-    """A span of time in nanoseconds, may be negative. Immutable.
+    """A span of time in nanoseconds, which may be negative. Immutable.
 
-    ``Duration(seconds=0.5)``; a fraction of a nanosecond is cut off. ``OverflowError`` beyond int64. Durations add,
-    subtract, compare, and multiply with numbers (with inf they become the longest span, which is ROS 2's "infinite",
-    with nan and -inf there is a ``ValueError``); a comparison with anything else is a ``TypeError``, ``==`` is False.
+    Write ``Duration(seconds=0.5)``; a fraction of a nanosecond is cut off. Raises ``OverflowError`` beyond int64. Durations can be added,
+    subtracted, compared, and multiplied by numbers. Multiplied by inf they become the longest span, which ROS 2 takes for infinite; nan and
+    -inf raise ``ValueError``. A comparison with another type raises ``TypeError``, except ``==``, which is False.
     """
 
     __slots__ = ("nanoseconds",)
@@ -78,11 +78,11 @@ class Duration:
 
     @property
     def seconds(self) -> float:
-        """The span in seconds, as near as a float comes."""
+        """The span in seconds, as the nearest float."""
         return self.nanoseconds / NANOSECONDS
 
     def sec_nanosec(self) -> tuple[int, int]:
-        """Whole seconds (rounded down) and the rest in nanoseconds: -1 ns is ``(-1, 999999999)``."""
+        """Whole seconds (rounded down) and the remaining nanoseconds: -1 ns is ``(-1, 999999999)``."""
         return divmod(self.nanoseconds, NANOSECONDS)
 
     def to_msg(self) -> DurationMessage:
@@ -94,7 +94,7 @@ class Duration:
 
     @classmethod
     def from_msg(cls, msg: SecNanosec) -> Duration:
-        """The span that a ``builtin_interfaces/msg/Duration`` holds."""
+        """The span in a ``builtin_interfaces/msg/Duration``."""
         return cls(nanoseconds=nanoseconds_of(msg))
 
     def __add__(self, other: Duration) -> Duration:
@@ -147,11 +147,10 @@ class Duration:
 
 
 class Time:
-    """An instant of one clock, nanoseconds since its epoch, never negative. Immutable.
+    """An instant of one clock, in nanoseconds since its epoch. Immutable.
 
-    Below zero: ``ValueError``; 2**63 ns and more: ``OverflowError``. ``Time - Time`` is a Duration,
-    ``Time +- Duration`` a Time. Times of different clocks neither compare (``==`` included) nor subtract:
-    ``TypeError``.
+    Raises ``ValueError`` below zero and ``OverflowError`` from 2**63 ns. ``Time - Time`` is a Duration, ``Time +- Duration`` a Time.
+    Comparing (``==`` included) or subtracting times of different clocks raises ``TypeError``.
     """
 
     __slots__ = ("clock_type", "nanoseconds")
@@ -173,20 +172,20 @@ class Time:
 
     @property
     def seconds(self) -> float:
-        """Seconds since the epoch, as near as a float comes (about 0.2 us today for system time)."""
+        """Seconds since the epoch, as the nearest float (for system time, to about 0.2 us today)."""
         return self.nanoseconds / NANOSECONDS
 
     def sec_nanosec(self) -> tuple[int, int]:
-        """Whole seconds and the rest in nanoseconds."""
+        """Whole seconds and the remaining nanoseconds."""
         return divmod(self.nanoseconds, NANOSECONDS)
 
     def to_msg(self) -> TimeMessage:
-        """The instant as ``builtin_interfaces/msg/Time``; the clock type is not part of it."""
+        """The instant as ``builtin_interfaces/msg/Time``, which does not contain the clock type."""
         return stamp_of(self.nanoseconds)
 
     @classmethod
     def from_msg(cls, msg: SecNanosec, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
-        """The instant that a ``builtin_interfaces/msg/Time`` holds, by default on the ROS clock."""
+        """The instant in a ``builtin_interfaces/msg/Time``, by default of the ROS clock."""
         return cls(nanoseconds=nanoseconds_of(msg), clock_type=clock_type)
 
     def __add__(self, other: Duration) -> Time:

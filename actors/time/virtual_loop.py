@@ -1,26 +1,25 @@
-"""An asyncio event loop on virtual time: when nothing can run, the clock jumps onto the next deadline.
+"""An asyncio event loop on virtual time: when nothing can run, the clock jumps to the next deadline.
 
-A program on this loop is deterministic and never waits: an hour of `asyncio.sleep` takes microseconds. Threads,
-processes and sockets stay real; while a task waits for a thread or a process, virtual time stands still.
+A program on this loop is deterministic and never waits for time: an hour of `asyncio.sleep` takes microseconds. Threads, processes and
+sockets are real; while a task waits for a thread or a process, virtual time stands still.
 
-How it works: `_run_once` is asyncio's one iteration. Ours knows when the world is quiet, because then the queue of
-ready callbacks is empty; nothing is guessed from idle time. What a task may rely on:
+`_run_once` is one iteration of asyncio. When its queue of ready callbacks is empty, nothing can run without time passing; that is known,
+not guessed from idle time. Guarantees:
 
-* time never goes back, and moves only when no callback is ready;
-* deadlines within the same nanosecond are one instant: they fire in the order in which they were scheduled;
-* no timer fires before its deadline, and a deadline that has passed counts as now;
-* a deadline scope and a sleep that end at the same instant: the one entered first wins, so `move_on_after(1)` around
-  `sleep(1)` is cancelled;
-* what waits for ever is reported (`Deadlock`, `Livelock`, `Stalled`), with the line at which each task waits.
+* Time never goes back, and moves only when no callback is ready.
+* Deadlines within the same nanosecond are one instant and fire in the order in which they were scheduled.
+* No timer fires before its deadline. A deadline that has passed counts as now.
+* If a timeout scope and a sleep end at the same instant, the one entered first wins: `move_on_after(1)` around `sleep(1)` is cancelled.
+* Waiting forever is reported (`Deadlock`, `Livelock`, `Stalled`), with the line at which each task waits.
 
-What stays real: `time.time`, `time.monotonic`, global random numbers, `uuid4`, the order of sets (anyio cancels the
-tasks of a group in that order).
+Not controlled: `time.time`, `time.monotonic`, global random numbers, `uuid4`, and the order of sets, in which anyio cancels the tasks of a
+group.
 """
 
 # pyright: reportPrivateUsage=false
-# An event loop is built from asyncio's protected members (`_ready`, `_run_once`, `Handle._cancelled`). The few used
-# here mean the same in CPython 3.11, 3.12 and 3.13; the tests of this room run on all three. It is safe to replace
-# both `call_at` and `_run_once`: asyncio touches its own timer heap nowhere else, except to clear it in `close`.
+# The loop uses protected members of asyncio (`_ready`, `_run_once`, `Handle._cancelled`), which are the same in CPython 3.11, 3.12 and
+# 3.13; the tests run on all three. Both `call_at` and `_run_once` can be replaced, because asyncio uses its own timer heap nowhere else,
+# except to clear it in `close`.
 from __future__ import annotations
 
 import asyncio
@@ -49,29 +48,29 @@ _T = TypeVar("_T")
 _Ts = TypeVarTuple("_Ts")
 _Item: TypeAlias = "Future[None] | asyncio.TimerHandle"
 Entry: TypeAlias = "tuple[float, int, float, _Item]"
-"""A deadline: its instant (on the grid of nanoseconds), its order of scheduling, its exact time, and what fires."""
+"""A deadline: its instant (rounded to nanoseconds), its order of scheduling, its exact time, and what fires."""
 
 _GRID_END = 2.0**52 * 1e-9
-"""Seconds (52 days) up to which floats resolve whole nanoseconds; beyond, deadlines are ordered as they are."""
+"""The time, in seconds (52 days), up to which floats resolve whole nanoseconds. Later deadlines are not rounded."""
 
 
 class VirtualLoop(asyncio.SelectorEventLoop):
-    """Event loop whose `time()` is virtual: seconds, beginning at `start` (finite, not negative).
+    """An event loop whose `time()` is virtual, in seconds, beginning at `start` (finite and not negative).
 
-    Raises `Deadlock`, `Livelock` or `Stalled` out of `run_until_complete` instead of hanging; the loop stays usable,
-    so that the runner can cancel the tasks and clean up. Use it as `loop_factory` of `asyncio.Runner` or `anyio.run`.
+    Instead of hanging, `run_until_complete` raises `Deadlock`, `Livelock` or `Stalled`. The loop stays usable, so that the runner can
+    cancel the tasks and clean up. Use it as `loop_factory` of `asyncio.Runner` or `anyio.run`.
     """
 
     virtual: bool = True
-    """Tells a `Clock` that this loop's time is virtual."""
+    """Tells a `Clock` that the time of this loop is virtual."""
     max_spins: int = 100_000
-    """Iterations of the loop without progress of virtual time before `Livelock`."""
+    """The number of iterations without progress of virtual time after which `Livelock` is raised."""
     patience: float = 10.0
-    """Real seconds granted to threads, processes and sockets before `Stalled`."""
+    """How many seconds of real time threads, processes and sockets may take before `Stalled` is raised."""
     watch: Callable[[], None] | None = None
-    """Called whenever nothing can run until time passes. What it raises ends the run, and it is not called again."""
+    """Called whenever nothing can run without time passing. An exception ends the run, and it is not called again."""
     wait_for_io: bool = False
-    """Whether to wait without limit for sockets and signals when no timer is left: for live input."""
+    """Whether to wait without limit for sockets and signals when there are no timers: for live input."""
 
     if TYPE_CHECKING:
         _ready: deque[Any]  # of asyncio.Handle
@@ -88,17 +87,17 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         if not 0.0 <= start < math.inf:
             self._closed = True  # there is nothing to close yet
             raise ValueError(f"VirtualLoop(start={start}): the start must be a finite number of seconds, zero or more")
-        self._now = self._instant = float(start)  # the exact time, and the nanosecond it is in
+        self._now = self._instant = float(start)  # the exact time, and its nanosecond
         self._timers: list[Entry] = []
-        self._order = 0  # of scheduling: breaks ties
-        self._stamps: dict[int, float] = {}  # id of a task: time of its last step
-        self._tidy_after = 1024  # scheduled timers, until the dead are swept out of these two
+        self._order = 0  # the order of scheduling, which breaks ties
+        self._stamps: dict[int, float] = {}  # id of a task: the time of its last step
+        self._tidy_after = 1024  # scheduled timers until dead ones are removed
         self._spins = 0
         self._spinning_since = 0.0
         super().__init__()
         self._outside = OutsideWork(self)
         self._jobs, self._anyio = self._outside.jobs, self._outside.anyio
-        self._fds: Mapping[int, Any] = self._selector._fd_to_key  # type: ignore[attr-defined]  # one is its own pipe
+        self._fds: Mapping[int, Any] = self._selector._fd_to_key  # type: ignore[attr-defined]  # one descriptor is the loop's own pipe
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} at {deadlock.seconds(self._now)} running={self.is_running()} closed={self.is_closed()}>"
@@ -106,13 +105,13 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     # ---------------------------------------------------------------------------------------- time and timers
 
     def time(self) -> float:
-        """Virtual seconds; constant while anything is ready to run."""
+        """Virtual seconds. Constant while anything is ready to run."""
         return self._now
 
     def call_at(
         self, when: float, callback: Callable[[*_Ts], object], *args: *_Ts, context: Context | None = None
     ) -> asyncio.TimerHandle:
-        """Call `callback(*args)` at the virtual time `when`; infinity means never, NaN is refused."""
+        """Call `callback(*args)` at the virtual time `when`. Infinity means never; NaN is refused."""
         timer = (
             checked_timer(self, when, callback, args, context)
             if self._debug or self._closed
@@ -124,7 +123,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     def call_later(
         self, delay: float, callback: Callable[[*_Ts], object], *args: *_Ts, context: Context | None = None
     ) -> asyncio.TimerHandle:
-        """Call `callback(*args)` after `delay` virtual seconds, on a whole nanosecond, so that delays add up."""
+        """Call `callback(*args)` after `delay` virtual seconds, rounded to a whole nanosecond so that delays add up exactly."""
         now = self._now
         when = now + delay
         if when < _GRID_END and (instant := int(when * 1e9 + 0.5) / 1e9) > now:
@@ -144,11 +143,11 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     @property
     def progress(self) -> object:
-        """Equal to an earlier value only if the loop has not turned since. May be read in another thread."""
+        """Return a value that differs from earlier ones if the loop has made an iteration since. Callable from any thread."""
         return self._now, self._order, self._spins
 
     def last_step(self, task: asyncio.Task[Any] | None, default: float) -> float:
-        """When a task made its last step, in virtual seconds; `default` if that is not known."""
+        """When a task last ran, in virtual seconds; `default` if that is not known."""
         return self._stamps.get(id(task), default)
 
     @property
@@ -157,11 +156,11 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return bool(self._outside.names())
 
     def sleep_until(self, when: float) -> Future[None]:
-        """A future that is done at the virtual time `when`: awaiting it costs half of what `asyncio.sleep` does."""
+        """Return a future that is done at the virtual time `when`. Awaiting it costs half as much as `asyncio.sleep`."""
         if self._closed:
             self._check_closed()
         future: Future[None] = Future(loop=self)
-        if self._now <= when < _GRID_END:  # `_push`, without the call
+        if self._now <= when < _GRID_END:  # `_push`, inlined
             self._order = order = self._order + 1
             heappush(self._timers, (int(when * 1e9 + 0.5) / 1e9, order, when, future))
         else:
@@ -169,10 +168,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return future
 
     def advance_to(self, when: float) -> bool:
-        """Move time onto `when` if nothing can happen before or at it; otherwise change nothing. Whether it moved.
+        """Move time to `when` if nothing can happen before or at it, otherwise change nothing. Returns whether it moved.
 
-        For a callback that keeps many deadlines of its own (`actors.time.ticker.Ticker`) and need not return to the loop
-        between two of them.
+        For a callback with many deadlines of its own (`actors.time.ticker.Ticker`), which saves a return to the loop between two of them.
         """
         timers = self._timers
         if self._ready or self._stopping or self._debug or when < self._now:
@@ -185,7 +183,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     def call_soon(
         self, callback: Callable[[*_Ts], object], *args: *_Ts, context: Context | None = None
     ) -> asyncio.Handle:
-        """As in asyncio, in fewer steps."""
+        """Do what asyncio does, in fewer steps."""
         if self._debug or self._closed:
             return super().call_soon(callback, *args, context=context)
         handle = SoonHandle(callback, args, self, context)
@@ -207,7 +205,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         heappush(self._timers, (instant, order, when, item))
 
     def _tidy(self) -> None:
-        """Drop dead timers and the stamps of dead tasks, so that what was cancelled takes no memory in a long run."""
+        """Remove dead timers and the stamps of dead tasks, so that canceled timers take no memory in a long run."""
         timers = self._timers
         timers[:] = [entry for entry in timers if not is_dead(entry[3])]
         heapify(timers)
@@ -247,9 +245,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
                 self._failed(handle, error)
 
     def _jump(self) -> None:
-        """Move time onto the next live deadline and fire what is due then, in order of scheduling.
+        """Move time to the next live deadline and fire what is due then, in the order of scheduling.
 
-        Timers that the fired ones schedule for the same instant wait for the next iteration, as in asyncio.
+        Timers that these schedule for the same instant wait for the next iteration, as in asyncio.
         """
         if self.watch is not None:
             self._look(self.watch)
@@ -260,17 +258,17 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             self._judge_spinning()
         while timers and timers[0][0] <= limit and timers[0][1] <= last:
             instant, _, when, item = heappop(timers)
-            if item.done() if isinstance(item, Future) else item._cancelled:  # `is_dead`, without the call
+            if item.done() if isinstance(item, Future) else item._cancelled:  # `is_dead`, inlined
                 continue
             if instant > self._instant:
                 self._instant = instant
                 self._spins = 0
-            elif limit == math.inf:  # due now, once more: the clock has not moved
+            elif limit == math.inf:  # due again at an instant that has already begun
                 self._spins += 1
             limit = instant
             if when < instant:
                 when = instant
-            if when > self._now:  # `when` may be a fraction of a nanosecond after `instant`: nothing fires early
+            if when > self._now:  # `when` may be a fraction of a nanosecond after `instant`; nothing fires early
                 self._now = when
             if isinstance(item, Future):
                 item.set_result(None)
@@ -300,14 +298,14 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self.call_exception_handler({"message": message, "exception": error, "handle": handle})
 
     def _spin(self) -> None:
-        """Every 16th iteration at one instant: let I/O join in, and judge whether this ever ends."""
+        """At every 16th iteration at one instant: poll for I/O, and decide whether this is a livelock."""
         if self._spins > self.max_spins:
             self._judge_spinning()
         elif self._watching() and self._poll(0):
             self._spins = 0
 
     def _join(self) -> None:
-        """Timers due now, while other callbacks are ready: they queue behind them."""
+        """Append the timers that are due now to the callbacks that are ready."""
         timers = self._timers
         while timers and timers[0][0] <= self._instant:
             _, _, when, item = heappop(timers)
@@ -320,13 +318,13 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     # ---------------------------------------------------------------------------------------- the outside world
 
     def run_in_executor(self, executor: Executor | None, func: Callable[[*_Ts], _T], *args: *_Ts) -> Future[_T]:
-        """As in asyncio; virtual time stands still until the future is done or cancelled."""
+        """Do what asyncio does. Virtual time stands still until the future is completed or canceled."""
         future = super().run_in_executor(executor, func, *args)
         self._outside.add_thread(future, func)
         return future
 
     async def shutdown_default_executor(self, *args: Any) -> None:
-        """As in asyncio; virtual time stands still while the threads are joined."""
+        """Do what asyncio does. Virtual time stands still while the threads are joined."""
         with self._outside.during("shutdown of the default executor"):
             await super().shutdown_default_executor(*args)
 
@@ -338,23 +336,23 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return transport
 
     def close(self) -> None:
-        """As in asyncio."""
+        """Do what asyncio does."""
         super().close()
         self._timers.clear()
         self._stamps.clear()
 
     def _watching(self) -> bool:
-        """Whether anything but timers could make a callback ready."""
+        """Whether anything but a timer could make a callback ready."""
         return len(self._fds) > 1 or bool(self._signal_handlers) or self._outside.possible()
 
     def _poll(self, timeout: float | None) -> bool:
-        """Let in what has arrived from outside, waiting so many real seconds for it; whether anything had."""
+        """Accept input from outside, waiting for it for `timeout` seconds of real time. Returns whether there was any."""
         events = self._selector.select(timeout)
         self._process_events(events)
         return bool(events)
 
     def _attend(self) -> bool:
-        """Nothing is ready, but the outside world may be: let it in. Whether time must stand still for it."""
+        """Accept input from outside when nothing is ready. Returns whether virtual time has to stand still for outside work."""
         if not self._watching():
             return False
         if self._poll(0):
@@ -378,9 +376,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             raise Stalled(self._news(reason, deadlock.NO_INPUT))
 
     def _judge_spinning(self) -> None:
-        """The number of iterations at one instant that is taken for a livelock, unless a task polls for outside work."""
+        """Raise `Livelock` after `max_spins` iterations at one instant, unless a task polls for outside work."""
         if not (work := self._outside.names()):
-            spins, self._spins = self._spins, 0  # the loop is still needed for clean-up
+            spins, self._spins = self._spins, 0  # the loop is still needed for the clean-up
             raise Livelock(
                 self._news(f"{spins} iterations of the loop without progress of virtual time", deadlock.LIVELOCK)
             )

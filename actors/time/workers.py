@@ -1,8 +1,7 @@
-"""Work that the virtual loop must wait for in real time: threads and processes that a task waits for."""
+"""Outside work: the threads and processes that a task waits for, and that the virtual loop waits for in real time."""
 
 # pyright: reportPrivateUsage=false
-# anyio starts its worker threads and processes itself and says nothing to the event loop; which of them are busy
-# can only be read from its run variables.
+# anyio starts its worker threads and processes itself without telling the event loop. Only its run variables show which of them are busy.
 from __future__ import annotations
 
 import asyncio
@@ -21,14 +20,14 @@ from actors.time.deadlock import parked_frames
 
 __all__ = ["OutsideWork"]
 
-# typeshed's `classmethod` hides the function below it
+# typeshed's `classmethod` hides the function below it.
 _ANYIO_CALL = anyio_backend.AsyncIOBackend.run_sync_in_worker_thread.__func__.__code__  # type: ignore[attr-defined]
 
 
 class OutsideWork:
-    """The threads and processes of one loop that somebody waits for, each with a name for the report.
+    """The threads and processes of one loop that a task waits for, with a name for each.
 
-    Work that was abandoned (its future or its task was cancelled) no longer counts.
+    Work that was abandoned, because its future or task was canceled, does not count.
     """
 
     __slots__ = ("_loop", "anyio", "jobs")
@@ -39,11 +38,11 @@ class OutsideWork:
         self.anyio: dict[Any, Any] = _run_vars.setdefault(loop, {})
 
     def possible(self) -> bool:
-        """Whether there may be any: cheap enough to ask before every jump of the clock."""
+        """Whether there may be any. Cheap enough to be checked before every jump of the clock."""
         return bool(self.jobs) or (bool(self.anyio) and self._busy_anyio_threads())
 
     def names(self) -> list[str]:
-        """One phrase for each piece of work under way."""
+        """A phrase for each piece of work in progress."""
         names = [name for job, name in list(self.jobs.items()) if not self._is_over(job)]
         if self._busy_anyio_threads():
             names += self._anyio_calls()
@@ -60,7 +59,7 @@ class OutsideWork:
             del self.jobs[key]
 
     def add_thread(self, future: asyncio.Future[Any], function: Callable[..., object]) -> None:
-        """Count a call in an executor until its future is done or cancelled."""
+        """Count a call in an executor until its future is completed or canceled."""
         self.jobs[future] = f"thread running {_function_name(function)}"
         future.add_done_callback(self.jobs.pop)
 
@@ -86,7 +85,7 @@ class OutsideWork:
         return len(workers) > len(self.anyio.get(anyio_backend._threadpool_idle_workers, ()))
 
     def _anyio_calls(self) -> list[str]:
-        """The calls that a task still waits for; a thread whose caller was cancelled runs on without anybody."""
+        """The calls that a task still waits for. A thread whose caller was canceled runs on without being waited for."""
         frames = (stack[-1] for task in asyncio.all_tasks(self._loop) if (stack := parked_frames(task)))
         return [
             f"thread running {_function_name(frame.f_locals['func'])}"

@@ -1,1 +1,1 @@
-"""Topics at work: publishers and subscriptions of one process, and what they ask of peers that are elsewhere."""
+"""Topics: publishers, subscriptions, and the Protocols through which they reach peers in other processes."""

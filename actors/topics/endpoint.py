@@ -1,4 +1,4 @@
-"""What publishers and subscriptions have in common: their place in the graph, and their QoS events."""
+"""The base class of publishers and subscriptions: their node, their topic, their quality of service and their QoS events."""
 
 from __future__ import annotations
 
@@ -16,19 +16,20 @@ __all__ = ["Endpoint", "nanoseconds"]
 
 
 def nanoseconds(duration: float | None) -> int | None:
-    """A duration of a QoS in whole nanoseconds, rounded up; None for one that never ends."""
+    """Convert a duration of a QoS profile from seconds to whole nanoseconds, rounded up; None for an infinite or unspecified one."""
     if duration is None or duration in (math.inf, BEST_AVAILABLE_DURATION):
         return None
     return math.ceil(duration * 1e9 - 1e-3)
 
 
 class Endpoint:
-    """One end of a topic in one node of this process.
+    """One end of a topic, owned by one node of this process.
 
     Invariants:
 
-    * `kept_events` is None until there is something to keep: a deadline, a lease, an incompatible peer or an event stream.
-    * `matched_total` never shrinks.
+    * `kept_events` is None until the endpoint has a deadline, a lease, an incompatible peer or an event stream, and never None again after
+      that.
+    * `matched_total` never decreases.
     """
 
     __slots__ = ("entry", "kept_events", "matched_total", "node", "qos")
@@ -38,43 +39,43 @@ class Endpoint:
         self.entry = entry
         self.qos = qos
         self.matched_total: int = 0
-        """How many peers were ever matched."""
+        """The number of peers matched so far, including those that have left."""
         self.kept_events: EndpointEvents | None = None
 
     @property
     def status(self) -> Any:
-        """What this endpoint has met so far, in totals."""
+        """The running totals of this endpoint's QoS events."""
         raise NotImplementedError
 
     def due(self, now: int) -> int | None:
-        """When, in nanoseconds and after `now`, silence alone causes the next event; None for never."""
+        """The time, in nanoseconds and later than `now`, of the next event that a lack of messages causes; None if there is none."""
         raise NotImplementedError
 
     def keep_events(self) -> EndpointEvents:
-        """The record of this endpoint's events, kept from now on."""
+        """Return the record of this endpoint's QoS events, creating it at the first call."""
         if self.kept_events is None:
             self.kept_events = EndpointEvents(self.due)
         return self.kept_events
 
     def notify(self) -> None:
-        """The status may have changed: wake those who wait for events."""
+        """Wake the tasks that wait for QoS events, because the status may have changed."""
         if self.kept_events is not None:
             self.kept_events.notify()
 
     def count_incompatible_qos(self, policy: str) -> None:
-        """A peer does not match because of its quality of service, `policy` being the last policy that keeps them apart."""
+        """Record a peer that is not matched because of its quality of service. `policy` is the last policy that is incompatible."""
         events = self.keep_events()
         events.incompatible_qos += 1
         events.last_policy = policy
         events.notify()
 
     def count_incompatible_type(self) -> None:
-        """A peer does not match because it has another type."""
+        """Record a peer that is not matched because its type differs."""
         events = self.keep_events()
         events.incompatible_type += 1
         events.notify()
 
     def end_events(self) -> None:
-        """The endpoint has ended, and its event streams with it."""
+        """End the endpoint's event streams, because the endpoint has ended."""
         if self.kept_events is not None:
             self.kept_events.close()

@@ -1,7 +1,7 @@
-"""QoS events of one endpoint: what has happened to it besides messages, counted and told.
+"""QoS events of one endpoint: missed deadlines, lost liveliness, incompatible peers and matches, as totals and as a stream.
 
-Counting costs nothing until there is something to count: an endpoint makes its `EndpointEvents` when there is a deadline, a lease, an
-incompatible peer or an `EventStream`.
+An endpoint creates its `EndpointEvents` only when it has a deadline, a lease, an incompatible peer or an `EventStream`. Until then, events
+cost nothing.
 """
 
 from __future__ import annotations
@@ -25,28 +25,28 @@ E = TypeVar("E")
 
 
 def close_forgotten(loop: asyncio.AbstractEventLoop, thread: int, close: Callable[[], None]) -> None:
-    """Call `close` for an object of `loop`, which runs in `thread`, that has been garbage-collected.
+    """Call `close` on behalf of an object that has been garbage-collected and belonged to `loop`, which runs in `thread`.
 
-    The garbage collector runs in whichever thread needs memory: from a foreign one the call waits for the loop's next turn. With a closed
-    loop there is nothing left to be done.
+    The garbage collector may run in any thread. In another thread than the loop's, the call is handed over to the loop. If the loop is
+    closed, nothing is called.
     """
     if loop.is_closed():
         return
     if get_ident() == thread:
         close()
         return
-    with suppress(RuntimeError):  # closed meanwhile
+    with suppress(RuntimeError):  # the loop was closed in the meantime
         loop.call_soon_threadsafe(close)
 
 
 class EndpointEvents:
-    """What has happened to one endpoint besides messages, and the streams that tell of it.
+    """The QoS event counters of one endpoint, and the event streams that read them.
 
     Invariants:
 
-    * The timer is set exactly while there is a listener and the endpoint's `due` names an instant; nobody listening, nothing runs.
-    * After `close` there are no listeners and no timer, and none comes again; the counts stay.
-    * Counts never shrink.
+    * A timer is set only while there is a listener and the endpoint's `due` returns a time. Without listeners no timer runs.
+    * After `close` there are no listeners and no timer, and none are added; the counters keep their values.
+    * No counter ever decreases.
     """
 
     __slots__ = (
@@ -71,24 +71,24 @@ class EndpointEvents:
         return round(self._loop.time() * 1e9)
 
     def missed(self) -> int:
-        """How many deadlines were missed until now."""
+        """The number of deadlines missed so far."""
         return 0 if self.deadline is None else self.deadline.advance(self.now())
 
     def lost(self) -> int:
-        """How often the lease ran out until now."""
+        """The number of times the lease has run out so far."""
         if self.lease is None:
             return 0
         self.lease.advance(self.now())
         return self.lease.lost
 
     def notify(self) -> None:
-        """Wake the listeners, and set the timer for the next event that silence causes."""
-        for listener in tuple(self.listeners):  # a listener may be collected, and leave, at any moment
+        """Wake the listeners, and set the timer for the next event that a lack of messages causes."""
+        for listener in tuple(self.listeners):  # the garbage collector may remove a listener during this loop
             listener.waiters.wake_all()
         self.arm()
 
     def arm(self) -> None:
-        """Set the timer for the next event that silence causes; without listeners, or such an event, there is no timer."""
+        """Set the timer for the next event that a lack of messages causes. Without listeners, or without such an event, clear it."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
@@ -97,7 +97,7 @@ class EndpointEvents:
             self._timer = self._loop.call_at(due / 1e9, self._look, due)
 
     def close(self) -> None:
-        """The endpoint has ended: wake the listeners, which end with it."""
+        """End all listeners, because the endpoint has ended. Their tasks are woken."""
         self.closed = True
         listeners, self.listeners = self.listeners, []
         for listener in listeners:
@@ -105,19 +105,19 @@ class EndpointEvents:
         self.arm()
 
     def remove(self, listener: _Listener) -> None:
-        """End one listener. Twice is fine."""
+        """End one listener. Calling it twice is harmless."""
         if listener in self.listeners:
             self.listeners.remove(listener)
             listener.waiters.wake_all()
             self.arm()
 
     def remove_forgotten(self, listener: _Listener) -> None:
-        """As `remove`, from whichever thread has collected the listener's stream."""
+        """Like `remove`, but callable from any thread: used when the listener's stream has been garbage-collected."""
         if listener in self.listeners:
             close_forgotten(self._loop, self._thread, lambda: self.remove(listener))
 
     def _look(self, due: int) -> None:
-        """The timer: if a message came meanwhile, what was due is due later."""
+        """Handle the timer: wake the listeners, or set the timer again if a message has postponed the event."""
         self._timer = None
         later = self._due(due - 1)
         if later is not None and later > self.now():
@@ -127,7 +127,8 @@ class EndpointEvents:
 
 
 class _Listener:
-    """The inner end of an `EventStream`, so that a stream that is forgotten does not live on in its endpoint."""
+    """The part of an `EventStream` that its endpoint refers to. The endpoint does not refer to the stream, so an unused stream can be
+    collected."""
 
     __slots__ = ("waiters",)
 
@@ -136,37 +137,39 @@ class _Listener:
 
 
 class EventSource(Protocol):
-    """An endpoint, as its event streams see it."""
+    """What an event stream requires of its endpoint."""
 
     @property
     def status(self) -> Any:
-        """What the endpoint has met so far, in totals; its `since(earlier)` gives the events between two of them."""
+        """The running totals; `since(earlier)` of the returned value gives the events between two of them."""
         ...
 
     def keep_events(self) -> EndpointEvents:
-        """The endpoint's events, kept from now on."""
+        """Return the record of the endpoint's events, creating it at the first call."""
         ...
 
 
 class EventStream(Generic[E]):
-    """The QoS events of one endpoint, to iterate: ``async for event in publisher.events()``.
+    """The QoS events of one endpoint, as an async iterator: ``async for event in publisher.events()``.
 
-    It tells what happens from the moment it was made; `status` of the endpoint says what was before. Events of one kind that have not been
-    taken are merged into one, so a slow reader falls behind by at most one event of each kind. It ends with `close()`, with its
-    endpoint, and when nobody refers to it any more. At most one task may wait on it.
+    The stream reports events from the moment it is created; the endpoint's `status` holds the totals before that. Events of the same kind
+    that have not been read are merged into one, so a slow reader is at most one event of each kind behind. The stream ends with `close()`,
+    with its endpoint, or when it is no longer referenced. At most one task may wait on it.
 
     It has no public constructor: `events()` of an endpoint gives one.
     """
 
     # Invariants:
-    # * `_told` is the status up to which events have been put into `_ready`; events are made of the difference to the status of now.
-    # * The stream is open exactly as long as its listener is among those of the endpoint.
+    # * `_told` is the status up to which events have been put into `_ready`. Later events are computed from the difference to the current
+    #   status.
+    # * The stream is open exactly as long as `_listener` is among the listeners of the endpoint.
 
     __slots__ = ("_endpoint", "_events", "_kept", "_listener", "_ready", "_told")
 
     def __init__(self, endpoint: EventSource, kept: object = None) -> None:
         self._endpoint = endpoint
-        self._kept = kept  # the stream of messages whose events these are lives as long as its events are read
+        # The events of a stream of messages keep that stream alive.
+        self._kept = kept
         self._told = endpoint.status
         self._ready: deque[E] = deque()
         self._listener = _Listener()
@@ -202,7 +205,7 @@ class EventStream(Generic[E]):
             raise CallTimeout(f"no event within {timeout} s from {self._endpoint!r}") from None
 
     def take(self) -> list[E]:
-        """What has happened since the last event was taken, at once: at most one event of each kind."""
+        """Return, without waiting, the events since the last one was taken: at most one of each kind."""
         self.waiting()
         taken = list(self._ready)
         self._ready.clear()
@@ -217,7 +220,7 @@ class EventStream(Generic[E]):
         return bool(self._ready)
 
     def close(self) -> None:
-        """Listen no more. Closing twice is fine."""
+        """End the stream. Closing twice is harmless."""
         self._events.remove(self._listener)
 
     def __del__(self) -> None:

@@ -1,4 +1,4 @@
-"""Subscriptions that feed handlers: through the node's inbox, or into tasks of their own."""
+"""Subscriptions whose messages are handled by a method of the node, either in the node's inbox or in tasks of their own."""
 
 from __future__ import annotations
 
@@ -22,19 +22,22 @@ __all__ = ["ConcurrentSubscription", "Handler", "HandlerSubscription", "Spawn"]
 M = TypeVar("M", bound="Message")
 
 Handler: TypeAlias = Callable[[M], Awaitable[None] | None]
-"""Takes one message: at once, or by what it returns to be awaited."""
+"""A message handler. It either handles the message before it returns, or returns an awaitable that does."""
 
 
 class HandlerSubscription(Subscription[M]):
-    """A subscription that feeds a handler through its node's inbox. As an inbox item it stands for one waiting message.
+    """A subscription that passes its messages to a handler through the node's inbox. Each occurrence in the inbox stands for one message.
 
     It has no public constructor: `Node.subscription` gives one.
     """
 
     # Invariants:
-    # * While the node lives, the inbox holds this item exactly as often as messages wait: once for each, put there by `deliver`.
-    # * It outlives an incarnation of its node: what waits when the node ends waits for the next one, which calls `take_over`.
-    # * `timed` is the number of waiting messages that are a `TimedMessage`. `must_unwrap` is false again once no wrapped message waits.
+    # * While the node runs, the inbox holds this item exactly once for each waiting message. `deliver` and `take_over` put it there.
+    # * It outlives an incarnation of its node. Messages that wait when the node ends are handled by the next incarnation, after
+    #   `take_over`.
+    # * `timed` is the number of waiting messages that are a `TimedMessage`.
+    # * `must_unwrap` stays true once a message with a lifespan has arrived. Otherwise it becomes false when the last timed message is taken
+    #   out.
 
     __slots__ = ("expiring", "handler", "inbox", "label", "timed")
 
@@ -53,13 +56,15 @@ class HandlerSubscription(Subscription[M]):
         self.label = label
         self.handler = handler
         self.expiring = False
-        """Whether messages with a lifespan have come."""
+        """Whether a message with a lifespan has ever arrived."""
         self.timed = 0
 
     def __repr__(self) -> str:
         return f"<{self.label} on {self.entry.name}: {len(self.messages)} waiting, {self.dropped} dropped>"
 
     def deliver(self, message: M) -> None:
+        # Called once per message and subscription, so it makes no call in the common case: `Inbox.put` and `Inbox.wake` are inlined.
+        # `Inbox.wake` is called only for a busy node whose handler is not being watched yet.
         self.received += 1
         if len(self.messages) >= self.depth:
             self._overflow(message)
@@ -68,7 +73,7 @@ class HandlerSubscription(Subscription[M]):
         inbox = self.inbox
         inbox.items.append(self)
         waiter = inbox.waiter
-        if waiter is not None:  # Inbox.wake, written out: this is the hot path of the whole framework
+        if waiter is not None:
             inbox.waiter = None
             if not waiter.done():
                 waiter.set_result(None)
@@ -76,9 +81,10 @@ class HandlerSubscription(Subscription[M]):
             inbox.wake()
 
     def take_over(self, node: Participant, handler: Handler[M]) -> None:
-        """A new incarnation takes the messages from now on, those that wait included.
+        """Deliver to a new incarnation of the node from now on, including the messages that wait already.
 
-        Like any late joiner it gets what is latched, before what has waited for it; what waits already does not come twice.
+        A transient local subscription also receives the messages kept by its publishers, as a late joiner does. They come before those that
+        wait; none is delivered twice.
         """
         self.node = node
         self.handler = handler
@@ -97,7 +103,7 @@ class HandlerSubscription(Subscription[M]):
         self._announce(len(missing))
 
     def _announce(self, count: int) -> None:
-        """So many messages more wait, and no task serves the inbox yet."""
+        """Put this item into the inbox `count` times. No task serves the inbox yet, so none is woken."""
         self.inbox.items.extend([self] * count)
 
     def wrapped(self, expiring: ExpiringMessage[M]) -> M:
@@ -105,7 +111,7 @@ class HandlerSubscription(Subscription[M]):
         return cast("M", expiring)
 
     def stamp(self) -> TimedMessage[M]:
-        """Measure how long the newest message waits. It may be one that is dropped: then it is not measured."""
+        """Start to measure how long the newest message waits. The measurement is abandoned if that message is dropped."""
         timed = TimedMessage(self.messages[-1], self.inbox.loop.time)
         self.messages[-1] = cast("M", timed)
         self.timed += 1
@@ -138,17 +144,18 @@ class HandlerSubscription(Subscription[M]):
 
 
 class Spawn(Protocol):
-    """Runs work in a task of the node, which is called by this name."""
+    """Starts a named task of the node."""
 
     def __call__(self, work: Coroutine[Any, Any, None], /, *, name: str) -> object: ...
 
 
 class ConcurrentSubscription(HandlerSubscription[M]):
-    """A subscription whose handler has its own tasks, at most `concurrent` at once. Messages beyond that wait."""
+    """A subscription whose handler runs in tasks of its own, at most `concurrent` at once. Further messages wait."""
 
     # Invariants:
-    # * Tasks are begun only between `start` and `pause`; an incarnation that has not started yet, or has ended, begins none.
-    # * `active` is the number of tasks that the present incarnation has begun and that have not ended; never more than `concurrent`.
+    # * Tasks are started only between `start` and `pause`: never before the node has started or after it has ended.
+    # * Between `start` and `pause`, `active` is the number of tasks of the current incarnation that have not ended; it is at most
+    #   `concurrent`.
     # * It is never an item of the inbox.
 
     __slots__ = ("_spawn", "active", "concurrent")
@@ -178,20 +185,20 @@ class ConcurrentSubscription(HandlerSubscription[M]):
         self._begin_one()
 
     def _announce(self, count: int) -> None:
-        """`start` sees to them."""
+        """Do nothing: `start` handles the messages that wait."""
 
     def start(self, spawn: Spawn) -> None:
-        """The node has started: from now on tasks are begun by `spawn`, for the messages that wait already, too."""
+        """Start tasks with `spawn` from now on, because the node has started. Messages that wait already are handled first."""
         self._spawn = spawn
         self.active = 0
         self.work()
 
     def pause(self) -> None:
-        """The node has ended: begin no task until the next `start`."""
+        """Start no more tasks until the next `start`, because the node has ended."""
         self._spawn = None
 
     def work(self) -> None:
-        """Begin as many tasks as are free and messages wait."""
+        """Start a task for each waiting message, up to the limit of `concurrent`."""
         for _ in range(min(self.concurrent - self.active, len(self.messages))):
             self._begin_one()
 
@@ -202,7 +209,7 @@ class ConcurrentSubscription(HandlerSubscription[M]):
             spawn(self._work(spawn), name=self.label)
 
     async def _work(self, spawn: Spawn) -> None:
-        """One task's work, as long as the incarnation lasts to which `spawn` belongs. After an error it ends; see `Core.on_error`."""
+        """Handle messages in one task until none waits or the incarnation that `spawn` belongs to has ended. An error ends the task."""
         try:
             while self.messages and self._spawn is spawn:
                 begun = self.inbox.loop.time()

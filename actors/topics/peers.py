@@ -1,10 +1,10 @@
-"""What the two ends of a topic ask of each other and of the graph, as Protocols.
+"""The Protocols between the two ends of a topic, and between an end and the graph.
 
-An end of a topic is in this process (`actors.topics.publisher.Publisher`, `actors.topics.subscription.Subscription`) or somewhere else, and
-then a stand-in takes its place in the graph. Neither the graph nor the other end can tell the difference: they know what is written here.
+Each end is either an object of this process (`actors.topics.publisher.Publisher`, `actors.topics.subscription.Subscription`) or a stand-in
+for an endpoint of another process. The graph and the opposite end use only these Protocols and treat both alike.
 
-Peers are matched, counted and told of each other; targets are what `Publisher.publish` calls. They are kept apart because one target may
-serve many peers: a transport has one target for each publisher, however many remote subscriptions it stands for.
+Peers are matched, counted and notified of each other; targets are the functions that `Publisher.publish` calls. The two are separate
+because several peers may share one target: a transport has one target per publisher, for all the remote subscriptions that it represents.
 """
 
 from __future__ import annotations
@@ -19,27 +19,27 @@ if TYPE_CHECKING:
 __all__ = ["Participant", "Peer", "PublisherPeer", "SubscriptionPeer", "Target", "TopicRegistry"]
 
 Target: TypeAlias = Callable[[Any], None]
-"""Takes each message of a publisher, at once and in order. It never blocks and never raises.
+"""Receives each message of a publisher, immediately and in order. It never blocks and never raises.
 
-From a publisher with a lifespan it takes every message as an `actors.inbox.expiring.ExpiringMessage`, else the message itself.
+A publisher with a lifespan passes each message as an `actors.inbox.expiring.ExpiringMessage`, any other publisher the message itself.
 """
 
 
 class Participant(Protocol):
-    """A node, as far as the graph knows it."""
+    """What the graph requires of a node."""
 
     @property
     def fqn(self) -> str:
-        """Its fully qualified name."""
+        """The node's fully qualified name."""
         ...
 
     def warn(self, event: str, **fields: object) -> None:
-        """Log a warning in the node's name; a stand-in leaves that to the process where the node runs. Never raises."""
+        """Log a warning in the node's name. A stand-in does nothing: the process that runs the node logs it. Never raises."""
         ...
 
 
 class Peer(Protocol):
-    """One end of a topic, as the graph and the ends at the other side see it. Two peers are the same if they are the same object."""
+    """One end of a topic, as seen by the graph and by the opposite ends. Two peers are the same if they are the same object."""
 
     @property
     def node(self) -> Participant: ...
@@ -54,101 +54,101 @@ class Peer(Protocol):
 
     @property
     def qos(self) -> QoS:
-        """What a publisher offers, or a subscription requests; it never changes."""
+        """The quality of service that a publisher offers or a subscription requests. It never changes."""
         ...
 
     def notify(self) -> None:
-        """The status of this end may have changed: those who wait for its events are to look. Never raises."""
+        """Wake the tasks that wait for events of this end, because its status may have changed. Never raises."""
         ...
 
     def count_incompatible_qos(self, policy: str) -> None:
-        """A peer was found that does not match because of its quality of service. `policy` is the last policy that keeps them apart."""
+        """Count a peer that is not matched because of its quality of service. `policy` is the last policy that is incompatible."""
         ...
 
     def count_incompatible_type(self) -> None:
-        """A peer was found that does not match because it has another type."""
+        """Count a peer that is not matched because its type differs."""
         ...
 
 
 class PublisherPeer(Peer, Protocol):
-    """A publisher, as the graph and its subscriptions see it."""
+    """A publisher, as seen by the graph and by its subscriptions."""
 
     @property
     def count(self) -> int:
-        """How many messages it has published, as far as this process knows. It never shrinks."""
+        """The number of messages it has published, as far as this process knows. It never decreases."""
         ...
 
     @property
     def latched(self) -> list[Any]:
-        """The messages that late joiners would get now, oldest first; empty for a volatile publisher.
+        """The messages kept for late joiners, oldest first; empty for a volatile publisher.
 
-        A message that was delivered before is the same object here, so that nobody gets it twice.
+        A message that has been delivered is the same object here, so that a receiver can recognise it.
         """
         ...
 
     def replay(self, target: Target, depth: int) -> None:
-        """Hand what is latched to `target`, oldest first and at most the newest `depth`.
+        """Call `target` with the messages kept for late joiners, oldest first and at most the newest `depth`.
 
-        A stand-in may do nothing, and let the messages follow when it has them.
+        A stand-in may do nothing here and deliver those messages later.
         """
         ...
 
     def alive(self, lease_ns: int | None) -> bool:
-        """Whether the publisher has shown within `lease_ns` nanoseconds (None: within its own lease) that it is alive."""
+        """Whether the publisher has shown a sign of life within `lease_ns` nanoseconds; None stands for its own lease."""
         ...
 
     def due_alive(self, lease_ns: int | None, now: int) -> int | None:
-        """When, in nanoseconds and after `now`, `alive` becomes false if nothing is heard until then; None for never."""
+        """The time, in nanoseconds and later than `now`, at which `alive` becomes false without a sign of life; None for never."""
         ...
 
     def join(self, subscription: SubscriptionPeer) -> None:
-        """Match `subscription`: from the next `publish` on, its target is called. Called once for each match."""
+        """Match `subscription`: its target is called from the next `publish` on. Called once for each match."""
         ...
 
     def part(self, subscription: SubscriptionPeer) -> None:
-        """Undo `join`; nothing happens if `subscription` is not matched."""
+        """Undo `join`. Does nothing if `subscription` is not matched."""
         ...
 
     def leave(self) -> tuple[SubscriptionPeer, ...]:
-        """Part with every matched subscription and return them, in the order in which they were matched."""
+        """Part with all matched subscriptions and return them, in the order in which they were matched."""
         ...
 
     def add_tap(self, tap: Callable[[Any], None]) -> None:
-        """Hand every message to `tap` as well, without its lifespan, for as long as the publisher lives."""
+        """Call `tap` with every bare message from now on, for as long as the publisher lives."""
         ...
 
 
 class SubscriptionPeer(Peer, Protocol):
-    """A subscription, as the graph and its publishers see it."""
+    """A subscription, as seen by the graph and by its publishers."""
 
     @property
     def received(self) -> int:
-        """How many messages it has received, as far as this process knows. It never shrinks."""
+        """The number of messages it has received, as far as this process knows. It never decreases."""
         ...
 
     @property
     def dropped(self) -> int:
-        """How many messages it has lost, as far as this process knows. It never shrinks."""
+        """The number of messages it has lost, as far as this process knows. It never decreases."""
         ...
 
     @property
     def waiting(self) -> int:
-        """How many messages wait in it, as far as this process knows."""
+        """The number of messages that wait in it, as far as this process knows."""
         ...
 
     @property
     def full(self) -> bool:
-        """Whether `Publisher.send` has to wait for this subscription: only if it is reliable, keeps all and has no room."""
+        """Whether `Publisher.send` has to wait for this subscription. True only if it is reliable and KEEP_ALL, and has no room."""
         ...
 
     async def room(self) -> None:
-        """Wait until the subscription may have room, or has left. Only called while it is `full`."""
+        """Wait until the subscription may have room or has left the topic. Called only while it is `full`."""
         ...
 
     def target(self, publisher: PublisherPeer) -> Target:
-        """What `publisher` calls to reach this subscription.
+        """Return the function that `publisher` calls to reach this subscription.
 
-        It is asked for after each change of the matched subscriptions. Peers that return equal targets are reached by one call.
+        It is requested again after each change of the matched subscriptions. Peers that return equal targets are reached by one call.
         """
         ...
 
@@ -157,23 +157,24 @@ class SubscriptionPeer(Peer, Protocol):
         ...
 
     def part(self, publisher: PublisherPeer) -> None:
-        """Undo `join`; nothing happens if `publisher` is not matched."""
+        """Undo `join`. Does nothing if `publisher` is not matched."""
         ...
 
     def leave(self) -> tuple[PublisherPeer, ...]:
-        """Part with every matched publisher and return them, in the order in which they were matched."""
+        """Part with all matched publishers and return them, in the order in which they were matched."""
         ...
 
     def catch_up(self, publisher: PublisherPeer) -> None:
-        """Get what `publisher`, just matched, has latched, before anything new. Called for transient local subscriptions.
+        """Receive the messages that `publisher`, which has just been matched, keeps for late joiners. Called if this end is transient
+        local.
 
-        A stand-in does nothing: its own process sees to that.
+        They are received before any new message. A stand-in does nothing: the process of the subscription does this.
         """
         ...
 
 
 class TopicRegistry(Protocol):
-    """One topic of the graph, as its endpoints use it."""
+    """One topic of the graph, as used by its endpoints."""
 
     @property
     def name(self) -> str:
@@ -182,34 +183,34 @@ class TopicRegistry(Protocol):
 
     @property
     def publishers(self) -> list[PublisherPeer]:
-        """The publishers as they are now, in the order in which they came."""
+        """The present publishers, in the order in which they were added."""
         ...
 
     @property
     def subscriptions(self) -> list[SubscriptionPeer]:
-        """The subscriptions as they are now, in the order in which they came."""
+        """The present subscriptions, in the order in which they were added."""
         ...
 
     def target(self, publisher: PublisherPeer, subscription: SubscriptionPeer) -> Target:
-        """What `publisher` calls to reach `subscription`: its own target, or what the graph puts in front of it."""
+        """Return the function that `publisher` calls to reach `subscription`: its target, possibly wrapped by the graph."""
         ...
 
     def add_publisher(self, publisher: PublisherPeer) -> None:
-        """Let `publisher` meet the topic's subscriptions; both sides of each match are joined."""
+        """Add `publisher` and match it with the topic's subscriptions; both sides of each match are joined."""
         ...
 
     def remove_publisher(self, publisher: PublisherPeer) -> None:
-        """Undo `add_publisher`. Twice is fine."""
+        """Undo `add_publisher`. Calling it twice is harmless."""
         ...
 
     def add_subscription(self, subscription: SubscriptionPeer) -> None:
-        """Let `subscription` meet the topic's publishers; both sides of each match are joined, then a late joiner catches up."""
+        """Add `subscription` and match it with the topic's publishers; both sides are joined before it catches up."""
         ...
 
     def remove_subscription(self, subscription: SubscriptionPeer) -> None:
-        """Undo `add_subscription`. Twice is fine."""
+        """Undo `add_subscription`. Calling it twice is harmless."""
         ...
 
     def forget(self, node: str) -> None:
-        """The node of this name will not come back; called when it has no endpoint here any more."""
+        """Forget the node of this name, which has ended for good. Called when it has no endpoint here any more."""
         ...

@@ -1,9 +1,10 @@
-"""Publishers: they hand messages to the subscriptions they are matched with, at once and in order.
+"""Publishers: they deliver each message to their matched subscriptions immediately and in order.
 
-`Publisher.publish` is synchronous: it calls the target of every matched subscription, in the order in which they subscribed, and returns. It
-never waits and never fails because a reader is slow: see `actors.topics.subscription`. A message is a value, so it is passed by reference.
+`Publisher.publish` is synchronous. It calls the target of every matched subscription, in the order in which they were matched, and returns.
+It never waits, and a slow reader never makes it fail: see `actors.topics.subscription`. Messages are immutable values and are passed by
+reference.
 
-What a publisher promises about time is kept by `actors.topics.timed_publisher`; publishers without such promises pay nothing for it.
+Time limits on messages are the subject of `actors.topics.timed_publisher`; a publisher without them does not read the clock.
 """
 
 from __future__ import annotations
@@ -29,23 +30,25 @@ M = TypeVar("M", bound="Message")
 
 
 class _Closed:
-    """Stands in for the message type of a publisher that has ended, so that the hot path needs no second check."""
+    """Takes the place of the message type in a publisher that must not publish, so that `publish` needs no separate check."""
 
 
 class Publisher(Endpoint, Generic[M]):
-    """One node's right to publish on one topic. Call it, or `publish`.
+    """Publishes messages of one type on one topic for one node. Call it directly, or call `publish`.
 
-    `count` is the number of messages published so far, `status` what else has happened, `events()` tells it as it happens.
+    `count` is the number of messages published so far. `status` holds the totals of its QoS events, and `events()` reports them as they
+    occur.
 
     It has no public constructor: `publishes` and `Node.publisher` give one.
     """
 
     # Invariants:
-    # * `targets` holds the targets of the matched subscriptions, each once and in the order of matching, and then the taps; or, after a change,
-    #   only `_publish_anew`, which brings it up to date at the next message. So n changes cost n, and not n times the subscriptions.
-    # * `_expects` is the message type while the publisher delivers, and `_Closed` while it is suspended or after its end: then every message
-    #   takes the slow way of `_refuse`.
-    # * `history` is None exactly for a volatile publisher.
+    # * `targets` holds each target of the matched subscriptions once, in the order of matching, followed by the taps. After a change it
+    #   holds only `_publish_anew`, which rebuilds it at the next message: n changes in a row cost n, not n times the number of
+    #   subscriptions. After `leave` it is empty.
+    # * `_expects` is the message type while messages are delivered, and `_Closed` while the publisher is suspended and after it has ended.
+    #   Then no message passes the check in `publish`, and `_refuse` handles all of them.
+    # * `history` is None exactly if the publisher is volatile.
 
     __slots__ = (
         "_expects", "_outdated", "_thread", "count", "gated", "history", "matched", "suspended", "taps", "targets", "type",
@@ -57,16 +60,16 @@ class Publisher(Endpoint, Generic[M]):
         self.count = 0
         self.suspended = False
         self.gated = True
-        """Whether a lifecycle node's state counts for this publisher."""
+        """Whether the state of a lifecycle node suspends this publisher."""
         self.matched: dict[SubscriptionPeer, None] = {}
-        """The matched subscriptions, in the order of matching."""
+        """The matched subscriptions, in the order in which they were matched."""
         self.taps: tuple[Callable[[Any], None], ...] = ()
-        """Wire taps: see `actors.graph.graph.Graph.tap`."""
+        """The wire taps; see `actors.graph.graph.Graph.tap`."""
         self.targets: tuple[Target, ...] = ()
-        """What `publish` calls."""
+        """The functions that `publish` calls with each message."""
         self._outdated = False
         self.history: deque[Any] | None = deque(maxlen=qos.limit) if qos.transient_local else None
-        """What late joiners get: the last `depth` messages; with KEEP_ALL as many as its limit."""
+        """The messages kept for late joiners: the last `depth`, or with KEEP_ALL as many as its limit."""
         self._expects: Any = type
         self._thread = get_ident()
 
@@ -74,11 +77,13 @@ class Publisher(Endpoint, Generic[M]):
         return f"<publisher of {self.entry.name} [{self.type.__name__}] in {self.node.fqn}: {self.count} sent>"
 
     def publish(self, message: M) -> None:
-        """Hand `message` to every matched subscription, in the order in which they subscribed. Never waits.
+        """Deliver `message` to every matched subscription, in the order in which they were matched. Never waits.
 
-        Raises `WrongType` for a message of another type, `WrongThread` outside the node's event loop, `Ended` after the
-        node's end. Between a lifecycle node's deactivation and activation messages are discarded silently.
+        Raises `WrongType` for a message of another type, `WrongThread` outside the node's event loop, and `Ended` after the node has ended.
+        While a lifecycle node is inactive, its messages are discarded silently.
         """
+        # Called for every message of the system, so it does the least possible: one identity check covers the message type, a suspended and
+        # an ended publisher; a subscription's queue, deadline and wrapping are hidden behind its target; no object is allocated.
         if message.__class__ is not self._expects or get_ident() != self._thread:
             self._refuse(message)
             return
@@ -91,16 +96,17 @@ class Publisher(Endpoint, Generic[M]):
     __call__ = publish
 
     async def send(self, message: M) -> None:
-        """Publish, but first wait until every reliable KEEP_ALL subscription has room: back-pressure instead of loss.
+        """Publish after every reliable KEEP_ALL subscription has room: back-pressure instead of loss.
 
-        Best effort, of either side, holds nobody back. Raises what `publish` raises, and what is wrong with the message before it waits.
+        A best-effort publisher or subscription never causes a wait. Raises what `publish` raises; a message of the wrong type is refused
+        before any wait.
         """
         if message.__class__ is not self._expects:
             self._refuse(message)
             return
         if self.qos.reliable:
             waited = True
-            while waited:  # after a wait, others may be full again
+            while waited:  # another subscription may have filled up during the wait
                 waited = False
                 for subscription in self.peers:
                     if subscription.full:
@@ -110,34 +116,34 @@ class Publisher(Endpoint, Generic[M]):
         self.publish(message)
 
     def assert_liveliness(self) -> None:
-        """Say "I am alive" without a message. It counts for liveliness manual_by_topic; publishing says the same.
+        """Show that the publisher is alive without publishing a message. It renews a manual_by_topic lease, as publishing does.
 
-        Raises `WrongThread` outside the node's event loop, `Ended` after the node's end.
+        Raises `WrongThread` outside the node's event loop and `Ended` after the node has ended.
         """
         if get_ident() != self._thread or (self._expects is _Closed and not self.suspended):
             self._refuse(None)
 
     def alive(self, lease_ns: int | None) -> bool:
-        """Whether the publisher has shown within a lease that it lives. One without a lease lives as long as its node."""
+        """Whether the publisher has shown a sign of life within the lease. Without a lease it is alive as long as its node."""
         return True
 
     def due_alive(self, lease_ns: int | None, now: int) -> int | None:
-        """When, in nanoseconds and after `now`, silence ends that; None for never."""
+        """The time, in nanoseconds and later than `now`, at which `alive` becomes false without a sign of life; None for never."""
         return None
 
     @property
     def peers(self) -> tuple[SubscriptionPeer, ...]:
-        """The matched subscriptions as they are now, in the order of matching."""
+        """The subscriptions matched now, in the order in which they were matched."""
         return tuple(self.matched)
 
     @property
     def subscription_count(self) -> int:
-        """How many subscriptions receive what is published here."""
+        """The number of subscriptions matched with this publisher."""
         return len(self.matched)
 
     @property
     def status(self) -> PublisherStatus:
-        """What this publisher has met so far, in totals: see `actors.qos.events`."""
+        """The running totals of this publisher's QoS events; see `actors.qos.events`."""
         from actors.qos.events import PublisherStatus
 
         kept = self.kept_events
@@ -163,26 +169,26 @@ class Publisher(Endpoint, Generic[M]):
     # -- the publisher's place in the graph ---------------------------------------------------------------------------------
 
     def join(self, subscription: SubscriptionPeer) -> None:
-        """Begin to deliver to a matched subscription."""
+        """Match `subscription`: deliver to it from the next message on."""
         self.matched[subscription] = None
         self.matched_total += 1
         self._outdate()
         self.notify()
 
     def part(self, subscription: SubscriptionPeer) -> None:
-        """Deliver no more to a subscription that leaves, if it was matched."""
+        """Undo `join`. Does nothing if `subscription` is not matched."""
         if subscription in self.matched:
             del self.matched[subscription]
             self._outdate()
             self.notify()
 
     def leave(self) -> tuple[SubscriptionPeer, ...]:
-        """Deliver to nobody any more. Returns the subscriptions that were matched until now."""
+        """Part with all matched subscriptions and return them. Their own side of each match is left to the caller."""
         peers, self.matched, self.targets, self._outdated = self.peers, {}, (), False
         return peers
 
     def add_tap(self, tap: Callable[[Any], None]) -> None:
-        """Hand every message to `tap` as well, for good."""
+        """Call `tap` with every message from now on, for as long as the publisher lives."""
         self.taps += (tap,)
         self._outdate()
 
@@ -192,7 +198,7 @@ class Publisher(Endpoint, Generic[M]):
             self.targets = (self._publish_anew,)
 
     def _publish_anew(self, message: M) -> None:
-        """Stands for the targets while they are out of date: bring them up to date and call them."""
+        """Rebuild `targets`, which is out of date, and call them. It takes their place until the next message."""
         self._outdated = False
         targets = dict.fromkeys(self.entry.target(self, peer) for peer in self.peers)  # peers may share a target
         self.targets = both = (*targets, *self.taps)
@@ -201,28 +207,28 @@ class Publisher(Endpoint, Generic[M]):
 
     @property
     def latched(self) -> list[M]:
-        """What late joiners would get now, oldest first; empty for a volatile publisher."""
+        """The messages kept for late joiners, oldest first; empty for a volatile publisher."""
         return list(self.history or ())
 
     def replay(self, target: Target, depth: int) -> None:
-        """Hand what is latched to `target`, oldest first and at most the newest `depth`."""
+        """Call `target` with the messages kept for late joiners, oldest first and at most the newest `depth`."""
         for message in self.latched[-depth:]:
             target(message)
 
     # -- the publisher's life -----------------------------------------------------------------------------------------------
 
     def suspend(self) -> None:
-        """Discard what is published from now on (an inactive lifecycle node)."""
+        """Discard what is published from now on, because a lifecycle node is inactive."""
         self.suspended = True
         self._expects = _Closed
 
     def resume(self) -> None:
-        """Publish again."""
+        """Publish again after `suspend`."""
         self.suspended = False
         self._expects = self.type
 
     def close(self) -> None:
-        """Leave the topic; what was latched is gone with it. Closing twice is fine."""
+        """Leave the topic and discard the messages kept for late joiners. Closing twice is harmless."""
         self.suspended = False
         self._expects = _Closed
         self.end_events()

@@ -1,4 +1,4 @@
-"""Subscriptions to iterate: ``async for message in node.subscribe(TOPIC)``."""
+"""Streams: subscriptions that a task iterates over, as in ``async for message in node.subscribe(TOPIC)``."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ M = TypeVar("M", bound="Message")
 
 
 class StreamSubscription(Subscription[M]):
-    """The subscription behind a `Stream`. `on_close` is called once, when it is closed."""
+    """The subscription behind a `Stream`. It calls `on_close` once, when it is closed."""
 
     # Invariants:
-    # * `reader` is what the one task waits for that iterates the stream; None while none waits.
-    # * Once `closed`, it is in no topic, and nothing more arrives; what waits can still be taken out.
+    # * `reader` is the future that the iterating task waits for; None while it does not wait.
+    # * Once `closed`, it has left the topic and is matched with no publisher. Messages that wait can still be taken out.
 
     __slots__ = ("_on_close", "closed", "latest", "reader")
 
@@ -56,7 +56,8 @@ class StreamSubscription(Subscription[M]):
             return
         self.messages.append(message)
         reader = self.reader
-        if reader is not None and not reader.done():  # `wake`, written out: this is the hot path of streams
+        # `actors.waiting.wake`, inlined: this runs for every message.
+        if reader is not None and not reader.done():
             reader.set_result(None)
 
     def wrapped(self, expiring: ExpiringMessage[M]) -> M:
@@ -75,10 +76,10 @@ class StreamSubscription(Subscription[M]):
 
 
 class Stream(Generic[M]):
-    """A subscription to iterate: ``async for message in node.subscribe(TOPIC)``.
+    """A subscription as an async iterator: ``async for message in node.subscribe(TOPIC)``.
 
-    It receives from the moment it is made. It ends (and the subscription leaves the topic) with `close()`, with the end of an
-    ``async with`` block, when nobody refers to the stream any more, and with its node; then iteration stops. At most one task may wait on it.
+    It receives messages from the moment it is created. Iteration stops, and the subscription leaves the topic, with `close()`, at the end
+    of an ``async with`` block, when the node ends, or when the stream is no longer referenced. At most one task may wait on it.
 
     It has no public constructor: `subscribes` and `Node.subscribe` give one.
     """
@@ -97,7 +98,7 @@ class Stream(Generic[M]):
 
     @property
     def latest(self) -> M | None:
-        """The newest message that arrived, taken out or not; None before the first, and when its lifespan is over."""
+        """The newest message received, even if it has been taken out; None before the first message and after its lifespan has passed."""
         latest = self._subscription.latest
         if isinstance(latest, ExpiringMessage):
             return cast("ExpiringMessage[M]", latest).message if latest.fresh else None
@@ -105,22 +106,22 @@ class Stream(Generic[M]):
 
     @property
     def received(self) -> int:
-        """How many messages arrived so far."""
+        """The number of messages received so far."""
         return self._subscription.received
 
     @property
     def dropped(self) -> int:
-        """How many messages were lost because this reader was slower than its depth allows."""
+        """The number of messages lost because the reader was slower than the depth allows."""
         return self._subscription.dropped
 
     @property
     def publisher_count(self) -> int:
-        """How many publishers this stream receives from."""
+        """The number of publishers matched with this stream."""
         return self._subscription.publisher_count
 
     @property
     def status(self) -> SubscriptionStatus:
-        """What this subscription has met so far, in totals: see `actors.qos.events`."""
+        """The running totals of this subscription's QoS events; see `actors.qos.events`."""
         return self._subscription.status
 
     def events(self) -> EventStream[SubscriptionEvent]:
@@ -159,7 +160,7 @@ class Stream(Generic[M]):
             ) from None
 
     def close(self) -> None:
-        """Leave the topic. Messages that wait can still be taken out. Closing twice is fine."""
+        """Leave the topic. Messages that wait can still be taken out. Closing twice is harmless."""
         self._subscription.close()
 
     async def __aenter__(self) -> Stream[M]:

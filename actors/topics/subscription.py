@@ -1,7 +1,8 @@
-"""Subscriptions: the waiting messages of one reader, bounded by its depth.
+"""The base class of subscriptions: a queue of messages for one reader, bounded by the depth of its quality of service.
 
-They never hold a publisher up: a KEEP_LAST subscription that is full loses its oldest message and counts it. Subscriptions for handlers
-(`actors.topics.handler`) and for streams (`actors.topics.stream`) are the two kinds; they differ in who takes the messages out.
+A subscription never delays `Publisher.publish`. A full KEEP_LAST subscription drops its oldest message, a full KEEP_ALL subscription the
+new one, and both count it. The two kinds differ in who takes the messages out: a handler (`actors.topics.handler`) or a task that iterates
+over a stream (`actors.topics.stream`).
 """
 
 from __future__ import annotations
@@ -28,17 +29,17 @@ M = TypeVar("M", bound="Message")
 
 
 class Subscription(Endpoint, Generic[M]):
-    """The waiting messages of one subscription, bounded by its depth.
+    """One subscription and its queue of waiting messages, bounded by its depth.
 
-    `received` counts what was delivered into it, `dropped` what was lost because the reader was slower than the depth allows.
-    `status` says what else has happened, `events()` tells it as it happens.
+    `received` is the number of messages delivered to it, `dropped` the number lost because the reader was slower than the depth allows.
+    `status` holds the totals of its QoS events, and `events()` reports them as they occur.
     """
 
     # Invariants:
     # * `messages` holds at most `depth` messages, oldest first.
-    # * `must_unwrap` is true whenever a waiting message may be wrapped (`ExpiringMessage`), or a sender has waited for room: then whoever takes a
-    #   message out hands it to `unwrap`. While it is false, taking a message out is nothing but a `popleft`.
-    # * A publisher is in `matched` exactly as long as this subscription is matched there.
+    # * `must_unwrap` is true while a waiting message may be wrapped (`ExpiringMessage`) or a sender waits for room. The reader then passes
+    #   each message that it takes out to `unwrap`. Otherwise a `popleft` is enough.
+    # * A publisher is in `matched` exactly as long as it is matched with this subscription.
 
     __slots__ = (
         "depth", "dropped", "keep_all", "matched", "messages", "must_unwrap", "received", "senders", "type",
@@ -53,9 +54,9 @@ class Subscription(Endpoint, Generic[M]):
         self.received: int = 0
         self.dropped = 0
         self.matched: dict[PublisherPeer, None] = {}
-        """The matched publishers, in the order of matching."""
+        """The matched publishers, in the order in which they were matched."""
         self.senders: Waiters | None = None
-        """The tasks that wait in `room`; None before the first one."""
+        """The tasks that wait in `room`; None until the first one does."""
         self.must_unwrap = False
         if (period := nanoseconds(qos.deadline)) is not None:
             from actors.qos.events import DeadlineWatch
@@ -67,23 +68,23 @@ class Subscription(Endpoint, Generic[M]):
         return f"<subscription of {self.entry.name} [{self.type.__name__}] in {self.node.fqn}: {waiting}>"
 
     def deliver(self, message: M) -> None:
-        """Take a message from a publisher. Never blocks, never raises."""
+        """Receive a message from a publisher. Never blocks and never raises."""
         raise NotImplementedError
 
     def target(self, publisher: PublisherPeer) -> Target:
-        """What `publisher` calls to deliver here."""
+        """Return the function that `publisher` calls to deliver a message to this subscription."""
         if nanoseconds(publisher.qos.lifespan) is not None:
             return self._deliver_expiring
         return self.deliver if self.kept_events is None or self.kept_events.deadline is None else self._deliver_in_time
 
     def _deliver_in_time(self, message: M) -> None:
-        """Deliver, and count the message for the deadline."""
+        """Deliver a message, and record its arrival for the deadline."""
         kept = cast("Any", self.kept_events)
         kept.deadline.message(kept.now())
         self.deliver(message)
 
     def _deliver_expiring(self, expiring: ExpiringMessage[M]) -> None:
-        """Deliver a message with a lifespan."""
+        """Deliver a message that has a lifespan."""
         message = self.wrapped(expiring)
         if self.kept_events is None or self.kept_events.deadline is None:
             self.deliver(message)
@@ -91,11 +92,12 @@ class Subscription(Endpoint, Generic[M]):
             self._deliver_in_time(message)
 
     def wrapped(self, expiring: ExpiringMessage[M]) -> M:
-        """What waits here for a message with a lifespan: by default just the message, which then does not expire any more."""
+        """Return what to keep for a message with a lifespan. By default that is the bare message, which then no longer expires."""
         return expiring.message
 
     def unwrap(self, message: M | ExpiringMessage[M]) -> M | None:
-        """The message that has been taken out, None if its lifespan is over; and there is room now."""
+        """Return the message to handle for one that has been taken out, or None if its lifespan has passed. Wake the senders that wait for
+        room."""
         if self.senders:
             self.senders.wake_all()
         if isinstance(message, ExpiringMessage):
@@ -106,22 +108,22 @@ class Subscription(Endpoint, Generic[M]):
 
     @property
     def publishers(self) -> list[PublisherPeer]:
-        """The matched publishers as they are now, in the order of matching."""
+        """The publishers matched now, in the order in which they were matched."""
         return list(self.matched)
 
     @property
     def publisher_count(self) -> int:
-        """How many publishers this subscription receives from."""
+        """The number of publishers matched with this subscription."""
         return len(self.matched)
 
     @property
     def waiting(self) -> int:
-        """How many messages wait to be taken out."""
+        """The number of messages that wait to be taken out."""
         return len(self.messages)
 
     @property
     def status(self) -> SubscriptionStatus:
-        """What this subscription has met so far, in totals: see `actors.qos.events`."""
+        """The running totals of this subscription's QoS events; see `actors.qos.events`."""
         from actors.qos.events import SubscriptionStatus
 
         publishers = self.publishers
@@ -153,7 +155,7 @@ class Subscription(Endpoint, Generic[M]):
         return min((instant for instant in instants if instant is not None), default=None)
 
     def join(self, publisher: PublisherPeer) -> None:
-        """A publisher has been matched. The first one starts the clock of the deadline."""
+        """Match `publisher`. The first match starts the deadline."""
         self.matched[publisher] = None
         self.matched_total += 1
         if self.kept_events is not None:
@@ -162,22 +164,22 @@ class Subscription(Endpoint, Generic[M]):
             self.kept_events.notify()
 
     def part(self, publisher: PublisherPeer) -> None:
-        """A publisher has left, if it was matched."""
+        """Undo `join`. Does nothing if `publisher` is not matched."""
         if publisher in self.matched:
             del self.matched[publisher]
             self.notify()
 
     def leave(self) -> tuple[PublisherPeer, ...]:
-        """Receive from nobody any more. Returns the publishers that were matched until now."""
+        """Part with all matched publishers and return them. Their own side of each match is left to the caller."""
         publishers, self.matched = tuple(self.matched), {}
         return publishers
 
     def catch_up(self, publisher: PublisherPeer) -> None:
-        """Get what a matched publisher has latched, oldest first and no more than fits."""
+        """Receive the messages that a matched publisher keeps for late joiners, oldest first and at most `depth` of them."""
         publisher.replay(self.entry.target(publisher, self), self.depth)
 
     def close(self) -> None:
-        """Leave the topic. Closing twice is fine."""
+        """Leave the topic. Closing twice is harmless."""
         self.end_events()
         self.entry.remove_subscription(self)
         if self.senders:
@@ -187,13 +189,13 @@ class Subscription(Endpoint, Generic[M]):
 
     @property
     def full(self) -> bool:
-        """Whether a sender has to wait: a reliable KEEP_ALL subscription without room."""
+        """Whether `Publisher.send` has to wait: the subscription is reliable and KEEP_ALL, and has no room."""
         return (
             self.keep_all and len(self.messages) >= self.depth and self.qos.reliable and not self._oldest_has_expired()
         )
 
     async def room(self) -> None:
-        """Wait until a message has been taken out, the oldest has expired, or the subscription has been closed."""
+        """Wait until a message has been taken out, the oldest one has expired, or the subscription has been closed."""
         self.must_unwrap = True
         if self.senders is None:
             self.senders = Waiters()
@@ -212,9 +214,9 @@ class Subscription(Endpoint, Generic[M]):
         return isinstance(oldest, ExpiringMessage) and not oldest.fresh
 
     def _overflow(self, message: M) -> None:
-        """There is no room: KEEP_LAST loses its oldest message, KEEP_ALL (which never overwrites) the new one.
+        """Handle a message that arrives at a full subscription: KEEP_LAST drops the oldest message, KEEP_ALL drops the new one.
 
-        An oldest message whose lifespan is over makes room without being counted.
+        If the oldest message has expired, it is removed instead and not counted as dropped.
         """
         expired = self.must_unwrap and self._oldest_has_expired()
         if expired or not self.keep_all:

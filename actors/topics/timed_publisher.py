@@ -1,4 +1,4 @@
-"""Publishers that promise something about time: how long a message is worth something, how often one comes, that they live."""
+"""Publishers with time limits: a lifespan of their messages, a deadline between messages, or a lease of liveliness."""
 
 from __future__ import annotations
 
@@ -23,27 +23,29 @@ M = TypeVar("M", bound="Message")
 
 
 def publisher_for(node: Participant, entry: TopicRegistry, type: type[M], qos: QoS) -> Publisher[M]:
-    """A publisher with this quality of service; it must still join `entry`. Only one that makes promises about time looks at the clock."""
+    """Create a publisher that has yet to join `entry`. Only a publisher with a lifespan, deadline or lease reads the clock when it
+    publishes."""
     timed = qos.lifespan is not None or qos.deadline is not None or _lease_of(qos) is not None
     return (TimedPublisher if timed else Publisher)(node, entry, type, qos)
 
 
 def _lease_of(qos: QoS) -> int | None:
-    """The lease that a publisher can lose, nanoseconds. One of liveliness automatic is kept as long as the process runs."""
+    """The lease that the publisher can lose, in nanoseconds. Automatic liveliness cannot be lost while the process runs, so it is None."""
     return nanoseconds(qos.liveliness_lease) if qos.liveliness is Liveliness.MANUAL_BY_TOPIC else None
 
 
 class TimedPublisher(Publisher[M]):
-    """A publisher with a lifespan, a deadline or a lease of liveliness manual_by_topic.
+    """A publisher with a lifespan, a deadline, or a lease of manual_by_topic liveliness.
 
-    Messages older than the lifespan, counted from `publish`, are not delivered any more, neither from subscriptions nor to late joiners.
-    Each deadline without a message is counted here, and in the subscriptions that requested one. So is each lease without a message or
-    `assert_liveliness()`; to the subscriptions the publisher is then not alive until the next one.
+    A message older than the lifespan, measured from `publish`, is delivered neither to handlers and streams nor to late joiners. The
+    publisher, and each subscription that requested a deadline, counts every deadline that passes without a message. A lease that passes
+    without a message or `assert_liveliness()` is counted in the same way; matched subscriptions then see the publisher as not alive until
+    its next sign of life.
     """
 
     # Invariants:
-    # * With a lifespan, `history` and the targets get every message as an `ExpiringMessage`; the taps get it bare.
-    # * `kept_events` is never None, and its watches are those that the quality of service promises.
+    # * With a lifespan, `history` and `targets` receive every message as an `ExpiringMessage`; taps receive the bare message.
+    # * `kept_events` is never None. It has a deadline watch and a lease watch exactly if the quality of service has a deadline and a lease.
 
     __slots__ = ("_lifespan_ns", "_loop")
 
@@ -61,7 +63,7 @@ class TimedPublisher(Publisher[M]):
             events.lease = LeaseWatch(lease, events.now())
 
     def publish(self, message: M) -> None:
-        """As `Publisher.publish`; it also looks at the clock."""
+        """Publish as `Publisher.publish` does, and record the time."""
         if message.__class__ is not self._expects or get_ident() != self._thread:
             self._refuse(message)
             return

@@ -1,1 +1,1 @@
-"""Simulation testing: one program, thousands of seeds, each another legal order of events and another set of faults."""
+"""Simulation testing: one program under thousands of seeds, each with another legal order of events and other faults."""

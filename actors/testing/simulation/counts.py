@@ -1,4 +1,4 @@
-"""Whether the books of the supervisors agree with what really runs: tasks, nodes, restarts."""
+"""The check that what supervisors record agrees with what is running: tasks, nodes and restarts."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ __all__ = ["miscounts"]
 
 
 def miscounts(system: System) -> Iterator[str]:
-    """The contradictions in the counts of a quiet system, each in a sentence.
+    """Yield a sentence for each contradiction in the counts of a system in which nothing can run without time passing.
 
-    A child that its supervisor counts as there has a task that runs, and the other way round; a node has an incarnation only
-    while its supervisor has a task for it; it has had more lives than restarts; and a supervisor that goes on has not seen more restarts than it allows.
+    A child has a running task exactly if its supervisor counts it as present. A node has an incarnation only while its supervisor has a
+    task for it, and has had more incarnations than restarts. A supervisor that goes on has not counted more restarts than it allows.
     """
     supervisor = system.supervisor
     if supervisor is None:

@@ -1,4 +1,4 @@
-"""`@scenario`: a test that runs under hundreds of seeds, each another legal order of events and another set of faults.
+"""`@scenario`: a test that runs under hundreds of seeds, each with another legal order of events and other faults.
 
 ::
 
@@ -7,8 +7,8 @@
         await rig.start(tree())
         ...
 
-A failing seed is shrunk to the fewest faults that still fail in the same way, run once more with a flight recorder, and reported with
-the one line that replays it.
+A failing seed is reduced to the fewest faults that fail in the same way. It is run once more with a flight recorder, and reported with the
+line that replays it.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ def scenario(
     invariants: Sequence[Invariant] = (),
     patience: float = PATIENCE,
 ) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
-    """Run an async test with a fresh `rig` for each of `seeds` seeds on virtual time, and once in plain order without faults.
+    """Run an async test on virtual time with a fresh `rig`, once in plain order without faults and then once for each of `seeds` seeds.
 
-    `faults` says what may go wrong (see `actors.testing.faults`; ``ALL`` is everything). `invariants` are called with the
-    system whenever it is quiet. A handler or a canceled goal that makes no progress for `patience` seconds fails the test.
-    Other fixtures of the test are made once and shared by all seeds. ``pytest --scenario-seeds N`` overrides
-    `seeds`; ``--scenario-replay TRIAL`` runs one.
+    `faults` lists the possible faults (see `actors.testing.faults`; ``ALL`` means all). `invariants` are called with the system whenever
+    nothing can run without time passing. A handler or a canceled goal that makes no progress for `patience` seconds fails the test. Other
+    fixtures are created once and shared by all seeds. ``pytest --scenario-seeds N`` overrides `seeds`, and ``--scenario-replay TRIAL`` runs
+    one trial.
     """
     if seeds < 1:
         raise ValueError(f"@scenario(seeds={seeds}): at least one")
@@ -105,7 +105,7 @@ def _again(played: Scenario, trial: Trial) -> None:
 
 
 def _explained(finding: Finding, played: Scenario, request: pytest.FixtureRequest) -> BaseException:
-    """The error of the shrunk trial, with all that helps to understand it."""
+    """Build the error for a finding: the failure of the reduced trial, with notes that explain it."""
     error = finding.outcome.error
     assert error is not None
     test = request.node.nodeid

@@ -1,4 +1,4 @@
-"""The invariants of a simulated system, checked whenever it is quiet: when nothing can run until time passes."""
+"""The invariants of a simulated system, checked whenever it is quiet: nothing can run without time passing."""
 
 from __future__ import annotations
 
@@ -22,25 +22,30 @@ __all__ = ["PATIENCE", "Invariant", "InvariantBroken", "Watch"]
 
 
 PATIENCE = 10.0
-"""Seconds after which a handler that keeps its node from everything else is taken to be stuck, and a canceled goal that goes on, too."""
+"""How many seconds a handler may hold its node, or a canceled goal may go on, before it counts as stuck."""
 
 
 class Invariant(Protocol):
-    """Looks at a quiet system and raises `AssertionError` when something is wrong."""
+    """A check of a quiet system. Raises `AssertionError` if it fails."""
 
     def __call__(self, system: System, /) -> None: ...
 
 
 class InvariantBroken(AssertionError):
-    """A simulated system was in a state in which it must never be."""
+    """A simulated system was in a state that must never occur."""
 
 
 class Watch:
-    """Looks at a system in every quiet moment.
+    """Checks a system whenever it is quiet.
 
-    Endpoints belong to living nodes, supervisors count what there is, no handler holds its node for longer than `patience` seconds, no
-    tasks wait for each other's locks for as many, and a goal that was asked to cancel ends within as many, and so does a task whose node
-    has ended. Then what the user demands. `limit`: see `Scenario`.
+    It checks that endpoints belong to living nodes, that the records of supervisors agree with what is running, and that no handler holds
+    its node for longer than `patience` seconds. The same limit applies to tasks that wait for each other's locks, to canceled goals and to
+    the tasks of a node that has ended. Then the invariants `more` are called. `limit` is that of `Scenario`.
+
+    Invariants:
+
+    * `_version` and `_reported` are those of the last check of the graph and of the counts, which are repeated only after a change.
+    * The checks that need time (`look`) run at most ten times in `patience` seconds, and not while the system stops.
     """
 
     def __init__(
@@ -64,7 +69,7 @@ class Watch:
     def __call__(self) -> None:
         system = self._system
         if system.loop.time() > self._limit:
-            self._limit = math.inf  # time is needed to clean up
+            self._limit = math.inf  # the clean-up needs time
             raise InvariantBroken(f"t={system.loop.time():g} s, and no end: {self._unfinished()}")
         if self._simulation.disgraces:
             raise self._simulation.disgraces.pop(0)
@@ -82,8 +87,11 @@ class Watch:
             self._look_at_graph()
 
     def look(self, now: float) -> None:
-        """Look for what does not get on. It is done ten times in `patience`, when the system is quiet; and once more at the end of a body,
-        because a system in which nothing happens any more has no quiet moments."""
+        """Check for handlers, goals, tasks and locks that make no progress.
+
+        It is called ten times in `patience` seconds while the system is quiet, and once at the end of a body, because a system in which
+        nothing more happens has no quiet moments.
+        """
         self._next = now + self._patience / 10.0
         self._look_at_handlers(now)
         self._look_at_goals(now)
@@ -92,7 +100,7 @@ class Watch:
         self._look_at_counts()
 
     def _unfinished(self) -> str:
-        """Which nodes are on the way to something, and where they wait."""
+        """The nodes that are starting, stopping or busy, and where they wait."""
         stopping = self._system.stop_reason is not None
         about: list[str] = []
         for state in self._system.nodes.values():
@@ -107,12 +115,12 @@ class Watch:
         )
 
     def _look_at_counts(self) -> None:
-        """Supervisors count what there is. They are asked after each of their reports, too."""
+        """Check the records of the supervisors. This is also done after each of their reports."""
         for sentence in miscounts(self._system):
             raise InvariantBroken(sentence)
 
     def _look_at_graph(self) -> None:
-        """Nothing is published, heard or served by a node that has ended for good."""
+        """Check that no publisher, subscription or server belongs to a node that has ended for good."""
         states = self._system.nodes.values()
         alive = {state.identity.fqn for state in states if state.state != "stopped"}
         gone = {state.identity.fqn for state in states} - alive
@@ -154,7 +162,7 @@ class Watch:
         self._canceling = canceling
 
     def _look_at_locks(self, now: float) -> None:
-        """A circle may still be broken by somebody's timeout; after `patience` there is none."""
+        """Check for a cycle of locks that has lasted for `patience` seconds; a timeout may break a shorter one."""
         circle = circle_of_locks(asyncio.all_tasks(self._system.loop))
         since = max((self._last_step(task, now) for task in circle), default=now)
         if now - since > self._patience:
@@ -163,7 +171,7 @@ class Watch:
             raise InvariantBroken(f"deadlock since t={since:.3f} s: {chain}")
 
     def _last_step(self, task: asyncio.Task[Any] | None, now: float) -> float:
-        """When a task ran for the last time, seconds."""
+        """When a task last ran, in virtual seconds."""
         return cast("VirtualLoop", self._system.loop).last_step(task, now)
 
     def _look_at_orphans(self, now: float) -> None:

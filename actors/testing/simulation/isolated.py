@@ -1,11 +1,11 @@
-"""Trials in copies of this process: what one leaves in modules and globals, or in a tree that is a value, no other one sees.
+"""Trials in copies of this process, so that no trial is affected by what another one has left in modules, globals or the tree.
 
-So a trial of a search does exactly what it does again when it is replayed alone, also in a system that keeps its state where it
-should not. And whatever a trial does to its process (it exits, it is killed, it never gives the loop its turn back) ends that copy only.
+A trial of a search therefore behaves exactly as it does when it is replayed alone, even if the system keeps state where it should not. A
+trial that exits, is killed, or blocks the loop forever ends only its own copy.
 """
 
 # pyright: reportPrivateUsage=false
-# Whether the loop gets on is seen from another thread, without disturbing it: its counters say so; `sys._current_frames` is documented.
+# Another thread observes the loop's counters to see whether it makes progress, without disturbing it. `sys._current_frames` is documented.
 from __future__ import annotations
 
 import contextlib
@@ -35,15 +35,15 @@ __all__ = ["BLOCKED_SECONDS", "ENDLESS", "Elsewhere", "Isolated", "in_a_copy"]
 T = TypeVar("T")
 
 ENDLESS = ("Blocked", "ProcessEnded")
-"""The kinds of failures, as in `Outcome.signature`, after which a trial cannot say anything itself."""
+"""The kinds of failures, as in `Outcome.signature`, after which a trial cannot report for itself."""
 BLOCKED_SECONDS = 20.0
-"""Seconds of the processor that one callback may take before the loop is taken to be blocked for ever."""
+"""How many seconds of processor time one callback may take before the loop counts as blocked."""
 STARVED = 10.0
-"""The factor by which real time may exceed the processor time: a step may wait for something, or the machine may be busy."""
+"""How many times longer a step may take in real time than in processor time: it may wait for something, or the machine may be busy."""
 
 
 class Elsewhere(Exception):
-    """An error in another process: the text of it is this one's, and `report` is its traceback."""
+    """An error raised in another process. It has the text of that error; `report` is its traceback."""
 
     def __init__(self, text: str, report: str) -> None:
         super().__init__(text, report)
@@ -55,14 +55,14 @@ class Elsewhere(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Isolated:
-    """A scenario each trial of which runs in a copy of this process; where processes cannot be copied, in this one."""
+    """A scenario whose trials run in copies of this process. If processes cannot be copied, they run in this one."""
 
     scenario: Scenario
     quiet: bool = True
-    """Whether what it prints is left out."""
+    """Whether the output of the trials is suppressed."""
 
     def play(self, trial: Trial) -> Outcome:
-        """As `Scenario.play` does. The error of the outcome is an `Elsewhere`."""
+        """Play a trial as `Scenario.play` does. The error of the outcome is an `Elsewhere`."""
 
         def work(answer: Callable[[Outcome], object]) -> None:
             self.play_here(trial, answer)
@@ -73,7 +73,8 @@ class Isolated:
             return _broken(trial, "ProcessEnded", str(error))
 
     def play_here(self, trial: Trial, answer: Callable[[Outcome], object]) -> None:
-        """Run it in this process, and answer with an outcome that can be sent; with `Blocked` if the loop does not come to its end."""
+        """Play a trial in this process and call `answer` with an outcome that can be pickled: `Blocked` if the loop stops making
+        progress."""
         guard = _Guard(lambda text: answer(_broken(trial, "Blocked", text)))
         watched = replace(self.scenario, observers=(*self.scenario.observers, guard.attach))
         try:
@@ -87,9 +88,9 @@ class Isolated:
 
 
 def in_a_copy(work: Callable[[Callable[[T], object]], object], *, quiet: bool) -> T:
-    """Have a copy of this process do `work`, and return what that answers with (picklable). Raises `EOFError` if it ends without an answer.
+    """Run `work` in a copy of this process and return what it passes to its argument. Raises `EOFError` if it ends without doing so.
 
-    Where processes cannot be copied, this one does it.
+    The value must be picklable. If processes cannot be copied, `work` runs in this one.
     """
     if "fork" not in multiprocessing.get_all_start_methods():
         answers: list[T] = []
@@ -115,7 +116,7 @@ def in_a_copy(work: Callable[[Callable[[T], object]], object], *, quiet: bool) -
 
 
 def _work(work: Callable[[Callable[[T], object]], object], outlet: Connection, quiet: bool) -> None:
-    """The work of the copied process. The keyboard interrupt is left to the original, which receives it as well."""
+    """Do the work of the copied process. It ignores keyboard interrupts, which the original process receives as well."""
     with contextlib.suppress(KeyboardInterrupt):
         if quiet:
             silence = io.StringIO()
@@ -130,7 +131,7 @@ def _broken(trial: Trial, kind: str, text: str) -> Outcome:
 
 
 class _Guard:
-    """A thread that tells when one callback of the loop does not end: no iteration ends, and the loop does not wait for input."""
+    """A thread that reports a callback that does not end: no iteration of the loop ends, and the loop does not wait for input."""
 
     def __init__(self, tell: Callable[[str], object]) -> None:
         self._tell = tell
@@ -138,14 +139,14 @@ class _Guard:
         self._main = threading.get_ident()
         self._loop: VirtualLoop | None = None
         self._thread = threading.Thread(target=self._watch, name="trial guard", daemon=True)
-        self._thread.start()  # before the trial begins: whatever thread begins later, and does not end, is a leak
+        self._thread.start()  # started before the trial, so that it is not taken for a leak
 
     def attach(self, system: System) -> None:
-        """From now on, the loop of this system."""
+        """Observe the loop of `system` from now on."""
         self._loop = cast("VirtualLoop", system.loop)
 
     def end(self) -> None:
-        """Watch no more."""
+        """Stop observing, and wait for the thread to end."""
         self._over.set()
         self._thread.join()
 
@@ -161,11 +162,11 @@ class _Guard:
                     f"one step keeps the loop and does not end, at {line_of(self._main)}: let time pass in every loop, and await "
                     "self.offload(function, ...) what computes or waits for the real world"
                 )
-                os._exit(1)  # from a thread there is no other way to end what does not end
+                os._exit(1)  # a thread has no other way to end a callback that does not return
 
 
 def progress(loop: VirtualLoop | None, thread: int) -> object:
-    """A value that changes with every iteration of a loop in this thread; None while the loop waits for input, or does not run yet."""
+    """Return a value that changes with every iteration of a loop in this thread; None while it waits for input or does not run."""
     frame = sys._current_frames().get(thread)
     if loop is None or frame is None or frame.f_code.co_filename == selectors.__file__:
         return None

@@ -1,4 +1,4 @@
-"""Whether a fault that somebody wrote down names anything in a system, and what else there is."""
+"""Checks that a fault given as text names something in a system, with suggestions if it does not."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from actors.testing.faults import CLOCK, Fault, Profile
 __all__ = ["names_nothing", "not_come"]
 
 MOST = 12
-"""The number of names that are listed."""
+"""The maximum number of names listed."""
 
 
 def names_nothing(faults: Iterable[Fault], profiles: Sequence[Profile]) -> str:
-    """The complaint about the first fault whose target is in none of these profiles, with possible targets; empty if there is none."""
+    """The error text for the first fault whose target is in none of the profiles, with possible targets; empty if there is none."""
     for fault in faults:
         known = {name for profile in profiles for name in _counts(fault, profile)}
         if fault.target in known:
@@ -26,13 +26,13 @@ def names_nothing(faults: Iterable[Fault], profiles: Sequence[Profile]) -> str:
 
 
 def not_come(fault: Fault, profile: Profile) -> str:
-    """Why a fault has had nothing to strike in the run with this profile; empty if it had."""
+    """Why a fault did not occur in the run with this profile; empty if it did."""
     count = _counts(fault, profile).get(fault.target, 0)
     return f"{fault} has not come to pass: the count ended at {count}" if fault.nth > count else ""
 
 
 def _counts(fault: Fault, profile: Profile) -> dict[str, int]:
-    """The targets that a fault of this kind may name, and how far each was counted."""
+    """The possible targets of a fault of this kind, with their counts."""
     milliseconds = int(profile.seconds * 1000)
     if fault.kind in ("lose", "delay", "duplicate", "swap", "freeze", "nan"):
         return profile.links | profile.watching

@@ -1,4 +1,4 @@
-"""Faults of messages: what stands between a publisher and a subscription in a simulated run."""
+"""Faults of messages, applied between a publisher and a subscription of a simulated run."""
 
 from __future__ import annotations
 
@@ -25,23 +25,24 @@ __all__ = ["Link", "has_numbers", "interceptor", "not_a_number"]
 
 
 MOST_AT_ONCE = 100
-"""The number of messages of one instant that may be frozen: a node that answers each of them at once would never let time pass."""
+"""The maximum number of repeated messages at one instant. A node that answers each message at once would otherwise never let time pass."""
 
 
 class Delivery(NamedTuple):
-    """One message on its way, and what takes it at its end."""
+    """A message to be delivered, and the target that receives it."""
 
     message: Message | ExpiringMessage[Any]
     target: Target
 
 
 class Link:
-    """The way of one topic's messages into one subscription: counts them, and does to the n-th what the faults say.
+    """The messages from one topic to one subscription: counts them, and applies the faults that name the n-th.
 
     Invariants:
 
-    * Every message of every publisher passes here once, in the order in which they are published; `_held` are those that a later one overtakes.
-    * What is repeated, or late, goes where it would have gone without the fault.
+    * Every message of every publisher passes `deliver` once, in the order of publishing.
+    * `_held` holds the messages that the next one overtakes.
+    * A repeated or delayed message goes to the target that it had without the fault.
     """
 
     def __init__(self, subscription: SubscriptionPeer, name: str, faults: Sequence[Fault], profile: Profile) -> None:
@@ -61,7 +62,7 @@ class Link:
         self._repeated_at = -1.0
 
     def deliver(self, target: Target, message: Message | ExpiringMessage[Any]) -> None:
-        """Count the message, and pass it on to `target` as the faults say."""
+        """Count a message, and pass it to `target` as the faults require."""
         links = self._links
         nth = links[self._name] = links.get(self._name, 0) + 1
         if nth == 1 and has_numbers(message.message if isinstance(message, ExpiringMessage) else message):
@@ -106,19 +107,19 @@ class Link:
                 delivery.target(delivery.message)
 
     def _arrive(self, delivery: Delivery) -> None:
-        if self._subscription in self._subscription.entry.subscriptions:  # else it has left meanwhile
+        if self._subscription in self._subscription.entry.subscriptions:  # otherwise it has left the topic
             delivery.target(delivery.message)
 
 
 def is_guest(subscription: SubscriptionPeer) -> bool:
-    """Whether a subscription belongs to a node beside the tree: a test's own eyes, which no drawn fault may cloud."""
+    """Whether a subscription belongs to a node outside the tree. It serves the test itself, so no faults are drawn for it."""
     return not cast("Incarnation", subscription.node).record.supervised
 
 
 def interceptor(
     links: dict[SubscriptionPeer, Link], faults: Sequence[Fault], profile: Profile
 ) -> Callable[[SubscriptionPeer, Target], Target]:
-    """The graph's interceptor: puts the faults of this run between publishers and subscriptions."""
+    """Return an interceptor for the graph that applies the faults of this run."""
 
     def intercept(subscription: SubscriptionPeer, target: Target) -> Target:
         link = links.get(subscription)
@@ -132,7 +133,7 @@ def interceptor(
 
 
 def _spoiled(delivery: Delivery) -> Delivery:
-    """With NaN for its numbers; what expires does so as before."""
+    """The delivery with NaN for all its numbers and with the same expiry."""
     message = delivery.message
     if isinstance(message, ExpiringMessage):
         return delivery._replace(message=message.holding(not_a_number(message.message)))
@@ -140,7 +141,7 @@ def _spoiled(delivery: Delivery) -> Delivery:
 
 
 def has_numbers(message: Message) -> bool:
-    """Whether a floating-point number is somewhere in it."""
+    """Whether a message contains a floating-point number."""
     return any(_is_numeric(getattr(message, name)) for name in message.__struct_fields__)
 
 
@@ -155,7 +156,7 @@ def _is_numeric(value: object) -> bool:
 
 
 def not_a_number(message: M) -> M:
-    """A copy in which every floating-point number is NaN."""
+    """Copy a message with every floating-point number replaced by NaN."""
     return message.replace(**{name: _to_nan(getattr(message, name)) for name in message.__struct_fields__})
 
 

@@ -1,4 +1,4 @@
-"""A system in which nodes die or are late at any step, start late and handle slowly, as the faults of a simulated run say."""
+"""A system whose nodes end or are delayed at any step, start late and handle slowly, as the faults of a simulated run require."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ Resp = TypeVar("Resp", bound=Message)
 
 
 class InjectedCrash(Exception):
-    """The simulation ended a node here."""
+    """The simulation has ended a node."""
 
 
 class Simulation:
-    """What goes wrong in one simulated system, and what has come of it so far. What happened is counted in `profile`.
+    """Applies the faults of one simulated system, and records what happens in it. `profile` receives the counts.
 
-    Invariant: it is told of everything by the system's observers, and changes nothing but by the faults.
+    Invariant: it observes the system through the system's observers, and changes its behaviour only by faults.
     """
 
     def __init__(self, faults: Sequence[Fault], profile: Profile, **options: Any) -> None:
@@ -57,15 +57,15 @@ class Simulation:
         self.profile = profile
         self.links: dict[SubscriptionPeer, Link] = {}
         self.bereaved: dict[Incarnation, float] = {}
-        """Incarnations that ended before their tasks -> when that was."""
+        """Incarnation that ended before its tasks -> when it ended, in virtual seconds."""
         self.reported = 0
-        """How many reports of supervisors there were."""
+        """The number of reports of supervisors."""
         self.disgraces: list[Exception] = []
-        """Errors that are nobody's answer, though callers were answered with them: a failed assertion, a deadlock that was refused."""
+        """Errors that fail the run although a caller received them: failed assertions and refused cycles of calls."""
         self.deaths = 0
-        """How many nodes have died without a clean-up."""
+        """The number of nodes that have ended without clean-up."""
         self.interrupted: dict[tuple[str, ...], str] = {}
-        """Path of a node that was to end and was canceled -> where it waited then."""
+        """Path of a node that was canceled while it stopped -> where it waited then."""
         make_graph = partial(Graph, intercept=interceptor(self.links, faults, profile))
         make_runtime = partial(Runtime, make_graph=make_graph, incarnations=self._incarnation)
         self.system = system = System(make_runtime=make_runtime, **options)
@@ -107,19 +107,19 @@ class Simulation:
         self.reported += 1
 
     def note(self, error: Exception) -> None:
-        """An error was the answer to a caller; those that no caller may be content with are kept."""
+        """Keep an error that a caller received, if it fails the run in any case."""
         if isinstance(error, (AssertionError, CallCycle)) and error not in self.disgraces:
             self.disgraces.append(error)
 
     def faults_of(self, kind: str, node: str) -> dict[int, Fault]:
-        """The faults of one kind in one node, by their number."""
+        """The faults of one kind for one node, by `nth`."""
         return {fault.nth: fault for fault in self.faults if fault.kind == kind and fault.target == node}
 
 
 class _SimulatedIncarnation(Incarnation):
-    """One incarnation that may start late, be late at a step of its work, and die there.
+    """An incarnation that may start late, and may be delayed or ended at any step of its work.
 
-    Its tasks are watched step by step, and its refused calls are told, also when the caller is content with the error.
+    Each step of its tasks is counted. Refused calls are recorded even if the caller handles the error.
     """
 
     __slots__ = ("_body", "_doomed", "_steps", "_task", "simulation")
@@ -149,7 +149,7 @@ class _SimulatedIncarnation(Incarnation):
         if seconds:
             try:
                 await asyncio.sleep(seconds)
-            except BaseException:  # it has not begun, so there is nothing to clean up
+            except BaseException:  # the node has not begun to start, so there is nothing to clean up
                 self.release()
                 self.runtime.ended(self)
                 raise
@@ -173,7 +173,7 @@ class _SimulatedIncarnation(Incarnation):
         return self.phase == "running" and self.runtime.stop_reason is None
 
     def _own_step(self, deaths: dict[int, Fault]) -> float:
-        """Count one more await of the node's own task. By how much its step is late."""
+        """Count an await of the node's own task. Returns the delay of the following step in seconds."""
         if not self._mortal:
             return 0.0
         awaits, node = self.simulation.profile.awaits, self.fqn
@@ -185,7 +185,7 @@ class _SimulatedIncarnation(Incarnation):
         return self._late(fault)
 
     def task_step(self, work: str) -> float:
-        """Count one more step of a task of this node. By how much it is late: for ever, if the node dies there."""
+        """Count a step of a task of this node. Returns its delay in seconds: infinite if the node ends at this step."""
         fault = self._steps.count(work) if self._mortal else None
         if fault is not None and fault.kind == "crash" and self._task is not None:
             self._doomed = True
@@ -194,18 +194,18 @@ class _SimulatedIncarnation(Incarnation):
         return self._late(fault)
 
     def _late(self, fault: Fault | None) -> float:
-        """Nothing is late while time stands still: it may stand still for what this very step has to end."""
+        """The delay of a step, in seconds; 0 while time stands still, since this step may be what time waits for."""
         return fault.by if fault is not None and not cast("VirtualLoop", self.runtime.loop).stands_still else 0.0
 
     def _interrupted(self, error: object) -> None:
-        """Something is thrown into the node's own task."""
+        """Handle an error that is thrown into the node's own task."""
         if self._doomed:
             raise Death
         if self.asked is not None and isinstance(error, asyncio.CancelledError):
             self.simulation.interrupted[self.identity.path] = "; ".join(self._waits())
 
     def _waits(self) -> Iterator[str]:
-        """Where the node's own task waits, and each of its others."""
+        """Yield where the node's own task waits, and then each of its other tasks."""
         if place := _place(self._body):
             yield f"it waited at {place}"
         for task in self.tasks:
@@ -213,7 +213,7 @@ class _SimulatedIncarnation(Incarnation):
 
 
 def _place(suspended: object) -> str:
-    """The innermost line of the user at which a coroutine waits, as ``file:line in function``."""
+    """The innermost line of user code at which a coroutine waits, as ``file:line in function``."""
     frames = [frame for _, frame in chain_of(suspended) if owner_of(frame.f_code.co_filename) == USER]
     return f"{frames[-1].f_code.co_filename}:{frames[-1].f_lineno} in {frames[-1].f_code.co_qualname}" if frames else ""
 
@@ -238,7 +238,7 @@ class _ToldGoal(Goal[R, F]):
 
 @contextlib.contextmanager
 def _told(simulation: Simulation) -> Generator[None]:
-    """Let the simulation know of a call that would have waited for itself, whatever becomes of the error."""
+    """Record a call refused because it would wait for itself, even if the error is handled."""
     try:
         yield
     except CallCycle as cycle:
@@ -247,7 +247,7 @@ def _told(simulation: Simulation) -> Generator[None]:
 
 
 def _slow_down(life: Incarnation, profile: Profile, slow: dict[int, Fault]) -> None:
-    """Count the handler runs of a node, and let those that are to be slow wait before they begin."""
+    """Count the handler runs of a node, and delay those that a fault makes slow."""
 
     def counted(handler: Callable[..., Any]) -> Callable[..., Any]:
         def handle(*arguments: Any) -> Awaitable[Any] | None:

@@ -1,8 +1,7 @@
-"""Deadlocks among locks: tasks each of which waits for a lock that the next one holds.
+"""Deadlocks of locks: tasks each of which waits for a lock that the next one holds.
 
-asyncio does not say who holds a lock. But a task that is suspended inside ``async with lock:`` keeps the way out of that block, the bound
-method ``lock.__aexit__``, on the stack of its coroutine, and there the garbage collector sees it. Locks that are taken by `acquire()`
-and not by ``async with`` are not seen.
+asyncio does not record who holds a lock. A task that is suspended inside ``async with lock:`` keeps the bound method ``lock.__aexit__`` on
+the stack of its coroutine, where the garbage collector finds it. Locks taken by `acquire()` without ``async with`` are not found.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ __all__ = ["circle_of_locks"]
 
 
 def circle_of_locks(tasks: Iterable[asyncio.Task[Any]]) -> tuple[asyncio.Task[Any], ...]:
-    """The tasks of one deadlock, each waiting for a lock that the next one holds, and the last one for one of the first's; empty if there is none."""
+    """Return the tasks of one deadlock, each waiting for a lock of the next, the last for one of the first; empty if there is none."""
     waiting: dict[asyncio.Task[Any], object] = {}
     holders: dict[int, asyncio.Task[Any]] = {}
     for task in tasks:
@@ -31,7 +30,7 @@ def circle_of_locks(tasks: Iterable[asyncio.Task[Any]]) -> tuple[asyncio.Task[An
             continue
         waiting[task] = lock
         held = [each for owner, _ in chain for each in _entered(owner)]
-        if lock in held:  # a task has the way out on its stack before it is in
+        if lock in held:  # a task that waits to enter has `__aexit__` on its stack already
             held.remove(lock)
         holders.update((id(each), task) for each in held)
     for first in waiting:
@@ -44,13 +43,13 @@ def circle_of_locks(tasks: Iterable[asyncio.Task[Any]]) -> tuple[asyncio.Task[An
 
 
 def _awaited(frame: FrameType) -> object | None:
-    """The lock that a task waits for, if it waits for one."""
+    """The lock that a task waits for; None if it waits for none."""
     lock = frame.f_locals.get("self") if frame.f_code.co_name == "acquire" else None
     return lock if isinstance(lock, (asyncio.Lock, anyio.Lock)) else None
 
 
 def _entered(suspended: object) -> list[object]:
-    """The locks in whose ``async with`` a coroutine is suspended."""
+    """The locks in whose ``async with`` block a coroutine is suspended."""
     ways_out = [each for each in gc.get_referents(suspended) if isinstance(each, MethodType)]
     return [
         way.__self__

@@ -1,4 +1,4 @@
-"""Looking for a seed that fails, and for the least that makes it fail."""
+"""The search for a failing seed, and its reduction to the smallest trial that still fails."""
 
 from __future__ import annotations
 
@@ -15,39 +15,39 @@ __all__ = ["Finding", "Playable", "search", "shrink"]
 
 
 SHRINKING_SECONDS = 120.0
-"""Real seconds after which what has been shrunk so far is small enough: each trial of a whole robot takes some."""
+"""How many seconds of real time the reduction may take. A trial of a whole robot can take several seconds."""
 
 
 class Playable(Protocol):
-    """A `Scenario`, or what runs one elsewhere."""
+    """A `Scenario`, or an object that plays one in another process."""
 
     def play(self, trial: Trial, /) -> Outcome: ...
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A failure, and the shortest way to it that was found."""
+    """A failure, and the smallest trial found that causes it."""
 
     outcome: Outcome
-    """Of the shrunk trial."""
+    """The outcome of the reduced trial."""
     drawn: int
-    """How many faults the seed had before they were shrunk."""
+    """The number of faults of the seed before the reduction."""
     trials: int
-    """How many trials it took to find it, and to shrink it."""
+    """The number of trials that the search and the reduction took."""
 
     @property
     def replay(self) -> Trial:
-        """The line that replays the failure."""
+        """The trial that replays the failure."""
         return self.outcome.trial
 
     def record(self, scenario: Scenario) -> FlightRecorder:
-        """Run it once more, with a flight recorder."""
+        """Play the trial once more with a flight recorder, and return the recorder."""
         recorder = FlightRecorder()
         replace(scenario, observers=(*scenario.observers, recorder.attach)).play(self.replay)
         return recorder
 
     def describe(self) -> str:
-        """The finding in one line."""
+        """A one-line description of the finding."""
         trial = self.replay
         order = "events in another order" if trial.shuffled else "events in plain order"
         count = len(trial.faults)
@@ -59,7 +59,7 @@ class Finding:
 
 
 def search(scenario: Playable, seeds: Iterable[int], possible: Sequence[Possible]) -> Finding | None:
-    """Try the plain run, then every seed, until one fails; shrink that. None when all passed."""
+    """Play the trial without faults and then every seed until one fails, and reduce that one. Returns None if all passed."""
     plain = scenario.play(Trial(0, shuffled=False))
     trials = 1
     if plain.error is not None:
@@ -74,8 +74,11 @@ def search(scenario: Playable, seeds: Iterable[int], possible: Sequence[Possible
 
 
 def shrink(scenario: Playable, failed: Outcome) -> tuple[Outcome, int]:
-    """The least trial that fails in the same way: fewer faults (delta debugging), then events in plain order. And how many
-    runs it took. After `SHRINKING_SECONDS` it makes do with what it has."""
+    """Return the smallest trial that fails in the same way, and the number of runs it took.
+
+    Faults are removed first (delta debugging), then events are put in plain order. After `SHRINKING_SECONDS` the best result so far is
+    returned.
+    """
     best, runs = failed, 0
     end = time.monotonic() + SHRINKING_SECONDS
 

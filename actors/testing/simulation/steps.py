@@ -1,4 +1,4 @@
-"""The steps of a node's work, one by one: each is counted, and at each a fault may strike."""
+"""The steps of a node's work: each is counted, and a fault may occur at each."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _AWKWARD = re.compile(r"[^\w./:-]+")
 
 
 class Death(Unwinding):
-    """Thrown into a node that dies: nothing that catches errors may catch it."""
+    """Thrown into a node that ends without clean-up. Code that catches errors must not catch it."""
 
 
 class Watched(Coroutine[Any, Any, Any]):
-    """A coroutine that runs as it would, but for what is done at its steps: between one await and the next.
+    """A coroutine that behaves as the one it wraps, and calls `step` before each step, from one await to the next.
 
-    `step` is called before each of them and says by how many seconds it is late. `interrupted` is called with every error that is thrown
-    into it. What they raise as `Death` ends the coroutine where it waits.
+    `step` returns the delay of the step in seconds. `interrupted` is called with every error thrown into the coroutine. A `Death` raised by
+    either ends the coroutine where it waits.
     """
 
     __slots__ = ("_interrupted", "_kept", "_step", "_work")
@@ -37,10 +37,10 @@ class Watched(Coroutine[Any, Any, Any]):
         self._work = work
         self._step = step
         self._interrupted = interrupted
-        self._kept: tuple[Any] | None = None  # what a step that is late gets when it comes
+        self._kept: tuple[Any] | None = None  # the value sent into a delayed step, kept until it runs
 
     def __getattr__(self, name: str) -> Any:
-        """Debuggers, and our own reports, see the coroutine that this stands for."""
+        """Give debuggers and reports access to the wrapped coroutine."""
         return getattr(self._work, name)
 
     def __await__(self) -> Generator[Any, Any, Any]:
@@ -75,7 +75,7 @@ class Watched(Coroutine[Any, Any, Any]):
 
 
 def _sleep(seconds: float) -> Generator[Any, None, None]:
-    """Yield what resumes the coroutine after `seconds`."""
+    """Yield a future that resumes the coroutine after `seconds`."""
     loop = asyncio.get_running_loop()
     future: asyncio.Future[None] = loop.create_future()
     loop.call_later(seconds, _wake, future)
@@ -88,12 +88,12 @@ def _wake(future: asyncio.Future[None]) -> None:
 
 
 def target_of(node: str, work: str) -> str:
-    """How a fault names a handler, a goal's body or a task of a node: ``NODE>WORK``, in one word."""
+    """The name, in faults, of a handler, an action body or a task of a node: ``NODE>WORK``, without blanks."""
     return f"{node}>{_AWKWARD.sub('-', work).strip('-')}"
 
 
 class Steps:
-    """Counts the steps of each piece of a node's work, and knows at which of them a fault strikes."""
+    """Counts the steps of each piece of a node's work, and finds the fault that occurs at a step."""
 
     def __init__(self, node: str, faults: Sequence[Fault], counts: dict[str, int]) -> None:
         self._node = node
@@ -102,7 +102,7 @@ class Steps:
         self._faults = {(fault.target, fault.nth): fault for fault in faults if fault.kind in ("slow-step", "crash")}
 
     def count(self, work: str) -> Fault | None:
-        """One more step of this work; what strikes there."""
+        """Count a step of this work. Returns the fault that occurs at it, if any."""
         target = self._targets.get(work)
         if target is None:
             target = self._targets[work] = target_of(self._node, work)

@@ -1,7 +1,7 @@
-"""One run of a scenario: with a seed, in some order of events, with some faults, watched all the time."""
+"""One run of a scenario with one seed, order of events and set of faults, under constant observation."""
 
 # pyright: reportPrivateUsage=false
-# That a thread may be left is said to a rig by a trial alone.
+# Only a trial tells its rig to accept threads that are left over.
 from __future__ import annotations
 
 import asyncio
@@ -27,15 +27,16 @@ from actors.time.virtual_loop import VirtualLoop
 __all__ = ["Body", "Outcome", "Scenario", "Trial"]
 
 CLEAN_UP_SECONDS = 60.0
-"""What a trial leaves has this long to end once it is canceled."""
+"""How many seconds the rest of a canceled trial has to end."""
 
 Body = Callable[[Rig], Awaitable[None]]
-"""The body of a scenario: what happens, and what must come of it."""
+"""The body of a scenario: it makes things happen and asserts the results."""
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """All that is needed to run a scenario once, and once more. As text: the seed, ``fifo`` unless events are shuffled, the faults."""
+    """All that is needed to run a scenario repeatably. Its text consists of the seed, ``fifo`` if events are in plain order, and the
+    faults."""
 
     seed: int
     shuffled: bool = True
@@ -46,7 +47,7 @@ class Trial:
 
     @classmethod
     def parse(cls, text: str) -> Trial:
-        """Read it back. Raises `ValueError`."""
+        """Parse the text of a trial. Raises `ValueError`."""
         seed, *rest = text.split() or [""]
         if not seed.isdigit():
             raise ValueError(
@@ -58,19 +59,19 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a trial ended."""
+    """The end of a trial: its error, if any, with the profile and the log."""
 
     trial: Trial
     error: BaseException | None
     profile: Profile
     timeline: str
     signature: tuple[str, str]
-    """The kind of the failure and its place of origin: two trials with the same signature have failed in the same way. Empty without an error."""
+    """The kind and place of origin of the failure; empty without an error. Trials with the same signature failed in the same way."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A body, and what is demanded of the system in it at all times."""
+    """A body, and the invariants of the system that must hold while it runs."""
 
     body: Body
     invariants: tuple[Invariant, ...] = ()
@@ -78,14 +79,14 @@ class Scenario:
     observers: tuple[Callable[[System], object], ...] = ()
     """Called with each system before its tree starts."""
     limit: float = math.inf
-    """Seconds after which a trial is taken never to end; so long may a body take, with the system's start and stop."""
+    """How many virtual seconds a body may take, including the start and stop of its system, before the trial counts as endless."""
 
     def run(self, seed: int, *, shuffled: bool = True, faults: Sequence[Fault] = ()) -> Outcome:
-        """Play the trial of this seed, order and these faults."""
+        """Play the trial with this seed, order and faults."""
         return self.play(Trial(seed, shuffled, tuple(faults)))
 
     def play(self, trial: Trial) -> Outcome:
-        """One trial, from an empty event loop to the leak check. The same trial has the same outcome."""
+        """Play one trial, from an empty event loop to the leak check. The same trial has the same outcome."""
         profile = Profile()
         rigs: list[Rig] = []
         loop = FuzzLoop(trial.seed) if trial.shuffled else VirtualLoop()
@@ -97,7 +98,8 @@ class Scenario:
                     runner.run(self._live(loop, trial, profile, rigs))
                 except BaseException as caught:
                     error = caught
-                    timeline = rigs[0].timeline() if rigs else ""  # what is canceled from here on tells nothing
+                    # Taken before the cancellations, whose log lines explain nothing.
+                    timeline = rigs[0].timeline() if rigs else ""
                     if isinstance(error, (KeyboardInterrupt, SystemExit)):
                         raise
                 loop.watch = functools.partial(_demand_end, loop, loop.time() + CLEAN_UP_SECONDS)
@@ -142,7 +144,7 @@ class Scenario:
 
 
 def _demand_orderly_ends(simulation: Simulation) -> None:
-    """Nodes end when they are asked to. A tree may end by itself, and a fault come just then."""
+    """Check that nodes ended when they were asked to. An end of the tree by itself and a simultaneous fault are allowed."""
     for report in simulation.system.reports:
         injected = report.reason is not None and isinstance(cause_of(report.reason), InjectedCrash)
         if report.context == "shutdown_error" and not injected:
@@ -152,14 +154,14 @@ def _demand_orderly_ends(simulation: Simulation) -> None:
 
 
 def _demand_end(loop: VirtualLoop, end: float) -> None:
-    """What is left is canceled when a trial is over; a task that does not heed it must not keep time running for ever."""
+    """Raise `InvariantBroken` if tasks of a finished trial, which have been canceled, still run at the loop time `end`."""
     if loop.time() > end:
         names = ", ".join(sorted(task.get_name() for task in asyncio.all_tasks(loop)))
         raise InvariantBroken(f"{CLEAN_UP_SECONDS:g} s after they were canceled these tasks go on: {names}")
 
 
 async def _close_after(rig: Rig, error: BaseException) -> None:
-    """What is wrong at the end of a trial that has failed is told with its error, and does not take its place."""
+    """Close the rig after a failure. Errors at the close are added to that failure as notes."""
     try:
         await rig.close()
     except AssertionError as more:
@@ -167,10 +169,10 @@ async def _close_after(rig: Rig, error: BaseException) -> None:
 
 
 def _is_excused(error: BaseException, faults: Sequence[Fault]) -> bool:
-    """Whether an error may come of faults alone: supervisors are there for that. A mistake in the program does not.
+    """Whether an error may be caused by faults alone, which supervisors are meant to handle. An error in the program is never excused.
 
-    Nor does the end of the whole tree: a tree that allows restarts says with it that it stands failures, and has not stood these. Only one
-    that allows none may give up about a fault: that is what it says.
+    The end of the whole tree is excused only if the tree allows no restarts. A tree that allows them claims to survive such failures, and
+    has not.
     """
     if isinstance(error, SupervisorGaveUp) and len(error.path) == 1:
         return error.restarts == 0 and isinstance(_origin(error), InjectedCrash)
@@ -179,14 +181,14 @@ def _is_excused(error: BaseException, faults: Sequence[Fault]) -> bool:
 
 
 def _origin(error: BaseException) -> BaseException:
-    """The error of a node behind what its supervisors and the rig made of it."""
+    """The error of the node behind the errors that its supervisor and the rig raised because of it."""
     while isinstance(error, (UnexpectedFailure, StartFailed, SupervisorGaveUp)) and error.__cause__ is not None:
         error = error.__cause__
     return error
 
 
 def _fault_of(error: BaseException) -> BaseException:
-    """What is to be mended: the error of a node; where that is an injected one, that its supervisor gave up about it."""
+    """The error to fix: that of the node, or, if it was injected, that its supervisor gave up because of it."""
     origin = _origin(error)
     while isinstance(origin, InjectedCrash) and not isinstance(error, SupervisorGaveUp) and error.__cause__ is not None:
         error = error.__cause__
@@ -201,6 +203,6 @@ def _signature(error: BaseException | None) -> tuple[str, str]:
 
 
 def _problem(context: dict[str, Any]) -> BaseException:
-    """The error of a context that the event loop would only have logged."""
+    """The error in an exception context that the event loop would only have logged."""
     error = context.get("exception")
     return error if isinstance(error, BaseException) else RuntimeError(str(context.get("message", context)))
