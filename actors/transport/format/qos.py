@@ -1,6 +1,7 @@
 """Quality of service as text, the last part of an endpoint's token.
 
-``<reliability>:<durability>:<history>,<depth>:<deadline>:<lifespan>:<liveliness>,<lease>``, where a duration is ``<seconds>,<nanoseconds>``.
+``<reliability>:<durability>:<history>,<depth>:<deadline>:<lifespan>:<liveliness>,<lease>``,
+where a duration is ``<seconds>,<nanoseconds>``.
 Each number that equals its default is left out. The defaults are: reliable, volatile, keep last 42, automatic, infinite durations.
 """
 
