@@ -1,4 +1,4 @@
-"""Every error a user of `actors` can meet. Each one says what happened, where, and what to do next."""
+"""The errors that `actors` raises to its users. Their texts say what happened, where, and what to do next."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = [
 
 
 def described(value: object) -> str:
-    """A value or an error in a sentence: its type and its text, the text of a value kept short."""
+    """The type and the text of a value or an error, for use in a sentence. The text of a value is at most 60 characters long."""
     return (
         f"{type(value).__name__}: {value}{_meant(value)}"
         if isinstance(value, BaseException)
@@ -37,12 +37,12 @@ def described(value: object) -> str:
 
 
 def _meant(error: BaseException) -> str:
-    """``; did you mean 'speed'?`` for an attribute that is missing where one of nearly that name is not."""
+    """``; did you mean 'speed'?`` for an `AttributeError` on an object that has an attribute of nearly that name; else empty."""
     if type(error) is not AttributeError or not error.name:
         return ""
     try:
         known = [name for name in dir(error.obj) if name.startswith("_") <= error.name.startswith("_")]
-    except Exception:  # an object that does not even say what it has
+    except Exception:  # an object whose `__dir__` fails
         return ""
     return did_you_mean(error.name, known)
 
@@ -52,7 +52,7 @@ class ActorError(Exception):
 
 
 class DeclarationError(TypeError):
-    """A node class, a contract or a tree is declared wrongly. Raised when the class or object is made, never at message 1000."""
+    """A node class, a contract or a tree is declared wrongly. Raised when the class or object is made, not when it is used."""
 
 
 class NotStarted(ActorError):
@@ -60,7 +60,7 @@ class NotStarted(ActorError):
 
 
 class Ended(ActorError):
-    """A node, or a part of one, was used after its end. It does not come back; a restarted node is another incarnation."""
+    """A node, or a part of one, was used after its end, which is final: a restarted node is another incarnation."""
 
 
 class WrongType(ActorError, TypeError):
@@ -72,19 +72,19 @@ class WrongThread(ActorError):
 
 
 class ServiceUnavailable(ActorError, TimeoutError):
-    """Nobody serves this service, and nobody began to within the call's timeout."""
+    """No node served this service before the timeout of the call passed."""
 
 
 class CallTimeout(ActorError, TimeoutError):
-    """A server has the request but did not answer within the call's timeout. A late answer is dropped."""
+    """A server received the request but did not answer before the timeout of the call passed. A late answer is dropped."""
 
 
 class NotRunning(ActorError):
-    """The node that served this has stopped for good."""
+    """A node or system that is needed for this has stopped for good."""
 
 
 class NodeRestarting(ActorError):
-    """The node that served this has failed and is being restarted; ask again. Its `incarnation` is the one that ended."""
+    """The node that served this has failed and is being restarted; ask again. `incarnation` is the number of the life that ended."""
 
     def __init__(self, node: str, incarnation: int) -> None:
         super().__init__(f"{node} (incarnation {incarnation}) has ended and is being restarted: try again in a moment")
@@ -93,9 +93,9 @@ class NodeRestarting(ActorError):
 
 
 class ProgramExit(ActorError):
-    """Code of a node raised `SystemExit` or `KeyboardInterrupt`: the system stops in order, and then the program ends with it.
+    """Code of a node raised `SystemExit` or `KeyboardInterrupt`, which stops the whole system in order.
 
-    `error` is what was raised. The block of `run` raises it when everything has stopped.
+    `error` is that exception. The block of `run` raises it once everything has stopped.
     """
 
     def __init__(self, where: str, error: SystemExit | KeyboardInterrupt) -> None:
@@ -105,7 +105,7 @@ class ProgramExit(ActorError):
 
     @property
     def code(self) -> int:
-        """What the program exits with: as the interpreter would, 130 for `KeyboardInterrupt`."""
+        """The exit code of the program: that of the `SystemExit`, or 130 for `KeyboardInterrupt`."""
         if isinstance(self.error, KeyboardInterrupt):
             return 130
         code = self.error.code
@@ -113,7 +113,7 @@ class ProgramExit(ActorError):
 
 
 class CallCycle(ActorError):
-    """A call would wait for itself: each named node's handler waits for the next one's."""
+    """A call could never be answered: the handler of each node in `nodes` waits for that of the next, and the last for the first."""
 
     def __init__(self, nodes: tuple[str, ...]) -> None:
         super().__init__(
@@ -124,7 +124,7 @@ class CallCycle(ActorError):
 
 
 class ServiceFailed(ActorError):
-    """The service handler raised: `node` served it, `type` and `text` are those of its exception."""
+    """The service handler raised an exception: `type` and `text` are those of the exception, `node` is the node that served."""
 
     def __init__(self, node: str, type: str, text: str) -> None:
         super().__init__(f"{node} failed to serve the request: {type}: {text}")
@@ -134,11 +134,11 @@ class ServiceFailed(ActorError):
 
 
 class ActionUnavailable(ActorError, TimeoutError):
-    """Nobody serves this action, and nobody began to within the timeout."""
+    """No node served this action, or none accepted the goal, before the timeout passed."""
 
 
 class Reject(Exception):
-    """Raise it in an ``@ACTION.accepts`` method to reject a goal with a reason. Out of the action itself it aborts the goal."""
+    """Raise it in an ``@ACTION.accepts`` method to reject a goal with a reason. Raised in the action's body it aborts the goal."""
 
     def __init__(self, reason: str = "") -> None:
         super().__init__(reason)
@@ -146,7 +146,7 @@ class Reject(Exception):
 
 
 class GoalRejected(ActorError):
-    """The server did not accept the goal; `reason` is its own word."""
+    """The server rejected the goal; `reason` is the text that the server gave, or empty."""
 
     def __init__(self, action: str, reason: str) -> None:
         super().__init__(f"{action} rejected the goal: {reason or 'no reason given'}")
@@ -155,7 +155,7 @@ class GoalRejected(ActorError):
 
 
 class GoalFailed(ActorError):
-    """A goal ended otherwise than by success: `reason` says why, `result` is what the body handed over, or None."""
+    """A goal ended without success: `reason` says why, `result` is the result that its body gave, or None."""
 
     verb = "failed"
 

@@ -1,8 +1,8 @@
-"""The user's line: where an error arose, where a task waits, what a thread is at.
+"""The user's line: where an error was raised, where a task waits, which line a thread executes.
 
-People look for their own code. Of all the lines that lead to a place, the one that is told is the innermost that is the user's own; without
-one, the innermost of a third-party package; without one, that of Python itself. A package is the user's, wherever it is installed, when it
-defines a class of nodes. Lines of `actors` are told of what waits when there are no others, and of errors never.
+Several lines of a stack lead to a place. The one that is shown is the innermost line of the user's own code; without any, the innermost
+line of a third-party package; without any, the innermost line of Python itself. A package counts as the user's, wherever it is installed,
+when it defines a node class. A line of `actors` is shown for a task that waits if there is no other, and never for an error.
 """
 
 from __future__ import annotations
@@ -38,22 +38,22 @@ __all__ = [
 ]
 
 USER, PACKAGE, PYTHON, ACTORS = range(4)
-"""Whose a file is, the nearest first."""
+"""The owners of files, the one nearest to the user first."""
 
 _OURS: Final = os.path.join(os.path.dirname(os.path.abspath(__file__)), "")
 _PYTHON: Final = os.path.join(os.path.dirname(os.path.abspath(os.__file__)), "")
 _CARRIER: Final = os.path.join(_OURS, "inbox", "control.py")
-"""Raises the errors of others: one that arose there was never raised by anybody else."""
+"""The file that raises errors on behalf of others: an error whose innermost line is there was never raised anywhere else."""
 _INSTALLED: Final = ("site-packages", "dist-packages")
 _MACHINERY: Final = frozenset(("anyio", "sniffio"))
-"""Installed packages that are as little the user's as asyncio is."""
+"""Installed packages that count as part of Python, as asyncio does."""
 
 _SUSPENDED: Final[dict[type, tuple[str, str]]] = {
     CoroutineType: ("cr_frame", "cr_await"),
     AsyncGeneratorType: ("ag_frame", "ag_await"),
     GeneratorType: ("gi_frame", "gi_yieldfrom"),
 }
-"""What can be suspended: where it keeps its frame, and what it waits for."""
+"""Kind of suspended object -> its attributes for its frame and for what it waits for."""
 
 _claimed: set[str] = set()
 
@@ -70,33 +70,32 @@ class Place(NamedTuple):
 
 
 def claim(module: str) -> None:
-    """The package of this module is the user's own, also if it lies among the installed ones: it defines nodes."""
+    """Count the package of this module as the user's own, also if it is installed, because it defines a node class."""
     _claimed.add(module.partition(".")[0])
 
 
 def owner_of(file: str) -> int:
-    """Whose a file is: `USER`, `PACKAGE`, `PYTHON` or `ACTORS`, the nearest to the user first."""
+    """The owner of a file: `USER`, `PACKAGE`, `PYTHON` or `ACTORS`."""
     owner, package = _filed(file)
     return USER if owner == PACKAGE and package in _claimed else owner
 
 
 def origin_of(error: BaseException) -> Place | None:
-    """Where an error arose; None if it was never raised, or by nobody but `actors`."""
+    """The line that raised an error; None if it was never raised, or only by `actors`."""
     place = _users_own(_raised(error))
     return None if place is None or owner_of(place.file) == ACTORS else place
 
 
 def place_of(error: BaseException) -> str:
-    """Where an error arose, as ``file:line in function``; empty if it was never raised, or by nobody but `actors`."""
+    """The line that raised an error, as ``file:line in function``; empty if it was never raised, or only by `actors`."""
     place = origin_of(error)
     return "" if place is None else str(place)
 
 
 def traceback_of(error: BaseException) -> TracebackException | None:
-    """What there is to show of an error and of those that caused it: each from the user's outermost line on.
+    """The traceback of an error and of its causes for display, each from the user's outermost line on; whole where the user has no line.
 
-    Where the user has no line, all of it. None for an error that nobody raised, and for one that `actors` has raised by itself, whose text says
-    all. It holds no frames.
+    None for an error that was never raised, and for one that `actors` itself raised: its text says all. The answer holds no frames.
     """
     if isinstance(error, (ActorError, DeclarationError)) and origin_of(error) is None:
         return None
@@ -116,12 +115,12 @@ def users_trace(error: BaseException) -> TracebackType | None:
 
 
 def parked(task: asyncio.Task[Any]) -> list[tuple[object, FrameType]]:
-    """In which frames a suspended task is parked, outermost first, each with the coroutine or generator that it belongs to."""
+    """The frames of a suspended task, outermost first, each with the coroutine or generator that it belongs to."""
     return chain_of(task.get_coro())
 
 
 def chain_of(awaited: Any) -> list[tuple[object, FrameType]]:
-    """The same of a suspended coroutine or generator."""
+    """The frames of a suspended coroutine or generator, as `parked` gives those of a task."""
     chain: list[tuple[object, FrameType]] = []
     while awaited is not None:
         if type(awaited) not in _SUSPENDED:
@@ -129,38 +128,38 @@ def chain_of(awaited: Any) -> list[tuple[object, FrameType]]:
             continue
         owner = awaited
         frame, awaited = (getattr(owner, attribute) for attribute in _SUSPENDED[type(owner)])
-        if frame is None or any(frame is known for _, known in chain):  # finished, or an awaitable that refers back
+        if frame is None or any(frame is known for _, known in chain):  # finished, or a cycle of awaitables
             break
         chain.append((owner, frame))
     return chain
 
 
 def users_own(frames: Iterable[FrameType]) -> Place:
-    """Of frames from the outermost to the innermost, at least one, the line of the innermost of those that are nearest to the user."""
+    """The line to show of `frames`, which are given from the outermost to the innermost and must not be empty."""
     place = _users_own(_place(frame.f_code, frame.f_lineno) for frame in frames)
     assert place is not None
     return place
 
 
 def awaited_in(task: asyncio.Task[Any]) -> str:
-    """Where a suspended task waits, as ``file:line in function``; empty when it is running."""
+    """The line at which a suspended task waits, as ``file:line in function``; empty when the task is running."""
     place = _users_own(_place(frame.f_code, frame.f_lineno) for _, frame in parked(task))
     return "" if place is None else str(place)
 
 
 def line_of(thread: int) -> str:
-    """Where a thread is now, as ``file:line in function``; empty for one that has ended.
+    """The line that a thread executes now, as ``file:line in function``; empty if the thread has ended.
 
-    Of a thread that runs an event loop, what the loop runs: not the line that runs the loop.
+    For a thread that runs an event loop it is a line of the code that the loop runs, not the line that runs the loop.
     """
-    # the only way into the stack of another thread, and documented, its underscore notwithstanding
+    # `sys._current_frames` is documented, in spite of its underscore, and the only way to the stack of another thread
     innermost = sys._current_frames().get(thread)  # pyright: ignore[reportPrivateUsage]
     place = _users_own(reversed(list(_outwards(innermost))))
     return "" if place is None else str(place)
 
 
 def _users_own(places: Iterable[Place]) -> Place | None:
-    """Of places from the outermost to the innermost, the innermost of those that are nearest to the user; None without places."""
+    """The innermost of those `places` whose owner is nearest to the user; None without places. They are given outermost first."""
     best: Place | None = None
     nearest = ACTORS
     for place in places:
@@ -172,7 +171,7 @@ def _users_own(places: Iterable[Place]) -> Place | None:
 
 @lru_cache(maxsize=4096)
 def _filed(file: str) -> tuple[int, str]:
-    """Whose a file is, and the name of its package if it is an installed one."""
+    """The owner of a file, and the name of its package if that is installed. Packages that were claimed are not considered."""
     if file.startswith(_OURS):
         return ACTORS, ""
     parts = file.split(os.sep)
@@ -191,7 +190,7 @@ def _raised(error: BaseException) -> Iterator[Place]:
 
 
 def _wrapped(awaitable: object) -> Any:
-    """What an awaitable without a frame stands for: `agen.asend(x)` and `coro.__await__()` hide it from Python code."""
+    """The coroutine or generator behind an awaitable such as `agen.asend(x)` or `coro.__await__()`, which has no attribute for it."""
     return next((inner for inner in gc.get_referents(awaitable) if type(inner) in _SUSPENDED), None)
 
 
@@ -206,7 +205,7 @@ def _place(code: CodeType, line: int) -> Place:
 
 
 def _cut(shown: TracebackException) -> None:
-    """Leave out, here and in what it is chained to, the lines before the user's first."""
+    """Remove the lines before the user's first one, in this traceback and in those of its causes."""
     owners = [owner_of(line.filename) for line in shown.stack]
     if USER in owners:
         shown.stack = StackSummary.from_list(shown.stack[owners.index(USER) :])

@@ -1,4 +1,4 @@
-"""What has to come to its end, whoever is canceled meanwhile."""
+"""Waits that cancellation does not cut short."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ __all__ = ["see_through", "shield"]
 
 
 def shield() -> AbstractContextManager[object]:
-    """Keep the canceled scopes of anyio around this block from canceling its awaits, as they would do in every turn of the loop."""
-    if "anyio" not in sys.modules:  # then there is no scope, and its import would hold up the loop
+    """A context manager that shields its block from canceled scopes of anyio around it.
+
+    Without it, a canceled scope cancels the await of the block again in every turn of the event loop.
+    """
+    if "anyio" not in sys.modules:  # then there is no scope to shield from, and the import would block the loop
         return nullcontext()
     from anyio import CancelScope
 
@@ -19,9 +22,9 @@ def shield() -> AbstractContextManager[object]:
 
 
 async def see_through(end: asyncio.Future[None]) -> None:
-    """Wait until `end` is done, however often the caller is canceled meanwhile; then raise the first of its cancellations.
+    """Wait until `end` is done, even if the caller is canceled, once or several times; then raise the first of these cancellations.
 
-    Whoever completes `end` bounds the time. `end` itself is not canceled, and what it raises is not raised here.
+    There is no timeout: the code that completes `end` limits the wait. `end` is not canceled, and its exception is not raised here.
     """
     canceled: asyncio.CancelledError | None = None
     with shield():

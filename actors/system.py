@@ -1,4 +1,4 @@
-"""A system: one running tree, with its clock, graph, logs and randomness. `run(tree)` starts one and ends it in order.
+"""`System`: one running tree with its clock, graph, log and random numbers. `run(tree)` starts one and stops it in order.
 
 ::
 
@@ -36,9 +36,10 @@ N = TypeVar("N", bound="Node")
 
 
 class System:
-    """One running tree. Make it with `run(tree)`; everything in it lives in the event loop that made it.
+    """One running tree, and the nodes that joined beside it. Everything in it belongs to the event loop in which it was made.
 
-    It has no public constructor: `run` gives one. What its nodes use of it is in `runtime`, which is the framework's own.
+    It has no public constructor: `run` gives one. `runtime` is for the framework's own use.
+    Invariants: at most one tree is started, once; `open_node` finds the system exactly from `open` until everything in it has ended.
     """
 
     def __init__(
@@ -55,7 +56,7 @@ class System:
         self.seed, self.loop = seed, runtime.loop
         self.clock, self.graph, self.log = runtime.clock, runtime.graph, runtime.log
         self.nodes: dict[tuple[str, ...], NodeRecord] = runtime.directory.records
-        """The record of every node, by its path in the tree; of nodes beside the tree, too."""
+        """The record of every node, by its path in the tree; nodes beside the tree are included."""
         self.records: deque[LogRecord] = runtime.journal.records
         """The newest 1000 log lines."""
         self.reports: deque[Report] = runtime.journal.reports
@@ -65,15 +66,15 @@ class System:
         return repr(self._tree)
 
     def open(self) -> None:
-        """Let `open_node` find this system."""
+        """Let `open_node` find this system until it has ended. Calling it twice is fine."""
         if _open.add(self.loop, self):
             self.runtime.observers.closed.append(lambda: _open.remove(self.loop, self))
             self.runtime.open()
 
     async def start(self, tree: Supervisor | DynamicSupervisor) -> None:
-        """Start the tree and return when all of it is ready.
+        """Start the tree and return when every child is ready.
 
-        Raises `StartFailed` when a child cannot start, `NotRunning` when the system is stopped meanwhile; nothing runs then.
+        Raises `StartFailed` if a child cannot start, `NotRunning` if the system is stopped meanwhile, and then nothing runs any more.
         """
         if self.supervisor is not None:
             raise RuntimeError("this system runs a tree already: make another system")
@@ -81,27 +82,26 @@ class System:
         await self._tree.start(tree)
 
     async def wait(self) -> None:
-        """Wait until the tree has ended. Raises `SupervisorGaveUp` when it ended because its restarts were used up."""
+        """Wait until the tree has ended. Raises `SupervisorGaveUp` if it ended because its restarts were used up."""
         await self._tree.wait()
 
     async def stop(self, reason: str = "stop") -> None:
-        """Stop everything, the newest first, each node within its stop timeout, and leave nothing behind. Stopping twice is fine.
+        """Stop everything, the newest node first, each within its stop timeout, and return when all has ended. Stopping twice is fine.
 
-        Never raises for what ended the tree; `wait` does. Canceling the caller does not cut it short, however often that happens: the
-        cancellation is raised when everything has stopped. `kill` and a second signal cut it short.
+        It does not raise the error that ended the tree; `wait` does. Canceling the caller does not cut the stop short, even if it is done
+        repeatedly: the cancellation is raised when everything has stopped. `kill` and a second signal do cut it short.
 
-        A node whose code asks for this is one of those that are stopped: its handlers and hooks ask, and do not wait, and its tasks are
-        canceled while they wait.
+        A node that calls this is stopped, too: in a handler or hook the call does not wait; a task waits here until it is canceled.
         """
         await self._tree.stop(reason)
 
     def kill(self) -> None:
-        """End everything at once: no node has time for a clean-up. Returns at once; `stop` waits until it has come to pass."""
+        """Kill everything: all nodes are canceled without a clean-up. Returns at once; `stop` waits until all has ended."""
         self._tree.kill()
 
     @property
     def running(self) -> bool:
-        """Whether the tree runs."""
+        """Whether the tree has been started and has not ended."""
         return self._tree.running
 
     @property
@@ -116,17 +116,17 @@ class System:
 
     @property
     def failure(self) -> BaseException | None:
-        """What ended the tree by itself: `SupervisorGaveUp`, or None."""
+        """The error that ended the tree: `SupervisorGaveUp`, or None."""
         return self._tree.failure
 
     @property
     def argv(self) -> tuple[str, ...]:
-        """What the `argv` of `run` holds for the program itself: all that is not for ROS, in order, without a program's name that it did not have."""
+        """The arguments in the `argv` of `run` that are not for ROS, in order. No program name is added."""
         return () if self.runtime.options is None else self.runtime.options.argv
 
     @property
     def exit_code(self) -> int:
-        """What a program should exit with: 0, 3 after its supervisor gave up, 128 and the number of the signal, or what `sys.exit` was given."""
+        """The program's exit code: 3 if the supervisor gave up, the code of a `sys.exit` in a node, 128 plus a signal's number, or 0."""
         return self._tree.exit_code
 
     @overload
@@ -134,9 +134,9 @@ class System:
     @overload
     def node(self, node: str) -> Node: ...
     def node(self, node: type[Node] | str) -> Node:
-        """The running node object of this class, or of the node of this name or full name.
+        """The running node object of this class (or of a class derived from it), or of this name or full name.
 
-        Raises `LookupError` when no node is called so, or several are, and `NotStarted` when it is not running now.
+        Raises `LookupError` when no node matches, or several do, and `NotStarted` when the node is not running now.
         """
         record = self.runtime.directory.named(node)
         if record.node is None:
@@ -144,18 +144,18 @@ class System:
         return record.node
 
     def crash(self, node: type[Node] | str, error: Exception) -> None:
-        """Make a node fail, as if a handler of it had raised `error`: its `on_error` is asked. Raises `LookupError` and `NotStarted`."""
+        """Make a node fail as if one of its handlers had raised `error`; its `on_error` is asked. Raises what `node` raises."""
         record = self.runtime.directory.named(node)
         if record.running is None:
             raise NotStarted(f"{record.identity.fqn} is not running: it cannot crash now")
         record.inbox.put_control(Failure(error, "crash"))
 
     async def join(self, child: Child) -> UnsupervisedNode:
-        """Run one more node beside the tree, not supervised by it, and return when it is ready. Raises what its start raises."""
+        """Run one more node beside the tree, without supervision, and return when it is ready. Raises the error of its start."""
         return await self._tree.unsupervised.join(child)
 
     async def leave(self, node: UnsupervisedNode, reason: str = "left") -> None:
-        """End a node that joined, within its stop timeout. Raises the error that ended it before, if one did."""
+        """Stop a node that joined, within its stop timeout, and return when it has ended. Raises the error that ended it, if one did."""
         await self._tree.unsupervised.leave(node, reason)
 
     def observe(
@@ -165,18 +165,18 @@ class System:
         lines: LogSink | None = None,
         end: Callable[[], None] | None = None,
     ) -> None:
-        """From now on, call `reports` with every report of a supervisor before it is logged, `lines` with every log line, and `end` once the
-        tree has ended, however. They must not block; only `lines` may raise, and loses that line then.
+        """From now on, call `reports` with every report of a supervisor before it is logged, `lines` with every log line, and `end` when
+        the tree has ended for any reason. They must not block. Only `lines` may raise; the line is then lost to it.
         """
         self.runtime.observers.add(reports=reports, lines=lines, end=end)
 
     @property
     def dead_letters(self) -> int:
-        """Messages that waited for a node's next life, which never came, or for a handler that it no longer has."""
+        """How many messages were lost because they waited for a next life that never came, or for a handler that the next life lacks."""
         return self.runtime.dead_letters
 
     def snapshot(self) -> Snapshot:
-        """The graph at this instant, as a value: see `actors.graph.snapshot`."""
+        """The nodes, topics, services and actions at this instant, as a value; see `actors.graph.snapshot`."""
         from actors.graph.snapshot import take
 
         return take(self.clock.now(), self.nodes.values(), self.graph)
@@ -186,7 +186,7 @@ _open: Final[OpenSystems[System]] = OpenSystems()
 
 
 def system_here() -> System | None:
-    """The newest system that runs in this event loop, or None."""
+    """The newest open system of the running event loop, or None."""
     return next(reversed(_open.of(asyncio.get_running_loop())), None)
 
 

@@ -78,24 +78,12 @@ def robot_tree(
     With `publish_clock`, a rate in Hz, it has one node more, the first: a `ClockPublisher`, so that time runs for all who follow it.
     """
     grid = Grid.from_scene(body.scene)
-    clock: list[Child] = []
-    if publish_clock is not None:
-        from actors.nodes import ClockPublisher
-
-        clock = [Child(ClockPublisher, args=(publish_clock,))]
-    mission: list[Child] = []
-    if delivery is not None:
-        from robot.nodes.carrier import Carrier
-
-        mission = [Child(Carrier, args=(delivery,))]
-    elif waypoints is not None:
-        mission = [Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters={"laps": laps})]
     return Supervisor(
         "robot",
         strategy=rest_for_one,
         intensity=Intensity(3, within=5.0),
         children=[
-            *clock,
+            *_clock(publish_clock),
             Child(Motors, args=(body,), stop=3.0),
             Child(Proprioception, args=(body,)),
             # Its estimator learns the gyro's bias by itself, all the time: it takes the samples that no calibration has touched.
@@ -115,13 +103,39 @@ def robot_tree(
             Child(Docking, args=(body.scene.dock, has_station(body.scene))),
             *_handling(body),
             Child(RobotStatus),
-            *mission,
+            *_mission(body, grid, waypoints, laps, delivery),
             # Last, as nothing has to be started anew for their sake.
             Child(Camera, args=(body,)),
             Child(Detector),
             Child(Calibration),
         ],
     )
+
+
+def _clock(rate: float | None) -> list[Child]:
+    """What tells the time to others, `rate` times a second; nothing without a rate."""
+    if rate is None:
+        return []
+    from actors.nodes import ClockPublisher
+
+    return [Child(ClockPublisher, args=(rate,))]
+
+
+def _mission(
+    body: Body,
+    grid: Grid,
+    waypoints: Sequence[tuple[str, Pose2]] | None,
+    laps: int,
+    delivery: Delivery | None,
+) -> list[Child]:
+    """What gives the robot its goals: the errand, else the patrol, else nothing."""
+    if delivery is not None:
+        from robot.nodes.carrier import Carrier
+
+        return [Child(Carrier, args=(delivery,))]
+    if waypoints is None:
+        return []
+    return [Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters={"laps": laps})]
 
 
 def _handling(body: Body) -> list[Child]:

@@ -1,1 +1,1 @@
-"""The inbox of a node: everything its own code must do, one item after another, and what ends it."""
+"""The inbox of a node: its queue of work items, the items that end an incarnation, and the measurement of load."""

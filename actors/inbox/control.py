@@ -1,4 +1,4 @@
-"""Ending an incarnation: the control items of its inbox, and the exceptions thrown through its code."""
+"""The end of an incarnation: the control items that bring it about, and the rules for exceptions that leave a node's code."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ __all__ = ["Failure", "StopRequest", "StopServing", "Unwinding", "blame", "in_ta
 
 
 class Unwinding(BaseException):
-    """Base of what the framework itself throws through a node's code. No caller is answered with it, no handler is blamed for it."""
+    """Base of the exceptions that the framework throws through a node's code. They are not a handler's fault, and answer no caller."""
 
 
 class Failure:
-    """An inbox item that ends the incarnation with the error of a task; `decided`: `on_error` has had its say."""
+    """An inbox item that raises `error`. With `decided` it ends the incarnation without asking `on_error`."""
 
     __slots__ = ("decided", "error", "label")
 
@@ -29,7 +29,7 @@ class Failure:
 
 
 class StopServing(Unwinding):
-    """Ends `Inbox.serve` in an orderly way; not an `Exception`, so no handler's `except` can mistake it for its own."""
+    """Ends `Inbox.serve` in order. It is not an `Exception`, so that `except Exception` in user code does not catch it."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
@@ -37,7 +37,7 @@ class StopServing(Unwinding):
 
 
 class StopRequest:
-    """An inbox item that ends the node's service."""
+    """An inbox item that raises `StopServing`: the node's orderly end."""
 
     __slots__ = ("reason",)
     label = "stop"
@@ -50,9 +50,10 @@ class StopRequest:
 
 
 def stray_cancel(error: asyncio.CancelledError, label: str) -> RuntimeError | None:
-    """A cancellation that was not meant for the running task, as the error of the code that let it out; else None.
+    """The failure of the code `label` if `error` left it without a cancellation of the running task; None if the task is being canceled.
 
-    Code that awaits a task or future which somebody cancels meets it: that is its failure, not the end of the task that runs it.
+    Code that awaits a task or future receives a `CancelledError` when that one is canceled. Letting it out is an error of that code; it
+    does not count as the cancellation of the task that runs it. Outside of a task the answer is None.
     """
     task = asyncio.current_task()
     if task is None or task.cancelling():
@@ -63,21 +64,22 @@ def stray_cancel(error: asyncio.CancelledError, label: str) -> RuntimeError | No
 
 
 def blame(error: BaseException, label: str) -> BaseException | None:
-    """The fault of the code `label` when `error` leaves it; None if its task or its node is being ended.
+    """The failure to report when `error` leaves the code `label`; None if `error` only ends its task or its node.
 
-    `SystemExit` and `KeyboardInterrupt` become `ProgramExit`: out of a task they would end the loop before any node has cleaned up.
+    `SystemExit` and `KeyboardInterrupt`, also inside of an exception group, become `ProgramExit`: raised out of a task they would end the
+    event loop before any node has cleaned up.
     """
     if isinstance(error, asyncio.CancelledError):
         return stray_cancel(error, label)
     if exits := _exits_in(error):
         return ProgramExit(label, exits[0])
-    if isinstance(error, GeneratorExit):  # thrown at a coroutine that nobody runs any more, or raised by its own code
+    if isinstance(error, GeneratorExit):  # thrown into an abandoned coroutine, or raised by its own code
         return RuntimeError(f"{label} raised GeneratorExit") if in_task() else None
     return None if isinstance(error, Unwinding) else error
 
 
 def _exits_in(error: BaseException) -> list[SystemExit | KeyboardInterrupt]:
-    """The request to exit the program: `error` itself, or one inside it at any depth if it is an exception group."""
+    """The requests to exit the program in `error`: the error itself, or those at any depth of an exception group."""
     if isinstance(error, (SystemExit, KeyboardInterrupt)):
         return [error]
     if not isinstance(error, BaseExceptionGroup):
@@ -87,7 +89,7 @@ def _exits_in(error: BaseException) -> list[SystemExit | KeyboardInterrupt]:
 
 
 def in_task() -> bool:
-    """Whether code runs in a task; a coroutine that is thrown away when its loop is gone does not, and cannot await anything."""
+    """Whether the caller runs in a task. A coroutine that is closed after its loop has ended does not, and can await nothing."""
     try:
         return asyncio.current_task() is not None
     except RuntimeError:

@@ -1,4 +1,4 @@
-"""What a queue holds instead of a bare message: one that is worth something for a limited time, or whose wait is measured."""
+"""Wrappers of queued messages: a message with an expiry time, and a message whose waiting time is measured."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ M = TypeVar("M")
 
 
 class ExpiringMessage(Generic[M]):
-    """A waiting message that is not delivered any more after `expires`, nanoseconds on the loop's clock."""
+    """A queued message that is not delivered after `expires`, nanoseconds on the clock `time`, which shows seconds."""
 
     __slots__ = ("_time", "expires", "message")
 
@@ -25,17 +25,17 @@ class ExpiringMessage(Generic[M]):
         return f"<{self.message!r} until {self.expires / 1e9:.6f}>"
 
     def holding(self, message: M) -> ExpiringMessage[M]:
-        """Another message with the same end."""
+        """Another message with the same expiry time."""
         return ExpiringMessage(message, self.expires, self._time)
 
     @property
     def fresh(self) -> bool:
-        """Whether it may still be delivered."""
+        """Whether the message may still be delivered."""
         return round(self._time() * 1e9) <= self.expires
 
 
 class TimedMessage(ExpiringMessage[M]):
-    """A waiting message with the loop time at which it came; it keeps the end it may have had."""
+    """A queued message with the time at which it came: `since`, seconds on the clock `time`. An expiry time of `message` is kept."""
 
     __slots__ = ("since",)
 

@@ -1,8 +1,8 @@
-"""The inbox: everything a node's own code must do, one thing after another.
+"""The inbox of a node: a queue of work items that one task runs one after another.
 
-It is what makes a node an actor. Messages, requests and ticks wait here as items; the node's task takes them out and runs them to
-their end before it takes the next, so handlers of one node never overlap. Control items go before data items. However many
-items arrive while the node is busy or asleep, they cost one wake-up.
+Messages, requests and ticks wait here as items. The node's task runs each item to its end before it takes the next, so the handlers
+of one node never overlap. Control items are taken before data items. Any number of items that arrive while the node is busy or idle
+cost one wake-up.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 __all__ = ["HOLDING_SECONDS", "STEP_SECONDS", "Inbox", "Item"]
 
 HOLDING_SECONDS = 0.5
-"""A plain handler that keeps the others waiting for longer than this is reported once (docs/concepts.md)."""
+"""A handler that keeps other items waiting for longer than this, in seconds, is reported once (docs/concepts.md)."""
 
 STEP_SECONDS = 0.01
-"""An item that runs for at least so long without an await is made known: it may have delayed somebody's timer."""
+"""An item that runs for at least this long without an await, in seconds, is reported to `on_step`: it may have delayed a timer."""
 
 LOOKS = 8
-"""The number of measured runs of a handler that awaits for which the turns of the loop are watched, at the price of a callback each."""
+"""For how many measured runs of a handler that awaits it is checked whether the event loop turns; each check costs one callback."""
 
 TURN = 256
-"""After so many items without a pause the loop gets a turn, so that a flood in one node cannot starve the others."""
+"""After this many items without a pause the inbox yields to the event loop, so that a flood in one node cannot starve the others."""
 
 
 class Item(Protocol):
-    """One piece of work. `run` does it at once (None) or returns what has to be awaited."""
+    """One piece of work. `run` either does it at once and returns None, or returns an awaitable that completes it."""
 
     def run(self) -> Awaitable[Any] | None: ...
 
@@ -45,15 +45,19 @@ class Item(Protocol):
 
 
 class Inbox:
-    """The queue of one node. It outlives an incarnation: what is waiting when a node crashes waits for its next life.
+    """The work queue of one node. It outlives an incarnation: items that wait when a node crashes can be kept for its next life.
 
-    `on_step` is told of an item that has just run for so many seconds without an await; on the real clock only, where that takes time.
+    `on_step(inbox, label, seconds)` is called after an item has run for at least `STEP_SECONDS` without an await. It is given on the
+    real clock only; on the virtual clock handlers take no time.
 
     Invariants:
 
-    - At most one item runs at a time, `current`, in `task`; both are None, and so are `on_error` and `on_holding`, while nobody serves.
-    - `waiter` is set only while `serve` waits and nothing is in `items` or `control`. `handled` counts the items that have run.
-    - `mark` is set while the wait of one item or message is measured; if it is a `_Mark`, it stands in `items` just before that one.
+    - At most one item runs at a time: `current`, in `task`. `task` is the task of the node's start phase, service or clean-up; `current`,
+      `on_error` and `on_holding` are None unless it serves.
+    - `waiter` is set only while `serve` waits for work, and then `items` and `control` are empty.
+    - `handled` counts the items that have run; one that ends the incarnation does not count.
+    - `mark` is set while the waiting time of one item or message is measured. A `_Mark` stands in `items` directly before the item that
+      it measures.
     """
 
     __slots__ = (
@@ -87,26 +91,26 @@ class Inbox:
         self.watch: asyncio.TimerHandle | None = None
         self.meter: Meter | None = None
         self.mark: _Mark | TimedMessage[Any] | None = None
-        """The waiting item, or message, whose wait is measured."""
+        """The item or message whose waiting time is being measured, or None."""
         self.reported: set[str] | None = None
         self.on_holding: Callable[[Item, float], None] | None = None
         self.on_error: Callable[[Exception, str], object] | None = None
         self.looks: dict[str, int] | None = None
-        """Handler -> how often it was seen to whether the loop turns while it is awaited; `LOOKS` times, until it takes long."""
+        """Handler -> the number of its runs that were checked for turns of the event loop; see `LOOKS`."""
         self.on_step = on_step
 
     def put(self, item: Item) -> None:
-        """Append an item. Never blocks, never runs it."""
+        """Append a data item. Never blocks and never runs the item."""
         self.items.append(item)
         self.wake()
 
     def put_control(self, item: Item) -> None:
-        """Append an item that goes before all data."""
+        """Append a control item, which is taken before all data items. Never blocks and never runs the item."""
         self.control.append(item)
         self.wake()
 
     def wake(self) -> None:
-        """Let the node's task look into the inbox, or, when it is busy, begin to watch how long it stays so."""
+        """Wake the task that serves; if it is busy, begin to measure how long the new item has to wait."""
         waiter = self.waiter
         if waiter is not None:
             self.waiter = None
@@ -116,7 +120,10 @@ class Inbox:
             self._observe()
 
     def clear(self, keep: Callable[[Item], bool]) -> None:
-        """Drop what waits, but for what `keep` accepts. Who still serves here finds nothing more to do."""
+        """Drop the waiting items that `keep` does not accept.
+
+        The queues are replaced, and the old ones emptied: a task that still serves the old ones finds no more work.
+        """
         items, control = self.items, self.control
         mark, self.mark = self.mark, None
         if isinstance(mark, _Mark):
@@ -130,14 +137,20 @@ class Inbox:
         on_error: Callable[[Exception, str], object] | None = None,
         on_holding: Callable[[Item, float], None] | None = None,
     ) -> None:
-        """Run items until one of them raises and `on_error` does not say "continue": that ends the incarnation. Cancel to stop.
+        """Run items until an error ends the incarnation or the task is canceled; the error is raised.
 
-        `on_holding` is told, once for each handler, of an item that keeps the others waiting, and for how many seconds it has done so.
+        `on_error(error, handler)` is asked about each `Exception` that leaves an item; unless it returns "continue", the error is raised.
+        `on_holding(item, seconds)` is called, at most once per handler, for an item that keeps others waiting.
         """
+        # This loop is the hottest code of the framework, so it is tuned. The common item costs one decrement and one test: the clock is
+        # read, and the yield to the event loop is considered, only for the item at which `budget` reaches 0. `paused` is the value of
+        # `handled` at the last pause, that is at the last yield or at the last wait for work; the next budget never passes
+        # `paused + TURN`, so at most TURN items run in between. An item that is done at once is not awaited and makes no coroutine.
+        # `items` and `control` are locals; `clear` therefore replaces the queues and empties the old ones.
         self.on_error, self.on_holding = on_error, on_holding
         items, control = self.items, self.control
         self.task = task = asyncio.current_task()
-        budget = 1  # so many items on, one is measured, and it is seen whether the loop is due for a turn
+        budget = 1  # the first item is measured
         try:
             while True:
                 paused = self.handled
@@ -152,17 +165,17 @@ class Inbox:
                             await asyncio.sleep(0)
                             paused = self.handled
                         budget = min(self._meter().interval(self.handled), paused + TURN - self.handled)
-                        continue
+                        continue  # the measured item has run: `_run_measured` does all that follows here
                     try:
                         pending = item.run()
                         if pending is not None:
                             if items and self.watch is None:
-                                self.wake()  # who waits behind it came before it began
+                                self.wake()  # the items behind it came before it began, so no `put` begins to measure their wait
                             await pending
                     except BaseException as error:
                         self._failed(item, error)
                     self.handled += 1
-                if self.task is not task:  # it refused to die when it was told to, and another one serves here now
+                if self.task is not task:  # this task was abandoned after it refused a kill; another one serves now
                     return
                 self.current = None
                 self.waiter = waiter = self.loop.create_future()
@@ -172,7 +185,7 @@ class Inbox:
                 self.leave()
 
     async def _run_measured(self, item: Item) -> None:
-        """Run one item as `serve` does, and look at the clock before and after."""
+        """Run one item as `serve` does, and measure the time it takes."""
         turned: list[None] | None = None
         awaited = False
         begun = self.loop.time()
@@ -196,28 +209,28 @@ class Inbox:
         self.handled += 1
 
     def _is_looked_at(self, label: str) -> bool:
-        """Whether this measured run of a handler that awaits is one of those that are held against the turns of the loop."""
+        """Whether to check, in this measured run of a handler that awaits, that the event loop turns; counts the run."""
         if self.looks is None:
             self.looks = {}
         self.looks[label] = looks = self.looks.get(label, 0) + 1
         return looks <= LOOKS
 
     def _took_long(self, label: str, seconds: float, awaited: bool, turned: list[None] | None) -> None:
-        """Tell of it if the loop has not turned meanwhile. Where nobody has looked, the next runs are looked at."""
+        """Call `on_step` if the event loop did not turn during the item. If that was not checked, check the next runs."""
         if awaited and turned is None:
             self.looks = None
         elif not turned and self.on_step is not None:
             self.on_step(self, label, seconds)
 
     def leave(self) -> None:
-        """Nobody serves here any more."""
+        """End the service: no task serves this inbox any more. Calling it twice has no further effect."""
         self.waiter = self.current = self.task = self.on_error = self.on_holding = None
         if self.watch is not None:
             self.watch.cancel()
             self.watch = None
 
     def _failed(self, item: Item, error: BaseException) -> None:
-        """Raise what ends the incarnation: the error of an item, unless it is an `Exception` and `on_error` says "continue"."""
+        """Raise the error of an item, which ends the incarnation; return if it is an `Exception` and `on_error` says "continue"."""
         failure = blame(error, item.label)
         if not isinstance(failure, Exception) or self.on_error is None:
             raise failure or error
@@ -225,19 +238,23 @@ class Inbox:
             raise failure
 
     def _observe(self) -> None:
-        """Somebody waits: see in half a second whether still for the same item, and measure how long this one waits."""
+        """Check in `HOLDING_SECONDS` whether the same item still runs, and begin to measure the waiting time of the newest item."""
         due = self.loop.time() + HOLDING_SECONDS
         self.watch = self.loop.call_at(due, self._look, self.handled, due)
         if self.items and self.mark is None:
             stamp: Callable[[], TimedMessage[Any]] | None = getattr(self.items[-1], "stamp", None)
-            if stamp is not None:  # what this item stands for may be replaced while it waits
+            # The item of a subscription stands for a message that may be replaced while it waits: then the message is marked, not the item.
+            if stamp is not None:
                 self.mark = stamp()
                 return
             self.mark = mark = _Mark(self, self.loop.time())
             self.items.insert(len(self.items) - 1, mark)
 
     def _look(self, handled: int, due: float) -> None:
-        """Half a second after somebody found the node busy: is it still busy with the same item? Not by its own fault if the loop was."""
+        """Report the current item if it still runs since the watch began. `due` is when this call was due, loop time.
+
+        A call that comes late means that the event loop itself was blocked: then the item is not reported.
+        """
         self.watch = None
         current = self.current
         if current is None:
@@ -251,12 +268,12 @@ class Inbox:
 
     @property
     def waiting(self) -> int:
-        """How many items wait."""
+        """The number of items that wait."""
         return len(self.items) + len(self.control) - isinstance(self.mark, _Mark)
 
     @property
     def load(self) -> Load:
-        """The measurements so far."""
+        """The measurements so far, over all incarnations of the node."""
         from actors.inbox.load import Load
 
         age = 0.0 if self.mark is None else self.loop.time() - self.mark.since
@@ -264,16 +281,16 @@ class Inbox:
         return Load(self.handled, self.waiting, age, max(age, meter.longest_wait), meter.handlers())
 
     def took(self, label: str, seconds: float) -> None:
-        """A handler with tasks of its own took so long."""
+        """Record one run of a concurrent handler, which runs outside of this inbox."""
         self._meter().took(label, seconds)
 
     def waited(self, mark: _Mark | TimedMessage[Any]) -> None:
-        """What came with `mark` has its turn now."""
+        """End a measurement: the item or message of `mark` has its turn now."""
         self.lost(mark)
         self._meter().waited(self.loop.time() - mark.since)
 
     def lost(self, mark: _Mark | TimedMessage[Any]) -> None:
-        """What came with `mark` waits no more; measure the next one that has to."""
+        """Drop a measurement: the item or message of `mark` does not wait any more. The next one that has to wait is measured."""
         if self.mark is mark:
             self.mark = None
 
@@ -287,7 +304,7 @@ class Inbox:
     # -- reports ------------------------------------------------------------------------------------------------------------
 
     def report_holding(self, item: Item, seconds: float) -> None:
-        """Tell, once per handler, that it keeps the node's other handlers waiting."""
+        """Report, once per handler, that it keeps the node's other handlers waiting."""
         if self.reported is None:
             self.reported = set()
         if item.label not in self.reported and self.on_holding is not None:
@@ -296,7 +313,7 @@ class Inbox:
 
 
 class _Mark:
-    """Waits in the inbox just before the item whose waiting time is measured."""
+    """An item that stands directly before the one whose waiting time is measured. Running it ends the measurement."""
 
     __slots__ = ("inbox", "since")
     label = "inbox age"
@@ -306,5 +323,5 @@ class _Mark:
         self.since = since
 
     def run(self) -> None:
-        self.inbox.handled -= 1  # nobody's item
+        self.inbox.handled -= 1  # it does not count as an item
         self.inbox.waited(self)

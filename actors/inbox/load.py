@@ -1,7 +1,7 @@
-"""How busy a node is: how long its handlers take, and how long what comes waits for its turn.
+"""The load of a node: how long its handlers take, and how long items wait for their turn. All times are seconds on the system's clock.
 
-Measured by samples, so that it costs next to nothing: a handler's time for one item of up to 64, all of the first few; the wait in the
-inbox for one item at a time, at most every half second, whenever something has to wait. All in seconds on the system's clock.
+Both are sampled, so that measuring costs little. Handler times: the first few items, and then at least one item of 64. Waiting times: one
+item at a time, at most one every half second, whenever an item has to wait.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ __all__ = ["HandlerLoad", "Load", "Meter"]
 
 
 class HandlerLoad(msgspec.Struct, frozen=True):
-    """The measured cost of one handler: number of samples, their mean and the longest one, in seconds from its call to its end."""
+    """The measured time of one handler, from its call to its end: the number of samples, their mean and the longest, in seconds."""
 
     handler: str
     samples: int
@@ -21,18 +21,18 @@ class HandlerLoad(msgspec.Struct, frozen=True):
 
 
 class Load(msgspec.Struct, frozen=True):
-    """The load of one node over all its incarnations until now."""
+    """The load of one node, over all its incarnations until now."""
 
     handled: int
-    """Messages, requests and ticks that its inbox has worked off."""
+    """How many items its inbox has run: messages, requests, ticks and requested lifecycle transitions."""
     waiting: int
-    """Those that wait now."""
+    """How many items wait now."""
     age: float
-    """For how long the oldest one that is measured waits already, seconds; 0 when none is."""
+    """How long the item that is being measured has waited so far, seconds; 0 when none is measured."""
     longest_wait: float
     """The longest measured wait for a turn, seconds."""
     handlers: tuple[HandlerLoad, ...]
-    """By name. Handlers with tasks of their own (`concurrent`) are measured for topics only, and always."""
+    """The handlers in order of their names. Of concurrent handlers, those of topics are measured, at every run; others are not."""
 
     @property
     def slowest(self) -> HandlerLoad | None:
@@ -41,33 +41,42 @@ class Load(msgspec.Struct, frozen=True):
 
 
 class Meter:
-    """Collects the samples of one inbox."""
+    """Collects the samples of one inbox.
+
+    Invariants:
+
+    - `_handlers` holds, for each measured handler, the number of its samples, their sum and the longest one, in seconds.
+    - `longest_wait` never falls, seconds.
+    """
 
     __slots__ = ("_handlers", "longest_wait")
 
     INTERVAL = 64
-    """At least one item of so many is measured."""
+    """At least one of this many items is measured."""
 
     def __init__(self) -> None:
         self._handlers: dict[str, tuple[int, float, float]] = {}
         self.longest_wait = 0.0
 
     def took(self, handler: str, seconds: float) -> None:
-        """One item of `handler` took so long."""
+        """Record that one item of `handler` took `seconds`."""
         samples, total, longest = self._handlers.get(handler, (0, 0.0, 0.0))
         self._handlers[handler] = (samples + 1, total + seconds, max(longest, seconds))
 
     def waited(self, seconds: float) -> None:
-        """One item waited so long for its turn."""
+        """Record that one item waited for its turn for `seconds`."""
         self.longest_wait = max(self.longest_wait, seconds)
 
     @classmethod
     def interval(cls, handled: int) -> int:
-        """How many items on to measure the next one, after so many: rare handlers get samples, too, and periods do not lock in."""
+        """The number of items from one measurement to the next, when `handled` items have run.
+
+        It grows from 1, so that a young node has samples soon, and it varies, so that periodic items are not always or never measured.
+        """
         return min(1 + handled // 16, cls.INTERVAL - handled % 7)
 
     def handlers(self) -> tuple[HandlerLoad, ...]:
-        """The samples so far, by handler."""
+        """The measurements so far, in order of the handlers' names."""
         return tuple(
             HandlerLoad(handler, samples, total / samples, longest)
             for handler, (samples, total, longest) in sorted(self._handlers.items())

@@ -1,1 +1,1 @@
-"""One life of a node, and what outlives it."""
+"""The running system: one incarnation of a node, the record that outlives it, and what all nodes of a system share."""

@@ -1,4 +1,4 @@
-"""Errors that leave a node's handlers: what is logged, and what the node's `on_error` makes of them."""
+"""Errors that leave a node's service handlers and action bodies: how they are logged, and how `on_error` decides about the node."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ __all__ = ["answered_with", "tell_holding", "tell_late"]
 
 
 def answered_with(life: Incarnation, error: Exception, handler: str, event: str) -> None:
-    """`error` is the answer to a caller: log it, tell the observers, and let the node decide whether it fails as well."""
+    """Handle an error that its caller has been given: log it, tell the observers, and ask `on_error` whether the node fails as well.
+
+    `Stop` and `ProgramExit` end the incarnation without being asked about.
+    """
     if isinstance(error, (Stop, ProgramExit)):
         life.fail(error, handler, decided=True)
         return
@@ -27,7 +30,9 @@ def answered_with(life: Incarnation, error: Exception, handler: str, event: str)
         observer(error)
     try:
         verdict = life.node.on_error(error, handler)
-    except BaseException as problem:  # `on_error` itself failed: nobody may wait for ever because of it
+    except (
+        BaseException
+    ) as problem:  # `on_error` itself failed: that is the node's failure, and must not reach the caller's code
         label = f"on_error for {handler}"
         life.fail(blame(problem, label) or problem, label, decided=True)
         return
@@ -36,12 +41,12 @@ def answered_with(life: Incarnation, error: Exception, handler: str, event: str)
 
 
 def tell_late(life: Incarnation, error: BaseException, handler: str) -> None:
-    """Log an error that came when the incarnation had ended."""
+    """Log an error that occurred after the end of the incarnation, and so has no other effect."""
     _write(life, error, handler, "failed after the end of its node")
 
 
 def tell_holding(life: Incarnation, item: Item, seconds: float) -> None:
-    """Warn that a handler keeps the node's other handlers waiting, with the line at which it waits and the remedy."""
+    """Log a warning that a handler has kept the node's other handlers waiting for `seconds`, with the line at which it waits."""
     task = life.inbox.task
     lost = sum(timer.record.missed - timer.record.blocked for timer in life.timers)
     life.log.warning(

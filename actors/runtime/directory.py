@@ -1,4 +1,4 @@
-"""The directory of a system: which node is where, by path and by name."""
+"""The directory of a system: its nodes by path and by name."""
 
 from __future__ import annotations
 
@@ -24,8 +24,10 @@ __all__ = ["Directory", "class_of"]
 class Directory:
     """The records of all nodes of one system.
 
-    Invariants: `records` has one record for each path, from the node's first life until its supervisor forgets it. Every full name stands for
-    one path at most; a node that has ended for good has given up its name, and keeps its record until it is removed.
+    Invariants:
+
+    - `records` has one record for each path, from the start of the node's first life until its supervisor forgets it.
+    - A full name belongs to at most one path. A node that has ended for good gives up its name; its record stays until it is removed.
     """
 
     def __init__(self, books: Books, loop: asyncio.AbstractEventLoop, options: RunOptions | None) -> None:
@@ -36,9 +38,9 @@ class Directory:
         self._paths: dict[str, tuple[str, ...]] = {}
 
     def enter(self, child: Child, path: tuple[str, ...], stalls: StallWatch | None) -> NodeRecord:
-        """The record for the next life of the child at `path`; that of its earlier lives if there is one.
+        """The record for the next life of the child at `path`: that of its earlier lives, or a new one.
 
-        Raises `DeclarationError` when the child's names are invalid, or another node has its full name.
+        Raises `DeclarationError` when another node has the child's full name, `InvalidName` when one of the child's names is invalid.
         """
         record = self.records.get(path)
         if record is not None and record.child is child and self._paths.get(record.identity.fqn) == path:
@@ -51,13 +53,13 @@ class Directory:
         return record
 
     def find(self, fqn: str) -> Incarnation | None:
-        """The running incarnation of the node with this full name, or None."""
+        """The running incarnation of the node with this full name; None if there is none."""
         path = self._paths.get(fqn)
         record = self.records.get(path) if path is not None else None
         return record.running if record is not None else None
 
     def owner_of(self, task: asyncio.Task[Any]) -> NodeRecord | None:
-        """The node in whose inbox, or in one of whose tasks, `task` runs. May be asked from any thread."""
+        """The node that `task` belongs to: its main task or one that it owns. None for any other task. May be called from any thread."""
         for record in list(self.records.values()):
             life = record.life
             if record.inbox.task is task or (life is not None and task in life.tasks):
@@ -65,23 +67,23 @@ class Directory:
         return None
 
     def below(self, path: tuple[str, ...]) -> list[NodeRecord]:
-        """The record at `path`, or if a supervisor is there, those of all nodes below it."""
+        """The record of the node at `path`; for the path of a supervisor, the records of all nodes below it."""
         record = self.records.get(path)
         if record is not None:
             return [record]
         return [each for each in self.records.values() if each.path[: len(path)] == path]
 
     def release_name(self, record: NodeRecord) -> None:
-        """The node has ended for good: another one may take its full name."""
+        """Give up the full name of a node that has ended for good, so that another node may take it."""
         self._paths.pop(record.identity.fqn, None)
 
     def remove(self, record: NodeRecord) -> None:
-        """Its supervisor has forgotten the node: nothing is left of it here."""
+        """Remove a node that its supervisor has forgotten, here and from the graph."""
         record.forget()
         del self.records[record.path]
 
     def named(self, node: type | str) -> NodeRecord:
-        """The one node of this class (or one derived from it), name or full name. Raises `LookupError` when there is none, or several."""
+        """The one node of this class (or a derived one), name or full name. Raises `LookupError` when there is none, or several."""
         found = [record for record in self.records.values() if _is_called(record, node)]
         if len(found) == 1:
             return found[0]
@@ -115,7 +117,7 @@ class Directory:
 
 
 def class_of(record: NodeRecord) -> type | None:
-    """The class of a node, known also of one that has never run; None when a function makes it and it has not run yet."""
+    """The class of a node, also before its first life if a class is its factory; None if a function is, until it has run."""
     made_by = record.child.factory
     return record.node_class or (made_by if isinstance(made_by, type) else None)
 

@@ -1,4 +1,4 @@
-"""The endpoints of one incarnation: what its class declares, what is taken over from the last life, and the end of all."""
+"""The endpoints of one incarnation: opening what its class declares, taking over subscriptions of the last life, closing all."""
 
 from __future__ import annotations
 
@@ -44,14 +44,17 @@ _EVENT_QOS: Final = {
 
 
 def open_declared_endpoints(life: Incarnation) -> None:
-    """Make what the class declares. From here on messages queue up; they are handled once the node has started."""
+    """Open all endpoints that the node's class declares. Messages are queued from now on, and handled once the node has started.
+
+    A setting that nobody has made costs a start nothing: without overrides and observers the parameters are opened at their first use.
+    """
     node, declarations = life.node, life.declarations
     for published in declarations.publishers:
         setattr(node, published.attribute, life.publisher(published.topic, published.qos))
     for stream in declarations.streams:
         setattr(node, stream.attribute, life.subscribe(stream.topic, stream.qos))
     if declarations.parameters and (life.identity.overrides or life.runtime.observers.parameters):
-        life.open_parameters(announce=True)  # there is something to check or to tell; else it is left to the first use
+        life.open_parameters(announce=True)  # overrides have to be checked, observers told
     if "use_sim_time" in life.identity.overrides and life.parameters.value("use_sim_time"):
         life.ros_time().use(True)
     labels = declarations.labels
@@ -78,7 +81,7 @@ def handle(
     label: str,
     concurrent: int = 0,
 ) -> None:
-    """Let `handler` take the messages of `topic`; a subscription that is left over from the last incarnation is taken over."""
+    """Subscribe `handler` to `topic`. A subscription of the last incarnation is taken over, with the messages that wait in it."""
     life.check_use()
     entry = life.runtime.graph.topic(life.identity.topic(topic.name))
     subscription = _left_over(life, entry, topic.type, label, concurrent)
@@ -97,7 +100,7 @@ def handle(
 def _left_over(
     life: Incarnation, entry: TopicEntry, type: type[M], label: str, concurrent: int
 ) -> HandlerSubscription[M] | None:
-    """The first subscription of this handler that the last incarnation had and this one has not yet."""
+    """The first subscription of the last incarnation with the same handler, topic and type that has not been taken over; else None."""
     for each in life.record.subscriptions:
         same = each.node is not life and each.label == label and each.entry is entry and each.type is type
         if same and concurrent == (each.concurrent if isinstance(each, ConcurrentSubscription) else 0):
@@ -128,7 +131,7 @@ def _serve_action(life: Incarnation, entry: ActionEntry, server: ActionServer) -
     life.record.actions[entry.name] = server
     entry.open(server)
     graph = life.runtime.graph
-    for part in ("status", "feedback"):  # those who subscribed to the last incarnation's hear this one's
+    for part in ("status", "feedback"):  # a subscription that outlives the last incarnation receives from this one
         topic = graph.topics.get(f"{entry.name}/_action/{part}")
         if topic is not None and topic.subscriptions:
             graph.open_standard_topic(topic)
@@ -156,7 +159,7 @@ def serve_concurrently(life: Incarnation) -> None:
 
 
 def event_publisher(life: Incarnation, type: type[M], entry: TopicEntry) -> Publisher[M]:
-    """The node's publisher on a topic that ROS 2 gives every node of its kind, made at its first use."""
+    """The node's publisher on a standard topic, which is not declared in its class. It is made at its first use, and always delivers."""
     for publisher in life.publishers:
         if publisher.entry is entry:
             return publisher
@@ -168,17 +171,23 @@ def event_publisher(life: Incarnation, type: type[M], entry: TopicEntry) -> Publ
 
 
 def close_all(life: Incarnation) -> None:
-    """Close what belongs to this incarnation only: publishers, streams, clients and standard services."""
+    """Close the endpoints that belong to this incarnation only: publishers, streams, clients and standard services.
+
+    Subscriptions and declared servers stay in the record for the next incarnation.
+    """
     record = life.record
-    record.note(publisher.entry for publisher in life.publishers)
-    record.note(client.entry for client in life.clients.values())
-    record.note(server.entry for server in life.standard_services)
-    for publisher in life.publishers:
-        publisher.close()
-    life.publishers.clear()
+    if life.publishers:
+        record.note(publisher.entry for publisher in life.publishers)
+        for publisher in life.publishers:
+            publisher.close()
+        life.publishers.clear()
+    if life.clients:
+        record.note(client.entry for client in life.clients.values())
     for subscription in list(life.streams):
         subscription.close()
-    for server in life.standard_services:
-        server.fail_all(life.absent)
-        server.entry.withdraw()
-    life.standard_services.clear()
+    if life.standard_services:
+        record.note(server.entry for server in life.standard_services)
+        for server in life.standard_services:
+            server.fail_all(life.absent)
+            server.entry.withdraw()
+        life.standard_services.clear()

@@ -1,6 +1,6 @@
 """`Incarnation`: one life of one node, with its endpoints, timers, tasks, clock and log.
 
-`Node` is what people write; its incarnation is what runs it. How a life begins, goes on and ends is told in `actors.runtime.life`.
+A `Node` object holds the user's code and state; its incarnation runs it. `actors.runtime.life` describes a life from start to end.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ Resp = TypeVar("Resp", bound="Message")
 Phase = Literal["new", "on_start", "begin", "running"]
 
 CLIENTS: Final = 256
-"""How many clients of services an incarnation keeps; one that it has dropped is made again at its next call."""
+"""The most service clients that an incarnation keeps. When there are more, all are dropped; each is made again at its next call."""
 
 
 class Incarnation:
@@ -62,12 +62,12 @@ class Incarnation:
 
     Invariants:
 
-    - It is its record's `life` from its making until it is released. `ended` turns true then, once and for good: it has no endpoints, takes no
-      new ones, and spawns nothing.
-    - `phase` only goes forwards: new, on_start, begin (the framework's own part of the start), running. It stays running during the clean-up.
-    - `serving` turns true once, when the node is ready; concurrent handlers wait for that.
-    - Every task in `tasks` has not ended; one that fails ends the incarnation, and no task outlives the clean-up.
-    - `asked` is the reason of the end that the supervisor has asked for; None while it has not.
+    - It is the `life` of its record from its making until `release`. `release` sets `ended`, once and for good: from then on it publishes
+      nothing, receives nothing and spawns no task.
+    - `phase` only moves forwards: new, on_start, begin (the framework's own part of the start), running. It stays as it is in the clean-up.
+    - `serving` turns true once, after the node has become ready. Concurrent handlers begin to run then.
+    - `tasks` holds the tasks that have not ended. The failure of one ends the incarnation, and an orderly clean-up ends all of them.
+    - `asked` is the reason for which the supervisor asked for the end; None before it asks.
     """
 
     __slots__ = (
@@ -98,7 +98,7 @@ class Incarnation:
     )
 
     def __init__(self, runtime: Runtime, record: NodeRecord, node: Node) -> None:
-        if record.life is not None:  # one that refused to die: nothing of it may go on under the new one's name
+        if record.life is not None:  # it refused a kill and was abandoned: it must not keep its endpoints
             record.life.release()
         record.life = self
         record.incarnation += 1
@@ -110,7 +110,7 @@ class Incarnation:
         self.incarnation = record.incarnation
         self.declarations = type(node).declarations
         self.clock: Clock = runtime.clock
-        """The system's, until this incarnation uses simulated time."""
+        """The system's clock, until this incarnation uses ROS time; from then on its own `SimClock`."""
         self.phase: Phase = "new"
         self.asked: str | None = None
         self.serving = self.ended = False
@@ -118,12 +118,12 @@ class Incarnation:
         self.tasks: dict[asyncio.Task[Any], None] = {}
         self.publishers: list[Publisher[Any]] = []
         self.publishing = True
-        """Whether the node's own publishers deliver; a lifecycle node's do while it is active."""
+        """Whether the node's declared publishers deliver. For a lifecycle node that depends on its state."""
         self.streams: list[StreamSubscription[Any]] = []
         self.clients: dict[Any, Client[Any, Any]] = {}
         self.timers: list[NodeTimer] = []
         self.standard_services: list[Server] = []
-        """Services that ROS 2 gives every node, as far as somebody asked for them."""
+        """The standard services of the node that have been opened, because they were asked for."""
         self.sim: SimTime | None = None
         self._parameters: ParameterStore | None = None
         self._log: NodeLog | None = None
@@ -135,10 +135,10 @@ class Incarnation:
 
     # -- the life, for its supervisor ---------------------------------------------------------------------------------------
 
-    run = life.run  # a method, without a frame of its own: there is one for every node
+    run = life.run  # the function itself: a method around it would cost each node one more coroutine
 
     def stop(self, reason: str) -> None:
-        """Ask for an orderly end: after the present handler, before anything else that waits."""
+        """Ask for an orderly end. It takes effect after the present handler, before all items that wait."""
         self.asked = reason
         if not self.ended:
             self.request_stop(reason)
@@ -176,16 +176,16 @@ class Incarnation:
         return self._parameters or self.open_parameters(announce=False)
 
     def open_parameters(self, *, announce: bool) -> ParameterStore:
-        """Make the store of the declared parameters, and check the overrides. With `announce` the observers are told of them.
+        """Make the parameter store and check the overrides. With `announce` the observers are told of the declared parameters.
 
-        Raises `ParameterError`.
+        Raises `ParameterError` for an override that does not fit its declaration, or that a hook refuses.
         """
         store = self._parameters = make_store(self, announce=announce)
-        check_store(self, store)  # the node's hooks may read what they are asked about
+        check_store(self, store)  # after the assignment, because the node's hooks may read parameters
         return store
 
     def ros_time(self) -> SimTime:
-        """This incarnation's ROS time, made at its first use; its clock is the node's from then on."""
+        """The ROS time of this incarnation, made at its first use. From then on its clock is the node's clock."""
         if self.sim is None:
             from actors.runtime.sim_time import SimTime
 
@@ -194,7 +194,7 @@ class Incarnation:
         return self.sim
 
     def now_ns(self) -> int:
-        """What the node's clock shows, nanoseconds."""
+        """The time of the node's clock, nanoseconds."""
         return self.clock.now_ns()
 
     def new_id(self) -> bytes:
@@ -204,7 +204,7 @@ class Incarnation:
         self.log.write(WARN, event, fields)
 
     def check_thread(self) -> None:
-        """Refuse a foreign thread."""
+        """Raise `WrongThread` in any thread but that of the node's event loop."""
         if get_ident() != self.runtime.thread:
             raise WrongThread(
                 f"{self.fqn} was used from a foreign thread: use node.threadsafe(function, *arguments), and for what is awaited "
@@ -212,7 +212,7 @@ class Incarnation:
             )
 
     def check_use(self) -> None:
-        """Refuse a foreign thread, and what comes after the end of this incarnation."""
+        """Raise `WrongThread` in a foreign thread, and `Ended` after the end of this incarnation."""
         self.check_thread()
         if self.ended:
             raise self._over()
@@ -247,7 +247,7 @@ class Incarnation:
         self.record.note((subscription.entry,))
 
     def subscription(self, topic: Topic[M]) -> HandlerSubscription[M]:
-        """The subscription of this incarnation's first handler of `topic`."""
+        """The subscription of this incarnation's first handler of `topic`. Raises `DeclarationError` without one."""
         name = self.identity.topic(topic.name)
         for subscription in self.record.subscriptions:
             if subscription.node is self and subscription.entry.name == name:
@@ -255,8 +255,8 @@ class Incarnation:
         raise DeclarationError(f"{self.fqn} has no handler of {name}: declare one with @{topic!r}.on()")
 
     def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]:
-        """A client of a service that is not among `clients` yet."""
-        if len(self.clients) >= CLIENTS:  # its contracts are made by the dozen
+        """Make a client of `service`, which must not be in `clients` yet, and keep it there."""
+        if len(self.clients) >= CLIENTS:  # the node makes contracts while it runs: bound what they cost
             self.record.note(one.entry for one in self.clients.values())
             self.clients.clear()
         entry = self.runtime.graph.service(self.identity.service(service.name))
@@ -271,7 +271,7 @@ class Incarnation:
         return Goal(self, entry, action, message, timeout)
 
     def handle(self, topic: Topic[M], qos: QoS, handler: Handler[M], label: str) -> None:
-        """Let `handler` take the messages of `topic` from now on."""
+        """Subscribe `handler` to `topic` from now on."""
         endpoints.handle(self, topic, qos, handler, label)
 
     def serve(
@@ -281,7 +281,7 @@ class Incarnation:
         endpoints.serve(self, service, handler, label)
 
     def let_publish(self, allowed: bool) -> None:
-        """Whether the node's own publishers deliver or discard; those that ROS 2 gives every node always deliver."""
+        """Let the node's declared publishers deliver, or discard, what they are given. Those of standard topics always deliver."""
         self.publishing = allowed
         for publisher in self.publishers:
             if publisher.gated:
@@ -298,22 +298,22 @@ class Incarnation:
     # -- errors -------------------------------------------------------------------------------------------------------------
 
     def service_failed(self, service: str, error: Exception) -> None:
-        """An exception left a service handler: its caller is told, and the node's `on_error` decides whether the node fails, too."""
+        """Handle an exception that left a service handler and was given to its caller: `on_error` decides whether the node fails, too."""
         answers.answered_with(self, error, service, "service handler failed")
 
     def goal_failed(self, action: str, error: Exception) -> None:
-        """An exception left an action body: its client is told, and the node's `on_error` decides whether the node fails, too."""
+        """Handle an exception that left an action body and was given to its client: `on_error` decides whether the node fails, too."""
         answers.answered_with(self, error, action, "goal failed")
 
     def fail(self, error: BaseException, label: str, *, decided: bool = False) -> None:
-        """Let `error` end this incarnation at its next turn; unless it is `decided`, `on_error` may say otherwise."""
+        """Let `error` end this incarnation, as the next item of its inbox. Unless `decided`, `on_error` is asked first."""
         if self.ended:  # the next incarnation is not to blame
             answers.tell_late(self, error, label)
         else:
             self.inbox.put_control(Failure(error, label, decided=decided))
 
     def on_error(self, error: Exception, handler: str) -> ErrorVerdict:
-        """An exception left a timer or topic handler: what the node says; `Stop` is no error but the node's own word."""
+        """Whether the node goes on after an exception left a timer or topic handler. `Stop` and `ProgramExit` always end it."""
         current = self.inbox.current
         if isinstance(error, (Stop, ProgramExit)) or (isinstance(current, Failure) and current.decided):
             return "fail"
@@ -323,11 +323,11 @@ class Incarnation:
         return verdict
 
     def on_holding(self, item: Item, seconds: float) -> None:
-        """A handler keeps the node's other handlers waiting."""
+        """Log that a handler keeps the node's other handlers waiting, for `seconds` so far."""
         answers.tell_holding(self, item, seconds)
 
     def absent(self) -> Exception:
-        """The error for those who wait for an answer of this incarnation when it ends."""
+        """The error for callers whose answer this incarnation owes at its end: `NotRunning` if the system stops, else `NodeRestarting`."""
         if (reason := self.runtime.stop_reason) is not None:
             return NotRunning(f"{self.fqn} has stopped: {reason}")
         return NodeRestarting(self.fqn, self.incarnation)
@@ -335,7 +335,7 @@ class Incarnation:
     # -- tasks --------------------------------------------------------------------------------------------------------------
 
     def spawn(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
-        """Run `work` in a task that this node owns: its failure is the node's failure, the node's stop cancels it."""
+        """Run `work` in a task that the node owns: its failure is the node's failure, and the node's end cancels it. Raises `Ended`."""
         if self.ended:
             work.close()
             raise self._over()
@@ -345,7 +345,7 @@ class Incarnation:
         return task
 
     def own(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
-        """As `spawn`, for code of the user's: whatever leaves it ends the node, and never the event loop."""
+        """As `spawn`, for user code: an exception of any kind ends the node, and never the event loop."""
         if self.ended:
             work.close()
             raise self._over()
@@ -357,7 +357,7 @@ class Incarnation:
             self.fail(error, task.get_name())
 
     def threadsafe(self, function: Callable[[], object]) -> None:
-        """From any thread: call `function` in the loop; what it raises is this node's failure."""
+        """Call `function` in the event loop, soon; may be called from any thread. What `function` raises is this node's failure."""
 
         def call() -> None:
             try:
@@ -370,11 +370,11 @@ class Incarnation:
     # -- the end ------------------------------------------------------------------------------------------------------------
 
     def request_stop(self, reason: str) -> None:
-        """Have the inbox raise `StopServing` when the present handler has ended."""
+        """End the service in order when the present handler has ended."""
         self.inbox.put_control(StopRequest(reason))
 
     def release(self) -> None:
-        """Give up, at once and without waiting, all that belongs to this incarnation only. Once: then it has `ended`."""
+        """End this incarnation at once, without waiting: close its endpoints, stop its timers, cancel its tasks. Must be called once."""
         self.ended = True
         record = self.record
         record.life = None

@@ -1,4 +1,4 @@
-"""The journal of a system: its log lines and its supervisors' reports, kept and passed on."""
+"""The journal of a system: keeps its log lines and its supervisors' reports, and passes them on."""
 
 from __future__ import annotations
 
@@ -22,10 +22,13 @@ __all__ = ["Journal"]
 
 
 class Journal:
-    """Log lines and reports of one system.
+    """The log lines and reports of one system.
 
-    Invariants: `records` and `reports` hold the newest of each in the order in which they came. A line is in `records` before a sink sees it,
-    and every sink sees it before the next line. An error is shown with its traceback in one line only: the first that tells of it.
+    Invariants:
+
+    - `records` holds the newest 1000 log lines and `reports` the newest 10,000 reports, in the order in which they came.
+    - A line is in `records` before the first sink gets it.
+    - Of the lines about one error only the first shows its traceback, unless there is a line about another error in between.
     """
 
     def __init__(
@@ -37,7 +40,7 @@ class Journal:
         options: RunOptions | None,
     ) -> None:
         self.level = level
-        """Lines below this level are not written, unless a node's log was given another one."""
+        """The least level that is written, unless a node's log has a level of its own."""
         self.records: deque[LogRecord] = deque(maxlen=1000)
         self.reports: deque[Report] = deque(maxlen=10_000)
         self._loop = loop
@@ -49,7 +52,7 @@ class Journal:
         self._last_error: BaseException | None = None
 
     def log(self, node: str, incarnation: int, throttle_clock: NanosecondClock | None = None) -> NodeLog:
-        """The log of one life of a node, with the level that was last set for it."""
+        """A log for one life of a node, with the level that was last set for that node."""
         return NodeLog(
             node,
             incarnation,
@@ -61,20 +64,20 @@ class Journal:
         )
 
     def write(self, record: LogRecord) -> None:
-        """Keep a line and hand it to all sinks. A sink that raises loses it, and the event loop's exception handler is told."""
+        """Keep a line and give it to all sinks. If a sink raises, the event loop's exception handler is called, and the others get it."""
         self.records.append(record)
         for sink in self._observers.sinks:
             try:
                 sink(record)
-            except Exception as error:  # a pipe that broke, a disk that is full: no reason for a robot to fall over
+            except Exception as error:  # a broken pipe or a full disk must not stop a robot
                 message = f"the log sink {getattr(sink, '__qualname__', sink)} failed; the line is lost: {record!r}"
                 self._loop.call_exception_handler({"message": message, "exception": error})
         record.let_go()
 
     def new_error(self, error: BaseException) -> tuple[BaseException | None, int]:
-        """What a log line says of `error`: the error itself, None if the line before told of it, and its number among those of its kind.
+        """The error to show in a log line, None if the last line with an error showed this one, and its number among those of its kind.
 
-        Errors of one type, raised at one place, are of one kind.
+        Errors of one type that were raised at one place are of one kind; they are counted from 1.
         """
         if error is self._last_error:
             return None, 1
@@ -90,15 +93,15 @@ class Journal:
             observer(report)
 
     def write_report(self, report: Report, ended_at: float | None) -> None:
-        """Log a supervisor's report in words. `ended_at`: when the last life of the node that it is about ended, loop time."""
+        """Log a supervisor's report. `ended_at` is the loop time at which the last life of the node in question ended, or None."""
         if report.context == "progress" and report.child.incarnation == 1 and self.level > DEBUG:
-            return  # every node reports this once
+            return  # this is reported for every node; do not even make the fields of a line that is not written
         level, event, fields = log_line(report, ended_at)
         if level < self.level:
             return
         error, times = None, 1
         cause = None if report.reason is None else cause_of(report.reason)
-        if cause is not None and report.context != "shutdown":  # the line before has told of that one
+        if cause is not None and report.context != "shutdown":  # there, the line before has shown the error
             if place := place_of(cause):
                 fields["at"] = place
             error, times = self.new_error(cause)

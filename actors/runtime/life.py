@@ -1,4 +1,9 @@
-"""From birth to end: how one incarnation of a node runs under its supervisor. Read from top to bottom, this is the order of events."""
+"""The life of one incarnation under its supervisor: its making, start phase, service and clean-up, in the order in which they happen.
+
+A start makes the node object, opens its endpoints, so that messages are queued from the first moment on, restores what the last life left,
+and calls `on_start`. Timers and background tasks begin after that. All of it runs in the one task that then serves the inbox. To keep a
+start cheap, it makes only what every node needs: log, random numbers, parameter store and ROS time are made at their first use.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +30,7 @@ __all__ = ["made", "run"]
 
 
 def made(runtime: Runtime, child: Child, fqn: str) -> Node:
-    """A new node object of this child. Raises `DeclarationError` when its factory makes something else, and what the factory raises."""
+    """Make the node object of `child`. Raises `DeclarationError` when the factory makes no node, and what the factory raises."""
     try:
         node = child.factory(*child.args)
         if not isinstance(node, Node):
@@ -38,20 +43,20 @@ def made(runtime: Runtime, child: Child, fqn: str) -> Node:
 
 
 async def run(life: Incarnation, started: Callable[[], None]) -> None:
-    """The whole life. Returns after an orderly end that was asked for; raises `Stop` if the node asked itself, or its error.
+    """Run the whole life; call `started` when the node is ready. Returns after an orderly end that the supervisor asked for.
 
-    `SystemExit` and `KeyboardInterrupt` stop the whole system: the node ends with `ProgramExit`.
+    Raises `Stop` when the node itself asked for its end, and the error when it fails. `SystemExit` and `KeyboardInterrupt` of the node's
+    code stop the whole system; the node then ends with `ProgramExit`.
     """
     try:
         try:
             await _live(life, started)
         except (SystemExit, KeyboardInterrupt) as error:
-            raise _exit(
-                life.runtime, life.fqn, error
-            ) from error  # at once: nobody is to hear that another life follows
+            # Before `release`, so that no caller is answered with `NodeRestarting`.
+            raise _exit(life.runtime, life.fqn, error) from error
         finally:
             killed = bool(life.tasks) and life.runtime.killed(life)
-            if not life.ended:  # else it had been abandoned, and another incarnation may live
+            if not life.ended:  # else it was abandoned and released already, and another incarnation may run
                 life.release()
                 life.runtime.ended(life)
             if killed:
@@ -66,19 +71,23 @@ def _raise_in_words(
     phase: str,
     error: asyncio.CancelledError | ProgramExit | SystemExit | KeyboardInterrupt,
 ) -> NoReturn:
-    """Raise what a supervisor understands: a cancellation of its task stays one, a stray one is an error, and an exit stops the system."""
+    """Raise `error` as the supervisor is to see it.
+
+    A cancellation of the node's task is raised as it is; one that only left the node's code becomes a `RuntimeError`; a request to exit
+    stops the system and becomes a `ProgramExit`.
+    """
     if isinstance(error, asyncio.CancelledError):
         if (stray := stray_cancel(error, f"{fqn} {phase}")) is None:
             raise error
         raise stray from error
     request = _exit(runtime, fqn, error)
-    if runtime.tree.exit_request is None:  # there is no block of `run` that could raise it
+    if runtime.tree.exit_request is None:  # no block of `run` is there to raise it: end the program from here
         raise request.error from None
     raise request from request.error
 
 
 def _exit(runtime: Runtime, fqn: str, error: ProgramExit | SystemExit | KeyboardInterrupt) -> ProgramExit:
-    """Code of this node asks the program to exit: the system stops in order."""
+    """Have the system stop in order, because code of the node `fqn` asks the program to exit."""
     request = error if isinstance(error, ProgramExit) else ProgramExit(fqn, error)
     runtime.tree.exits(request)
     return request
@@ -98,7 +107,7 @@ async def _live(life: Incarnation, started: Callable[[], None]) -> None:
         try:
             await _clean_up(life, Stopped(request.reason))
         except asyncio.CancelledError:
-            if not life.runtime.killed(life):  # `asyncio.run` at its end, for instance; a kill is reported
+            if not life.runtime.killed(life):  # for example `asyncio.run` at its end; a kill is reported anyway
                 life.log.error(
                     "clean-up cut short", after=str(request), because="its task was canceled by somebody else"
                 )
@@ -117,7 +126,7 @@ async def _live(life: Incarnation, started: Callable[[], None]) -> None:
 
 
 async def _start(life: Incarnation) -> None:
-    """The start phase. Calls out of it count as a handler's, so that a call to itself is refused and not waited for."""
+    """Run the start phase. Calls from it count as calls from a handler, so that a call of the node to itself is refused at once."""
     node, record = life.node, life.record
     life.inbox.task = asyncio.current_task()
     life.runtime.starts.begin(life)
@@ -131,11 +140,12 @@ async def _start(life: Incarnation) -> None:
         life.declarations.clean = True
     life.phase = "begin"
     await node.__begin__()
-    if life.identity.overrides and type(node) is not Node:  # a script's node may declare its own at any time
+    if life.identity.overrides and type(node) is not Node:  # a node of a script may declare parameters later
         from actors.parameters.unknown import refuse_unknown
 
         refuse_unknown(life.parameters, type(node).__name__, life.identity.optional)
-    life.runtime.lost(life.fqn, record.sweep(life))
+    if life.incarnation > 1:
+        life.runtime.lost(life.fqn, record.sweep(life))
     if not node.managed:
         start_timers(life)
     for background in life.declarations.backgrounds:
@@ -143,15 +153,15 @@ async def _start(life: Incarnation) -> None:
 
 
 async def _failed(life: Incarnation, error: BaseException) -> None:
-    """An error ends the life: clean up, and raise what it is called by if that is another error."""
+    """Clean up after an error; raise the failure that it means if that is another error."""
     failure = blame(error, f"{life.fqn} {life.phase}")
     child = life.runtime.child_of(life)
     if failure is None or child is None or child.task is not asyncio.current_task():
-        return  # nothing can be awaited any more, or it has been given up
+        return  # the task is being ended and cannot await, or the incarnation was abandoned
     if isinstance(failure, Skip) and life.phase != "running":
         await cancel_tasks(life)
     else:
-        if isinstance(failure, ProgramExit):  # so that those who wait for an answer hear that there is no next life
+        if isinstance(failure, ProgramExit):  # before the clean-up, so that callers are answered with `NotRunning`
             _exit(life.runtime, life.fqn, failure)
         await _clean_up_after(life, Failed(failure))
     if failure is not error:
@@ -159,7 +169,7 @@ async def _failed(life: Incarnation, error: BaseException) -> None:
 
 
 async def _canceled(life: Incarnation, error: asyncio.CancelledError) -> None:
-    """Clean up, unless the cancellation is a kill: a start is broken off, or somebody else ends all tasks of the loop."""
+    """Clean up after a cancellation that is no kill: a start is broken off, or code outside of the framework canceled the task."""
     if life.runtime.killed(life):
         return
     if life.phase != "running" and life.asked is not None:
@@ -170,7 +180,7 @@ async def _canceled(life: Incarnation, error: asyncio.CancelledError) -> None:
 
 
 async def _clean_up(life: Incarnation, reason: ExitReason) -> None:
-    """Goals first, they may still talk; then the node's tasks; then its own last word, if it had its first."""
+    """Clean up: end the goals, which may still communicate, then the tasks, and then call `on_stop` if the start phase had begun."""
     node, record = life.node, life.record
     life.inbox.task = asyncio.current_task()
     life.runtime.cleans_up(life)
@@ -191,12 +201,12 @@ async def _clean_up(life: Incarnation, reason: ExitReason) -> None:
 
 
 async def _clean_up_after(life: Incarnation, reason: ExitReason) -> None:
-    """The same after a failure; nothing that goes wrong now may hide what went wrong first."""
+    """Clean up after a failure. An error of the clean-up is logged, not raised, so that it does not hide the failure."""
     try:
         await _clean_up(life, reason)
     except BaseException as error:
         if blame(error, "clean-up") is None:
-            if isinstance(error, asyncio.CancelledError):  # it will be reported as killed: say what came before
+            if isinstance(error, asyncio.CancelledError):  # the report will only say "killed": log the reason here
                 life.log.error("clean-up cut short", after=str(reason))
             raise
         life.log.exception("clean-up failed", after=str(reason))

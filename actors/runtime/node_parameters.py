@@ -1,4 +1,4 @@
-"""The parameters of one incarnation: its store, what watches it, and what follows when one is set."""
+"""The parameters of one incarnation: making its store, attaching its hooks, and applying changes to clock and timers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["check_store", "make_store"]
 
 
 def make_store(life: Incarnation, *, announce: bool) -> ParameterStore:
-    """The store of what the node's class declares. With `announce` the observers are told of the declared values.
+    """Make the store of the parameters that the node's class declares. With `announce` the observers are told of their values.
 
     Raises `ParameterError` for an override that does not fit its declaration.
     """
@@ -36,7 +36,7 @@ def make_store(life: Incarnation, *, announce: bool) -> ParameterStore:
 
 
 def check_store(life: Incarnation, store: ParameterStore) -> None:
-    """Let the node's hooks and timers have their say about its parameters, and check the overrides. Raises `ParameterError`."""
+    """Attach the node's hooks and the checks of timer rates to the store, then check the overrides. Raises `ParameterError`."""
     declarations = life.declarations
     if declarations.rates:
         guard_rates(store, declarations.rates)

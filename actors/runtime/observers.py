@@ -1,4 +1,4 @@
-"""`Observers`: all who are told of what happens in one system, in one place."""
+"""`Observers`: the callbacks of one system, by the events that they are called for."""
 
 from __future__ import annotations
 
@@ -15,31 +15,32 @@ __all__ = ["Observers"]
 
 
 class Observers:
-    """Callbacks by what they are told of; each list is called in order.
+    """The callbacks of one system, one list for each kind of event. The callbacks of a list are called in its order.
 
-    Invariants: a callback that was added stays until the system is gone. Those of `sinks` may raise, and lose their line then; the others must
-    not. None of them may block.
+    A callback must not block. Those in `sinks` may raise, and then do not get that line; the others must not raise.
+
+    Invariants: a callback is never removed while the system exists.
     """
 
     __slots__ = ("answered", "closed", "ended", "parameters", "ready", "reports", "sinks", "tree_ended")
 
     def __init__(self, sinks: tuple[LogSink, ...]) -> None:
         self.sinks: list[LogSink] = list(sinks)
-        """Every log line, supervisors' reports among them."""
+        """Called with every log line, those of supervisors' reports included."""
         self.reports: list[Callable[[Report], None]] = []
-        """Every report of a supervisor, before it is logged."""
+        """Called with every report of a supervisor, before it is logged."""
         self.parameters: list[Callable[[Incarnation, ParameterChange], None]] = []
-        """Parameters that were declared, set or undeclared. Those declared before the first of these was added are not told of."""
+        """Called when parameters were declared, set or undeclared, but not for those declared before the first of these was added."""
         self.ready: list[Callable[[Incarnation], None]] = []
-        """An incarnation has become ready; nothing that waits for it has been handled yet."""
+        """Called when an incarnation has become ready, before it handles any item of its inbox."""
         self.answered: list[Callable[[Exception], None]] = []
-        """An error left a service handler or an action body, and is the answer to the caller."""
+        """Called with the error that left a service handler or an action body, which is the answer to the caller."""
         self.ended: list[Callable[[Incarnation], None]] = []
-        """An incarnation has ended and given up its endpoints; its tasks may be ending still."""
+        """Called when an incarnation has ended and closed its endpoints; its tasks may still be ending."""
         self.tree_ended: list[Callable[[], None]] = []
-        """The tree has ended, however."""
+        """Called when the tree has ended, for any reason."""
         self.closed: list[Callable[[], None]] = []
-        """The system has ended: the tree, and the nodes beside it."""
+        """Called when the system has ended: the tree, and the nodes beside it."""
 
     def add(
         self,

@@ -17,7 +17,12 @@ __all__ = ["CallsFromThreads", "Offload"]
 
 
 class Offload:
-    """Runs functions in worker processes and threads, as many at once as there are cores; on the virtual clock at once and in place."""
+    """Runs functions in worker processes or threads, at most one at once for each core.
+
+    On the virtual clock the function runs at once, in the event loop's thread, so that a run is deterministic.
+
+    Invariants: `_limiter` bounds all threads of one system, and is made at the first use of a thread.
+    """
 
     __slots__ = ("_clock", "_limiter")
 
@@ -43,9 +48,9 @@ class Offload:
 
 
 class CallsFromThreads:
-    """Has the event loop call functions that other threads hand in, in the order in which they came.
+    """Has the event loop call functions that other threads submit, in the order in which they were submitted.
 
-    Invariant: while `_waiting` is not empty exactly one wake-up of the loop is under way, however many functions wait.
+    Invariants: while `_waiting` is not empty, exactly one wake-up of the loop is under way, for any number of functions.
     """
 
     __slots__ = ("_lock", "_loop", "_waiting")
@@ -56,7 +61,7 @@ class CallsFromThreads:
         self._waiting: list[Callable[[], object]] = []
 
     def submit(self, function: Callable[[], object]) -> None:
-        """From any thread: have the loop call `function`, which must not raise."""
+        """Have the event loop call `function`, which must not raise. May be called from any thread."""
         with self._lock:
             self._waiting.append(function)
             first = len(self._waiting) == 1

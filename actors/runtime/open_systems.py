@@ -1,4 +1,4 @@
-"""Which systems are open in which event loop: how `open_node` finds the one that it joins."""
+"""The open systems of each event loop, in which `open_node` finds the system that it joins."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ S = TypeVar("S")
 class OpenSystems(Generic[S]):
     """The open systems of this process, by event loop.
 
-    Invariant: a system is in the list of its loop exactly from `add` to `remove`; a loop without open systems is not kept alive.
+    Invariants: a system is in the list of its loop exactly from `add` to `remove`; an event loop without open systems is not referenced.
     """
 
     def __init__(self) -> None:
         self._systems: dict[asyncio.AbstractEventLoop, list[S]] = {}
 
     def add(self, loop: asyncio.AbstractEventLoop, system: S) -> bool:
-        """The system is open now. False when it was already."""
+        """Add an open system. Returns False if it was open already."""
         here = self._systems.setdefault(loop, [])
         if system in here:
             return False
@@ -28,7 +28,7 @@ class OpenSystems(Generic[S]):
         return True
 
     def remove(self, loop: asyncio.AbstractEventLoop, system: S) -> None:
-        """The system has ended."""
+        """Remove a system that has ended."""
         here = self._systems[loop]
         here.remove(system)
         if not here:

@@ -1,8 +1,8 @@
-"""What one run says of its nodes besides what the tree says: parameters, remapping, log levels; and who a node is by both.
+"""The options of one run, which add to the tree: parameters, remapping rules and log levels; and the identity of a node under both.
 
-The sources are those of ROS 2. Of parameters the later one counts: the default, the arguments of the program (`argv`), those of one node
-(`Child(parameters=)`), what the program itself says at the start (`run(parameters=)`). Of remapping rules the first that matches counts, and
-those of one node (`Child(remap=)`) come before those of the program.
+The sources are those of ROS 2. For a parameter the last source that sets it counts, in this order: the default, the arguments of the
+program (`argv`), the declaration of the node (`Child(parameters=)`), the start of the run (`run(parameters=)`). For remapping the first
+rule that matches counts; the rules of one node (`Child(remap=)`) come before those of the program.
 """
 
 from __future__ import annotations
@@ -23,35 +23,35 @@ __all__ = ["RunOptions", "identity_of"]
 
 
 class RunOptions(NamedTuple):
-    """What holds for all nodes of a run. A value; `actors.running.options` reads and checks it."""
+    """The options that apply to all nodes of a run. A value; `actors.running.options` makes and checks it."""
 
     arguments: ParameterOverrides
     """The parameters of the command line."""
     parameters: ParameterOverrides
-    """Those that the program says itself."""
+    """The parameters that the program gives to `run`."""
     rules: tuple[Rule, ...]
     """The remapping rules of the command line."""
     levels: LevelTree
     stdout_logs: bool
     argv: tuple[str, ...]
-    """What is left of the command line for the program itself."""
+    """The arguments of the command line that are not for ROS."""
 
     def overrides(self, fqn: str, own: Mapping[str, Any]) -> dict[str, Any]:
-        """What the node with this full name, whose declaration has its `own` parameters, starts with."""
+        """The parameters with which the node `fqn` starts. `own` are those of its declaration."""
         return {**self.arguments.for_node(fqn), **own, **self.parameters.for_node(fqn)}
 
     def optional(self, fqn: str, own: Mapping[str, Any]) -> frozenset[str]:
-        """The names among them that only patterns such as ``/**`` set: a node that has no such parameter goes without."""
+        """The names in `overrides` that only patterns such as ``/**`` set. They do not apply to a node without such a parameter."""
         by_name = own.keys() | self.arguments.named(fqn) | self.parameters.named(fqn)
         return frozenset(self.overrides(fqn, own).keys() - by_name)
 
     def level(self, fqn: str) -> int:
-        """The least level that the log of this node writes."""
+        """The least level that the log of the node `fqn` writes."""
         return self.levels.effective(logger_name(fqn))
 
 
 def identity_of(child: Child, path: tuple[str, ...], options: RunOptions | None = None) -> Identity:
-    """Who the node of `child` is at this place of the tree, in a run with these options. Raises `InvalidName`."""
+    """The identity of the node of `child` at `path` in the tree, in a run with these options. Raises `InvalidName`."""
     remapping = _remapping(child, () if options is None else options.rules)
     name, namespace = child.name, normalize_namespace(child.namespace or "")
     validate_node_name(name)
@@ -66,6 +66,6 @@ def identity_of(child: Child, path: tuple[str, ...], options: RunOptions | None 
 def _remapping(child: Child, rules: tuple[Rule, ...]) -> Remapping | None:
     if not child.remap and not rules:
         return None
-    from actors.names.remapping import Remapping, Rule  # late: few trees remap
+    from actors.names.remapping import Remapping, Rule  # imported here because few trees remap
 
     return Remapping([Rule.parse(f"{old}:={new}") for old, new in child.remap.items()], rules)

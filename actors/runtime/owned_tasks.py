@@ -1,4 +1,4 @@
-"""The tasks that a node owns: how the user's code is contained in one, and how they end."""
+"""The tasks that a node owns: running user code in one of them, and ending them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["cancel_tasks", "spawn_contained", "tasks_ended"]
 
 
 def spawn_contained(life: Incarnation, work: Coroutine[Any, Any, None], name: str) -> asyncio.Task[None]:
-    """Spawn code of the user's: what leaves it is blamed on it, and `SystemExit` never reaches the event loop."""
+    """Run user code in a task of this incarnation. Its exception is reported as its failure, and `SystemExit` never reaches the loop."""
     name = name or getattr(work, "__qualname__", str(work))
 
     async def contained() -> None:
@@ -29,14 +29,14 @@ def spawn_contained(life: Incarnation, work: Coroutine[Any, Any, None], name: st
                 raise
             raise failure from error
 
-    contained.__qualname__ = getattr(work, "__qualname__", name)  # reports name the user's code
+    contained.__qualname__ = getattr(work, "__qualname__", name)  # so that reports name the user's code
     task = life.spawn(contained(), name=name)
-    task.add_done_callback(lambda _: work.close())  # it may have been canceled before its first step
+    task.add_done_callback(lambda _: work.close())  # for a task that was canceled before its first step
     return task
 
 
 async def cancel_tasks(life: Incarnation) -> None:
-    """Cancel what this node runs, newest first, and wait until it has ended."""
+    """Cancel the node's tasks, the newest first, and wait until each has ended. The caller's own task is left out."""
     current = asyncio.current_task()
     while tasks := [task for task in reversed(life.tasks) if task is not current]:
         for task in tasks:
@@ -45,7 +45,10 @@ async def cancel_tasks(life: Incarnation) -> None:
 
 
 async def tasks_ended(life: Incarnation) -> None:
-    """Wait until what was canceled has ended; the supervisor's patience is the limit of it. What does not end is named."""
+    """Wait until the canceled tasks of a killed node have ended; those that are left after half of `GRACE` are logged once.
+
+    There is no timeout here: the supervisor abandons the node after `GRACE` seconds.
+    """
     patience: float | None = GRACE / 2
     while in_task() and life.tasks:
         try:

@@ -1,8 +1,8 @@
-"""What a program on the real clock imports before anything ticks.
+"""The modules that a program on the real clock imports before its tree starts.
 
-`import actors` is light: numpy, structlog and what few programs need are imported at their first use. For a node that ticks a hundred times a
-second that first use would be a stall of 150 ms, so a system on the real clock imports them before its tree starts. What stays lazy takes
-less than 5 ms, or is used only before a tree starts or after it has ended.
+`import actors` is light: numpy, structlog and the parts that few programs need are imported at their first use. In a node that ticks a
+hundred times a second, that first use would block the event loop for about 150 ms, so a system on the real clock imports them before its
+tree starts. An import that stays lazy takes less than 5 ms, or happens only before the start or after the end of a tree.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ _MODULES: Final = (
 
 
 def preload(*, structlog: bool = True) -> None:
-    """Import it; `structlog` only if lines go to it. The second time costs next to nothing."""
+    """Import these modules, and structlog if `structlog`. Calling it again costs next to nothing."""
     for name in _MODULES:
         import_module(name)
-    with suppress(ModuleNotFoundError):  # where anyio keeps it is its own business
+    with suppress(ModuleNotFoundError):  # a private module of anyio, which may move
         import_module("anyio._backends._asyncio")
     if structlog:
         import_module("structlog")

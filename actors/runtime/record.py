@@ -1,4 +1,4 @@
-"""`NodeRecord`: one node over all its lives: its identity, the messages that wait for it, and its counts."""
+"""`NodeRecord`: one node over all its lives, with its identity, the messages that wait for it, and its counts."""
 
 from __future__ import annotations
 
@@ -22,38 +22,38 @@ if TYPE_CHECKING:
 __all__ = ["BESIDE", "KEPT_RESTARTS", "Books", "NodeRecord"]
 
 KEPT_RESTARTS: Final = 100
-"""How many restarts of one node are kept, with time and reason."""
+"""How many restarts of one node are kept with their time and reason."""
 
 BESIDE: Final = "guests"
 """The first part of the path of every node beside the tree."""
 
 
 class Books(Protocol):
-    """Where the states of all nodes are stored: with those that start and stop them."""
+    """The source of the states of all nodes, which the supervisors keep."""
 
     def state_of(self, path: tuple[str, ...], /) -> ChildState: ...
 
 
 class GraphEntry(Protocol):
-    """A name in the graph, as far as a node's end matters to it."""
+    """A topic, service or action in the graph, as `NodeRecord.forget` uses it."""
 
     def forget(self, node: str) -> None:
-        """`node` will not come back."""
+        """Remove all that is kept for `node`, which will not come back."""
         ...
 
 
 class NodeRecord:
-    """One node, by its place in the tree, over all its lives: what outlives a life, and what reports and tools ask for.
+    """One node, by its place in the tree, over all its lives: the state that outlives a life, and the figures for reports and tools.
 
     It has no public constructor: `System.nodes` holds them.
 
     Invariants:
 
-    - `life` is the one incarnation that works from this record, or None. It is set when an incarnation is made and cleared when that one is
+    - `life` is the one incarnation that uses this record, or None. It is set when an incarnation is made and cleared when that one is
       released, so two incarnations never hold endpoints or take messages under one name.
-    - `incarnation` counts the lives and never falls. `life.incarnation` equals it.
-    - `state` is not stored here: it is what the books of the node's supervisor say.
-    - Between two lives the subscriptions and servers stay here with their messages; nobody runs them. After `close` there are none.
+    - `incarnation` counts the lives and never falls; `life.incarnation` equals it.
+    - `state` is not stored here: the node's supervisor keeps it.
+    - Between two lives the subscriptions, with their messages, and the servers stay here, and no handler runs. After `close` it has none.
     """
 
     __slots__ = (
@@ -82,48 +82,48 @@ class NodeRecord:
         self.identity = identity
         self.inbox = inbox
         self.incarnation = 0
-        """How many lives have begun; the number of the present or last one."""
+        """The number of the present or last life, from 1; 0 before the first."""
         self.life: Incarnation | None = None
         self.node_class: type | None = None
         """The class of the last node object that became ready."""
         self.restarts: list[tuple[float, str]] = []
-        """(seconds on the system's clock, why) of the newest ends that a restart follows or followed, at most `KEPT_RESTARTS`."""
+        """The newest `KEPT_RESTARTS` ends that led to a restart: (seconds on the system's clock, reason)."""
         self.restart_count = 0
-        """How many there were in all."""
+        """How many ends led to a restart, in all."""
         self.ended_at: float | None = None
         """When its last life ended, seconds on the event loop's clock; None before."""
         self.asked_state: str | None = None
-        """The primary state that was last asked of a lifecycle node."""
+        """The primary state that was last requested of a lifecycle node; None before the first request."""
         self.saved: Any = None
-        """What the node left for its next incarnation."""
+        """The state that the node left for its next incarnation by `checkpoint` or `handover`; None without any."""
         self.timers: dict[str, TimerRecord] = {}
         self.subscriptions: list[HandlerSubscription[Any]] = []
         self.services: dict[str, Server] = {}
         self.actions: dict[str, ActionServer] = {}
         self.used: set[GraphEntry] | None = None
-        """What ended endpoints of this node used, as far as it is known: see `forget`."""
+        """The graph entries that endpoints of this node used and left; see `forget`. None instead of an empty set."""
 
     def __repr__(self) -> str:
         return f"<record of {self.identity.fqn}, {self.state}, incarnation {self.incarnation}>"
 
     @property
     def path(self) -> tuple[str, ...]:
-        """Where the node stands in the tree, from the root to it."""
+        """The path of the node in the tree, from the root to the node."""
         return self.identity.path
 
     @property
     def state(self) -> ChildState:
-        """starting, running, stopping (its end was asked for, or it cleans up), restarting or stopped (for good)."""
+        """ "starting", "running", "stopping" (its end was asked for, or it cleans up), "restarting", or "stopped" for good."""
         return self._books.state_of(self.identity.path)
 
     @property
     def supervised(self) -> bool:
-        """Whether it is a node of the tree, and not one beside it."""
+        """Whether the node belongs to the tree; False for a node beside it."""
         return self.identity.path[0] != BESIDE
 
     @property
     def running(self) -> Incarnation | None:
-        """The present incarnation once it has become ready, until it has ended; else None."""
+        """The present incarnation from the moment it is ready until it has ended; else None."""
         life = self.life
         return life if life is not None and life.phase == "running" else None
 
@@ -135,17 +135,17 @@ class NodeRecord:
 
     @property
     def load(self) -> Load:
-        """How busy the node is: handler times, and how long what comes waits for its turn."""
+        """The measured load of the node: times of its handlers, and waiting times in its inbox."""
         return self.inbox.load
 
     def note_restart(self, at: float, why: str) -> None:
-        """The node has ended, and a restart follows."""
+        """Count an end that leads to a restart. `at` is in seconds on the system's clock."""
         self.restart_count += 1
         self.restarts.append((at, why))
         del self.restarts[:-KEPT_RESTARTS]
 
     def note(self, entries: Iterable[GraphEntry]) -> None:
-        """Remember what endpoints used that are about to end."""
+        """Remember the graph entries of endpoints that are about to end, for `forget`."""
         if self.used is None:
             self.used = set()
         self.used.update(entries)
@@ -153,7 +153,7 @@ class NodeRecord:
     # -- between two lives --------------------------------------------------------------------------------------------------
 
     def park(self, error: Callable[[], Exception]) -> None:
-        """The incarnation has ended: fail those who wait for an answer, keep the messages, and let callers know."""
+        """Suspend the endpoints after the end of an incarnation: waiting callers get `error()`, messages of subscriptions are kept."""
         for subscription in self.subscriptions:
             if isinstance(subscription, ConcurrentSubscription):
                 subscription.pause()
@@ -166,15 +166,13 @@ class NodeRecord:
         inbox.leave()
 
     def work_on(self) -> None:
-        """A handler failed and the node goes on: what waits behind it is not to wait for the next message."""
+        """Let concurrent subscriptions go on with their waiting messages, after an error that did not end the node."""
         for subscription in self.subscriptions:
             if isinstance(subscription, ConcurrentSubscription):
                 subscription.work()
 
     def sweep(self, life: Incarnation) -> int:
-        """Close what the last incarnation took and served and this one, `life`, does not. Returns how many messages that has cost."""
-        if self.incarnation == 1:
-            return 0
+        """Close the subscriptions and servers of the last incarnation that `life` has not opened. Returns how many messages were lost."""
         gone = [each for each in self.subscriptions if each.node is not life]
         lost = sum(len(each.messages) for each in gone)
         for subscription in gone:
@@ -191,24 +189,26 @@ class NodeRecord:
         return lost
 
     def close(self) -> int:
-        """There will be no next life: leave the graph. Returns how many messages waited for one."""
-        dead_letters = sum(len(each.messages) for each in self.subscriptions)
-        servers = self._servers()
-        self.note(each.entry for each in self.subscriptions)
-        self.note(server.entry for server in servers)
-        for subscription in self.subscriptions:
-            subscription.close()
-        self.subscriptions.clear()
-        for server in servers:
-            if server.entry.server is None:
-                server.entry.close(self.identity.fqn)
-        self.services.clear()
-        self.actions.clear()
+        """Close all endpoints, because there will be no next life. Returns how many messages waited for one."""
+        dead_letters = 0
+        if self.subscriptions:
+            dead_letters = sum(len(each.messages) for each in self.subscriptions)
+            self.note(each.entry for each in self.subscriptions)
+            for subscription in self.subscriptions:
+                subscription.close()
+            self.subscriptions.clear()
+        if servers := self._servers():
+            self.note(server.entry for server in servers)
+            for server in servers:
+                if server.entry.server is None:
+                    server.entry.close(self.identity.fqn)
+            self.services.clear()
+            self.actions.clear()
         self.inbox.clear(keep=lambda item: False)
         return dead_letters
 
     def forget(self) -> None:
-        """Nobody will ask for this node again: after `close`, take out of the graph what was there because of it."""
+        """Remove from the graph what was kept there for this node. To be called after `close`, when nothing will ask for the node again."""
         for entry in self.used or ():
             entry.forget(self.identity.fqn)
 

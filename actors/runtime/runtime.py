@@ -1,4 +1,4 @@
-"""`Runtime`: what nodes and supervisors use of the system that they are in."""
+"""`Runtime`: the parts of a system that its nodes and supervisors use."""
 
 from __future__ import annotations
 
@@ -38,13 +38,16 @@ __all__ = ["Runtime"]
 
 
 class Runtime:
-    """Everything of one system that its nodes share. For the supervisors it is the `supervision.seam.Runtime`.
+    """The parts of one system that all its nodes share: clock, graph, logs, random numbers and tree. It is a `supervision.seam.Runtime`.
 
-    `options` are what this run says of its nodes besides the tree. `make_graph` and `incarnations` make the graph and the lives of nodes: a
-    simulation has a graph that loses messages, and lives that end on demand.
+    `options` are those of the run. `make_graph` and `incarnations` make the graph and the lives of nodes; a simulation passes a graph that
+    loses messages, and lives that end on demand.
 
-    Invariants: it belongs to the event loop and the thread that made it. What it hands out depends on `seed` and the keys asked for only, and
-    never on the order of events. After `close` nothing of it is used any more but what reports read.
+    Invariants:
+
+    - It belongs to the event loop and the thread in which it was made.
+    - The numbers of `random` depend on `seed` and the key only; the ids of `new_id` on `seed` and the number of ids before.
+    - `close` is called once, after the tree and the nodes beside it have ended.
     """
 
     def __init__(
@@ -81,20 +84,20 @@ class Runtime:
         self.directory = Directory(self.tree, loop, options)
         self.starts = StartWatch(loop, virtual=self.clock.virtual)
         self.stalls: StallWatch | None = None
-        """Finds out who blocks the loop: on the real clock only, while the system is open."""
+        """Finds the handlers that block the event loop; None on the virtual clock, and while the system is not open."""
         self.dead_letters = 0
-        """Messages that waited for a node's next life, which never came, or for a handler that it no longer has."""
+        """How many messages were lost because they waited for a life that never came, or for a handler that the next life lacks."""
         self._incarnations = incarnations
 
     def open(self) -> None:
-        """Begin to watch the loop; before the first node starts."""
+        """On the real clock, import what is used later and begin to watch the event loop. To be called before the first node starts."""
         if not self.clock.virtual:
             preload(structlog=structlog_sink in self.observers.sinks)
             self.stalls = StallWatch(self)
             self.stalls.start()
 
     def close(self) -> None:
-        """The tree and the nodes beside it have ended."""
+        """Close all records and stop watching, after the tree and the nodes beside it have ended."""
         for record in self.directory.records.values():
             self._dismiss(record)
         self.deadlines.close()
@@ -113,13 +116,13 @@ class Runtime:
     # -- what supervisors call ----------------------------------------------------------------------------------------------
 
     def life(self, child: Child, path: tuple[str, ...], incarnation: int, /) -> Incarnation:
-        """A new life of `child`; the inbox and the waiting messages of the last one are handed over."""
+        """Make a new life of `child`, which takes over inbox and waiting messages of the last one. Raises what `incarnate` raises."""
         return self.incarnate(child, self.enter(child, path))
 
     def gone(self, path: tuple[str, ...], kept: bool, /) -> None:
-        """A node, or all nodes below a supervisor, have ended for good: they leave the graph, and calls to them fail at once.
+        """Close the records of a node, or of all nodes below a supervisor, that have ended for good: calls to them fail at once.
 
-        Of those that their supervisor has not `kept`, either, nothing is left but reports.
+        Unless `kept`, the records are removed, too.
         """
         for record in self.directory.below(path):
             self._dismiss(record)
@@ -127,7 +130,7 @@ class Runtime:
                 self.directory.remove(record)
 
     def report(self, report: Report, /) -> None:
-        """Take notice of a supervisor's event: kept, told to the observers, and logged in words."""
+        """Keep a supervisor's report, tell the observers, and log it."""
         record = self.directory.records.get(report.child.path)
         self.journal.keep(report)
         if report.context == "child_terminated" and record is not None:
@@ -137,28 +140,28 @@ class Runtime:
     # -- the lives of nodes -------------------------------------------------------------------------------------------------
 
     def enter(self, child: Child, path: tuple[str, ...]) -> NodeRecord:
-        """The record of the child at `path`. Raises `DeclarationError` when it cannot run there."""
+        """The record for a life of the child at `path`. Raises what `Directory.enter` raises."""
         return self.directory.enter(child, path, self.stalls)
 
     def incarnate(self, child: Child, record: NodeRecord) -> Incarnation:
-        """Make the node object of `child`, and its incarnation, which has not begun to run. Raises what the child's factory raises."""
+        """Make the node object of `child` and its incarnation, which does not run yet. Raises what the child's factory raises."""
         return self._incarnations(self, record, made(self, child, record.identity.fqn))
 
     def ready(self, life: Incarnation) -> None:
-        """An incarnation is ready."""
+        """Note that an incarnation is ready, and tell the observers."""
         self.starts.end(life)
-        if not life.ended:  # else it had been given up, and its place may have been taken
+        if not life.ended:  # else it was abandoned, and another one may run in its place
             life.record.node_class = type(life.node)
             for observer in self.observers.ready:
                 observer(life)
 
     def cleans_up(self, life: Incarnation) -> None:
-        """An incarnation begins its clean-up; if nobody has asked for its end, its time for that is limited from now on."""
+        """Limit the time of a clean-up that begins now, if the end was not asked for: else it has a limit already."""
         if life.asked is None and (child := self.child_of(life)) is not None:
             child.bound()
 
     def ended(self, life: Incarnation) -> None:
-        """An incarnation is over. The supervisor will say whether another one follows, unless everything ends."""
+        """Note that an incarnation has ended, and tell the observers. If the system stops, close its record as well."""
         self.starts.end(life)
         record = life.record
         record.ended_at = self.loop.time()
@@ -168,22 +171,22 @@ class Runtime:
             observer(life)
 
     def child_of(self, life: Incarnation) -> ChildTask | None:
-        """An incarnation as its supervisor has it; None when it has been given up, and its place may have been taken."""
+        """The supervisor's task of an incarnation; None if it was abandoned, since another one may run in its place."""
         return None if life.ended else self.tree.child_at(life.identity.path)
 
     def killed(self, life: Incarnation) -> bool:
-        """Whether no time is left for a clean-up."""
+        """Whether an incarnation was killed or abandoned, and so has no time for a clean-up."""
         child = self.child_of(life)
         return child is None or child.killed is not None
 
     def lost(self, node: str, messages: int) -> None:
-        """So many messages waited for a life or a handler of a node that there will not be: counted, and said unless everything ends."""
+        """Count messages that waited for a life or a handler that will not come, and log them unless the system stops."""
         self.dead_letters += messages
         if messages and self.stop_reason is None:
             self.log.info("dead letters", node_name=node, messages=messages)
 
     def _dismiss(self, record: NodeRecord) -> None:
-        if record.life is not None:  # it refused to die; what it holds is taken from it
+        if record.life is not None:  # it refused a kill and was abandoned: take its endpoints from it
             record.life.release()
         self.lost(record.identity.fqn, record.close())
         self.directory.release_name(record)
@@ -191,11 +194,11 @@ class Runtime:
     # -- what nodes use -----------------------------------------------------------------------------------------------------
 
     def random(self, key: str) -> Random:
-        """Random numbers for `key`: the same for the same seed, whatever else the run does."""
+        """A generator of random numbers for `key`, which depends on the system's seed and `key` only."""
         return Random(f"{self.seed}/{key}")
 
     def new_id(self) -> bytes:
-        """A fresh 16-byte id in the form of a random UUID, from the system's seed."""
+        """A new id of 16 bytes in the form of a random UUID, drawn from the system's seeded generator."""
         raw = bytearray(self._ids.randbytes(16))
         raw[6] = raw[6] & 0x0F | 0x40
         raw[8] = raw[8] & 0x3F | 0x80

@@ -1,19 +1,19 @@
-"""Simulated time: a node whose parameter `use_sim_time` is true lives on the time that somebody publishes on `/clock`.
+"""Simulated time: a node whose parameter `use_sim_time` is true follows the time that is published on `/clock`.
 
-It may be given at the node's start or set at run time, as in ROS 2. From then on `self.clock` shows the time of the newest message, 0 before
-the first one; stamps, `self.clock.sleep()`, `sleep_until()` and `@every` follow it; when no message comes, time stands still. Each
-node has its own clock. Timeouts of calls, goals and streams, QoS deadlines, lifespans and leases stay on the event loop's clock, so that
-nobody waits for ever because a simulation is paused; so do log lines and the rates of timers in reports.
+The parameter may be given at the node's start or set at run time, as in ROS 2. From then on `self.clock` shows the time of the newest
+message, 0 before the first one, and stands still when no message comes. Stamps, `self.clock.sleep()`, `sleep_until()` and `@every` follow
+it. Each node has its own clock. Timeouts of calls, goals and streams, QoS deadlines, lifespans and leases stay on the event loop's clock,
+so that a paused simulation makes nothing wait for ever; so do the times of log lines and the rates of timers in reports.
 
 When time jumps, or its source changes:
 
-* forward over several ticks of a timer: they are due together, and its late policy says what happens to them;
-* back before a timer's last tick: its next one is due one period from the new now. A shorter step back moves no tick;
-* `use_sim_time` switched: a timer waits for the rest of its period on the other clock;
-* a sleep ends when its instant is reached, however often time jumps before, and is True; if simulated time is switched off meanwhile, or
-  the node ends, it ends at once and is False. A sleep that began on the system's clock ends on it.
+* A jump forward over several ticks of a timer makes them all due; the timer's late policy decides what happens to them.
+* After a jump back to before a timer's last tick the next tick is due one period after the new time. A shorter jump back moves no tick.
+* When `use_sim_time` is switched, a timer waits for the rest of its period on the other clock.
+* A sleep ends when its instant is reached, and returns True. If simulated time is switched off meanwhile, or the node ends, it ends at once
+  and returns False. A sleep that began on the system's clock ends on that clock.
 
-`Node.on_jump` tells of jumps. Nodes that do not use simulated time pay nothing for all this.
+`Node.on_jump` registers callbacks for jumps. Nodes that do not use simulated time do not pay for it.
 """
 
 from __future__ import annotations
@@ -47,10 +47,13 @@ CLOCK: Final = Topic(ClockMessage, "/clock", qos.CLOCK)
 
 
 class SimClock(Clock):
-    """The clock of a node that uses simulated time, or has used it: `/clock`'s while that is switched on, else the system's.
+    """The clock of a node that uses or has used simulated time: it shows the time of `/clock` while that is switched on, else the system's.
 
     Under simulated time `now()` and `wall()` are the same seconds, as precise as a float; `now_ns()`, `wall_ns()` and `stamp()` are exact.
-    It stands still and jumps, also back, as the messages say.
+    The time stands still and jumps, also back, with the messages on `/clock`.
+
+    Invariants: `_sleepers` holds the futures of the sleeps that have not ended, each with its instant in nanoseconds of simulated time.
+    After `close` no sleep on simulated time waits.
     """
 
     __slots__ = ("_closed", "_ros", "_sleepers", "_system")
@@ -83,11 +86,11 @@ class SimClock(Clock):
         return round(now * 1e9) if self._ros.active else self._system.wall_ns_at(now)
 
     def shift_wall(self, seconds: float) -> None:
-        """Set the system's time of day forth or back. Simulated time is set by `/clock` only."""
+        """Move the system's time of day by `seconds`. Simulated time is set by `/clock` only."""
         self._system.shift_wall(seconds)
 
     def loop_time(self, now: float) -> float:
-        """As `Clock.loop_time`. Raises RuntimeError under simulated time, which has no relation to the loop's."""
+        """As `Clock.loop_time`. Raises `RuntimeError` under simulated time, which cannot be converted to loop time."""
         if self._ros.active:
             raise RuntimeError(f"nobody knows when {self!r} will show {now} s: await sleep_until() instead")
         return self._system.loop_time(now)
@@ -129,19 +132,19 @@ class SimClock(Clock):
             self._sleepers.pop(future, None)
 
     def wake(self) -> None:
-        """Time has been set: end the sleeps whose instant is reached, the earliest first."""
+        """End the sleeps whose instant is reached, the earliest first. To be called when time has been set."""
         now = self._ros.now_ns()
         due = [(instant, future) for future, instant in self._sleepers.items() if instant <= now]
         for _, future in sorted(due, key=lambda sleeper: sleeper[0]):
             wake(future, True)
 
     def wake_all(self) -> None:
-        """Simulated time has been switched off: end all sleeps with False."""
+        """End all sleeps with False. To be called when simulated time has been switched off."""
         for future in self._sleepers:
             wake(future, False)
 
     def close(self) -> None:
-        """The node has ended, and with it its time: whoever still sleeps on it, or begins to, does not wait for ever."""
+        """End all sleeps, and from now on every new one, with False, because the node has ended."""
         self._closed = True
         self.wake_all()
 
@@ -151,11 +154,11 @@ def _nanoseconds(seconds: float) -> int:
 
 
 _FAR: Final = 1e10
-"""Seconds beyond all times that a `/clock` message can hold."""
+"""A time, in seconds, later than any that a `/clock` message can hold."""
 
 
 class _ClockSubscription(StreamSubscription[ClockMessage]):
-    """A subscription that keeps nothing: time is set the moment it is published, not when the node has its turn."""
+    """A subscription without a queue: time is set at the moment of publication, not when the node has its turn."""
 
     __slots__ = ("_step",)
 
@@ -179,7 +182,11 @@ class _ClockSubscription(StreamSubscription[ClockMessage]):
 
 
 class SimTime:
-    """ROS time for one incarnation of a node, from its first use to the incarnation's end."""
+    """The ROS time of one incarnation, from its first use to the end of the incarnation.
+
+    Invariants: until the incarnation ends, `_subscription` is set and `ros.active` is true exactly while simulated time is switched on;
+    every timer of the incarnation ticks by `ticker` then, and by the system's ticker otherwise.
+    """
 
     __slots__ = ("_life", "_subscription", "_warned", "clock", "ros", "ticker")
 
@@ -196,7 +203,7 @@ class SimTime:
         return f"<ROS time of {self._life.fqn}: {self.ros!r}>"
 
     def use(self, simulated: bool) -> None:
-        """Switch simulated time on or off: what setting `use_sim_time` does. No change if it is so already, or the node has ended."""
+        """Switch simulated time on or off, as setting `use_sim_time` does. Nothing happens if it is so already, or the node has ended."""
         if simulated is not self.ros.active and not self._life.ended:
             if simulated:
                 self._on()
@@ -209,7 +216,7 @@ class SimTime:
         pre: Callable[[], object] | None,
         post: Callable[[TimeJump], object] | None,
     ) -> JumpHandle:
-        """As `RosClock.on_jump`; what a callback raises is its node's failure, not the one's who publishes the time."""
+        """As `RosClock.on_jump`, but the exception of a callback is this node's failure, not an error of the publisher of the time."""
 
         def guarded(callback: Callable[..., object] | None, *arguments: TimeJump) -> None:
             try:
@@ -221,7 +228,7 @@ class SimTime:
         return self.ros.on_jump(threshold, pre=lambda: guarded(pre), post=lambda jump: guarded(post, jump))
 
     def begin(self, timer: NodeTimer) -> None:
-        """Let a timer of the node tick from now on."""
+        """Let a timer of the node tick from now on, on the clock that is in use."""
         if self.ros.active:
             timer.time = self.clock.now
             timer.begin(self.ticker)
@@ -251,7 +258,7 @@ class SimTime:
             self._give_back(timer)
 
     def _taken(self, timer: NodeTimer) -> SimTick:
-        """Take a timer from the loop's clock. ROS time is still the system's: the switch comes next, and keeps the rest of the period."""
+        """Move a timer from the loop's clock to simulated time. Must be called before the switch, which keeps the rest of the period."""
         loop, handle = self._life.runtime.loop, timer.handle
         assert isinstance(handle, TickHandle)
         last = self.ros.now_ns() - round((loop.time() - (handle.start + handle.k / handle.hz)) * 1e9)
@@ -259,13 +266,13 @@ class SimTime:
         return self.ticker.add(timer.hz, timer.on_tick, last / 1e9, handle.k)
 
     def _give_back(self, timer: NodeTimer) -> None:
-        """Let a timer tick on the loop's clock again."""
+        """Move a timer back to the loop's clock; it waits for the rest of its period."""
         runtime, tick = self._life.runtime, timer.handle
         assert isinstance(tick, SimTick)
         wait = max(0, tick.wait(self.ros.now_ns()))
         tick.cancel()
         handle = runtime.ticker.add(timer.hz, timer.on_tick, runtime.loop.time() + wait / 1e9 - 1.0 / timer.hz)
-        handle.start -= tick.k / timer.hz  # its ticks are counted on
+        handle.start -= tick.k / timer.hz  # the numbers of its ticks go on
         handle.k = tick.k
         timer.move(handle, timer.loop_time)
 

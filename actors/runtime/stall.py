@@ -1,14 +1,15 @@
-"""Who blocks the event loop: the handler, how long, on which line, and which timer had to wait for it.
+"""Finding handlers that block the event loop: which handler, for how long, on which line, and which timer was late because of it.
 
-A handler that computes, sleeps or reads without an `await` holds up every node of its process. There are two ways to find it:
+A handler that computes, sleeps or reads without an `await` delays every node of its process. There are two ways to find it:
 
-- A thread looks five times a second: if the loop does not turn for half a second while a task runs, it notes which node's handler that is
-  and on which line. When the loop turns again, that is one warning in the log.
-- A shorter block is told when it has harmed somebody: a timer of any node that is late by a period or more says so. The one to blame ran
-  without an await for at least that period (and 10 ms): either its time has just been measured, which is done for the first items of every node
-  and for some of the others, or the thread has seen it. For five seconds after a delay that nobody accounts for, the thread looks closely.
+- A thread checks the loop five times a second. If the loop does not turn for half a second while a task runs, the thread notes the node,
+  the handler and the line. When the loop turns again, one warning is logged.
+- A shorter block is reported if it has delayed a timer of any node by a period or more. The handler to report is one that ran without an
+  await for at least that period (and 10 ms). Either its time has just been measured, which is done for the first items of every node and
+  for some of the later ones, or the thread has seen it. If a delay has no known cause, the thread checks every 5 ms for five seconds.
 
-Each handler is told once. A handler that awaits blocks nobody, however long it takes. On the virtual clock handlers take no time.
+Each handler is reported once. A handler that awaits does not block, however long it takes. On the virtual clock handlers take no time, so
+nothing is watched there.
 """
 
 from __future__ import annotations
@@ -30,14 +31,15 @@ if TYPE_CHECKING:
 __all__ = ["CLOSE_FOR", "CLOSE_POLL", "CLOSE_REST", "POLL_SECONDS", "StallWatch"]
 
 POLL_SECONDS = 0.2
+"""Time between two checks of the thread, seconds."""
 CLOSE_POLL = 0.005
-"""How often the thread looks when it looks closely, seconds: each look costs the loop a wake-up."""
+"""Time between two checks while the thread checks closely, seconds. Each check wakes the event loop once."""
 CLOSE_FOR, CLOSE_REST = 5.0, 25.0
-"""For how long it does so, and how long it does not afterwards."""
+"""How long the thread checks closely, and how long it does not do so again afterwards, seconds."""
 
 
 class _Block(NamedTuple):
-    """A step of a task during which the loop did not turn; times on the monotonic clock."""
+    """A step of a task during which the event loop did not turn; times are seconds on the monotonic clock."""
 
     node: str
     incarnation: int
@@ -48,36 +50,43 @@ class _Block(NamedTuple):
 
 
 class StallWatch:
-    """Watches the loop of one system that runs on the real clock. It costs the loop one empty callback per look, and only while it works."""
+    """Watches the event loop of one system on the real clock. A check costs the loop one empty callback, and only while a task runs.
+
+    Invariants:
+
+    - While `_asked` is true, one call of `turned` is on its way to the loop.
+    - The thread sets `caught`, and only while it is None; the loop takes it in `turned`.
+    - `_harm` and `_telling` are set and cleared together, in the loop.
+    """
 
     def __init__(self, runtime: Runtime) -> None:
         self._runtime = runtime
         self._end = Event()
         self._asked = False
-        """Whether the loop owes a sign of life."""
+        """Whether `turned` has been submitted to the loop and has not run yet."""
         self._suspect: tuple[object, int] = (None, 0)
-        """What ran at the last look: a task, and the number of items its inbox had worked off."""
+        """What ran at the last check: the task, and the number of items that its inbox had run."""
         self._since = 0.0
-        """When that was first seen, seconds on the monotonic clock."""
+        """When `_suspect` was first seen, seconds on the monotonic clock."""
         self._close_until = self._rested = -math.inf
         self._limit = HOLDING_SECONDS
-        """What blocks for so long is noted, when the thread looks closely."""
+        """The least duration of a block that is noted while the thread checks closely, seconds."""
         self._reported: set[tuple[str, str]] = set()
         self._block: _Block | None = None
         """The newest step that is known to have blocked the loop."""
         self._harm: tuple[_Block, int, str] | None = None
-        """What is told when all that were delayed have said so: who blocked, and the worst of them: ticks lost, node."""
+        """The next report: the block, and of the timer that was delayed worst the number of ticks lost and the node."""
         self._telling: asyncio.TimerHandle | None = None
         self.caught: tuple[NodeRecord | None, str, str, float] | None = None
-        """Node, handler and line of what blocks the loop now, and when it was seen to, on the monotonic clock."""
+        """What blocks the loop now: node, handler, line, and the time of the check that found it, on the monotonic clock."""
         self._thread = Thread(target=self._run, name="robactor stall watch", daemon=True)
 
     def start(self) -> None:
-        """Begin to look."""
+        """Start the thread."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Look no more."""
+        """End the thread, and log a report that is still to come."""
         self._end.set()
         self._thread.join()
         self.tell_harm()
@@ -89,7 +98,7 @@ class StallWatch:
             self.look(monotonic())
 
     def look(self, now: float) -> None:
-        """One look, from the thread, at `now` seconds on the monotonic clock."""
+        """Check the loop once, from the thread, at `now` seconds on the monotonic clock."""
         task = asyncio.current_task(self._runtime.loop)
         if task is None or self.caught is not None:
             return
@@ -107,13 +116,13 @@ class StallWatch:
         self._asked = True
         try:
             self._runtime.loop.call_soon_threadsafe(self.turned)
-        except RuntimeError:  # the loop has been closed under a system that nobody stopped
+        except RuntimeError:  # the loop has been closed although the system was not stopped
             self._end.set()
 
     # -- in the loop --------------------------------------------------------------------------------------------------------
 
     def turned(self) -> None:
-        """The loop's sign of life: if it was blocked meanwhile, note by whom; if for long, tell."""
+        """Called by the loop when it turns: if a block was found meanwhile, note it, and report it if it was long."""
         self._asked = False
         caught, self.caught = self.caught, None
         if caught is None:
@@ -125,14 +134,14 @@ class StallWatch:
             self._tell(block, {})
 
     def ran(self, inbox: Inbox, handler: str, seconds: float) -> None:
-        """An item of this inbox has just run for so long without an await."""
+        """Note that an item of this inbox has just run for `seconds` without an await."""
         now = monotonic()
         for record in self._runtime.directory.records.values():
             if record.inbox is inbox:
                 self._block = _Block(record.identity.fqn, record.incarnation, handler, "", now - seconds, now)
 
     def delayed(self, node: str, period: float, seconds: float, lost: int) -> None:
-        """A tick of this node is so many seconds late, which is a period or more and not its own fault, and so many were lost."""
+        """Find the cause of a tick that is `seconds` late, a period or more, and cost `lost` ticks; it is not the timer's own node."""
         now, block = monotonic(), self._block
         if block is None or block.ended < now - seconds or block.ended - block.begun < max(period, STEP_SECONDS):
             self._look_closely(now, period)
@@ -150,7 +159,7 @@ class StallWatch:
         self._limit = min(self._limit, max(period, STEP_SECONDS))
 
     def tell_harm(self) -> None:
-        """Say who was delayed by whom, if there is anything to say."""
+        """Log the report that is due, if there is one."""
         if self._harm is None or self._telling is None:
             return
         block, lost, node = self._harm
@@ -171,7 +180,7 @@ class StallWatch:
 
 
 def _work_of(record: NodeRecord | None, task: asyncio.Task[Any]) -> str:
-    """The handler that a node's task runs, or the task's name."""
+    """The label of the handler that runs in `task`, or the task's name if it runs no item of an inbox."""
     inbox = record.inbox if record is not None else None
     if inbox is None or inbox.task is not task or inbox.current is None:
         return task.get_name()

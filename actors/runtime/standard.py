@@ -1,8 +1,9 @@
-"""What ROS 2 gives every node and every action besides what they declare: opened when somebody asks, so that nobody pays for silence.
+"""The standard services and topics that every ROS 2 node and action has. They are opened when they are first asked for.
 
-Services `<node>/get_parameters` and its five siblings; `<action>/_action/send_goal`, `.../get_result`, `.../cancel_goal`; topics
-`<action>/_action/status`, `<action>/_action/feedback`, `/parameter_events`, `/rosout`. They behave as if they had been there from the node's
-start on: what is latched is filled in. Kinds of nodes, such as lifecycle nodes, add services of their own: `Node.__standard_service__`.
+Services: `<node>/get_parameters` and the five other parameter services; `<action>/_action/send_goal`, `.../get_result`, `.../cancel_goal`.
+Topics: `<action>/_action/status`, `<action>/_action/feedback`, `/parameter_events`, `/rosout`. They behave as if they had been open since
+the node's start: messages that a transient-local topic would have kept are published on opening. Kinds of nodes, such as lifecycle nodes,
+add services by `Node.__standard_service__`.
 """
 
 from __future__ import annotations
@@ -35,14 +36,16 @@ PARAMETER_EVENTS: Final = "/parameter_events"
 ROSOUT: Final = "/rosout"
 ACTION: Final = "/_action/"
 ROSOUT_SECONDS: Final = 10.0
-"""For how long a log line is worth something to late subscriptions: the lifespan of `qos.ROSOUT`."""
+"""How long a log line is kept for late subscriptions, seconds: the lifespan of `qos.ROSOUT`."""
 
 
 class StandardEndpoints:
     """The standard services and topics of one system.
 
-    Invariants: an endpoint is opened when somebody first asks for its name, and closed with its node. `/rosout` and `/parameter_events`, which
-    all nodes share, are opened once; what they publish goes out from the node that it is about.
+    Invariants:
+
+    - A standard endpoint of a node or action is opened when its name is first asked for, and closed at the end of the incarnation.
+    - `/rosout` and `/parameter_events`, which all nodes share, are opened once. A message on them is published by the node it is about.
     """
 
     def __init__(self, runtime: Runtime) -> None:
@@ -53,7 +56,7 @@ class StandardEndpoints:
         }
 
     def open_service(self, entry: ServiceEntry) -> None:
-        """Open `entry` if it is a standard service of a node or an action that lives now; else do nothing."""
+        """Open `entry` if it is a standard service of a running node or an open action server; else do nothing."""
         base, _, last = entry.name.rpartition("/")
         if ACTION in entry.name:
             server, verb = self._action_of(entry.name)
@@ -74,7 +77,7 @@ class StandardEndpoints:
                 ACTION_TOPICS[part](_life_of(server), server, entry)
 
     def _action_of(self, name: str) -> tuple[ActionServer | None, str]:
-        """The server of the action that a name belongs to, if there is one, and what comes after ``/_action/``."""
+        """The server of the action that the name belongs to, or None, and the part of the name after ``/_action/``."""
         action, _, part = name.rpartition(ACTION)
         known = self._runtime.graph.actions.get(action)
         return (None if known is None else known.server), part
@@ -92,7 +95,7 @@ class StandardEndpoints:
         self._runtime.observers.parameters.append(publish)
 
     def _open_rosout(self) -> None:
-        """Publish every log line from now on, and let late joiners have the newest ones."""
+        """Publish the log lines of the last `ROSOUT_SECONDS`, and every log line from now on."""
         from actors.interfaces.rcl_interfaces.msg import Log
         from actors.logs import log_message
 
@@ -112,12 +115,12 @@ class StandardEndpoints:
 
 
 def _life_of(server: ActionServer) -> Incarnation:
-    """The incarnation that serves this action; also while it still starts, when its system does not count it as running."""
+    """The incarnation that serves this action, also while it is starting, when `Directory.find` does not find it yet."""
     return cast("Incarnation", server.node)
 
 
 def _parameter_service(life: Incarnation, name: str, last: str) -> tuple[Any, Any]:
-    """Type and handler of one of the six parameter services."""
+    """The type and the handler of one of the six parameter services."""
     from actors.parameters.messages import PARAMETER_SERVICES as SERVICES
 
     service = next(service for service in SERVICES if service.name == last)
@@ -134,5 +137,5 @@ def _parameter_service(life: Incarnation, name: str, last: str) -> tuple[Any, An
 
 
 def _own_service(life: Incarnation, name: str, last: str) -> tuple[Any, Any] | None:
-    """Type and handler of a service that this kind of node adds, or None."""
+    """The type and the handler of a service that this kind of node adds, or None."""
     return life.node.__standard_service__(last)

@@ -1,4 +1,4 @@
-"""What ROS 2 gives every action besides its server: the services and topics below ``<action>/_action/``."""
+"""The standard services and topics of every action: those below ``<action>/_action/``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["ACTION_SERVICES", "ACTION_TOPICS", "serve_standard"]
 
 AT_ONCE: Final = 1000
-"""How many requests to one service of an action may be open at once; a `get_result` waits for its goal's end."""
+"""How many requests one service of an action handles at once; a `get_result` request waits for the end of its goal."""
 
 Handlers = tuple[Any, Any]
 """The type of a service, and the coroutine function that answers it."""
@@ -87,14 +87,14 @@ ACTION_SERVICES: Final[dict[str, Callable[[ActionServer], Handlers]]] = {
     "get_result": _get_result,
     "cancel_goal": _cancel_goal,
 }
-"""What comes after ``/_action/`` -> type and handler for one server."""
+"""The part of a service's name after ``/_action/`` -> its type and handler for a server."""
 
 
 # -- topics ---------------------------------------------------------------------------------------------------------------------
 
 
 def _open_status(life: Incarnation, server: ActionServer, entry: TopicEntry) -> None:
-    """Publish the list of goals after every change; changes of one instant are told together."""
+    """Publish the list of goals now and after every change; changes in one turn of the event loop are published together."""
     if server.observers.status:
         return
     from actors.interfaces.action_msgs.msg import GoalStatus, GoalStatusArray
@@ -145,4 +145,4 @@ ACTION_TOPICS: Final[dict[str, Callable[[Incarnation, ActionServer, TopicEntry],
     "status": _open_status,
     "feedback": _open_feedback,
 }
-"""What comes after ``/_action/`` -> what begins to publish it."""
+"""The part of a topic's name after ``/_action/`` -> the function that begins to publish on it."""

@@ -1,4 +1,4 @@
-"""Who does not get ready: a node whose start phase does not end is named, with the line where it waits."""
+"""Reporting start phases that do not end, with the line at which the node waits."""
 
 from __future__ import annotations
 
@@ -13,16 +13,19 @@ if TYPE_CHECKING:
 __all__ = ["HUNG_SECONDS", "StartWatch"]
 
 HUNG_SECONDS = 5.0
-"""A start phase that lasts longer is reported, once."""
+"""A start phase that lasts for this long, in seconds, is reported once."""
 
 
 class StartWatch:
-    """The start phases of one system that are under way: each that has lasted `HUNG_SECONDS` is told once.
+    """Logs a warning, once, for each start phase of one system that has lasted `HUNG_SECONDS`.
 
-    Invariant: while a start phase is under way, and has not been told of, `_timer` fires no later than it has to be.
+    One timer serves all start phases. On the virtual clock there is no timer while nothing starts, so that a deadlock is found at the
+    moment at which it begins, and not when the timer fires.
 
-    There is one timer for all of them. On the virtual clock there is none while nothing starts, so that a program that waits for ever is found
-    at the moment at which it begins to.
+    Invariants:
+
+    - `_begun` holds the start phases that are under way and were not reported, the oldest first.
+    - While `_begun` is not empty, `_timer` is set and fires no later than the oldest of them has to be reported.
     """
 
     __slots__ = ("_begun", "_held", "_loop", "_timer", "_virtual")
@@ -31,40 +34,40 @@ class StartWatch:
         self._loop = loop
         self._virtual = virtual
         self._begun: dict[Incarnation, float] = {}
-        """When each began, loop time; the oldest first."""
+        """Incarnation -> when its start phase began, loop time in seconds."""
         self._held = False
         self._timer: asyncio.TimerHandle | None = None
 
     def hold(self) -> None:
-        """Many starts are to come, one after the other: keep the timer between them."""
+        """Keep the timer between the starts that follow until `release`."""
         self._held = True
 
     def release(self) -> None:
-        """They are over."""
+        """End `hold`: the starts are over."""
         self._held = False
         if self._virtual:
             self._rest()
 
     def begin(self, life: Incarnation) -> None:
-        """The start phase of this incarnation begins."""
+        """Note that the start phase of this incarnation begins."""
         self._begun[life] = now = self._loop.time()
         if self._timer is None:
             self._timer = self._loop.call_at(now + HUNG_SECONDS, self._look)
 
     def end(self, life: Incarnation) -> None:
-        """It is over, one way or the other. Ending twice is fine."""
+        """Note that the start phase has ended, in whichever way. Calling it twice is fine."""
         if self._begun.pop(life, None) is not None and self._virtual:
             self._rest()
 
     def close(self) -> None:
-        """The system is over."""
+        """Forget all start phases and stop the timer."""
         self._begun.clear()
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
 
     def _rest(self) -> None:
-        """On the real clock the timer may fire for nothing instead: that is cheaper than to cancel it for every start."""
+        """Stop the timer while nothing starts; on the virtual clock only. On the real clock one needless call is cheaper than this."""
         if not self._begun and not self._held:
             self.close()
 
@@ -76,7 +79,7 @@ class StartWatch:
                 self._timer = self._loop.call_at(begun + HUNG_SECONDS, self._look)
                 return
             del self._begun[life]
-            if not life.ended:  # else it had been given up
+            if not life.ended:  # else it was abandoned
                 self._tell(life)
 
     def _tell(self, life: Incarnation) -> None:

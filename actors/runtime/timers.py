@@ -1,7 +1,7 @@
-"""Periodic handlers: ticks on an exact grid, their lateness measured.
+"""The timers of `@every`: ticks on an exact grid, with their lateness measured.
 
-The k-th tick of a timer is due at start + k / hz, computed, never added up, so it does not drift. What happens to ticks that the node
-is too busy for is the timer's late policy.
+The k-th tick of a timer is due at start + k / hz. This is computed from k, not summed up, so the timer does not drift. The timer's late
+policy decides what happens to ticks for which the node is too busy.
 """
 
 from __future__ import annotations
@@ -34,27 +34,28 @@ __all__ = [
 ]
 
 KEPT = 65536
+"""How many measured values of lateness are kept for each timer."""
 
 BACKLOG = 1000
-"""With ``late="catch_up"`` at most so many ticks wait; a node that is too slow for ever loses the rest, and that is counted."""
+"""The most ticks that wait with ``late="catch_up"``; further ones are lost and counted."""
 
 
 class TickMissed(ActorError):
-    """A timer with ``late="fault"`` was due while its last tick had not begun."""
+    """A tick of a timer with ``late="fault"`` was due before the tick before it had begun."""
 
 
 class Ticking(Protocol):
-    """What delivers the ticks of one timer: a `TickHandle`, or under simulated time a `SimTick`."""
+    """The source of one timer's ticks: a `TickHandle`, or under simulated time a `SimTick`."""
 
     k: int
     """The number of the last tick."""
 
     def skip_missed(self) -> int:
-        """Drop the ticks that are due already and not delivered. Returns how many."""
+        """Drop the ticks that are due and were not delivered. Returns how many there were."""
         ...
 
     def cancel(self) -> None:
-        """No more ticks."""
+        """End the ticks."""
         ...
 
 
@@ -65,9 +66,9 @@ class TickSource(Protocol):
 
 
 class Tick:
-    """One tick: its number from 1, when it was due and by how much it began late, seconds on the event loop's clock.
+    """One tick: `k`, its number from 1, `due`, when it was due, and `late`, how late its handler began; seconds on the event loop's clock.
 
-    Under simulated time both are seconds of ROS time.
+    Under simulated time `due` and `late` are seconds of ROS time.
 
     It has no public constructor: a handler of `@every` is given one.
     """
@@ -84,7 +85,10 @@ class Tick:
 
 
 class Lateness:
-    """How late the ticks of one timer began: the newest 65,536 of them, seconds."""
+    """How late the newest 65,536 ticks of one timer began, in seconds.
+
+    Invariants: `_seen` holds at most `KEPT` values; once it is full, `_next` is the index of the oldest one, which the next value replaces.
+    """
 
     __slots__ = ("_next", "_seen")
 
@@ -112,7 +116,11 @@ class Lateness:
 
 
 class TimerRecord:
-    """What is known of one timer over all incarnations of its node."""
+    """The figures of one timer, over all incarnations of its node.
+
+    Invariants: `fired`, `missed`, `blocked` and `alive` never fall. `since` is set while the timer ticks; `alive` then holds the seconds
+    for which it ticked before `since`.
+    """
 
     __slots__ = ("alive", "blocked", "fired", "hz", "lateness", "latest", "missed", "since")
 
@@ -121,7 +129,7 @@ class TimerRecord:
         self.fired = 0
         self.missed = 0
         self.blocked = 0
-        """How many of the missed ticks a blocked event loop has cost."""
+        """How many of the missed ticks were lost because the event loop was blocked."""
         self.lateness = Lateness()
         self.alive = 0.0
         self.since: float | None = None
@@ -129,19 +137,26 @@ class TimerRecord:
         """Loop time at which the newest tick began."""
 
     def seconds(self, now: float) -> float:
-        """For how long the timer has been ticking, at loop time `now`. The wait for a tick that is not due yet does not count."""
+        """For how many seconds the timer has been ticking, at loop time `now`. The wait for a tick that is not due does not count."""
         if self.since is None:
             return self.alive
         return self.alive + max(self.latest - self.since, now - self.since - 1.0 / self.hz, 0.0)
 
     def rate(self, now: float) -> float:
-        """Ticks per second so far; 0 before the first."""
+        """Ticks per second so far; 0 before the first tick."""
         seconds = self.seconds(now)
         return self.fired / seconds if self.fired and seconds > 0.0 else 0.0
 
 
 class NodeTimer:
-    """One `@every` of one incarnation; as an inbox item it is its waiting tick."""
+    """One `@every` of one incarnation. It is itself the inbox item of its waiting tick, so that a tick makes no object.
+
+    Invariants:
+
+    - While `pending`, and only then, the timer is an item of the inbox, and `k` and `due` are those of the tick that waits there.
+    - `backlog` holds the further ticks that wait, in order; it is None unless `late` is "catch_up", and empty unless `pending`.
+    - `handle` is set from `begin` to `stop`.
+    """
 
     __slots__ = (
         "backlog", "before", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "on_late", "pending", "period",
@@ -161,7 +176,7 @@ class NodeTimer:
         self.inbox = inbox
         self.handler = handler
         self.hz = hz
-        self.period = 0.999 / hz  # a little less, as times are rounded: it only asks whether ticks may have been missed
+        self.period = 0.999 / hz  # a little less, since times are rounded; used only to detect missed ticks
         self.late: Late = late
         self.label = label
         self.takes_tick = _takes_argument(handler)
@@ -171,12 +186,12 @@ class NodeTimer:
         self.handle: Ticking | None = None
         self.pending = False
         self.missed = 0
-        """Ticks lost in this incarnation; the record counts those of all."""
+        """How many ticks were lost in this incarnation; the record counts those of all incarnations."""
         self.on_late = on_late
-        """Hears that the event loop was late for a tick by a period or more: by how many seconds, and how many ticks that has cost."""
+        """Called when the event loop was late for a tick by a period or more: (timer, seconds late, ticks lost)."""
         self.seen = -1
         self.before = 0
-        """Ticks delivered before the last change of the rate; `k` counts from there."""
+        """How many ticks were delivered before the last change of the rate; `k` counts from there."""
         self.k = 0
         self.due = 0.0
 
@@ -184,12 +199,12 @@ class NodeTimer:
         return f"<{self.label} at {self.hz:g} Hz: {self.record.fired} ticks, {self.record.missed} missed>"
 
     def begin(self, ticker: TickSource, start: float | None = None) -> None:
-        """Start ticking; the first tick is due one period from now (or from the loop time `start`)."""
+        """Start ticking. The first tick is due one period from now, or from `start`, seconds on the clock of `ticker`."""
         self.handle = ticker.add(self.hz, self.on_tick, start)
         self.record.since = self.loop_time()
 
     def stop(self) -> None:
-        """No more ticks. Stopping twice is fine."""
+        """End the ticks. Stopping twice is fine."""
         if self.handle is not None:
             self.handle.cancel()
             self.handle = None
@@ -197,14 +212,14 @@ class NodeTimer:
             self.record.since = None
 
     def move(self, handle: Ticking, time: Callable[[], float]) -> None:
-        """Tick by `handle`, on a clock that shows `time()`, from now on. A tick that waits counts as due now."""
+        """Take the ticks from `handle`, on a clock that shows `time()`, from now on. A tick that waits counts as due now."""
         self.handle, self.time = handle, time
         self.due = now = time()
         if self.backlog is not None:
             self.backlog = deque((k, now) for k, _ in self.backlog)
 
     def retime(self, hz: float, ticker: TickSource) -> None:
-        """Tick at another rate: the next tick is due one new period from now. Ticks that wait stay, and all are counted on."""
+        """Change the rate: the next tick is due one new period from now. Ticks that wait are kept, and the numbers go on."""
         assert self.handle is not None
         done = self.handle.k
         self.stop()
@@ -217,7 +232,7 @@ class NodeTimer:
         self.begin(ticker)
 
     def on_tick(self, k: int, due: float) -> None:
-        """The ticker's call: put this tick into the inbox, or, if the node or the loop is late, apply the late policy."""
+        """Called by the ticker: put the tick into the inbox, or apply the late policy if the node or the event loop is late."""
         blocked = self.handle is not None and self.time() >= due + self.period and self._catch_up_with(due)
         if not self.pending:
             self.pending = True
@@ -231,21 +246,23 @@ class NodeTimer:
         else:
             self._lose(1)
             self.record.blocked += blocked
-            if self.backlog is not None and self.handle is not None:  # the rest would be lost one by one
+            if self.backlog is not None and self.handle is not None:  # drop the rest at once instead of one by one
                 self._lose(self.handle.skip_missed())
         inbox = self.inbox
-        if (
-            inbox.current is not None and inbox.handled == self.seen and not blocked
-        ):  # one and the same item for a whole period
+        # Nothing was handled since the last tick was put in: one item has held the inbox for a whole period.
+        if inbox.current is not None and inbox.handled == self.seen and not blocked:
             inbox.report_holding(inbox.current, 1.0 / self.hz)
 
     def _catch_up_with(self, due: float) -> bool:
-        """Ticks are late by periods: one tick now, then back onto the grid, unless `late` says otherwise. Whether the event loop was blocked."""
+        """Skip the ticks that are due, unless they are to be caught up, since this one is late by a period or more.
+
+        Returns whether the event loop was blocked; under simulated time, where time just made a step, it was not.
+        """
         lost = 0
         if self.backlog is None and self.handle is not None:
             lost = self.handle.skip_missed()
             self._lose(lost)
-        if self.time is not self.loop_time:  # simulated time has made a step
+        if self.time is not self.loop_time:
             return False
         self.record.blocked += lost
         if self.on_late is not None:
@@ -261,7 +278,7 @@ class NodeTimer:
         now = self.record.latest = self.loop_time()
         late = now - due
         if self.time is not self.loop_time:
-            late = max(0.0, self.time() - due)  # simulated time may have gone back since
+            late = max(0.0, self.time() - due)  # simulated time may have jumped back since
         self.record.fired += 1
         self.record.lateness.add(late)
         if self.missed and self.late == "fault":
@@ -283,13 +300,13 @@ def _takes_argument(handler: Callable[..., Any]) -> bool:
 
 @lru_cache(maxsize=1024)
 def _arguments(function: Callable[..., Any]) -> int:
-    """How many arguments a function takes, self included; the same for all nodes of a class."""
+    """How many arguments a function takes, `self` included. Cached, since it is the same for all nodes of a class."""
     code = getattr(inspect.unwrap(function), "__code__", None)
     return code.co_argcount if code is not None else 0
 
 
 def start_timers(life: Incarnation) -> None:
-    """Let every `@every` of the node's class tick from now on."""
+    """Start the timers that the node's class declares by `@every`."""
     node, labels, runtime = life.node, life.declarations.labels, life.runtime
     on_late = None if runtime.stalls is None else partial(_tell_late, runtime.stalls, life.fqn)
     for declared in life.declarations.timers:
@@ -308,15 +325,15 @@ def start_timers(life: Incarnation) -> None:
 
 
 def _tell_late(stalls: StallWatch, node: str, timer: NodeTimer, seconds: float, lost: int) -> None:
-    """The event loop was late for a tick by a period or more: see who held it up."""
+    """Report to the stall watch that the event loop was late for a tick by a period or more."""
     stalls.delayed(node, 1.0 / timer.hz, seconds, lost)
 
 
 def retime(life: Incarnation, name: str, hz: float) -> None:
-    """The parameter `name` has been set: what ticks by it ticks at the new rate from now on."""
+    """Change the rate of the timers that tick by the parameter `name`, which has been set to `hz`."""
     ticker: TickSource = life.runtime.ticker
     if life.sim is not None and life.sim.ros.active:
         ticker = life.sim.ticker
-    for declared, timer in zip(life.declarations.timers, life.timers, strict=False):  # none while they rest
+    for declared, timer in zip(life.declarations.timers, life.timers, strict=False):  # no timers in an inactive node
         if declared.hz == name and timer.hz != hz:
             timer.retime(hz, ticker)

@@ -1,4 +1,4 @@
-"""The running tree of a system and the nodes beside it: their start, and their end in order."""
+"""The running tree of a system and the nodes beside it: their start, and their orderly end."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["SECOND_SIGNAL_SECONDS", "RunningTree"]
 
 SECOND_SIGNAL_SECONDS = 2.0
-"""A second SIGINT or SIGTERM within this time kills what is still stopping."""
+"""A second SIGINT or SIGTERM within this time, in seconds, kills what is still stopping."""
 
 
 class RunningTree:
@@ -30,11 +30,12 @@ class RunningTree:
 
     Invariants:
 
-    - A tree is started once. `supervisor` and `_host`, the task that runs it, are None before.
-    - The first reason of an end is kept in `stop_reason`; from then on no node joins and no error is answered with "will be back".
-    - The steps of an orderly end follow each other: nodes beside the tree, the newest first, each when the one before is over; the tree; then the
-      system is closed, once, and `stop` returns. Nobody waits for a step, so nobody who is canceled can leave one out.
-    - `failure`, `signal` and `exit_request` are set at most once each, and say why the tree ended.
+    - A tree is started at most once. Before, `supervisor` and `_host`, the task that runs it, are None.
+    - `stop_reason` is set as soon as the system is to stop, and never cleared. From then on no node joins, and callers are answered with
+      `NotRunning`, not with `NodeRestarting`.
+    - An orderly end has these steps: end the nodes beside the tree, the newest first, one after another; end the tree; close the system,
+      once; let `stop` return. The end of each step triggers the next one. No task waits for a step, so no cancellation can skip one.
+    - `failure` and `exit_request` are set at most once each.
     """
 
     def __init__(self, runtime: Runtime) -> None:
@@ -44,13 +45,13 @@ class RunningTree:
         self.unsupervised = UnsupervisedNodes(runtime)
         self.stop_reason: str | None = None
         self.failure: BaseException | None = None
-        """What ended the tree by itself: `SupervisorGaveUp`, or None."""
+        """The error that ended the tree, or None."""
         self.signal: signal.Signals | None = None
-        """The signal that stopped the system, if one did."""
+        """The signal that stopped the system, or None."""
         self.exit_request: ProgramExit | None = None
-        """`SystemExit` or `KeyboardInterrupt` out of a node's code, which stopped the system, if one did."""
+        """The `SystemExit` or `KeyboardInterrupt` out of a node's code that stopped the system, or None."""
         self.waiting = 0
-        """How many tasks are in `wait()`."""
+        """How many tasks wait in `wait()`."""
         self._host: asyncio.Task[None] | None = None
         self._stopping = self._killed = False
         self._closed: asyncio.Future[None] = self._loop.create_future()
@@ -76,7 +77,7 @@ class RunningTree:
                 await self.stop("the start was canceled")
             finally:
                 if self._host.done() and not self._host.cancelled():
-                    self._host.exception()  # it had failed meanwhile, which the reports tell
+                    self._host.exception()  # its failure is in the reports; mark it as retrieved
             raise
         finally:
             self._runtime.starts.release()
@@ -123,7 +124,8 @@ class RunningTree:
         if asking is None or asking.life is None:
             await see_through(self._closed)
         elif asking.inbox.task is current:
-            await asyncio.sleep(0)  # a start is broken off here, and not in its clean-up
+            # The node's main task must not wait for its own end. A start phase is canceled at this await.
+            await asyncio.sleep(0)
         else:
             await asyncio.wait([self._closed])
 
@@ -135,7 +137,7 @@ class RunningTree:
             self._host.cancel()
 
     def interrupt(self, number: signal.Signals) -> bool:
-        """A signal's way in: the first one asks for the orderly end, a second one within 2 s kills. False when the tree has ended already."""
+        """Handle a signal: the first one stops the tree in order, a second one within 2 s kills. False if the tree has ended already."""
         if self._host is not None and self._host.done():
             return False
         now = self._loop.time()
@@ -151,11 +153,11 @@ class RunningTree:
         return True
 
     def note_signal(self, number: signal.Signals) -> None:
-        """The program ends because of a signal that came when the tree had ended; the first one counts."""
+        """Note the signal that ends the program after the tree has ended; the first signal counts."""
         self.signal = self.signal or number
 
     def exits(self, request: ProgramExit) -> None:
-        """Code of a node asks the program to exit: the tree, if there is one, stops in order, and the block of `run` raises it."""
+        """Stop the tree in order because a node's code asks the program to exit; the block of `run` raises `request.error`."""
         if self.supervisor is not None and self.exit_request is None:
             self.exit_request = request
             self._runtime.log.info("stopping", because=str(request))
@@ -172,20 +174,20 @@ class RunningTree:
         return 0 if self.signal is None else 128 + self.signal
 
     def unsupervised_left(self) -> None:
-        """A node beside the tree has ended and is forgotten."""
+        """Go on with the end of the system, after a node beside the tree has ended and was forgotten."""
         if self._stopping:
             self._next_end()
         else:
             self.close_if_empty()
 
     def close_if_empty(self) -> None:
-        """A system without a tree ends with the last node that joined it."""
+        """Close a system without a tree when its last node has left."""
         if self._host is None and not self.unsupervised:
             self.stop_reason = "its last node left"
             self._close()
 
     def _next_end(self) -> None:
-        """The next step of an orderly end, each taken when the one before it is over: nodes beside the tree, the tree, the system."""
+        """Take the next step of an orderly end: a node beside the tree, then the tree, then the system. Called at the end of each step."""
         if not self._stopping or self._closed.done() or self.unsupervised.end_last(self.stop_reason or ""):
             return
         if self._host is not None and self.supervisor is not None and not self._host.done():
@@ -197,7 +199,7 @@ class RunningTree:
         self._runtime.close()
         self._closed.set_result(None)
 
-    # -- what its books say -------------------------------------------------------------------------------------------------
+    # -- the states of nodes ------------------------------------------------------------------------------------------------
 
     def state_of(self, path: tuple[str, ...]) -> ChildState:
         """The state of the node at `path`; "stopped" when there is none."""
@@ -206,7 +208,7 @@ class RunningTree:
         return "stopped" if self.supervisor is None else self.supervisor.state_of(path[1:])
 
     def child_at(self, path: tuple[str, ...]) -> ChildTask | None:
-        """The task of the node at `path` as its supervisor has it; None between lives, and for a node that is not known."""
+        """The task of the present life of the node at `path`; None between lives, and for an unknown node."""
         if path[0] == BESIDE:
             return self.unsupervised.child_at(path)
         try:

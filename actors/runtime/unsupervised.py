@@ -1,4 +1,7 @@
-"""Unsupervised nodes: those beside the tree, such as a script's own or a test's. Nobody restarts them; they end when they leave, or with the system."""
+"""Unsupervised nodes: those beside the tree, such as the node of a script or a test. They are not restarted.
+
+Such a node ends when it leaves, when it fails, or with the system.
+"""
 
 from __future__ import annotations
 
@@ -30,8 +33,10 @@ __all__ = ["UnsupervisedNode", "UnsupervisedNodes"]
 class UnsupervisedNode:
     """One node beside the tree, and the task that runs it.
 
-    Invariants: `started` and `over` are done once each, `over` when the task has ended or was abandoned. `leaving` is set when the node's end
-    was asked for; only then is it forgotten when it is over.
+    Invariants:
+
+    - `started` is done when the node is ready, `over` when its task has ended or was abandoned.
+    - `leaving` is set when the node's end was asked for. A node that ends by itself is kept until then.
     """
 
     __slots__ = ("leaving", "over", "record", "run", "started")
@@ -45,7 +50,7 @@ class UnsupervisedNode:
 
     @property
     def spec(self) -> Child:
-        """What it was declared as."""
+        """The declaration of the node."""
         return self.record.child
 
     def __repr__(self) -> str:
@@ -53,21 +58,21 @@ class UnsupervisedNode:
 
     @property
     def node(self) -> Node:
-        """The node object. Raises `NotStarted` when it has ended."""
+        """The node object. Raises `NotStarted` before the node is ready, and when it has ended."""
         node = self.record.node
         if node is None:
             raise NotStarted(f"{self.record.identity.fqn} is not running")
         return node
 
     def leave(self, reason: str) -> None:
-        """Ask for its orderly end, within the stop timeout of its declaration."""
+        """Ask for the orderly end of the node, within the stop timeout of its declaration."""
         self.leaving = True
         if not self.run.over:
             self.run.stop(reason, self.record.child.stop)
 
     @property
     def error(self) -> BaseException | None:
-        """What ended it by itself."""
+        """The exception with which the node's task ended, `Stop` included; None if it has not ended, or ended as it was asked to."""
         task = self.run.task
         return task.exception() if task.done() and not task.cancelled() else None
 
@@ -75,8 +80,10 @@ class UnsupervisedNode:
 class UnsupervisedNodes:
     """The nodes beside the tree of one system, in the order in which they joined.
 
-    Invariants: a node is in `_nodes` from its joining until it is over and its end was asked for. Asking for one end twice, or by several
-    tasks, is one end, and no canceled task can leave it half done.
+    Invariants:
+
+    - A node is in `_nodes` from its joining until it has ended and its end was asked for.
+    - The end of a node does not depend on the tasks that asked for it: several may ask, and each may be canceled.
     """
 
     def __init__(self, runtime: Runtime) -> None:
@@ -84,7 +91,7 @@ class UnsupervisedNodes:
         self._runtime = runtime
         self._nodes: dict[UnsupervisedNode, None] = {}
         self._places: dict[tuple[str, ...], UnsupervisedNode] = {}
-        """The same by path; of two at one path, of which the first has ended and not left, the second."""
+        """Path -> the newest node there. An earlier one may have ended and not left yet."""
         self._serials = count(1)
 
     def __len__(self) -> int:
@@ -136,7 +143,7 @@ class UnsupervisedNodes:
             raise error
 
     def end_last(self, reason: str) -> bool:
-        """Ask the last one that joined for its end, unless that has been done; False when there is none."""
+        """Ask the node that joined last for its end. Returns False when no node is left that has not ended."""
         while self._nodes:
             node = next(reversed(self._nodes))
             node.leave(reason)
@@ -146,13 +153,13 @@ class UnsupervisedNodes:
         return False
 
     def kill(self) -> None:
-        """End them all at once."""
+        """Kill all nodes, without a clean-up."""
         for node in reversed(list(self._nodes)):
             node.leaving = True
             node.run.kill()
 
     def failed(self) -> list[tuple[Identity, BaseException]]:
-        """Those that failed and have not left yet, each with its error."""
+        """The nodes that failed and have not left yet, each with its error."""
         return [
             (node.record.identity, error)
             for node in self._nodes
@@ -171,7 +178,7 @@ class UnsupervisedNodes:
 
     @property
     def tasks(self) -> list[asyncio.Task[None]]:
-        """The tasks that run them."""
+        """The tasks that run the nodes."""
         return [node.run.task for node in self._nodes]
 
     def _forget(self, node: UnsupervisedNode) -> None:
@@ -181,7 +188,7 @@ class UnsupervisedNodes:
             del self._places[path]
             self._runtime.gone(path, False)
 
-    # -- what their child tasks ask and tell --------------------------------------------------------------------------------
+    # -- called by the child tasks, as by those of a supervisor -------------------------------------------------------------
 
     def _of(self, run: ChildTask) -> UnsupervisedNode:
         return self._places[run.ref.path]
@@ -198,7 +205,7 @@ class UnsupervisedNodes:
         self._of(incarnation).started.set_result(None)
 
     def ended(self, incarnation: ChildTask, reason: ExitReason, /) -> None:
-        """It is over, asked to or by itself; nobody will start it again."""
+        """Note that the node has ended, for whichever reason. It is not started again."""
         node = self._of(incarnation)
         node.over.set_result(None)
         journal, fqn = self._runtime.journal, node.record.identity.fqn
@@ -214,4 +221,4 @@ class UnsupervisedNodes:
             self._runtime.gone(node.record.path, True)
 
     def abandoned(self, incarnation: ChildTask, /) -> None:
-        """`ended` says so; its task is its own from here on."""
+        """Do nothing: `ended` follows and logs the error. The abandoned task is left alone."""

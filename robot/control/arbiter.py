@@ -6,19 +6,9 @@ import math
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 
-__all__ = ["STILL", "Decision", "Source", "Velocity", "VelocityArbiter", "VelocityLimits", "Verdict"]
+from robot.geometry.planar import ZERO_TWIST, Twist2
 
-
-@dataclass(frozen=True, slots=True)
-class Velocity:
-    """Forward and left in m/s, counter-clockwise in rad/s."""
-
-    vx: float
-    vy: float
-    wz: float
-
-
-STILL = Velocity(0.0, 0.0, 0.0)
+__all__ = ["Decision", "Source", "VelocityArbiter", "VelocityLimits", "Verdict"]
 
 
 class Source(IntEnum):
@@ -52,9 +42,9 @@ class VelocityLimits:
     sideways: float = 0.4
     turn: float = 1.5
 
-    def clip(self, velocity: Velocity) -> Velocity:
+    def clip(self, velocity: Twist2) -> Twist2:
         """The nearest velocity within the limits, each part by itself."""
-        return Velocity(
+        return Twist2(
             max(-self.backward, min(self.forward, velocity.vx)),
             max(-self.sideways, min(self.sideways, velocity.vy)),
             max(-self.turn, min(self.turn, velocity.wz)),
@@ -65,7 +55,7 @@ class VelocityLimits:
 class Decision:
     """What the legs are told now, and why."""
 
-    velocity: Velocity
+    velocity: Twist2
     source: Source | None
     """Who drives; `None` when the robot stands still because nobody does, or because it must."""
     reason: str
@@ -92,7 +82,7 @@ class VelocityArbiter:
         self._enabled = enabled
         self._stopped: str | None = None
         self._holding_back = False
-        self._held: dict[Source, tuple[float, Velocity]] = {}
+        self._held: dict[Source, tuple[float, Twist2]] = {}
         self.dropped = dict.fromkeys(Source, 0)
         """How many commands of each source were not numbers."""
 
@@ -109,7 +99,7 @@ class VelocityArbiter:
         """The reason of the emergency stop in force, or `None`."""
         return self._stopped
 
-    def offer(self, source: Source, velocity: Velocity, now: float) -> Verdict:
+    def offer(self, source: Source, velocity: Twist2, now: float) -> Verdict:
         """Take in a command that `source` gave at `now`. It is clipped, and valid for the timeout if accepted."""
         if not (math.isfinite(velocity.vx) and math.isfinite(velocity.vy) and math.isfinite(velocity.wz)):
             self.dropped[source] += 1
@@ -123,7 +113,7 @@ class VelocityArbiter:
         if source is Source.AUTONOMY:
             if self._holding_back:
                 return Verdict.HELD_BACK
-        elif velocity != STILL:
+        elif velocity != ZERO_TWIST:
             self._holding_back = False
         elif source is Source.VOICE:
             self._holding_back = True
@@ -134,15 +124,15 @@ class VelocityArbiter:
     def decide(self, now: float) -> Decision:
         """What the legs are told at `now`."""
         if self._stopped is not None:
-            return Decision(STILL, None, f"emergency stop: {self._stopped}")
+            return Decision(ZERO_TWIST, None, f"emergency stop: {self._stopped}")
         if not self._enabled:
-            return Decision(STILL, None, "disabled")
+            return Decision(ZERO_TWIST, None, "disabled")
         for source in sorted(self._held):
             if self._fresh(source, now):
                 return Decision(self._held[source][1], source, source.name.lower())
         if self._holding_back:
-            return Decision(STILL, None, Verdict.HELD_BACK.value)
-        return Decision(STILL, None, "no command" if not self._held else "all commands timed out")
+            return Decision(ZERO_TWIST, None, Verdict.HELD_BACK.value)
+        return Decision(ZERO_TWIST, None, "no command" if not self._held else "all commands timed out")
 
     def enable(self) -> None:
         """Let commands through, those of autonomy too."""

@@ -1,4 +1,11 @@
-"""From what the body should do to what the feet push: the body wrench, and its distribution over the standing feet."""
+"""The distribution of a body wrench over the standing feet: weighted least squares, then each force into its friction cone.
+
+With the wrench w = [F; M] and A = [1 ... 1; hat(r1) ... hat(rn)] of the arms ri, the forces f minimise
+
+    (A f - w)' W (A f - w) + EFFORT f' f            W = diag(IMPORTANCE)
+
+See docs/control.md#force-distribution, with sources.
+"""
 
 from __future__ import annotations
 
@@ -11,15 +18,15 @@ __all__ = ["distribute"]
 
 
 IMPORTANCE = (1.0, 1.0, 9.0, 100.0, 100.0, 16.0)
-"""Squared weights of force x, y, z (N) and moment x, y, z (N m) in the least-squares fit."""
+"""Diagonal of W: force x, y, z (N) and moment x, y, z (N m). Moments in roll and pitch count 100 times a horizontal force."""
 EFFORT = 1e-3
-"""Weight of the forces themselves."""
+"""Weight of the forces themselves: it makes the problem regular where two feet leave a moment free."""
 LEAST, MOST = 10.0, 600.0
 """Bounds of a standing foot's vertical force, N."""
 FRICTION = 0.6
-"""Force along the ground that a foot may ask for, per force into it."""
+"""Half-width of the friction cone on level ground: force along the ground per force into it."""
 STEEP_FRICTION = 0.3
-"""How much more of it on a slope, per rise: who stands on a steep slope stands on a rough one."""
+"""How much wider the cone is on a slope, per rise: who stands on a steep slope stands on a rough one."""
 
 _SLACK = tuple(EFFORT / weight for weight in IMPORTANCE)
 
@@ -48,8 +55,8 @@ def distribute(
 
 
 def _multipliers(arms: Sequence[Triple], wrench: Sequence[float]) -> list[float]:
-    """The fit in its dual form: forces f = A' u with (A A' + effort / importance) u = wrench. Six unknowns for any number of feet,
-    and A A' is known in closed form. Solved by Cholesky's method: the matrix is symmetric and positive definite.
+    """The multipliers u of the dual problem: forces f = A' u with (A A' + EFFORT W^-1) u = wrench. Six unknowns for any number of
+    feet, and A A' is known in closed form. Solved by Cholesky's method: the matrix is symmetric and positive definite.
     """
     sx = sy = sz = xx = yy = zz = xy = xz = yz = 0.0
     for x, y, z in arms:
@@ -100,7 +107,7 @@ def solve_definite(rows: Sequence[Sequence[float]], right: Sequence[float]) -> l
 
 
 def _grip(force: Triple, up: Triple, friction: float) -> Triple:
-    """The force, made one that a foot can give: it pushes, not too hard, and does not slide."""
+    """The force with its normal part within `LEAST` and `MOST`, and the rest scaled down into the friction cone around `up`."""
     x, y, z = force
     ux, uy, uz = up
     pressing = x * ux + y * uy + z * uz

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isfinite
 
-__all__ = ["CommandLimits", "CommandShaper", "Velocity"]
+from robot.geometry.vectors import Triple
 
-Velocity = tuple[float, float, float]
-"""Forward, left (m/s), counter-clockwise (rad/s)."""
+__all__ = ["CommandLimits", "CommandShaper"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +21,7 @@ class CommandLimits:
     slew: float = 1.5
     turn_slew: float = 4.0
 
-    def clip(self, vx: float, vy: float, wz: float) -> Velocity:
+    def clip(self, vx: float, vy: float, wz: float) -> Triple:
         """The nearest velocity within the limits."""
         return (
             max(-self.backward, min(self.forward, vx)),
@@ -36,7 +35,7 @@ class CommandLimits:
         theirs = (other.forward, other.backward, other.sideways, other.turn)
         return CommandLimits(*(a + (b - a) * share for a, b in zip(mine, theirs, strict=True)))
 
-    def allows(self, velocity: Velocity) -> bool:
+    def allows(self, velocity: Triple) -> bool:
         """Whether the velocity is within the limits."""
         return self.clip(*velocity) == velocity
 
@@ -60,7 +59,7 @@ class CommandShaper:
         self.asked = self.limits.clip(vx, vy, wz)
         return True
 
-    def advance(self, dt: float, walking: bool, *bounds: CommandLimits | None) -> Velocity:
+    def advance(self, dt: float, walking: bool, *bounds: CommandLimits | None) -> Triple:
         """The velocity in force after `dt` seconds; zero is aimed at unless `walking`, and nothing beyond any of `bounds`."""
         target = self.asked if walking else (0.0, 0.0, 0.0)
         for bound in bounds:

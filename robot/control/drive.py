@@ -13,6 +13,8 @@ __all__ = ["Targets", "joint_speeds"]
 
 FASTEST = 15.0
 """Bound of a joint speed that may be asked for, rad/s."""
+SINGULAR = 1e-5
+"""A Jacobian whose determinant (m3) is smaller in magnitude tells no joint speeds: the leg is stretched, or folded; chosen."""
 
 
 class Targets:
@@ -60,7 +62,7 @@ def joint_speeds(jacobian: Rows, x: float, y: float, z: float) -> Triple:
     """The joint speeds J^-1 (x, y, z) of one leg, each clipped to 15 rad/s; zero where the leg is singular."""
     (_, xb, xc), (ya, yb, yc), (za, zb, zc) = jacobian
     determinant = -xb * (ya * zc - yc * za) + xc * (ya * zb - yb * za)
-    if abs(determinant) < 1e-5:
+    if abs(determinant) < SINGULAR:
         return (0.0, 0.0, 0.0)
     scale = 1.0 / determinant
     a = (x * (yb * zc - yc * zb) - xb * (y * zc - yc * z) + xc * (y * zb - yb * z)) * scale

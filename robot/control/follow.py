@@ -2,7 +2,7 @@
 
 A pursuit of a point ahead on the path proposes a command. The command is tried out: the body is moved along it on
 paper, and when its outline would come too near to anything, the best of a fan of other commands is taken instead (the
-dynamic window idea of Fox, Burgard and Thrun, 1997, with a rectangle instead of a disc).
+dynamic window of Fox, Burgard and Thrun, 1997, with a rectangle instead of a disc).
 
 Of the commands u = (vx, vy, wz) that keep clear, the one of least price is taken, with its end pose after 1.2 s:
 
@@ -10,7 +10,8 @@ Of the commands u = (vx, vy, wz) that keep clear, the one of least price is take
     way   = path left + 0.8 distance from the path + 0.3 |bearing of the path|       along a path
           = distance from the pose + 0.4 |turn that is left|                         towards a pose
 
-where `missing` is what the least clearance on the way lacks to comfort. The numbers are those of `FollowerConfig`.
+where `missing` is what the least clearance on the way lacks to the clearance required, which stands for comfort in a narrow place. Through
+a gap the end pose is that after 0.6 s. The numbers are those of `FollowerConfig`; symbols and sources: docs/control.md#following-a-path.
 """
 
 from __future__ import annotations
@@ -22,12 +23,12 @@ from enum import StrEnum
 import numpy as np
 
 from robot.control.follow_config import FollowerConfig
-from robot.control.limits import STOP, Command, Limits, Tolerance
+from robot.control.limits import Limits, Tolerance
 from robot.control.rollout import GLIMPSE, HORIZON, clearances, fan_of, rollout
-from robot.estimation.surroundings import Surroundings
+from robot.estimation.local_field import LocalField
 from robot.geometry.angles import wrap
-from robot.geometry.planar import Pose2
-from robot.geometry.vectors import Floats
+from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
+from robot.geometry.vectors import Floats, wrap_all
 from robot.planning.path import Path
 
 __all__ = ["Follower", "Phase", "Step"]
@@ -55,7 +56,7 @@ class Phase(StrEnum):
 class Step:
     """One control step: the command, what it is doing, how far is left, and how near the body is to anything."""
 
-    command: Command
+    command: Twist2
     phase: Phase
     remaining: float
     """Along the path, m."""
@@ -81,13 +82,13 @@ class Follower:
         self._passed = 0
         self._turning = False
         self._avoiding = False
-        self._last = STOP
+        self._last = ZERO_TWIST
         self._fan = fan_of(self.config, self.limits)
 
     def __repr__(self) -> str:
         return f"Follower({self.path!r}, {self._along:.2f} m done)"
 
-    def follow(self, path: Path, goal: Pose2, around: Surroundings | None = None) -> None:
+    def follow(self, path: Path, goal: Pose2, around: LocalField | None = None) -> None:
         """Take up a path; `goal` gives the heading at its end. A gap being threaded is finished if `around` leaves it open."""
         self.path = path.spaced(self.config.spacing)
         self._goal = goal
@@ -115,7 +116,7 @@ class Follower:
         """How far along the path the robot has come, m."""
         return self._along
 
-    def narrowest(self, around: Surroundings, reach: float) -> tuple[float, float, float]:
+    def narrowest(self, around: LocalField, reach: float) -> tuple[float, float, float]:
         """Where the next `reach` metres are narrowest for a body that slides along them: (clearance, x, y); inf when there is no stretch."""
         points = self.ahead(reach)
         if len(points) < 3:
@@ -126,7 +127,7 @@ class Follower:
         worst = int(clear.argmin())
         return float(clear[worst]), float(points[1 + worst, 0]), float(points[1 + worst, 1])
 
-    def is_tight(self, pose: Pose2, around: Surroundings) -> bool:
+    def is_tight(self, pose: Pose2, around: LocalField) -> bool:
         """Whether the next stretch is too narrow to rely on following the path with the body's middle."""
         config = self.config
         if self.narrowest(around, config.offered_over)[0] < config.tight:
@@ -139,17 +140,17 @@ class Follower:
 
     def halt(self) -> None:
         """Forget the path and the speed: the next command is a stop."""
-        self.path, self._poses, self._last, self._turning = None, None, STOP, False
+        self.path, self._poses, self._last, self._turning = None, None, ZERO_TWIST, False
 
     def halt_speed(self) -> None:
         """Keep the path, but start again from rest."""
-        self._last = STOP
+        self._last = ZERO_TWIST
 
-    def take_up(self, velocity: Command) -> None:
+    def take_up(self, velocity: Twist2) -> None:
         """Go on from the speed the body has, instead of from rest."""
         self._last = self.limits.clip(velocity.vx, velocity.vy, velocity.wz)
 
-    def is_clear(self, command: Command, pose: Pose2, around: Surroundings) -> bool:
+    def is_clear(self, command: Twist2, pose: Pose2, around: LocalField) -> bool:
         """Whether the body can follow a constant command for the horizon without coming near to anything."""
         tried = np.array([[command.vx, command.vy, command.wz]])
         return bool(clearances(pose, tried, around, HORIZON).min() >= self.config.touch)
@@ -160,20 +161,20 @@ class Follower:
         low, high = np.searchsorted(self.path.arc, (self._along, self._along + reach))
         return self.path.points[low : max(int(high), int(low) + 1)]
 
-    def step(self, pose: Pose2, around: Surroundings, dt: float) -> Step:
-        """The command for the next `dt` seconds. `around` must be centered on the pose."""
+    def step(self, pose: Pose2, around: LocalField, dt: float) -> Step:
+        """The command for the next `dt` seconds; `around`: the distances near the pose."""
         assert self.path is not None, "call follow(path, goal) first"
         config = self.config
         search = (self._along - config.search_back, self._along + config.search_ahead)
         self._along, off = self.path.project(pose.x, pose.y, *search)
-        clearance = float(around.body_clearance(*(np.array([v]) for v in (pose.x, pose.y, pose.yaw)))[0])
+        clearance = around.clearance_at(pose)
         remaining = max(self.path.length - self._along, 0.0)
         to_goal = math.hypot(self._goal.x - pose.x, self._goal.y - pose.y)
         near = to_goal < config.approach and remaining < 2 * config.approach
         turn_left = wrap(self._goal.yaw - pose.yaw)
         if near and to_goal <= self.tolerance.position and abs(turn_left) <= self.tolerance.yaw:
-            self._last = STOP
-            return Step(STOP, Phase.ARRIVED, to_goal, clearance, off)
+            self._last = ZERO_TWIST
+            return Step(ZERO_TWIST, Phase.ARRIVED, to_goal, clearance, off)
         aim = self._next_pose(pose) or (self._goal if near else None)
         if self._poses is not None and aim is not None:
             pace = min(self.limits.pace(clearance - config.touch), config.threading_speed)
@@ -190,7 +191,7 @@ class Follower:
 
     # --- what it would like -----------------------------------------------------------------------------------------
 
-    def _pursue(self, pose: Pose2, clearance: float) -> tuple[Command, Phase]:
+    def _pursue(self, pose: Pose2, clearance: float) -> tuple[Twist2, Phase]:
         """Head for a point ahead on the path: turn on the spot when it lies far to the side."""
         assert self.path is not None
         config, speed = self.config, abs(self._last.vx)
@@ -229,19 +230,19 @@ class Follower:
         x, y, yaw = (float(v) for v in rest[min(ahead, len(rest) - 1)])
         return Pose2(x, y, yaw)
 
-    def _toward(self, pose: Pose2, aim: Pose2, speed: float) -> Command:
+    def _toward(self, pose: Pose2, aim: Pose2, speed: float) -> Twist2:
         """Straight to a pose nearby, sideways and backward if need be, while turning to its heading."""
         dx, dy = aim.x - pose.x, aim.y - pose.y
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         ahead, left = c * dx + s * dy, c * dy - s * dx
         gain = self.config.approach_gain if self._poses is None else self.config.threading_gain
-        scale = min(gain, speed / max(math.hypot(ahead, left), 1e-6))
+        scale = min(gain, speed / max(math.hypot(ahead, left), self.config.no_way))
         # All three axes shrink together, or a clipped one would bend the way to the pose.
         shrink = max(
             1.0,
             ahead * scale / self.limits.vx_max,
-            ahead * scale / min(self.limits.vx_min, -1e-3),
-            abs(left) * scale / max(self.limits.vy_max, 1e-3),
+            ahead * scale / min(self.limits.vx_min, -self.config.no_speed),
+            abs(left) * scale / max(self.limits.vy_max, self.config.no_speed),
         )
         turn = self.config.yaw_gain * gain * wrap(aim.yaw - pose.yaw)
         return self.limits.clip(ahead * scale / shrink, left * scale / shrink, turn)
@@ -249,8 +250,8 @@ class Follower:
     # --- what it may ------------------------------------------------------------------------------------------------
 
     def _checked(
-        self, wish: Command, phase: Phase, pose: Pose2, around: Surroundings, clearance: float, aim: Pose2 | None
-    ) -> tuple[Command, Phase]:
+        self, wish: Twist2, phase: Phase, pose: Pose2, around: LocalField, clearance: float, aim: Pose2 | None
+    ) -> tuple[Twist2, Phase]:
         """The wish itself if it keeps clear, else the best command of the fan; a stop when there is none."""
         config, tried = self.config, np.array([[wish.vx, wish.vy, wish.wz]])
         threading = phase == Phase.THREADING
@@ -274,8 +275,8 @@ class Follower:
         allowed = (least >= touch) | ((least >= clearance - config.rounding) & (final > clearance + config.rounding))
         allowed[0] &= bool(least[0] >= touch)
         if not allowed.any():
-            if not around.movers.moving:
-                return STOP, Phase.BLOCKED
+            if not around.movers:
+                return ZERO_TWIST, Phase.BLOCKED
             # Something comes and every command ends near it: standing still is not safe, so go where most room is left,
             # but into nothing that stands.
             standing = clear[:, : len(instants)].min(axis=1)
@@ -289,15 +290,15 @@ class Follower:
         price[~allowed] = np.inf
         best = int(price.argmin())
         chosen = self.limits.clip(*(float(v) for v in fan[best]))
-        if chosen == STOP:
-            return STOP, Phase.BLOCKED
+        if chosen == ZERO_TWIST:
+            return ZERO_TWIST, Phase.BLOCKED
         return chosen, phase if best == 0 else Phase.AVOIDING
 
-    def _offered(self, around: Surroundings) -> float:
-        """The clearance (m) to insist on: a little less than the body has when it slides along the path as drawn.
+    def _offered(self, around: LocalField) -> float:
+        """Clearance required of a command, m: the least that a body has which slides along the path ahead, less `insistence`,
+        within [`touch` + `ease`, `comfort`].
 
-        In the open that is the full comfort. In a narrow passage nothing better is to be had, and insisting would stop
-        there.
+        Never more than the path itself offers, or a narrow passage could not be entered.
         """
         config = self.config
         points = self.ahead(config.offered_over)
@@ -312,7 +313,7 @@ class Follower:
         """What it costs to end up at each pose: distance from the aim or, without one, path left and distance from it."""
         config = self.config
         if aim is not None:
-            turn = np.abs((aim.yaw - yaw + math.pi) % (2 * math.pi) - math.pi)
+            turn = np.abs(wrap_all(aim.yaw - yaw))
             return np.asarray(np.hypot(aim.x - x, aim.y - y) + config.yaw_length * turn, dtype=np.float64)
         assert self.path is not None
         points = self.ahead(config.price_over)
@@ -320,7 +321,7 @@ class Follower:
         nearest = gaps.argmin(axis=1)
         target = points[np.minimum(nearest + config.price_ahead, len(points) - 1)]
         bearing = np.arctan2(target[:, 1] - y, target[:, 0] - x) - yaw
-        turn = np.abs((bearing + math.pi) % (2 * math.pi) - math.pi)
+        turn = np.abs(wrap_all(bearing))
         left = config.spacing * (len(points) - 1 - nearest)
         return np.asarray(
             left + config.off_price * gaps[np.arange(len(x)), nearest] + config.turn_price * turn, dtype=np.float64

@@ -62,6 +62,10 @@ class FollowerConfig:
     """Metres that count as much as turning by a radian."""
     pose_ahead: float = 0.25
     """How far ahead the pose lies that is aimed at, m with turning."""
+    no_way: float = 1e-6
+    """What a distance is divided by at least, m: no division by zero on the pose itself."""
+    no_speed: float = 1e-3
+    """The same for limits of speed, m/s: some bodies do not walk sideways or backward."""
     poses_searched: int = 8
     """Among how many poses ahead the nearest is looked for."""
 

@@ -47,6 +47,14 @@ CATCH_TIME = 1.5
 UPRIGHT = 0.5
 """Cosine of the body's tilt below which it has fallen: no step helps any more, and legs that go on stepping do harm."""
 _ZERO = (0.0, 0.0, 0.0)
+MOTOR_DELAY = 0.004
+"""How late the drives act on targets, s: that of the simulated ones."""
+REST_COMMAND = 1e-6
+"""A command below this in every part (m/s, rad/s) asks for rest: its ramp has come to an end."""
+REST_SPEED = 0.08
+"""A body slower than this (m/s) can come to rest on the feet that stand; chosen."""
+TWIST = 0.04
+"""The feet may be so far from a stance that is straight under the body, m: standing on them then strains no joint; chosen."""
 STOP_TIME = 2.5
 """Seconds after which a walk that will not come to rest is ended all the same."""
 
@@ -86,7 +94,7 @@ class GaitController:
         self,
         *,
         gait: str = "trot",
-        motor_delay: float = 0.004,
+        motor_delay: float = MOTOR_DELAY,
         limits: CommandLimits | None = None,
         own_feet: bool = True,
     ) -> None:
@@ -328,11 +336,11 @@ class GaitController:
                 self._walker, self._stopping_for = None, 0.0
                 self._commands.halt()
                 self._plant(Mode.STAND, ahead, STAND_HEIGHT, weight=1.0)
-        elif max(abs(part) for part in self._commands.velocity) < 1e-6:
+        elif max(abs(part) for part in self._commands.velocity) < REST_COMMAND:
             speed = _speed(ahead, walker)
             feet = np.array(ahead.legs.feet)[:, :2] - np.array(NOMINAL)
-            untwisted = np.abs(feet - feet.mean(axis=0)).max() < 0.04
-            walker.halting = (speed < 0.08 and bool(untwisted)) or self._stopping_for > (
+            untwisted = np.abs(feet - feet.mean(axis=0)).max() < TWIST
+            walker.halting = (speed < REST_SPEED and bool(untwisted)) or self._stopping_for > (
                 BLIND_STOP_TIME if self._imu_watch.lost else STOP_TIME
             )
 

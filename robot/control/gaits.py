@@ -1,7 +1,8 @@
 """Which foot stands when: gaits as a table of phase offsets, and the clock that runs through them.
 
 Each leg has the phase frac(t / period + offset). It stands while the phase is below `duty` and swings for the rest.
-Offsets in the order fl, fr, rl, rr; they follow the usual names (robot-domain section 3).
+Offsets in the order fl, fr, rl, rr; names and phases are those of Hildebrand (1965)
+and Alexander (1984), see docs/control.md#gaits.
 """
 
 from __future__ import annotations
@@ -80,6 +81,9 @@ GAITS = MappingProxyType(
     }
 )
 
+LEAD_IN = 0.02
+"""Share of the period for which all feet stand when a gait begins; chosen: the forces settle before the first foot lifts."""
+
 
 class GaitClock:
     """Runs through a gait: tells each leg's phase, its stance and its progress through a swing."""
@@ -106,7 +110,7 @@ class GaitClock:
         self.gait = gait or self.gait
         self.period = self.gait.period
         lifts = [(self.gait.duty - offset) % 1.0 for offset in self.gait.offsets]
-        self.phase = ((min(lifts) if first is None else lifts[first]) - 0.02 - settle / self.period) % 1.0
+        self.phase = ((min(lifts) if first is None else lifts[first]) - LEAD_IN - settle / self.period) % 1.0
 
     def hurry(self, speed: float) -> None:
         """Choose the period for a speed (m/s)."""

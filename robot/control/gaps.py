@@ -3,6 +3,7 @@
 A robot twice as long as wide fits through many gaps in one heading only. So ahead of the robot the floor is cut into cells of 10 cm
 with 16 headings each (6 cm and 32 where that finds nothing good), and the quickest sequence of steps forward, backward, sideways and
 turns is found that keeps the whole outline clear. The price of a step is the seconds it takes, more where it is close.
+Equations and sources: docs/control.md#gap-planning.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robot.control.limits import Limits
-from robot.estimation.surroundings import Surroundings
+from robot.estimation.local_field import LocalField
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
@@ -24,10 +25,21 @@ __all__ = ["thread"]
 
 
 _AVERSION = 4.0
+"""A step at the least clearance costs so many times its seconds more; chosen."""
+_UNSEEN = 1.3
+"""Backward and sideways cost so many times their seconds: the path is meant to be walked forward; chosen."""
+_CLOSE = 0.15
+"""So near to the target a plan may end, m; chosen: more than the diagonal of a coarse cell."""
+_LAST = 0.3
+"""The target's heading is that of the last piece of the path before it, so long, m; chosen."""
+_AT_END = 1e-6
+"""Of the path: rounding, m."""
+_NO_SPEED = 1e-3
+"""What speeds are divided by at least, m/s: some bodies do not walk sideways or backward."""
 _AHEAD = 1.6
 """How far along the path the plan ends, m."""
 _REACH = 1.4
-"""Half side of the square that is planned in, m. Its middle lies half-way to the target; all of it is within what `Surroundings` prepares."""
+"""Half side of the square that is planned in, m. Its middle lies half-way to the target; all of it is within a `LocalField`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,17 +66,17 @@ _SLOWEST = 0.3
 """A way that is slower than this asks for a finer look, m/s."""
 
 
-def thread(pose: Pose2, path: Path, along: float, goal: Pose2, around: Surroundings, limits: Limits) -> Floats | None:
-    """Poses (n, 3) from here to a point of the path some 1.8 m ahead (or its end), or None when the body does not get there.
+def thread(pose: Pose2, path: Path, along: float, goal: Pose2, around: LocalField, limits: Limits) -> Floats | None:
+    """Poses (n, 3) from here to a point of the path 1.6 m ahead (or its end), or None when the body does not get there.
 
-    `around` must be centered on the pose. The poses lie at most 22 cm or 22.5 degrees apart; the first is the robot's own.
+    The poses lie at most 22 cm or 22.5 degrees apart; the first is the robot's own.
     """
     end = min(along + _AHEAD, path.length)
     x, y = path.at(end)
-    if end >= path.length - 1e-6:
+    if end >= path.length - _AT_END:
         heading = goal.yaw
     else:
-        before = path.at(end - 0.3)
+        before = path.at(end - _LAST)
         heading = math.atan2(y - before[1], x - before[0])
     target = Pose2(x, y, heading)
     coarse = _Lattice(pose, target, around, limits, _COARSE)
@@ -86,7 +98,7 @@ def _step(angle: float) -> tuple[int, int]:
 class _Lattice:
     """The states around one pose: index = (heading * rows + row) * columns + column, with a closed rim of two cells."""
 
-    def __init__(self, pose: Pose2, target: Pose2, around: Surroundings, limits: Limits, fineness: _Fineness) -> None:
+    def __init__(self, pose: Pose2, target: Pose2, around: LocalField, limits: Limits, fineness: _Fineness) -> None:
         self._pose, self._fineness = pose, fineness
         half = math.ceil(_REACH / fineness.cell)
         self._side = side = 2 * half + 1
@@ -111,7 +123,7 @@ class _Lattice:
     def _index(self, row: int, column: int, heading: int) -> int:
         return (heading * self._side + row) * self._side + column
 
-    def _clearances(self, around: Surroundings) -> Floats:
+    def _clearances(self, around: LocalField) -> Floats:
         """Of the body in every state, shape (headings, rows, columns); the rim is closed."""
         turn, count = self._fineness.turn, self._fineness.headings
         x, y = np.meshgrid(self._x, self._y)
@@ -134,16 +146,16 @@ class _Lattice:
             length = math.hypot(right, up) * cell
             left, back = (((k + by) % count - k) * self._layer for by in (1, -1))
             offsets[k] = (forward, -forward, sideways, -sideways, left, back, forward + left, forward + back)
-            ahead, side = length / limits.vx_max, length / max(limits.vy_max, 1e-3)
-            behind, turning = length / max(-limits.vx_min, 1e-3), turn / limits.wz_max
+            ahead, side = length / limits.vx_max, length / max(limits.vy_max, _NO_SPEED)
+            behind, turning = length / max(-limits.vx_min, _NO_SPEED), turn / limits.wz_max
             curve = max(ahead, turning)
-            seconds[k] = (ahead, 1.3 * behind, 1.3 * side, 1.3 * side, turning, turning, curve, curve)
+            seconds[k] = (ahead, _UNSEEN * behind, _UNSEEN * side, _UNSEEN * side, turning, turning, curve, curve)
         return offsets, seconds
 
     def poses_to(self, target: Pose2, facing: float) -> tuple[Floats | None, float]:
         """The quickest poses to within 15 cm and `facing` (rad) of the target, and their price in seconds; None and inf without any."""
         x, y = np.meshgrid(self._x, self._y)
-        near = np.hypot(x - target.x, y - target.y) <= 0.15
+        near = np.hypot(x - target.x, y - target.y) <= _CLOSE
         turn, count = self._fineness.turn, self._fineness.headings
         turned = np.array([abs(wrap(k * turn - target.yaw)) <= facing for k in range(count)])
         targets = (near[None] & turned[:, None, None]).reshape(-1)

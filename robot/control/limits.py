@@ -1,23 +1,12 @@
-"""Velocities of the body as navigation commands them, and their bounds."""
+"""Bounds of the velocities that navigation commands, and of what counts as there."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
-__all__ = ["STOP", "Command", "Limits", "Tolerance"]
+from robot.geometry.planar import Twist2
 
-
-@dataclass(frozen=True, slots=True)
-class Command:
-    """A velocity in body axes: m/s, m/s, rad/s."""
-
-    vx: float = 0.0
-    vy: float = 0.0
-    wz: float = 0.0
-
-
-STOP: Final = Command()
+__all__ = ["Limits", "Tolerance"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +26,9 @@ class Limits:
     eagerness: float = 2.0
     """How much faster it may walk per meter of room around the body, 1/s."""
 
-    def clip(self, vx: float, vy: float, wz: float) -> Command:
+    def clip(self, vx: float, vy: float, wz: float) -> Twist2:
         """The nearest command within the limits."""
-        return Command(
+        return Twist2(
             min(max(vx, self.vx_min), self.vx_max),
             min(max(vy, -self.vy_max), self.vy_max),
             min(max(wz, -self.wz_max), self.wz_max),
@@ -49,12 +38,10 @@ class Limits:
         """The fastest walk, m/s, with so much room to spare around the body, m."""
         return min(self.creep + self.eagerness * max(clearance, 0.0), self.vx_max)
 
-    def ramp(self, wanted: Command, last: Command, dt: float) -> Command:
+    def ramp(self, wanted: Twist2, last: Twist2, dt: float) -> Twist2:
         """`wanted`, but no faster than `last` plus what the accelerations allow in `dt` seconds."""
         step, turn = self.acceleration * dt, self.turn_acceleration * dt
-        return Command(
-            _slew(wanted.vx, last.vx, step), _slew(wanted.vy, last.vy, step), _slew(wanted.wz, last.wz, turn)
-        )
+        return Twist2(_slew(wanted.vx, last.vx, step), _slew(wanted.vy, last.vy, step), _slew(wanted.wz, last.wz, turn))
 
 
 def _slew(wanted: float, last: float, step: float) -> float:

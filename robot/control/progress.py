@@ -24,11 +24,14 @@ class Manoeuvre(StrEnum):
 RECOVERIES = (Manoeuvre.CLEAR, Manoeuvre.BACK_UP, Manoeuvre.TURN, Manoeuvre.WAIT)
 """What is tried, in this order, before a goal is aborted."""
 
+DISTANCE, WITHIN = 0.5, 10.0
+"""A robot that moves less than this far (m) within this time (s) is stuck: nav2's progress checker."""
+
 
 class ProgressChecker:
     """Stuck means: less than `distance` metres moved within `within` seconds."""
 
-    def __init__(self, distance: float = 0.5, within: float = 10.0) -> None:
+    def __init__(self, distance: float = DISTANCE, within: float = WITHIN) -> None:
         self.distance = distance
         self.within = within
         self._mark: Pose2 | None = None

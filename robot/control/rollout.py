@@ -8,7 +8,7 @@ import numpy as np
 
 from robot.control.follow_config import FollowerConfig
 from robot.control.limits import Limits
-from robot.estimation.surroundings import Surroundings
+from robot.estimation.local_field import LocalField
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
 
@@ -32,10 +32,10 @@ def fan_of(config: FollowerConfig, limits: Limits) -> Floats:
     return np.column_stack([vx.ravel(), vy.ravel(), wz.ravel()])
 
 
-def clearances(pose: Pose2, commands: Floats, around: Surroundings, instants: Floats) -> Floats:
+def clearances(pose: Pose2, commands: Floats, around: LocalField, instants: Floats) -> Floats:
     """Distance (m) from the body to anything along every command, shape (commands, n): to what stands, then to what moves."""
     standing = around.body_clearance(*rollout(pose, commands, instants))
-    if not around.movers.moving:
+    if not around.movers:
         return standing
     return np.concatenate([standing, around.mover_clearance(*rollout(pose, commands, FORESIGHT), FORESIGHT)], axis=1)
 

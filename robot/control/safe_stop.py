@@ -3,7 +3,7 @@
 It belongs to whoever commands the motors, for the moment when its commander falls silent.
 
 A robot that walks is first caught: standing feet tell its speed (what they move backwards at), feet in the air make one last step
-ahead of it, then all feet brake at a bounded rate while the body sinks.
+ahead of it, then all feet brake at a bounded rate while the body sinks. Equations: docs/control.md#safe-stop.
 """
 
 from __future__ import annotations
@@ -28,14 +28,21 @@ FIND_TIME = 0.15
 LAST_STEP = 0.20
 """How far ahead of their places they land, per speed, s."""
 BRAKE = 4.0
-"""How hard the feet slow the body down, m/s2."""
+"""Deceleration of the body over its feet, m/s2: what friction of 0.4 gives."""
 SEARCH = 0.3
 """How fast a foot that has still not found the ground goes on downwards, m/s."""
 LONGEST = 0.58
+"""Farthest that a foot is sent below the hip plane, m: 88 % of the stretched leg."""
 FASTEST = 2.0
+"""Bound of the speed that the standing feet tell, m/s: more is a foot that slips."""
 CARRY = 0.5
+"""Share of the weight that is given as forces; the joint springs give the rest, as the body sinks."""
+_NO_SPEED = 1e-9
+"""What a speed is divided by at least, m/s: a body at rest has gone nowhere."""
 SPRING, DAMPER = 250.0, 6.0
+"""Joint gains until the robot sits, N m/rad and N m s/rad."""
 REST_SPRING, REST_DAMPER = 60.0, 6.0
+"""The same for a robot that sits: it holds its pose softly."""
 RELAX_TIME = 0.2
 """Seconds over which the legs stop carrying, once the pose is reached: the skid then carries the body."""
 
@@ -118,7 +125,7 @@ class SafeStop:
             z = min(z, z + (-height - z) * found) - SEARCH * max(0.0, self._time - FIND_TIME)
         else:
             (x, y, z), before = anchor
-            back = (self._gone() - before) / max(1e-9, hypot(vx, vy))
+            back = (self._gone() - before) / max(_NO_SPEED, hypot(vx, vy))
             x, y = x - back * vx, y - back * vy
             z += (-height - z) * found
         return (x + (goal_x - x) * share, y + (goal_y - y) * share, max(z, -LONGEST))

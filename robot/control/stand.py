@@ -1,7 +1,7 @@
 """All four feet on the ground: standing, standing up, sitting down. The feet stay; the body moves above them.
 
 Each leg carries its share of the weight as a force; a joint spring on top holds the pose that the stance and the level body
-imply. The spring closes inside the motor drives, so no delay can shake it.
+imply. The spring closes inside the motor drives, so no delay can shake it. Equations: docs/control.md#standing.
 """
 
 from __future__ import annotations
@@ -23,9 +23,11 @@ __all__ = ["Planted"]
 SPRING, DAMPER = 120.0, 4.0
 """Joint gains, N m/rad and N m s/rad."""
 ATTITUDE_SPRING, ATTITUDE_DAMPER = 60.0, 8.0
-"""Roll and pitch, 1/s2 and 1/s, times the inertia."""
+"""Stiffness and damping of roll and pitch per inertia, 1/s2 and 1/s: 1.2 Hz, half of critical damping."""
 SWAY_DAMPER = 6.0
-"""Force against moving sideways or forwards over the feet, 1/s times the mass."""
+"""Damping of the body's horizontal velocity per mass, 1/s."""
+LOADING = 0.4
+"""Seconds within which the legs take up the whole weight; chosen."""
 BODY = standing_mass(STAND_HEIGHT)
 CENTRING = 0.6
 """Seconds over which the body moves above the middle of its feet."""
@@ -38,7 +40,7 @@ class Planted:
         """Capture the feet as they stand. `weight` is the share of the robot's weight the legs carry at once (0 to 1)."""
         c, s = cos(ahead.yaw), sin(ahead.yaw)
         level = [(c * x + s * y, c * y - s * x, z) for x, y, z in ahead.feet]
-        mx, my, mz = (0.25 * sum(column) for column in zip(*level, strict=True))
+        mx, my, mz = (sum(column) / 4 for column in zip(*level, strict=True))
         self._feet = [(x - mx, y - my, z - mz) for x, y, z in level]
         plane = TerrainPlane()
         plane.update(inf, level)
@@ -60,7 +62,7 @@ class Planted:
     def step(self, dt: float, ahead: Ahead) -> Targets:
         """The motor targets of this step."""
         self._clock += dt
-        self._weight = min(1.0, self._weight + dt / 0.4)
+        self._weight = min(1.0, self._weight + dt / LOADING)
         self._time += dt
         share = 1.0 if self.arrived else 0.5 * (1.0 - cos(pi * self._time / self._duration))
         self.height = self._from + (self._to - self._from) * share

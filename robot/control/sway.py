@@ -2,8 +2,9 @@
 
 While the feet of one side take their steps, the point about which the ground's forces balance must lie on the other side, inside the
 triangle of the standing feet. That point goes to and fro as a trapezoid, and moves while all four feet stand. The body follows as a
-linear inverted pendulum has to: y'' = (g / h)(y - p). For a periodic p that motion is known in closed form, harmonic by harmonic:
-each is p's, divided by 1 + (h / g) w^2. So a quick crawl sways little, and a slow one as far as p itself.
+linear inverted pendulum (Kajita et al., 2001) has to: y'' = (g / h)(y - p). For a periodic p that motion is known in closed form,
+harmonic by harmonic: each is p's, divided by 1 + (h / g) w^2. So a quick crawl sways little, and a slow one as far as p itself.
+The series: docs/control.md#swaying-gaits.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ def sway(phase: float, period: float, reach: float, change: float, height: float
     for k in HARMONICS:
         rate = tau * k / period
         width = pi * k * change
-        share = 4.0 * reach / (pi * k) * sin(width) / width / (1.0 + rate * rate * height / GRAVITY)
+        wave = 4.0 * reach / (pi * k) * sin(width) / width  # formula: Fourier series of a trapezoid
+        share = wave / (1.0 + rate * rate * height / GRAVITY)
         s, c = share * sin(tau * k * phase), share * cos(tau * k * phase)
         place, speed, push = place + s, speed + rate * c, push - rate * rate * s
     return (place, speed, push)

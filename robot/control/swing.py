@@ -6,7 +6,12 @@ from math import cos, pi, sin, tau
 
 from robot.geometry.vectors import Triple
 
-__all__ = ["swing_path"]
+__all__ = ["smooth", "swing_path"]
+
+
+def smooth(progress: float) -> float:
+    """The cubic from 0 to 1 over 0..1 whose slope is zero at both ends."""
+    return progress * progress * (3.0 - 2.0 * progress)  # formula: smoothstep
 
 
 def swing_path(start: Triple, end: Triple, progress: float, duration: float, clearance: float) -> tuple[Triple, Triple]:
@@ -15,8 +20,8 @@ def swing_path(start: Triple, end: Triple, progress: float, duration: float, cle
     `clearance` (m) is added to the straight line half way. The usual cycloid reaches twice the mean speed, the cubic one and
     a half times: swinging costs half the energy (measured: cost of transport 1.19 against 1.34 at 1 m/s).
     """
-    share = progress * progress * (3.0 - 2.0 * progress)
-    rate = 6.0 * progress * (1.0 - progress) / duration
+    share = smooth(progress)
+    rate = 6.0 * progress * (1.0 - progress) / duration  # formula: derivative of the smoothstep
     angle = tau * progress
     lift, lift_rate = 0.5 * clearance * (1.0 - cos(angle)), clearance * pi * sin(angle) / duration
     dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]

@@ -23,6 +23,8 @@ SHEET = Footprint()
 """The data sheet's rectangle: the outline of the body that has no legs to sweep with."""
 _MARGIN = 5.0
 """Floor that may be used beyond start and goal, m."""
+_WELL_WITHIN = 0.9
+"""Share of the wanted radius at which the robot counts itself as there; chosen: its estimate is off by a few centimetres."""
 _RESOLUTION = 0.05
 """m."""
 _FAST = Limits(vx_min=-0.5, vx_max=1.5, wz_max=1.3, acceleration=1.5, creep=0.6, eagerness=5.0)
@@ -38,6 +40,6 @@ def unmapped_grid(start: Pose2, goal: Pose2) -> Grid:
 
 def unmapped_navigator(start: Pose2, goal: Pose2, radius: float, footprint: Footprint = WALKING) -> Navigator:
     """A navigator that knows nothing but where it is and where it shall go: to within `radius` (m), in any heading."""
-    tolerance = Tolerance(position=0.9 * radius, yaw=2 * math.pi)
+    tolerance = Tolerance(position=_WELL_WITHIN * radius, yaw=2 * math.pi)
     margins = BESIDE if footprint == WALKING else Margins()
     return Navigator(unmapped_grid(start, goal), _FAST, tolerance, footprint, margins)

@@ -10,13 +10,13 @@ import re
 import unicodedata
 from types import MappingProxyType
 
-from robot.control.arbiter import STILL, Velocity
+from robot.geometry.planar import ZERO_TWIST, Twist2
 
 __all__ = ["WORDS", "interpret"]
 
 _STOP = frozenset({"stop", "parar"})
-_FORWARD, _BACK = Velocity(1.0, 0.0, 0.0), Velocity(-1.0, 0.0, 0.0)
-_LEFT, _RIGHT = Velocity(0.0, 0.0, 1.0), Velocity(0.0, 0.0, -1.0)
+_FORWARD, _BACK = Twist2(1.0, 0.0, 0.0), Twist2(-1.0, 0.0, 0.0)
+_LEFT, _RIGHT = Twist2(0.0, 0.0, 1.0), Twist2(0.0, 0.0, -1.0)
 
 WORDS = MappingProxyType(
     {
@@ -28,14 +28,14 @@ WORDS = MappingProxyType(
         "esquerda": _LEFT,
         "right": _RIGHT,
         "direita": _RIGHT,
-        "stop": STILL,
-        "parar": STILL,
+        "stop": ZERO_TWIST,
+        "parar": ZERO_TWIST,
     }
 )
 """Every word that is understood, in lower case and without accents, and what it asks for (1.0 m/s, 1.0 rad/s)."""
 
 
-def interpret(text: str) -> Velocity | None:
+def interpret(text: str) -> Twist2 | None:
     """The velocity that `text` asks for; `None` if it is not understood, and then nothing may move.
 
     Case, accents, punctuation and spaces around the word do not matter.
@@ -43,5 +43,5 @@ def interpret(text: str) -> Velocity | None:
     plain = "".join(c for c in unicodedata.normalize("NFKD", text.casefold()) if not unicodedata.combining(c))
     words = re.findall(r"[^\W_]+", plain)
     if not _STOP.isdisjoint(words):
-        return STILL
+        return ZERO_TWIST
     return WORDS.get(words[0]) if len(words) == 1 else None

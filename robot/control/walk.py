@@ -1,6 +1,7 @@
 """Walking: stance legs push with forces that carry and steer the body, swing legs carry their feet to the next foothold.
 
-The equations are those of `robot.control.walk_law`, for the state that the motors will meet. What is kept from step to step is here.
+The equations are those of `robot.control.walk_law`, for the state that the motors will meet (docs/control.md#walking). What is kept from
+step to step is here.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from robot.control.command import CommandLimits
 from robot.control.drive import Targets, joint_speeds
 from robot.control.gaits import Gait, GaitClock
 from robot.control.sway import Sway, sway
-from robot.control.swing import swing_path
+from robot.control.swing import smooth, swing_path
 from robot.control.walk_config import WalkConfig
 from robot.control.walk_law import AT_REST, Step, WalkState, body_wrench, foothold, has_lost_balance, track
 from robot.estimation.leg_odometry import Estimator
@@ -107,7 +108,7 @@ class Walker:
     def leaving(self) -> list[bool]:
         """Which feet are in the last tenth of their stance."""
         duty = self.clock.gait.duty
-        return [0.9 * duty < self.clock.leg_phase(leg) for leg in range(4)]
+        return [self._config.leaving * duty < self.clock.leg_phase(leg) for leg in range(4)]
 
     def swing(self, leg: int) -> float:
         """Progress of a foot in the air, 0 to 1; negative while it stands."""
@@ -167,7 +168,7 @@ class Walker:
             2.0, self._swaying + dt / (self._config.sway_time if self._swaying < 1.0 else self.clock.period)
         )
         grown = min(1.0, self._swaying)
-        share = grown * grown * (3.0 - 2.0 * grown)
+        share = smooth(grown)
         phase = self.clock.phase + ahead.lead / self.clock.period - gait.sway_from
         period, (fore, side) = self.clock.period, gait.sway
         change = self._config.side_change

@@ -64,6 +64,8 @@ class WalkConfig:
     """N m s/rad; chosen."""
     stance_damper: float = 1.0
     """Of a standing leg, N m s/rad; chosen: forces rule, this only calms the joints."""
+    leaving: float = 0.9
+    """From this share of its stance on, a foot is about to lift, and the estimator doubts it; chosen: it unloads and may slip."""
     early: float = 0.5
     """From this progress of a swing on, a contact ends it; chosen."""
     stumble: tuple[float, float] = (0.2, 0.5)

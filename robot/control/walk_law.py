@@ -6,22 +6,25 @@ the error of velocity d = v* - v + v_sway, the integral i of it, and the angles 
     force   horizontal   m (clip(k_v d + i) + a_sway)
             vertical     m max(0.2 g, g + k_h (h* - h) + d_h (slope . v - v_z))
     moment  per axis     I (k_R lean + d_R (w* - w))
-    landing              p + v T + R(yaw at landing) hip + v t_stance / 2 + k (v - v*) + h / (2 g) (w* x v) - h / g i
+    landing              p - s + u T + r + (u + w* x r) t_stance / 2 + clip(k (u - v*)) + h / (2 g) (u x w*) - h / g i
 
-The landing is Raibert's rule (Legged Robots That Balance, 1986) with the yaw term of Di Carlo et al. (MIT Cheetah 3, 2018).
+where s is the displacement of the sway, u = v - v_sway, T the time until the landing and r the foot's nominal place, turned by the yaw at
+the landing. That is Raibert's rule (1986) with the term for turning of Kim et al. (2019). Symbols, numbers and sources:
+docs/control.md#walking.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan, cos, hypot, pi, sin, tau
+from math import atan, cos, hypot, sin
 from typing import NamedTuple
 
 from robot.control.sway import Sway
 from robot.control.walk_config import WalkConfig
 from robot.estimation.predict import Ahead
 from robot.estimation.terrain import TerrainPlane
+from robot.geometry.angles import wrap
 from robot.geometry.vectors import Triple
 from robot.model.mass import StandingMass
 from robot.model.parameters import GRAVITY, MASS
@@ -93,10 +96,10 @@ def track(config: WalkConfig, state: WalkState, step: Step) -> tuple[WalkState, 
     )
     share = config.step_share * step.height / GRAVITY
     back = (share * (c * ix - s * iy), share * (s * ix + c * iy))
-    heading = ahead.yaw + clip(_wrap(state.heading + step.turn * step.dt - ahead.yaw), config.heading_error)
+    heading = ahead.yaw + clip(wrap(state.heading + step.turn * step.dt - ahead.yaw), config.heading_error)
     roll = clip(atan(c * terrain.slope_y - s * terrain.slope_x), config.most_slope)
     pitch = clip(-atan(c * terrain.slope_x + s * terrain.slope_y), config.most_slope)
-    lean = (roll - ahead.roll, pitch - ahead.pitch, _wrap(heading - ahead.yaw))
+    lean = (roll - ahead.roll, pitch - ahead.pitch, wrap(heading - ahead.yaw))
     return WalkState(heading, (ix, iy)), Tracking(error, (roll, pitch), lean, back)
 
 
@@ -188,7 +191,3 @@ def foothold(
 def clip(value: float, most: float) -> float:
     """The nearest value whose magnitude is at most `most`."""
     return max(-most, min(most, value))
-
-
-def _wrap(angle: float) -> float:
-    return (angle + pi) % tau - pi

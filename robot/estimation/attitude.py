@@ -1,7 +1,11 @@
-"""Attitude from gyro and accelerometer: integrate the one, lean slowly on the other. Yaw is the gyro's alone.
+"""Attitude from gyro and accelerometer by a complementary filter. Yaw is integrated from the gyro alone.
 
-Source of the equations: the complementary filter of robot-domain section 6, with the robot's own acceleration taken out of
-the accelerometer before gravity is read from it (otherwise each change of speed tilts the horizon).
+After Mahony et al. (2008), with the robot's own acceleration subtracted from the specific force before gravity is read from it (otherwise
+each change of speed tilts the horizon). With the vertical u in body axes, the gyro's bias b, and the quaternion q body to odom:
+
+    e = (accel - own) x u / g            q <- q exp((gyro - b + GRAVITY_GAIN e) dt)
+
+Symbols and sources: docs/control.md#attitude.
 """
 
 from __future__ import annotations
@@ -15,7 +19,7 @@ from robot.model.parameters import GRAVITY
 __all__ = ["AttitudeFilter"]
 
 GRAVITY_GAIN = 0.4
-"""How fast the horizon follows the accelerometer, 1/s."""
+"""Proportional gain of the horizon's error, 1/s: roll and pitch follow the accelerometer with a time constant of 2.5 s."""
 LEVEL_TIME = 0.4
 """For so long after a start, s, the horizon is the mean of the accelerometer: one sample may have been taken in a bump, and turning
 a horizon that is far off would turn the heading as well."""
@@ -24,7 +28,7 @@ BUMP = 0.3
 
 
 class AttitudeFilter:
-    """Orientation body to odom, as quaternion and rotation matrix, and the gyro's bias. Plain floats throughout."""
+    """Orientation body to odom, as quaternion and rotation matrix, and the estimate of the gyro's bias. Plain floats throughout."""
 
     __slots__ = ("_force", "age", "bias", "quaternion", "rotation", "turn", "up")
 
@@ -61,7 +65,7 @@ class AttitudeFilter:
         self._unpack()
 
     def update(self, dt: float, gyro: Triple, accel: Triple, own: Triple, still: bool) -> None:
-        """One sample: angular rate, specific force, and the robot's own acceleration as known otherwise (body axes).
+        """One sample: angular rate, specific force, and the robot's own acceleration as estimated without this sensor (body axes).
 
         `still` says that the robot stands and does not turn: whatever the gyro then shows is bias.
         """
@@ -94,7 +98,7 @@ class AttitudeFilter:
 
     def _rotate(self, x: float, y: float, z: float) -> None:
         angle = sqrt(x * x + y * y + z * z)
-        scale = 0.5 - angle * angle / 48.0
+        scale = 0.5 - angle * angle / 48.0  # formula: Taylor series of sin(a / 2) / a
         dw, dx, dy, dz = cos(angle / 2), x * scale, y * scale, z * scale
         w0, x0, y0, z0 = self.quaternion
         w = w0 * dw - x0 * dx - y0 * dy - z0 * dz

@@ -13,6 +13,14 @@ from dataclasses import dataclass
 
 __all__ = ["BatteryGauge", "GaugeReading", "UnknownRobot", "health", "percentage", "runtime_minutes"]
 
+EMPTY_VOLTAGE, VOLTAGE_SPAN = 10.0, 2.6
+"""Of three cells, V: where the gauge reads 0, and from there to where it reads 100. These five are the tutorial's."""
+FULL = 100.0
+"""Per cent."""
+MINUTES_PER_POINT = 1.2
+GOOD, LOW = 50.0, 20.0
+"""Per cent."""
+
 
 class UnknownRobot(LookupError):
     """The battery of a robot was asked for that this gauge does not watch."""
@@ -34,12 +42,12 @@ def percentage(voltage: float) -> float:
     """``(V - 10) / 2.6 * 100`` clamped to 0..100, for the voltage of a three-cell pack: 12.6 V is 100, 10.0 V is 0."""
     if not math.isfinite(voltage):
         raise ValueError(f"The battery voltage is {voltage!r}, so no percentage can be read from it: check the sensor.")
-    return min(100.0, max(0.0, (voltage - 10.0) / 2.6 * 100.0))
+    return min(FULL, max(0.0, (voltage - EMPTY_VOLTAGE) / VOLTAGE_SPAN * FULL))
 
 
 def runtime_minutes(percent: float) -> float:
     """1.2 minutes for each point of the gauge."""
-    return percent * 1.2
+    return percent * MINUTES_PER_POINT
 
 
 def health(percent: float) -> str:
@@ -48,9 +56,9 @@ def health(percent: float) -> str:
     Compared after rounding to 1e-6, because the formula gives 50.00000000000002 for the 11.3 V that mean exactly 50.
     """
     rounded = round(percent, 6)
-    if rounded > 50.0:
+    if rounded > GOOD:
         return "good"
-    return "low" if rounded > 20.0 else "critical"
+    return "low" if rounded > LOW else "critical"
 
 
 class BatteryGauge:

@@ -15,6 +15,10 @@ TYPICAL_LOAD = 403.0
 """W: 605 Wh in the 90 min of typical use."""
 SLOW, FAST = 60.0, 6.0
 CHANGE, PATIENCE = 0.04, 30.0
+ROOM = 25.0
+"""Temperature of the air unless it is known, C."""
+HOUR = 3600.0
+"""s."""
 _GRID = np.linspace(0.0, 1.0, 65)
 
 
@@ -61,7 +65,7 @@ class RuntimeEstimator:
 
     __slots__ = ("ambient", "design", "load")
 
-    def __init__(self, design: PackDesign, *, ambient: float = 25.0) -> None:
+    def __init__(self, design: PackDesign, *, ambient: float = ROOM) -> None:
         self.design = design
         self.ambient = ambient
         self.load = MeanLoad()
@@ -86,7 +90,7 @@ class RuntimeEstimator:
     def energy_above(self, charge: float, state: PackState) -> float:
         """What the present mean load can draw at the terminals before `charge` (0..1), or 10.0 V if that comes first, is reached, Wh."""
         power, now = self.load.watts, state.temperature
-        return power * self._discharge(power, state.soc, now, now, charge)[0] / 3600.0
+        return power * self._discharge(power, state.soc, now, now, charge)[0] / HOUR
 
     def _discharge(self, power: float, soc: float, begin: float, end: float, floor: float = 0.0) -> tuple[float, float]:
         """Seconds down to the limit, or to the charge `floor`, at a constant load, and the mean current, A.
@@ -100,7 +104,8 @@ class RuntimeEstimator:
             return 0.0, 0.0
         grid = empty + (soc - empty) * _GRID
         emf, resistance = self.design.open_voltages(grid), last + (first - last) * _GRID
-        current = 2.0 * power / (emf + np.sqrt(np.maximum(emf * emf - 4.0 * resistance * power, 0.0)))
+        root = np.sqrt(np.maximum(emf * emf - 4.0 * resistance * power, 0.0))  # formula: of R I^2 - E I + P = 0
+        current = 2.0 * power / (emf + root)
         capacity = self.design.capacity(0.5 * (begin + end))
         hours = np.diff(grid) @ (0.5 / current[1:] + 0.5 / current[:-1]) * capacity
-        return 3600.0 * float(hours), float(current.mean())
+        return HOUR * float(hours), float(current.mean())

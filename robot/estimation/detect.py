@@ -21,6 +21,8 @@ FEWEST: Final = 12
 """Pixels that make an object."""
 SPREAD: Final = 300
 """Depths that differ by more than this from the object's median, mm, are of something behind it."""
+MILLIMETRES: Final = 1000.0
+"""In a metre."""
 
 _HUES: Final = np.array([0.0, 60.0, 120.0, 240.0, 360.0])
 _EDGES: Final = (_HUES[:-1] + _HUES[1:]) / 2.0
@@ -82,8 +84,12 @@ def _color_of_each(pixels: NDArray[np.uint8]) -> NDArray[np.int8]:
     with np.errstate(divide="ignore", invalid="ignore"):
         hue = np.where(
             strongest == red,
-            (60.0 * (green - blue) / span) % 360.0,
-            np.where(strongest == green, 120.0 + 60.0 * (blue - red) / span, 240.0 + 60.0 * (red - green) / span),
+            (60.0 * (green - blue) / span) % 360.0,  # formula: hue of HSV, degrees
+            np.where(
+                strongest == green,
+                120.0 + 60.0 * (blue - red) / span,  # formula: hue of HSV
+                240.0 + 60.0 * (red - green) / span,  # formula: hue of HSV
+            ),
         )
     color = np.searchsorted(_EDGES, np.nan_to_num(hue)).astype(np.int8) % len(COLORS)
     return np.where(span >= VIVID, color, np.int8(-1)).astype(np.int8)
@@ -97,4 +103,4 @@ def _position(
     if not known.any():
         return (float("nan"), float("nan"), float("nan"))
     near = known & (np.abs(depths - np.median(depths[known])) <= SPREAD)
-    return deproject(float(columns[near].mean()), float(rows[near].mean()), float(depths[near].mean()) / 1000.0)
+    return deproject(float(columns[near].mean()), float(rows[near].mean()), float(depths[near].mean()) / MILLIMETRES)

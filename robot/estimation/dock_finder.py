@@ -1,4 +1,4 @@
-"""Where the charging station is, by what the LiDAR sees of its face."""
+"""Where the charging station is, by what the LiDAR sees of its face (docs/control.md#docking)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from robot.geometry.planar import Pose2, compose, inverse
 from robot.geometry.vectors import Floats
-from robot.hardware.beams import MAX_RANGE, beam_angles
+from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 from robot.scenes.dock import FACE_AHEAD, FACE_WIDTH
 
 __all__ = ["find_dock"]
@@ -36,7 +36,7 @@ def find_dock(ranges: Floats, here: Pose2, dock: Pose2, max_range: float = MAX_R
     half of them are within 3 cm and 2 degrees from a meter away. Average several.
     """
     believed = compose(inverse(dock), here)
-    valid = np.isfinite(ranges) & (ranges > 0.05) & (ranges < max_range - 1e-6)
+    valid = returns(ranges, max_range)
     angles, r = beam_angles(len(ranges))[valid] + believed.yaw, ranges[valid]
     x, y = believed.x + r * np.cos(angles), believed.y + r * np.sin(angles)
     near = (np.abs(x - FACE_AHEAD) < _WINDOW) & (np.abs(y) < FACE_WIDTH / 2 + _BESIDE)

@@ -1,9 +1,13 @@
-"""The gyro's bias, learned: from standing still, from gravity, and from the line between two standing feet, which does not turn."""
+"""The gyro's bias, estimated from rest, from gravity, and from the line between two standing feet, which does not turn.
+
+Equations and sources: docs/control.md#gyro-bias.
+"""
 
 from __future__ import annotations
 
-from math import atan2, pi, tau
+from math import atan2
 
+from robot.geometry.angles import wrap
 from robot.geometry.vectors import Triple
 
 __all__ = ["FootLine", "GyroBias"]
@@ -11,13 +15,13 @@ __all__ = ["FootLine", "GyroBias"]
 FIRST = 1e-3
 """Standard deviation of the bias before anything is known, rad/s."""
 WALK = 1.9e-5
-"""How the bias wanders, rad/s per root second."""
+"""Density of the bias's random walk, rad/s per root second."""
 WHITE = 1.7e-4
 """Noise density of the gyro, rad/s/sqrt(Hz): at 200 Hz one sample has a standard deviation of 2.4e-3 rad/s."""
 STILL_RATE = 0.012
 """A robot that is said to stand still and shows more than this (rad/s) does not."""
 GRAVITY_GAIN = 0.004
-"""How fast the bias follows the error of the horizon, 1/s2."""
+"""Integral gain of the horizon's error in the attitude filter, 1/s2."""
 
 
 class GyroBias:
@@ -36,27 +40,28 @@ class GyroBias:
         return (a, b, c)
 
     def wander(self, dt: float) -> None:
-        """Time passes."""
+        """Prediction over `dt` seconds: the random walk widens the variances."""
         for axis in range(3):
             self._variance[axis] += WALK**2 * dt
 
     def rest(self, dt: float, gyro: Triple) -> None:
-        """The robot has stood still for `dt` seconds: what the gyro shows is bias and noise, unless it shows too much."""
+        """Update of a robot at rest for `dt` seconds: the gyro measures its bias, with white noise, unless the innovation is too large for rest."""
         if max(abs(shown - bias) for shown, bias in zip(gyro, self.value, strict=True)) < STILL_RATE:
             x, y, z = (self._learn(axis, gyro[axis], WHITE**2 / dt) for axis in range(3))
             self.value = (x, y, z)
 
     def lean(self, dt: float, ex: float, ey: float) -> None:
-        """The horizon is off by this much (rad about body x and y)."""
+        """Integral part of the attitude filter: the horizon is off by this much (rad about body x and y). The variances are not touched."""
         x, y, z = self.value
         self.value = (x - GRAVITY_GAIN * ex * dt, y - GRAVITY_GAIN * ey * dt, z)
 
     def turning(self, rate: float, variance: float) -> None:
-        """Something known not to turn about the vertical seemed to, at `rate` (rad/s): the bias is off by so much."""
+        """Update about the vertical: what does not turn seemed to, at `rate` (rad/s, of this variance), so the bias is off by so much."""
         x, y, z = self.value
         self.value = (x, y, self._learn(2, z + rate, variance))
 
     def _learn(self, axis: int, told: float, noise: float) -> float:
+        """Scalar Kalman update of one axis: the measurement and its variance R; returns the new mean."""
         variance = self._variance[axis]
         gain = variance / (variance + noise)
         self._variance[axis] = (1.0 - gain) * variance
@@ -70,13 +75,13 @@ class FootLine:
     """
 
     LEAST = 0.1
-    """Seconds of a common stance that make a fit worth having."""
+    """Least length of a common stance, s: the variance of a slope falls with its cube."""
     ANGLE_NOISE = 6e-4
-    """Of one sample of the angle, rad: encoders of 5e-4 rad over 0.7 m."""
+    """Standard deviation of one sample of the angle, rad: encoders of 5e-4 rad over 0.7 m."""
     CREEP = 2e-4
-    """What the feet's creep on the ground adds to a rate, rad/s."""
+    """Standard deviation that the feet's creep on the ground adds to a rate, rad/s."""
     FASTEST = 0.02
-    """A rate beyond this is a foot that slipped, rad/s."""
+    """A rate beyond this is an outlier, rad/s: a foot slipped."""
 
     def __init__(self) -> None:
         self._pair = (-1, -1)
@@ -108,7 +113,7 @@ class FootLine:
         else:
             self._time += dt
             self._rolled += (x * roll[1] - y * roll[0]) / (x * x + y * y) * dt
-        turned = (angle - self._first + pi) % tau - pi - self._rolled
+        turned = wrap(angle - self._first) - self._rolled
         time = self._time
         self._t += time
         self._tt += time * time

@@ -1,12 +1,19 @@
 """Where the robot is and how fast it moves, from IMU, encoders and foot contacts alone (the `odom` frame).
 
-Attitude comes from `AttitudeFilter`. Position and velocity come from a Kalman filter over body position, body velocity and the
-four foot points: predicted with the accelerometer, corrected by what standing feet say (robot-domain section 6, with the
-rolling of the ball feet). The three axes share their model and noise, so one 6 x 6 covariance serves all three.
+Attitude comes from `AttitudeFilter`. Position and velocity come from a linear Kalman filter (after Bloesch et al., 2012). Each axis has the
+state x = [p, v, f1, f2, f3, f4]: body position (m), body velocity (m/s) and the four foot centres (m). Inputs are the acceleration
+a = R accel - g and the velocities ri with which the ball feet roll:
 
-All noises are densities, so that what is believed after a second does not depend on the rate of the samples.
+    prediction    p += v dt + a dt^2 / 2       v += a dt       fi += ri dt
+                  P <- F P F' + Q              F = 1 + dt e_p e_v'       Q = dt diag(0, ACCEL_NOISE^2, SLIDE_NOISE^2, ...)
+    correction    z = R pi                       H x = fi - p      variance PLACE_NOISE^2 / dt
+                  z = ri - R (J qd + w x pi)     H x = v           variance SPEED_NOISE^2 / dt        for each standing foot
 
-Height over flat ground cannot be observed: a prior pulls the standing feet to height zero.
+The axes share model and noise, hence one covariance P (6 x 6) for all three. All noises are densities, so that the covariance after a
+second does not depend on the rate of the samples.
+
+Height over flat ground cannot be observed: standing feet are shifted to height zero, outside of the filter.
+Symbols and sources: docs/control.md#leg-odometry.
 """
 
 from __future__ import annotations
@@ -24,34 +31,37 @@ from robot.model.parameters import FOOT_RADIUS, GRAVITY
 __all__ = ["Estimator"]
 
 PLACE_NOISE = 2.83e-4
-"""Noise density of a foot's place as the encoders tell it, m/sqrt(Hz): at 200 Hz a standard deviation of 4 mm."""
+"""Noise density of a foot's position against the body by the encoders, m/sqrt(Hz): at 200 Hz a standard deviation of 4 mm."""
 LANDING_NOISE = 0.0223
-"""Standard deviation (m) of a foot's place, against the body, at the moment when it lands."""
+"""Standard deviation of a foot's position against the body at touch-down, m."""
 SPEED_NOISE = 4.24e-3
-"""Noise density of the body's velocity as one standing foot tells it, m/s/sqrt(Hz): at 200 Hz a standard deviation of 0.06 m/s."""
+"""Noise density of the body's velocity by one standing foot, m/s/sqrt(Hz): at 200 Hz a standard deviation of 0.06 m/s."""
 ACCEL_NOISE = 0.0424
 """Noise density of the accelerometer in a walking body, m/s2/sqrt(Hz): at 200 Hz a standard deviation of 0.6 m/s2."""
 SLIDE_NOISE = 0.0283
-"""How far a standing foot may creep, m/sqrt(s) (standard deviation of a random walk): 2 mm in 5 ms."""
+"""Density of a standing foot's random walk, m/sqrt(s): 2 mm in 5 ms."""
 DOUBT = 31.0
-"""Factor on the variance of a foot that has just landed, is about to lift or seems to slip."""
+"""Factor on the measurement variance R (5.6 on sigma) of a foot that has just landed, is about to lift or slips: its contact point moves."""
 SETTLING = 0.02
-"""Seconds a foot counts as just landed."""
+"""Time for which a foot counts as just landed, s."""
 FIRM = 0.03
-"""Seconds after which a landed foot stands firmly enough to tell about turning."""
+"""Time after touch-down from which a foot stands firmly enough for the slide test and the foot line, s."""
 SLOW_TURN = 0.3
-"""A robot that turns faster (rad/s) twists its feet on the ground: they say nothing about the gyro then."""
+"""Turning faster than this (rad/s) the feet twist on the ground, and the foot line is no measurement of the gyro's bias."""
 _NOWHERE: Triple = (0.0, 0.0, 0.0)
 SLIP = 0.35
-"""A standing foot that differs from the rest by this speed (m/s) is doubted."""
+"""Innovation of the velocity (norm, m/s) above which a standing foot slips, and is weighted by `DOUBT`."""
 SLIDE = 0.2
-"""The same for a foot that stands firmly: it slides (m/s)."""
+"""The same for a foot that stands firmly, m/s: it slides."""
 CERTAIN = 0.017
-"""Seconds after which that is certain: a push makes feet slide for a moment, too."""
+"""Time for which it must slide before it is reported as slipping, s: a push makes feet slide for a moment, too."""
 FLOOR_TIME = 0.5
-"""Time constant (s) of the prior that standing feet are at height zero."""
+"""Time constant with which standing feet are shifted to height zero, s."""
 OWN_ACCEL_TIME = 0.15
-"""Time constant (s) of the robot's own acceleration, told from its velocity, that the attitude filter subtracts."""
+"""Time constant of the low-pass before the feet's velocity is differentiated to the robot's own acceleration, s."""
+
+_SURE, _UNSURE = 1e-6, 1e-4
+"""Variances at the start: of the position, which defines odom (m2: 1 mm), and of all else (m2, m2/s2: 1 cm, 1 cm/s); chosen."""
 
 
 class Estimator:
@@ -76,8 +86,9 @@ class Estimator:
         """Feet that stand and slide."""
         self.own_acceleration: Triple = _NOWHERE
         self._state = [[0.0, 0.0, 0.0] for _ in range(6)]
-        """Position, velocity, and where the four feet are."""
-        self._spread = [[(1e-6 if i == 0 else 1e-4) if i == j else 0.0 for j in range(6)] for i in range(6)]
+        """Mean: rows p, v, f1 to f4, columns x, y, z of odom."""
+        self._spread = [[(_SURE if i == 0 else _UNSURE) if i == j else 0.0 for j in range(6)] for i in range(6)]
+        """Covariance P of that state, the same for every axis."""
         self._standing_for = [0.0] * 4
         self._sliding_for = [0.0] * 4
         self._smooth_velocity: Triple = _NOWHERE
@@ -94,7 +105,7 @@ class Estimator:
     ) -> None:
         """Take in one sample, `dt` seconds after the last.
 
-        `leaving` marks feet about to lift (they are doubted); `still` says that the robot is meant to stand at rest.
+        `leaving` marks feet about to lift (their variance is raised); `still` says that the robot is meant to stand at rest.
         """
         gyro, accel = _triple(imu.gyro), _triple(imu.accel)
         angles, speeds = joints.position.tolist(), joints.velocity.tolist()
@@ -131,13 +142,14 @@ class Estimator:
 
     def _begin(self, arms: list[Triple]) -> None:
         self._started = True
-        height = -0.25 * sum(z for _, _, z in arms)
+        height = -sum(z for _, _, z in arms) / 4
         self._state[0][2] = height
         for foot, (x, y, z) in enumerate(arms, 2):
             self._state[foot] = [x, y, z + height]
         self.contacts = [(x, y, z + height) for x, y, z in arms]
 
     def _predict(self, dt: float, acceleration: Triple, roll: list[Triple]) -> None:
+        """Prediction over `dt` seconds: mean, and P <- F P F' + Q."""
         state, spread = self._state, self._spread
         place, speed = state[0], state[1]
         for axis, push in enumerate(acceleration):
@@ -155,7 +167,7 @@ class Estimator:
             spread[index][index] += SLIDE_NOISE**2 * dt
 
     def _correct(self, dt: float, arms: list[Triple], told: list[Triple], leaving: Sequence[bool]) -> None:
-        """Take in what the standing feet say, one at a time: their noises are independent, so the order does not matter."""
+        """Correction by every standing foot, one after the other: their noises are independent, so the order does not matter."""
         state = self._state
         standing: list[tuple[int, float]] = []
         velocity = tuple(state[1])
@@ -195,7 +207,7 @@ class Estimator:
         self._publish()
 
     def _learn(self, pull: list[float], variance: float, x: float, y: float, z: float) -> None:
-        """One measurement: how each state goes with it (covariances), its variance, and by how much it differs from what was thought."""
+        """Scalar Kalman update of each axis: `pull` = P H', `variance` = H P H' + R, and (x, y, z) is the innovation."""
         share = 1.0 / variance
         x, y, z = x * share, y * share, z * share
         spread = self._spread
@@ -208,7 +220,7 @@ class Estimator:
             spread[index] = [a - part * b for a, b in zip(spread[index], pull, strict=True)]
 
     def _tidy(self) -> None:
-        """Rounding makes the covariance unsymmetric, and what is unsymmetric grows."""
+        """Make the covariance symmetric again: rounding makes it unsymmetric, and that grows."""
         spread = self._spread
         for i in range(1, 6):
             row = spread[i]
@@ -220,7 +232,7 @@ class Estimator:
         self.position, self.velocity = (px, py, pz), (vx, vy, vz)
 
     def _land(self, leg: int, arm: Triple) -> None:
-        """A foot touches down: its place is where the leg says, as uncertain as the body plus the encoders."""
+        """A foot touches down: its position is where the leg has it, its covariance that of the body's position plus `LANDING_NOISE`."""
         foot, spread = leg + 2, self._spread
         self._state[foot] = [a + b for a, b in zip(self._state[0], arm, strict=True)]
         spread[foot] = spread[0].copy()
@@ -229,7 +241,7 @@ class Estimator:
         spread[foot][foot] = spread[0][0] + LANDING_NOISE**2
 
     def _pin_height(self, dt: float) -> None:
-        """Shift body and feet together, so that nothing the filter observes changes."""
+        """Shift body and feet together towards height zero of the soles: no innovation of the filter changes by it."""
         state = self._state
         heights = [state[leg + 2][2] - FOOT_RADIUS for leg in range(4) if self.contact[leg]]
         if not heights:
@@ -241,15 +253,15 @@ class Estimator:
         self.contacts = [(x, y, z - shift) for x, y, z in self.contacts]
 
     def _rest(self) -> None:
-        """The robot lies on its skid: no foot says so, but it does not move."""
+        """The robot lies on its skid, without a foot on the ground: its velocity is zero, and uncorrelated."""
         self._state[1] = [0.0, 0.0, 0.0]
         for row in self._spread:
             row[1] = 0.0
-        self._spread[1] = [0.0, 1e-4, 0.0, 0.0, 0.0, 0.0]
+        self._spread[1] = [0.0, _UNSURE, 0.0, 0.0, 0.0, 0.0]
         self.velocity = _NOWHERE
 
     def _watch_acceleration(self, dt: float, told: list[Triple]) -> None:
-        """From what standing feet say alone: the filtered velocity contains the accelerometer and would agree with it."""
+        """Own acceleration from the velocity by the feet alone: the filtered one contains the accelerometer and would agree with it."""
         count = sum(self.contact)
         if count == 0:
             fade = 1.0 - dt / OWN_ACCEL_TIME
@@ -267,7 +279,7 @@ class Estimator:
         self._smooth_velocity = (sx + x * dt, sy + y * dt, sz + z * dt)
 
     def _watch_heading(self, dt: float, arms: list[Triple], roll: list[Triple], leaving: Sequence[bool]) -> None:
-        """Learn the gyro's bias about the vertical from the line between two firmly standing feet."""
+        """Estimate the gyro's bias about the vertical from the line between two firmly standing feet."""
         firm = [leg for leg in range(4) if self._standing_for[leg] > FIRM and not leaving[leg]]
         pair, arm, rolls = (-1, -1), _NOWHERE, _NOWHERE
         if len(firm) == 2 and abs(self.attitude.turn[2]) < SLOW_TURN:

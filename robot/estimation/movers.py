@@ -2,7 +2,7 @@
 
 Hits that lie side by side form a cluster; a cluster is followed from scan to scan by its middle. Only what is small,
 moves steadily and leaves the places where it was counts as moving: the visible middle of a standing box also wanders
-while the robot walks past it.
+while the robot walks past it. The filter of its velocity: docs/control.md#surroundings.
 """
 
 from __future__ import annotations
@@ -35,6 +35,10 @@ _SCANS = 3
 """Scans before a speed is believed."""
 _GONE = 0.25
 """How far a thing must have come from where it was first seen, m: the part of a standing thing that shows wanders about less."""
+_SKIN = 0.05
+"""A thing's radius is that of the hits and so much more, m: half of it is out of sight; chosen."""
+_SHRINKING = 0.98
+"""Of the largest radius seen, per scan: it falls to a third within some five seconds; chosen."""
 _NEW_SHARE = 0.4
 """Share of the newest difference in the filtered speed."""
 
@@ -109,10 +113,10 @@ class Movers:
             standing = float(known[part].mean()) >= _STANDING_SHARE
             track = _nearest(free, now, cx, cy)
             if track is None:
-                fresh.append(_Track(cx, cy, size + 0.05, now, cx, cy))
+                fresh.append(_Track(cx, cy, size + _SKIN, now, cx, cy))
             else:
                 free.remove(track)
-                fresh.append(_advanced(track, now, cx, cy, size + 0.05, standing))
+                fresh.append(_advanced(track, now, cx, cy, size + _SKIN, standing))
         self._tracks = fresh + free
 
 
@@ -141,5 +145,5 @@ def _advanced(track: _Track, now: float, x: float, y: float, radius: float, stan
     vx = track.vx + share * ((x - track.x) / wait - track.vx)
     vy = track.vy + share * ((y - track.y) / wait - track.vy)
     # The far side of a thing is hidden: keep the largest radius seen, letting it shrink slowly.
-    largest = max(radius, 0.98 * track.radius)
+    largest = max(radius, _SHRINKING * track.radius)
     return _Track(x, y, largest, now, track.first_x, track.first_y, vx, vy, track.scans + 1, standing)

@@ -40,6 +40,13 @@ LOOKED = 0.0225
 OVERDUE = 0.04
 """Seconds after it should have landed from which on a foot is asked what it bears."""
 
+MOVING = 1e-3
+"""Only a joint that says to turn faster than this can be frozen, rad/s: one that does not turn may well repeat itself."""
+SINGULAR = 1e-3
+"""Directions of a leg's Jacobian with less than this share of its largest gain say nothing about the ground's push."""
+ROUNDING = 1e-9
+"""Of sums of sample times, s."""
+
 
 class _Trust:
     """Lost after `life` seconds of bad samples, back after half a second of good ones."""
@@ -55,11 +62,11 @@ class _Trust:
         if good:
             self.bad_for = 0.0
             self.good_for += dt
-            self.lost = self.lost and self.good_for < BACK - 1e-9
+            self.lost = self.lost and self.good_for < BACK - ROUNDING
         else:
             self.good_for = 0.0
             self.bad_for += dt
-            self.lost = self.lost or self.bad_for > self.life - 1e-9
+            self.lost = self.lost or self.bad_for > self.life - ROUNDING
 
 
 class ImuWatch:
@@ -139,7 +146,7 @@ class JointWatch:
             bad = [joint for joint in range(12) if not isfinite(position[joint] + velocity[joint])]
         same = self._same_for
         for joint, (at, speed, before, was) in enumerate(zip(position, velocity, *self._shown, strict=True)):
-            if at == before and speed == was and (speed > 1e-3 or speed < -1e-3):
+            if at == before and speed == was and (speed > MOVING or speed < -MOVING):
                 same[joint] += dt
                 if same[joint] >= FROZEN:
                     bad.append(joint)
@@ -231,6 +238,6 @@ def _bearing(leg: int, sample: JointSample, legs: Limbs) -> float:
 
 
 def _solve(rows: tuple[Triple, Triple, Triple], right: Triple) -> Triple:
-    """Three equations; zero if they are singular."""
-    x, y, z = np.linalg.lstsq(np.array(rows), np.array(right), rcond=1e-3)[0].tolist()
+    """Three equations; of a leg that is nearly singular the least solution, without the direction that cannot be told."""
+    x, y, z = np.linalg.lstsq(np.array(rows), np.array(right), rcond=SINGULAR)[0].tolist()
     return (x, y, z)

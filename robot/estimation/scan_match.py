@@ -1,9 +1,12 @@
 """Where a scan says the robot is: Gauss-Newton on the map's distance field.
 
-Every beam's end should lie on an obstacle, so the clearance at that point is an error, its gradient says where to move,
-and a robust weight takes the say from beams that hit what the map does not know. (robot-domain notes, section 6; the
-likelihood field idea is of Thrun, Burgard and Fox, "Probabilistic Robotics", section 6.4.) It assumes a static map and
-a prior within some 30 cm and 10 degrees.
+Every beam's end should lie on an obstacle, so the clearance D there is the residual (the likelihood field of Thrun, Burgard and Fox,
+"Probabilistic Robotics", 2005). Minimised over the pose x, with the ends ej of the returning beams and the prior x0:
+
+    sum c^2 ln(1 + D(x ej)^2 / c^2)  +  (x - x0)' diag((_SIGMA / _PRIOR)^2) (x - x0)
+
+as a reweighted least-squares problem, weights 1 / (1 + D^2 / c^2): beams that hit what the map does not know hardly count. It assumes
+a static map and a prior within some 30 cm and 10 degrees. Steps and sources: docs/control.md#localization.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ import numpy as np
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
-from robot.hardware.beams import MAX_RANGE, beam_angles
+from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 from robot.planning.grid import Grid
 
 __all__ = ["ACCEPTED", "ScanMatcher"]
@@ -25,15 +28,23 @@ ACCEPTED = 0.6
 """A quality below this means: the scan did not fit, and the prior came back unchanged."""
 
 _ROUNDS = 15
+"""Gauss-Newton steps at most."""
 _FIT = 0.08
 """A beam that ends this near to a mapped face fits it, m: four sigma of the worst LiDAR (2 cm)."""
 _FEWEST = 30
 """Beams with a return; fewer say too little."""
 _FARTHEST, _MOST_TURN = 0.5, 0.35
 """A correction beyond this (m, rad) is a mistake, not a correction."""
+_WIDE, _NARROW = 0.15, 0.05
+"""Scales of the Cauchy weight, m: first as wide as a usual prior is wrong, then two and a half sigma of the worst LiDAR; chosen."""
+_SETTLED = 1e-3
+"""A step below this in every part (m, rad) ends the search at one scale; chosen: a twentieth of the LiDAR's sigma."""
+_OUTSIDE = (-4.0, 5.0)
+"""So far beyond a cell its slope goes on, in cells: 20 cm behind the map's edge; chosen."""
 _SIGMA = 0.02
+"""Standard deviation of a beam, m."""
 _PRIOR = np.array([0.3, 0.3, 0.2])
-"""Trust in the prior (m, m, rad): next to nothing against walls, but all there is along a featureless corridor."""
+"""Standard deviations of the prior, m, m, rad: it counts for next to nothing against walls, but is all there is along a corridor."""
 
 
 class ScanMatcher:
@@ -59,7 +70,7 @@ class ScanMatcher:
         below `ACCEPTED` means that the scan does not fit (too few returns, an unmapped place, a correction over 0.5 m
         or 20 degrees); the prior is then returned as it came.
         """
-        valid = np.isfinite(ranges) & (ranges > 0.05) & (ranges < self.max_range - 1e-6)
+        valid = returns(ranges, self.max_range)
         if not self._useful or int(valid.sum()) < _FEWEST:
             return prior, 0.0
         angles, r = beam_angles(len(ranges))[valid], ranges[valid]
@@ -75,17 +86,17 @@ class ScanMatcher:
     def _fit(self, prior: Floats, beam_x: Floats, beam_y: Floats) -> Floats:
         """Gauss-Newton with a Cauchy weight that narrows from 15 cm to 5 cm once the wide one has settled."""
         information = np.diag((_SIGMA / _PRIOR) ** 2)
-        state, scale = prior.copy(), 0.15
+        state, scale = prior.copy(), _WIDE
         for _ in range(_ROUNDS):
             errors, slope = self._errors(state, beam_x, beam_y)
             weighted = slope * (1.0 / (1.0 + (errors / scale) ** 2))[:, None]
             pull = weighted.T @ errors + information @ (state - prior)
             step = np.linalg.solve(weighted.T @ slope + information, pull)
             state = state - step
-            if float(np.abs(step).max()) < 1e-3:
-                if scale < 0.1:
+            if float(np.abs(step).max()) < _SETTLED:
+                if scale == _NARROW:
                     break
-                scale = 0.05
+                scale = _NARROW
         return state
 
     def _errors(self, state: Floats, beam_x: Floats, beam_y: Floats) -> tuple[Floats, Floats]:
@@ -98,8 +109,8 @@ class ScanMatcher:
         # Walls stand on the map's edge: half a cell outside, the field goes on with the slope it has at the edge.
         column = np.clip(np.floor(across), 0, columns - 2).astype(np.intp)
         row = np.clip(np.floor(up), 0, rows - 2).astype(np.intp)
-        u = np.clip(across - column, -4.0, 5.0)
-        v = np.clip(up - row, -4.0, 5.0)
+        u = np.clip(across - column, *_OUTSIDE)
+        v = np.clip(up - row, *_OUTSIDE)
         field = self._field
         a, b = field[row, column], field[row, column + 1]
         d, e = field[row + 1, column], field[row + 1, column + 1]

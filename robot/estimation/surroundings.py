@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.estimation.local_field import LocalField
 from robot.estimation.movers import Movers
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
-from robot.hardware.beams import MAX_RANGE, beam_angles
+from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 from robot.model.footprint import Footprint
 from robot.planning.grid import Grid, distance_to
 
 __all__ = ["Surroundings"]
 
 
+MEMORY = 30.0
+"""How long a mark out of sight is kept, s; chosen: most ways round a thing take less."""
+_EXPLAINED, _PER_METRE = 0.10, 0.02
+"""A hit this near to a mapped face is that face, m, and so much more per metre of the beam; chosen: five sigma of the LiDAR, and a heading that
+is wrong by a degree."""
+_MARGIN = 0.01
+"""What distances to marks are less than to the middles of their cells, m; chosen."""
 _REACH = 3.0
 """Half side of the square around the robot in which motion is checked, m."""
 _NEAR = 1.0
@@ -37,7 +46,7 @@ class Surroundings:
     """
 
     def __init__(
-        self, grid: Grid, footprint: Footprint | None = None, max_range: float = MAX_RANGE, memory: float = 30.0
+        self, grid: Grid, footprint: Footprint | None = None, max_range: float = MAX_RANGE, memory: float = MEMORY
     ) -> None:
         self.grid = grid
         self.footprint = footprint or Footprint()
@@ -49,10 +58,8 @@ class Surroundings:
         self._since: Floats = np.full(shape, np.inf)
         self._marked = np.zeros(shape, dtype=np.bool_)
         self._closed: list[tuple[float, float]] = []
-        self._window: Floats | None = None
-        self._corner = (0, 0)
         self.changes = 0
-        """Counts the scans that added or removed marks."""
+        """How often marks were added or removed."""
 
     def __repr__(self) -> str:
         return f"Surroundings({self.grid!r}, {int(self._marked.sum())} cells marked by the LiDAR)"
@@ -68,7 +75,6 @@ class Surroundings:
         self._since.fill(np.inf)
         self._marked = np.zeros_like(self._marked)
         self.movers.forget()
-        self._window = None
         self.changes += 1
 
     def advance(self, now: float) -> None:
@@ -82,7 +88,7 @@ class Surroundings:
         return.
         """
         angles = beam_angles(len(ranges)) + pose.yaw
-        valid = np.isfinite(ranges) & (ranges > 0.0) & (ranges < self.max_range - 1e-6)
+        valid = returns(ranges, self.max_range, nearest=0.0)
         self._clear_seen_through(pose, np.where(np.isfinite(ranges), ranges, self.max_range))
         r, a = ranges[valid], angles[valid]
         self._mark(now, pose, pose.x + r * np.cos(a), pose.y + r * np.sin(a), r)
@@ -90,7 +96,6 @@ class Surroundings:
         if (marked != self._marked).any():
             self._marked = marked
             self.changes += 1
-            self._window = None
 
     def _mark(self, now: float, pose: Pose2, x: Floats, y: Floats, ranges: Floats) -> None:
         grid = self.grid
@@ -103,7 +108,7 @@ class Surroundings:
         rows, columns = rows[inside], columns[inside]
         # Near a mapped face a hit is that face, seen from a pose that is a little wrong: the more so the farther the
         # beam.
-        unexplained = grid.clearance[rows, columns] > 0.10 + 0.02 * ranges[inside]
+        unexplained = grid.clearance[rows, columns] > _EXPLAINED + _PER_METRE * ranges[inside]
         rows, columns = rows[unexplained], columns[unexplained]
         known = self._known(now, rows, columns)
         self.movers.update(now, x[inside][unexplained], y[inside][unexplained], known)
@@ -160,52 +165,23 @@ class Surroundings:
 
     def _distance(self, marked: NDArray[np.bool_]) -> Floats:
         """Distance (m) to the marks. A hit lies anywhere in its cell, so on average in its middle: count from there, less 1 cm."""
-        return distance_to(marked, self.grid.resolution, _NEAR) + (0.5 * self.grid.resolution - 0.01)
+        return distance_to(marked, self.grid.resolution, _NEAR) + (0.5 * self.grid.resolution - _MARGIN)
 
-    def center_on(self, pose: Pose2) -> None:
-        """Prepare the distances around the robot; call it before `clearance` whenever the robot moved or a scan came
-        in.
-        """
-        grid, reach = self.grid, math.ceil(_REACH / self.grid.resolution)
+    def local_field(self, pose: Pose2, last: LocalField | None = None) -> LocalField:
+        """The distances around `pose`. Those of `last`, an earlier answer, serve on while no mark changed and the robot is still near its middle."""
+        grid, reach, movers = self.grid, math.ceil(_REACH / self.grid.resolution), self.movers.moving
         row = math.floor((pose.y - grid.origin_y) / grid.resolution)
         column = math.floor((pose.x - grid.origin_x) / grid.resolution)
-        drift = max(abs(row - self._corner[0] - reach), abs(column - self._corner[1] - reach))
-        if self._window is not None and drift * grid.resolution < _REACH / 3:
-            return
+        if last is not None and last.grid is grid and last.changes == self.changes:
+            drift = max(abs(row - last.top - reach), abs(column - last.left - reach))
+            if drift * grid.resolution < _REACH / 3:
+                return replace(last, movers=movers)
         top, left = min(max(row - reach, 0), grid.height - 1), min(max(column - reach, 0), grid.width - 1)
         part = slice(top, max(row + reach, top + 1)), slice(left, max(column + reach, left + 1))
         window = np.minimum(grid.clearance[part], _FAR)
         if self._marked[part].any():
             window = np.minimum(window, self._distance(self._marked[part]))
-        self._window, self._corner = _twice_as_fine(window), (top, left)
-
-    def clearance(self, x: Floats, y: Floats) -> Floats:
-        """Distance (m) from each point to the nearest thing, mapped or seen, within the square around the robot."""
-        assert self._window is not None, "call center_on(pose) first"
-        grid, (top, left) = self.grid, self._corner
-        fine = 2.0 / grid.resolution
-        rows = ((y - grid.origin_y) * fine - (2 * top + 0.5)).astype(np.intp)
-        columns = ((x - grid.origin_x) * fine - (2 * left + 0.5)).astype(np.intp)
-        np.clip(rows, 0, self._window.shape[0] - 1, out=rows)
-        np.clip(columns, 0, self._window.shape[1] - 1, out=columns)
-        return self._window[rows, columns]
-
-    def body_clearance(self, x: Floats, y: Floats, yaw: Floats) -> Floats:
-        """Smallest distance (m) from the body's outline to anything that stands, for poses of any shape."""
-        px, py = self.footprint.placed(x, y, yaw)
-        return np.asarray(self.clearance(px, py).min(axis=-1), dtype=np.float64)
-
-    def mover_clearance(self, x: Floats, y: Floats, yaw: Floats, after: Floats) -> Floats:
-        """Smallest distance (m) from the body to anything that moves, `after` seconds from the last scan; inf without
-        movers.
-        """
-        c, s = np.cos(yaw), np.sin(yaw)
-        least = np.full(np.broadcast_shapes(x.shape, after.shape), np.inf)
-        for mover in self.movers.moving:
-            dx, dy = mover.x + mover.vx * after - x, mover.y + mover.vy * after - y
-            gap = self.footprint.distances(c * dx + s * dy, c * dy - s * dx) - mover.radius
-            np.minimum(least, gap, out=least)
-        return least
+        return LocalField(grid, self.footprint, _twice_as_fine(window), top, left, self.changes, movers)
 
 
 def _twice_as_fine(field: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""The plane under the robot, fitted through the places its feet stood on last."""
+"""The plane under the robot, fitted through the last contact point of each foot (docs/control.md#terrain-plane)."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from robot.geometry.vectors import Triple
 __all__ = ["TerrainPlane", "plane"]
 
 STEEPEST = 0.6
+IN_LINE = 1e-4
+"""Feet whose second moments have a smaller determinant stand in a line, m4; chosen: the usual stance has 0.04."""
 SETTLE = 0.25
-"""Time constant (s) with which the plane follows the feet."""
+"""Time constant of the low-pass on the slopes, s."""
 
 
 def plane(feet: Sequence[Triple]) -> tuple[Triple, tuple[float, float] | None]:
@@ -19,7 +21,7 @@ def plane(feet: Sequence[Triple]) -> tuple[Triple, tuple[float, float] | None]:
 
     None instead of a slope when they stand too much in one line to tell.
     """
-    mx, my, mz = (0.25 * sum(column) for column in zip(*feet, strict=True))
+    mx, my, mz = (sum(column) / 4 for column in zip(*feet, strict=True))
     xx = yy = xy = xz = yz = 0.0
     for fx, fy, fz in feet:
         x, y, z = fx - mx, fy - my, fz - mz
@@ -29,7 +31,7 @@ def plane(feet: Sequence[Triple]) -> tuple[Triple, tuple[float, float] | None]:
         xz += x * z
         yz += y * z
     determinant = xx * yy - xy * xy
-    if determinant < 1e-4:
+    if determinant < IN_LINE:
         return (mx, my, mz), None
     return (mx, my, mz), ((xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant)
 

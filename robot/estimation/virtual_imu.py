@@ -1,4 +1,7 @@
-"""What an IMU would show, by the standing feet alone: their motion against the body is the body's own, and four of them span the ground."""
+"""The sample of an IMU that is not there, by the standing feet: their motion against the body is the body's own, and four span the ground.
+
+Equations: docs/control.md#without-an-imu.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ CATCH_UP = 0.05
 FASTEST = 2.0
 """rad/s; feet that bounce or slip show more."""
 UNSEEN = 1e-3
-"""Weight (m2) of standing still against what the feet show: two feet show nothing of a turn about the line through them."""
+"""Tikhonov term of the least squares, m2: with two feet the turn about the line between them cannot be observed."""
 
 
 def felt(legs: Limbs, joints: JointSample, rotation: Rows, slope: tuple[float, float]) -> ImuSample:

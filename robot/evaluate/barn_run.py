@@ -15,12 +15,11 @@ from typing import Literal
 import numpy as np
 
 from robot.control.gait_controller import GaitController
-from robot.control.limits import Command
-from robot.control.navigator import Motion, State
+from robot.control.motion import Motion, State
 from robot.control.unmapped import SHEET, WALKING, unmapped_navigator
 from robot.evaluate.barn_worlds import BarnWorld
 from robot.geometry.angles import yaw_of
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, Twist2
 from robot.hardware.body import Body
 from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
@@ -91,10 +90,10 @@ class Walk:
         yaw = yaw_of(w, x, y, z)
         return Pose2(float(state.position[0]), float(state.position[1]), yaw)
 
-    def velocity(self) -> Command:
+    def velocity(self) -> Twist2:
         """What it believes its velocity to be, in body axes."""
         state = self.gait.state
-        return Command(float(state.velocity[0]), float(state.velocity[1]), float(state.angular_velocity[2]))
+        return Twist2(float(state.velocity[0]), float(state.velocity[1]), float(state.angular_velocity[2]))
 
     def steps(self) -> Iterator[Motion]:
         """Stand up, take the goal, and walk until something ends the run; yields every answer of the navigator."""

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from math import atan2, pi, tau
+from math import atan2, pi, remainder, tau
 
 __all__ = ["wrap", "yaw_of"]
 
 
 def wrap(angle: float) -> float:
-    """The same angle in (-pi, pi]."""
-    return pi - (pi - angle) % tau
+    """The same angle in (-pi, pi]; one that lies there comes back to the last bit. Raises `ValueError` for infinity."""
+    wrapped = remainder(angle, tau)
+    return pi if wrapped == -pi else wrapped
 
 
 def yaw_of(w: float, x: float, y: float, z: float) -> float:

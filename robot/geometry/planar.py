@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import cos, sin
+from typing import Final
 
 from robot.geometry.angles import wrap
 
-__all__ = ["Pose2", "compose", "inverse"]
+__all__ = ["ZERO_TWIST", "Pose2", "Twist2", "compose", "inverse"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +18,22 @@ class Pose2:
     x: float
     y: float
     yaw: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Twist2:
+    """A velocity on the floor in body axes: forward and left in m/s, counter-clockwise in rad/s."""
+
+    vx: float = 0.0
+    vy: float = 0.0
+    wz: float = 0.0
+
+    def over(self, seconds: float) -> Pose2:
+        """How far it leads in a short time, in the frame of the body at its beginning; first order."""
+        return Pose2(self.vx * seconds, self.vy * seconds, self.wz * seconds)
+
+
+ZERO_TWIST: Final = Twist2()
 
 
 def compose(outer: Pose2, inner: Pose2) -> Pose2:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from math import tau
+
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Floats", "Rows", "Triple", "Vector", "to_body", "to_ground"]
+__all__ = ["Floats", "Rows", "Triple", "Vector", "to_body", "to_ground", "wrap_all"]
 
 Floats = NDArray[np.float64]
 """An array of any shape."""
@@ -28,3 +30,8 @@ def to_body(rotation: Rows, vector: Triple) -> Triple:
     (a, b, c), (d, e, f), (g, h, i) = rotation
     x, y, z = vector
     return (a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z)
+
+
+def wrap_all(angles: Floats) -> Floats:
+    """The same angles (rad) in [-pi, pi]."""
+    return np.asarray(angles - tau * np.rint(angles / tau), dtype=np.float64)

@@ -10,7 +10,7 @@ Joint order everywhere: fl, fr, rl, rr; in each leg hip, shoulder, knee (12 join
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from robot.scenes.scene import Scene, Thing
 if TYPE_CHECKING:
     from robot.hardware.arm import ArmDevice
 
-__all__ = ["JOINT_NAMES", "LEGS", "Body", "ImuSample", "JointSample", "MotorTargets", "Sample", "Truth"]
+__all__ = ["JOINT_NAMES", "LEGS", "Body", "ImuSample", "JointSample", "MotorTargets", "Sample", "SteppingBody", "Truth"]
 
 LEGS = ("fl", "fr", "rl", "rr")
 JOINT_NAMES = tuple(f"{leg}_{joint}" for leg in LEGS for joint in ("hip", "shoulder", "knee"))
@@ -46,7 +46,7 @@ class MotorTargets:
 
 @dataclass(frozen=True, slots=True)
 class ImuSample:
-    """Angular velocity (rad/s) and specific force (m/s2) in body axes, with the noise of robot-domain section 6; shape (3,) each."""
+    """Angular velocity (rad/s) and specific force (m/s2) in body axes, with noise (docs/control.md#sensor-models); shape (3,) each."""
 
     gyro: Vector
     accel: Vector
@@ -91,7 +91,7 @@ class Truth:
     touching: tuple[str, ...]
     """Names of scene obstacles (``box_0``, ``cylinder_3`` in scene order) that any part of the robot touches now."""
     power: float
-    """Electrical motor power now: sum(max(tau qd, 0)) + k_cu sum(tau^2), W (robot-domain section 7), without hotel load."""
+    """Electrical motor power now: sum(max(tau qd, 0)) + k_cu sum(tau^2), W, without hotel load (docs/control.md#power-and-battery)."""
 
     @property
     def yaw(self) -> float:
@@ -119,6 +119,11 @@ class Body(Protocol):
     @property
     def arm(self) -> ArmDevice | None:
         """The arm, if it has one."""
+        ...
+
+    @property
+    def charger(self) -> bool:
+        """Whether the charger's contacts are closed."""
         ...
 
     def things(self) -> tuple[Thing, ...]:
@@ -161,4 +166,16 @@ class Body(Protocol):
 
     def close(self) -> None:
         """Free what the back end holds."""
+        ...
+
+
+@runtime_checkable
+class SteppingBody(Protocol):
+    """What a body has besides that does its legs by itself: it takes a velocity instead of motor targets."""
+
+    def drive(self, vx: float, vy: float, wz: float, height: float, mode: str) -> None:
+        """Walk at (vx, vy) m/s forward and left, turning wz rad/s, with the hips `height` m above the foot centres; valid for 0.1 s.
+
+        Raises `ValueError` for an unknown mode or a height that is not a number.
+        """
         ...

@@ -1,9 +1,9 @@
 """Electrical power of the robot from what its motors do, and the typical power of walking where no torque is simulated.
 
-    P = sum(max(tau qd, 0)) + k_cu sum(tau^2) + hotel + arm + payload          (robot-domain section 7)
+    P = sum(max(tau qd, 0)) + k_cu sum(tau^2) + hotel + arm + payload
 
 k_cu and the hotel load (computers, sensors, radio) are fitted to two published run times: 605 Wh last 180 min
-standing by and 90 min in typical use.
+standing by and 90 min in typical use (docs/control.md#power-and-battery).
 """
 
 from __future__ import annotations

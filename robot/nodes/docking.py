@@ -5,9 +5,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncGenerator, Callable
 from contextlib import aclosing
-from dataclasses import dataclass, field
+from dataclasses import replace
 from enum import Enum, StrEnum, auto
-from math import cos, hypot, sin
 
 from actors import (
     Aborted,
@@ -41,8 +40,8 @@ from robot.contracts import (
     UNDOCK,
     WALK,
 )
+from robot.control.dock import DockConfig, Sight, approach, remaining
 from robot.estimation.dock_finder import find_dock
-from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose, pose_stamped
 from robot.geometry.planar import Pose2, compose, inverse
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
@@ -53,21 +52,9 @@ from robot.scenes.dock import BEFORE
 
 __all__ = ["Docking"]
 
-PERIOD = 0.05
-"""Between two commands of the final approach, s."""
-CLOSE, STRAIGHT = 0.025, 0.04
-"""On the dock: so near to its pose (m, rad)."""
-GAIN = 0.2
-"""Share of each sight of the station that is taken at once: one scan tells the place to some 3 cm only."""
-LOOKS = 6
-"""Sights of the station before it counts as found."""
-FINDING = 3.0
-"""How long to look for it, s."""
-LOST = 1.0
-"""How long it may be out of sight on the way, s."""
-RISING, SITTING, CONTACT = 10.0, 8.0, 3.0
-"""How long to wait for walking, for sitting, and for the charger to be felt, s."""
 STOP = Twist()
+DOCKED = Pose2(0.0, 0.0)
+"""Where the robot goes, in the frame of the dock."""
 
 
 class Task(Enum):
@@ -104,16 +91,6 @@ class _Failed(Exception):
         self.outcome = outcome
 
 
-@dataclass(slots=True)
-class _Sight:
-    """What has been seen of the station in this attempt."""
-
-    correction: Pose2 = field(default_factory=lambda: Pose2(0.0, 0.0))
-    """From the pose in the dock's frame by the map to the one by sight."""
-    count: int = 0
-    at: float = 0.0
-
-
 class Docking(Node):
     """Serves the actions dock and undock; publishes dock_status (UNDOCKED, DOCKING, DOCKED), latched.
 
@@ -130,9 +107,10 @@ class Docking(Node):
     tries = parameter(3, ge=1, le=10, description="Approaches before it gives up.")
     time_limit = parameter(120.0, unit="s", ge=1.0, description="For all of it, when the goal names no time.")
 
-    def __init__(self, dock: Pose2, visible: bool) -> None:
+    def __init__(self, dock: Pose2, visible: bool, config: DockConfig | None = None) -> None:
         self._dock = dock
         self._visible = visible
+        self._config = config or DockConfig()
 
     async def on_start(self) -> None:
         self._pose: Pose2 | None = None
@@ -141,7 +119,7 @@ class Docking(Node):
         self._outcome = self._stopped = ""
         self._stage: Stage | None = None
         self._task = Task.DOCK
-        self._sight = _Sight()
+        self._sight = Sight()
         self._others_path = -1.0
         self._state: State | None = None
         self._report()
@@ -178,14 +156,8 @@ class Docking(Node):
         seen = find_dock(message.ranges.astype(float), self._pose, self._dock)
         if seen is None:
             return
-        sight, believed = self._sight, compose(inverse(self._dock), self._pose)
-        off = compose(seen, inverse(believed))
-        share = max(GAIN, 1.0 / (sight.count + 1))
-        was = sight.correction
-        sight.correction = Pose2(
-            was.x + share * (off.x - was.x), was.y + share * (off.y - was.y), was.yaw + share * wrap(off.yaw - was.yaw)
-        )
-        sight.count, sight.at = sight.count + 1, self.clock.now()
+        by_map = compose(inverse(self._dock), self._pose)
+        self._sight = self._sight.with_one_more(seen, by_map, self.clock.now(), self._config.share)
 
     # -- dock --------------------------------------------------------------------------------------------------------
 
@@ -260,12 +232,12 @@ class Docking(Node):
                 yield feedback
             async for feedback in self._look():
                 yield feedback
-            async for feedback in self._drive_to(Pose2(0.0, 0.0, 0.0), Stage.APPROACHING):
+            async for feedback in self._drive_to(DOCKED, Stage.APPROACHING):
                 yield feedback
             yield Dock.Feedback(stage=Stage.SITTING.value)
             await self.call(SIT, Trigger.Request())
-            await self._until(lambda: self._mode == Mode.SIT, SITTING)
-            await self._until(lambda: self._charging, CONTACT)
+            await self._until(lambda: self._mode == Mode.SIT, self._config.sitting)
+            await self._until(lambda: self._charging, self._config.contact)
             if self._charging:
                 return
             self.log.warning("docked, but the charger's contacts do not touch", attempt=attempt, tries=self.tries)
@@ -276,9 +248,9 @@ class Docking(Node):
     async def _leave(self) -> AsyncGenerator[Dock_Feedback, None]:
         yield Dock.Feedback(stage=Stage.RISING.value)
         await self._rise()
-        if self._pose is None or hypot(*self._place()[:2]) > -BEFORE.x / 2:
+        if self._pose is None or remaining(self._place(), DOCKED) > -BEFORE.x / 2:
             return  # it stood elsewhere
-        self._sight = _Sight()
+        self._sight = Sight()
         async for feedback in self._drive_to(BEFORE, Stage.LEAVING):
             yield feedback
 
@@ -298,40 +270,39 @@ class Docking(Node):
 
     async def _look(self) -> AsyncGenerator[Dock_Feedback, None]:
         """Stand in front of it until it has been seen often enough. Navigation has let go of the robot by then."""
-        self._sight, begun = _Sight(), self.clock.now()
+        config = self._config
+        self._sight, begun = Sight(), self.clock.now()
         yield Dock.Feedback(stage=Stage.LOOKING.value, distance_remaining=-BEFORE.x)
-        while self.clock.now() < begun + 1.0 or (self._visible and self._sight.count < LOOKS):
-            if self.clock.now() > begun + FINDING:
-                raise _Failed("dock not found", f"no station seen within {FINDING:g} s where the map has the dock")
-            await self.clock.sleep(PERIOD)
+        while self.clock.now() < begun + config.settling or (self._visible and self._sight.count < config.looks):
+            if self.clock.now() > begun + config.finding:
+                raise _Failed(
+                    "dock not found", f"no station seen within {config.finding:g} s where the map has the dock"
+                )
+            await self.clock.sleep(config.period)
 
     async def _drive_to(self, target: Pose2, stage: Stage) -> AsyncGenerator[Dock_Feedback, None]:
         """Slowly to a pose in the dock's frame, forward, backward and sideways as need be."""
         await self._walking()
-        begun = self._sight.at = self.clock.now()
+        config, begun = self._config, self.clock.now()
+        self._sight = replace(self._sight, at=begun)
         while True:
             if self._others_path >= begun:
                 raise _Failed("preempted", "another goal took the robot away")
-            if stage is Stage.APPROACHING and self._visible and self.clock.now() - self._sight.at > LOST:
-                raise _Failed("dock lost", f"the station has been out of sight for {LOST:g} s")
-            x, y, yaw = self._place()
-            ahead, left, turn = target.x - x, target.y - y, wrap(target.yaw - yaw)
-            if hypot(ahead, left) < CLOSE and abs(turn) < STRAIGHT:
+            if stage is Stage.APPROACHING and self._visible and self.clock.now() - self._sight.at > config.lost:
+                raise _Failed("dock lost", f"the station has been out of sight for {config.lost:g} s")
+            place = self._place()
+            command = approach(place, target, config)
+            if command is None:
                 self.cmd(STOP)
                 return
-            c, s = cos(yaw), sin(yaw)
-            vx, vy = 1.2 * (c * ahead + s * left), 1.2 * (c * left - s * ahead)
-            slow = max(1.0, abs(vx) / 0.25, abs(vy) / 0.12)
-            wz = min(max(1.5 * turn, -0.4), 0.4)
-            self.cmd(Twist(linear=Vector3(x=vx / slow, y=vy / slow), angular=Vector3(z=wz)))
-            yield Dock.Feedback(stage=stage.value, distance_remaining=hypot(ahead, left))
-            await self.clock.sleep(PERIOD)
+            self.cmd(Twist(linear=Vector3(x=command.vx, y=command.vy), angular=Vector3(z=command.wz)))
+            yield Dock.Feedback(stage=stage.value, distance_remaining=remaining(place, target))
+            await self.clock.sleep(config.period)
 
-    def _place(self) -> tuple[float, float, float]:
-        """x, y, yaw in the dock's frame: by the map, corrected by sight."""
+    def _place(self) -> Pose2:
+        """Pose in the frame of the dock: correction * dock^-1 * pose on the map."""
         assert self._pose is not None
-        pose = compose(self._sight.correction, compose(inverse(self._dock), self._pose))
-        return pose.x, pose.y, pose.yaw
+        return compose(self._sight.correction, compose(inverse(self._dock), self._pose))
 
     # -- modes of the gait ---------------------------------------------------------------------------------------------
 
@@ -339,21 +310,21 @@ class Docking(Node):
         reply = await self.call(STAND, Trigger.Request())
         if not reply.success:
             raise _Failed("not reached", reply.message)
-        await self._until(lambda: self._mode == Mode.STAND, RISING)
+        await self._until(lambda: self._mode == Mode.STAND, self._config.rising)
 
     async def _walking(self) -> None:
         try:
             reply = await self.call(WALK, Trigger.Request())
         except ActorError as error:
             raise _Failed("not reached", str(error)) from None
-        if not reply.success or not await self._until(lambda: self._mode == Mode.WALK, RISING):
+        if not reply.success or not await self._until(lambda: self._mode == Mode.WALK, self._config.rising):
             raise _Failed("not reached", reply.message if not reply.success else "the robot does not walk")
 
     async def _until(self, true: Callable[[], bool], seconds: float) -> bool:
         """Wait for something, at most so long; whether it came."""
         deadline = self.clock.now() + seconds
         while not true() and self.clock.now() < deadline:
-            await self.clock.sleep(PERIOD)
+            await self.clock.sleep(self._config.period)
         return true()
 
     def _report(self) -> None:

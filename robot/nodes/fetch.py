@@ -15,9 +15,9 @@ from collections.abc import AsyncGenerator, Mapping
 from contextlib import aclosing, suppress
 from math import dist, hypot
 
-from actors import Aborted, Done, Reject, Steps, parameter
+from actors import Aborted, Done, Node, Reject, Steps, parameter
 from actors.interfaces.geometry_msgs.msg import PoseStamped
-from robot.contracts import FETCH_AND_CARRY, NAVIGATE_AND_GRAB
+from robot.contracts import FETCH_AND_CARRY, GAIT_STATUS, GRIPPER_STATE, NAVIGATE_AND_GRAB, POSE
 from robot.geometry.messages import from_pose, pose_stamped
 from robot.geometry.planar import Pose2
 from robot.interfaces.proposed_interfaces.action import (
@@ -32,6 +32,7 @@ from robot.interfaces.robactor_msgs.action import (
     FetchAndCarry_Goal,
     FetchAndCarry_Result,
 )
+from robot.interfaces.robactor_msgs.msg import GaitStatus, GripperState
 from robot.model.arm import MOUNT, OutOfReach, forward
 from robot.nodes.skills import Skills, TaskFailed
 from robot.nodes.story import Story, Told
@@ -49,7 +50,7 @@ class Missed(Exception):
     """The gripper did not get the object."""
 
 
-class Fetch(Skills):
+class Fetch(Node):
     """Serves navigate_and_grab and fetch_and_carry for the objects it knows, one at a time; a second goal is rejected while one runs.
 
     Parameters: tolerance, tries.
@@ -64,9 +65,23 @@ class Fetch(Skills):
         self._looks = looks
 
     async def on_start(self) -> None:
-        await super().on_start()
+        self._skills = Skills(self)
         self._busy = ""
         self._lifted = False
+
+    # -- what it hears -------------------------------------------------------------------------------------------------------
+
+    @POSE.on(qos=1)
+    def pose(self, message: PoseStamped) -> None:
+        self._skills.pose = from_pose(message.pose)
+
+    @GAIT_STATUS.on()
+    def gait(self, message: GaitStatus) -> None:
+        self._skills.gait, self._skills.height = message.mode, message.height
+
+    @GRIPPER_STATE.on()
+    def gripper(self, message: GripperState) -> None:
+        self._skills.gripping = message.gripping
 
     # -- navigate_and_grab ---------------------------------------------------------------------------------------------------
 
@@ -77,7 +92,7 @@ class Fetch(Skills):
     @NAVIGATE_AND_GRAB.serve()
     async def grab(self, goal: NavigateAndGrab_Goal) -> Steps[NavigateAndGrab_Feedback, NavigateAndGrab_Result]:
         target = from_pose(goal.target_pose.pose)
-        story = Story(GRAB, hypot(target.x - self.here.x, target.y - self.here.y))
+        story = Story(GRAB, hypot(target.x - self._skills.here.x, target.y - self._skills.here.y))
 
         def result(success: bool, message: str) -> NavigateAndGrab_Result:
             return NavigateAndGrab.Result(
@@ -112,7 +127,9 @@ class Fetch(Skills):
     async def carry(self, goal: FetchAndCarry_Goal) -> Steps[FetchAndCarry_Feedback, FetchAndCarry_Result]:
         target, place = from_pose(goal.target_pose.pose), goal.place_pose.pose.position
         story = Story(
-            CARRY, hypot(target.x - self.here.x, target.y - self.here.y) + hypot(place.x - target.x, place.y - target.y)
+            CARRY,
+            hypot(target.x - self._skills.here.x, target.y - self._skills.here.y)
+            + hypot(place.x - target.x, place.y - target.y),
         )
 
         def result(success: bool, message: str) -> FetchAndCarry_Result:
@@ -146,12 +163,12 @@ class Fetch(Skills):
     ) -> AsyncGenerator[Told, None]:
         """Until the object is in the gripper and the arm is stowed. With `onward`, the distance told includes the way from there to that place."""
         yield story.tell("calibrate")
-        await self.calibrate()
+        await self._skills.calibrate()
         yield story.tell("confirm")
-        seen, said = await self.look(name)
+        seen, said = await self._skills.look(name)
         if seen is None:
             raise TaskFailed("confirm", said)
-        spot = self.on_map(seen)
+        spot = self._skills.on_map(seen)
         off = hypot(spot.x - expected.x, spot.y - expected.y)
         if off > self.tolerance:
             raise TaskFailed("confirm", f"{name} was seen {off:.1f} m from where it was said to be")
@@ -160,7 +177,7 @@ class Fetch(Skills):
             base, length = await self._base("navigate", spot, failed)
             more = 0.0 if onward is None else hypot(onward.x - base.x, onward.y - base.y)
             try:
-                async with aclosing(self.walk(base)) as steps:
+                async with aclosing(self._skills.walk(base)) as steps:
                     async for left in steps:
                         yield story.tell("navigate", 1.0 - left / max(length, 0.1), left + more)
             except TaskFailed as error:
@@ -173,9 +190,9 @@ class Fetch(Skills):
             except (OutOfReach, Missed) as error:
                 failure = TaskFailed("grab", str(error))
                 self.log.warning("standing anew", why=str(error))
-                await self.stow()
-                seen, _ = await self.look(name)
-                spot = spot if seen is None else self.on_map(seen)
+                await self._skills.stow()
+                seen, _ = await self._skills.look(name)
+                spot = spot if seen is None else self._skills.on_map(seen)
                 continue
             yield story.tell("grab", 1.0, more)
             return
@@ -184,57 +201,57 @@ class Fetch(Skills):
     async def _grasp(self, name: str, spot: Spot) -> None:
         """Take the object that is about at `spot` on the map. Raises `OutOfReach` or `Missed`, with the gripper open."""
         self._lifted = False
-        await self.grip(False)
-        await self.move(approach(await self._see(name, spot)).above)
+        await self._skills.grip(False)
+        await self._skills.move(approach(await self._see(name, spot)).above)
         there = await self._see(name, spot)  # once more: the outstretched arm has tilted the body
         way = approach(there)
-        x, y, z, _ = forward(await self.move(way.at))
+        x, y, z, _ = forward(await self._skills.move(way.at))
         off = dist((x + MOUNT[0], y + MOUNT[1], z + MOUNT[2]), there)
         if off > GRASP_DISTANCE:
             raise Missed(f"the tool stopped {100 * off:.1f} cm from {name}")
-        if not await self.grip(True):
-            await self.grip(False)
-            await self.move(way.above)
+        if not await self._skills.grip(True):
+            await self._skills.grip(False)
+            await self._skills.move(way.above)
             raise Missed(f"the gripper closed on nothing where {name} was seen")
         self._lifted = True
-        await self.move(way.above)
-        await self.stow()
-        if not self._gripping:
+        await self._skills.move(way.above)
+        await self._skills.stow()
+        if not self._skills.gripping:
             raise Missed(f"{name} was lost on the way")
 
     async def _put(self, name: str, place: Spot, story: Story) -> AsyncGenerator[Told, None]:
         """Carry what is held to where it shall stand, and put it down."""
         middle = Spot(place.x, place.y, place.z + self._looks[name].height / 2)
         base, length = await self._base("carry", middle, [])
-        async with aclosing(self.walk(base)) as steps:
+        async with aclosing(self._skills.walk(base)) as steps:
             async for left in steps:
                 yield story.tell("carry", 1.0 - left / max(length, 0.1), left)
-        if not self._gripping:
+        if not self._skills.gripping:
             raise TaskFailed("carry", f"{name} was lost on the way")
         yield story.tell("release", 0.0, 0.0)
         try:
-            await self.move(approach(self.in_base(middle)).above)
-            way = approach(self.in_base(middle))
-            await self.move(way.at)
+            await self._skills.move(approach(self._skills.in_base(middle)).above)
+            way = approach(self._skills.in_base(middle))
+            await self._skills.move(way.at)
         except OutOfReach as error:
             raise TaskFailed("release", str(error)) from error
-        await self.grip(False)
+        await self._skills.grip(False)
         self._lifted = False
-        await self.move(way.above)
-        await self.stow()
+        await self._skills.move(way.above)
+        await self._skills.stow()
         yield story.tell("release", 1.0, 0.0)
 
     async def _see(self, name: str, spot: Spot) -> Spot:
         """Where the object is in base_link: as the camera sees it, or as it was seen from farther off."""
-        seen, _ = await self.look(name)
-        return self.in_base(spot) if seen is None else seen
+        seen, _ = await self._skills.look(name)
+        return self._skills.in_base(spot) if seen is None else seen
 
     async def _base(self, stage: str, spot: Spot, failed: list[Pose2]) -> tuple[Pose2, float]:
         """Where to stand to reach a point on the map, and how far that is to walk, m."""
-        for place in stands(spot, self.here):
+        for place in stands(spot, self._skills.here):
             if any(hypot(place.x - other.x, place.y - other.y) < 0.2 for other in failed):
                 continue
-            length = await self.path_length(self.here, place)
+            length = await self._skills.path_length(self._skills.here, place)
             if length is not None:
                 return place, length
         raise TaskFailed(
@@ -250,26 +267,26 @@ class Fetch(Skills):
             raise Reject(f"unknown frame {pose.header.frame_id!r}: give poses in frame 'map'")
         if self._busy:
             raise Reject(f"busy with {self._busy}")
-        if self._pose is None:
+        if self._skills.pose is None:
             raise Reject("the robot does not know where it is yet: try again when /pose is published")
 
     def _set_out(self, what: str) -> None:
         self._busy, self._lifted = what, False
 
     def _held(self, name: str) -> str:
-        return name if self._gripping else ""
+        return name if self._skills.gripping else ""
 
     def _final(self) -> PoseStamped:
-        return pose_stamped(self._pose or Pose2(0.0, 0.0), self.clock.stamp())
+        return pose_stamped(self._skills.pose or Pose2(0.0, 0.0), self.clock.stamp())
 
     async def _tidy(self) -> None:
         """After a failure: nothing in the gripper but what has been lifted, and the arm out of the way."""
         await self._let_go()
         with suppress(TaskFailed):
-            await self.stow()
+            await self._skills.stow()
 
     async def _let_go(self) -> None:
         """After a failure or a cancel: open the gripper, unless that would drop what has been lifted."""
         if not self._lifted:
             with suppress(TaskFailed):
-                await self.grip(False)
+                await self._skills.grip(False)

@@ -1,4 +1,7 @@
-"""Where the robot is on the map: odometry between scans, and at each scan a correction that makes it fit the map."""
+"""Where the robot is on the map: odometry between scans, and at each scan a correction that makes it fit the map.
+
+Equations: docs/control.md#localization.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from actors.interfaces.sensor_msgs.msg import LaserScan
 from robot.contracts import GET_ROBOT_POSE, ODOMETRY, POSE, SCAN
 from robot.estimation.scan_match import ACCEPTED, ScanMatcher
 from robot.geometry.messages import from_pose, pose_stamped, seconds
-from robot.geometry.planar import Pose2, compose, inverse
+from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose, inverse
 from robot.interfaces.proposed_interfaces.srv import GetRobotPose, GetRobotPose_Request, GetRobotPose_Response
 from robot.planning.grid import Grid
 
@@ -34,7 +37,7 @@ class Localizer(Node):
         self._offset: Pose2 | None = None
         self._odom = Pose2(0.0, 0.0)
         self._stamp = 0.0
-        self._speed = Pose2(0.0, 0.0)
+        self._speed = ZERO_TWIST
         self._refused = 0
 
     def resume(self, state: Pose2) -> None:
@@ -48,7 +51,7 @@ class Localizer(Node):
             self._offset = compose(self._here, inverse(odom))
         self._odom, self._stamp = odom, seconds(message.header.stamp)
         twist = message.twist.twist
-        self._speed = Pose2(twist.linear.x, twist.linear.y, twist.angular.z)
+        self._speed = Twist2(twist.linear.x, twist.linear.y, twist.angular.z)
         self._here = compose(self._offset, odom)
         self.checkpoint(self._here)
         self.pose(pose_stamped(self._here, message.header.stamp))
@@ -59,7 +62,7 @@ class Localizer(Node):
         if self._offset is None:
             return
         dt = min(max(seconds(message.header.stamp) - self._stamp, 0.0), 0.1)
-        moved = compose(self._odom, Pose2(self._speed.x * dt, self._speed.y * dt, self._speed.yaw * dt))
+        moved = compose(self._odom, self._speed.over(dt))
         prior = compose(self._offset, moved)
         fitted, quality = self._matcher.correct(prior, message.ranges.astype(float))
         if quality < ACCEPTED:

@@ -16,12 +16,10 @@ from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorPower
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
 from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT
-from robot.sim.charger import charger_connected
 
 if TYPE_CHECKING:
     from actors import ExitReason
     from robot.hardware.body import Body
-    from robot.sim.kinematic import KinematicBody
 
 __all__ = ["RATE", "SILENCE", "Motors"]
 
@@ -30,8 +28,8 @@ SILENCE = 0.1
 """Seconds without targets after which the motors act by themselves."""
 SAFE_STOP_SECONDS = 1.4
 """How long a stop of the node may take to sit the robot down."""
-KINEMATIC_SIT_SECONDS = 2.4
-"""The same for the kinematic body, which sits in its own time."""
+STEPPING_SIT_SECONDS = 2.4
+"""The same for a body that does its legs by itself, which sits in its own time."""
 
 
 class Motors(Node):
@@ -41,7 +39,7 @@ class Motors(Node):
 
     def __init__(self, body: Body) -> None:
         self._body = body
-        self._kinematic: KinematicBody | None = body if getattr(body, "accepts_drive", False) else None  # type: ignore[assignment]
+        self._stepping: hardware.SteppingBody | None = body if isinstance(body, hardware.SteppingBody) else None
         self._safe: SafeStop | None = None
         self._heard = 0.0
         self._energy = 0.0
@@ -66,7 +64,7 @@ class Motors(Node):
         """Report the mean electrical power since the last report."""
         mean = self._energy / self._counted if self._counted else 0.0
         self._energy, self._counted = 0.0, 0
-        self.power(MotorPower(stamp=self.clock.stamp(), mean=mean, charger=charger_connected(self._body)))
+        self.power(MotorPower(stamp=self.clock.stamp(), mean=mean, charger=self._body.charger))
 
     @MOTOR_TARGETS.on()
     def follow(self, message: MotorTargetsMessage) -> None:
@@ -77,10 +75,10 @@ class Motors(Node):
 
     @BODY_DRIVE.on()
     def follow_drive(self, message: BodyDrive) -> None:
-        if self._kinematic is None:
+        if self._stepping is None:
             return
         self._listen()
-        self._kinematic.drive(message.vx, message.vy, message.wz, message.height, message.mode)
+        self._stepping.drive(message.vx, message.vy, message.wz, message.height, message.mode)
 
     async def on_stop(self, reason: ExitReason) -> None:
         """Brake and sit, then let go. After a failure of this node itself its next life, or the drives, take over."""
@@ -88,10 +86,10 @@ class Motors(Node):
             return
         self.log.info("stopping: braking and sitting down")
         self._safe = self._safe or SafeStop()
-        seconds = SAFE_STOP_SECONDS if self._kinematic is None else KINEMATIC_SIT_SECONDS
+        seconds = SAFE_STOP_SECONDS if self._stepping is None else STEPPING_SIT_SECONDS
         begun = self.clock.now()
         tick = 0
-        while self.clock.now() - begun < seconds and not (self._safe.done and self._kinematic is None):
+        while self.clock.now() - begun < seconds and not (self._safe.done and self._stepping is None):
             tick += 1
             await self.clock.sleep_until(begun + tick / RATE)
             self._body.advance(self.clock.now())
@@ -111,8 +109,8 @@ class Motors(Node):
             self.log.warning(
                 "no motor targets: sitting down", silence=round(self.clock.now() - max(self._heard, 0.0), 3)
             )
-        if self._kinematic is not None:
-            self._kinematic.drive(0.0, 0.0, 0.0, SIT_HEIGHT, Mode.SIT)
+        if self._stepping is not None:
+            self._stepping.drive(0.0, 0.0, 0.0, SIT_HEIGHT, Mode.SIT)
             self._safe.step(dt, self._body.joints())
         else:
             self._body.command(self._safe.step(dt, self._body.joints()))

@@ -8,12 +8,30 @@ from math import hypot, isfinite
 
 import numpy as np
 
-from actors import Aborted, Done, Reject, Steps
-from robot.contracts import HUMANOID_NAVIGATE, MOVE_TO_POSITION, NAVIGATE_TO_GOAL, PLAN_PATH
-from robot.control.navigator import Motion
+from actors import Aborted, Done, Node, Reject, Steps, every, parameter, publishes
+from actors.interfaces.geometry_msgs.msg import PoseStamped
+from actors.interfaces.nav_msgs.msg import Odometry, Path
+from actors.interfaces.sensor_msgs.msg import BatteryState, LaserScan
+from actors.interfaces.std_msgs.msg import Header
+from robot.contracts import (
+    AUTONOMY_CMD,
+    BATTERY_STATE,
+    BATTERY_STATUS,
+    GAIT_STATUS,
+    HUMANOID_NAVIGATE,
+    MOVE_TO_POSITION,
+    NAVIGATE_TO_GOAL,
+    ODOMETRY,
+    PATH,
+    PLAN_PATH,
+    POSE,
+    SAFETY_STATE,
+    SCAN,
+)
+from robot.control.motion import Motion
 from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose, pose_stamped
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, Twist2
 from robot.interfaces.humanoid_control_interfaces.action import (
     NavigateToGoal,
     NavigateToGoal_Feedback,
@@ -27,14 +45,17 @@ from robot.interfaces.my_robot_interfaces.action import (
     MoveToPosition_Goal,
     MoveToPosition_Result,
 )
+from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
 from robot.interfaces.your_package.action import (
     HumanoidNav,
     HumanoidNav_Feedback,
     HumanoidNav_Goal,
     HumanoidNav_Result,
 )
-from robot.nodes.walks import Walks, verdict
+from robot.nodes.goal_walk import GoalWalk, Heard, verdict
+from robot.planning import path as paths
 from robot.planning.errors import NavigationError
+from robot.planning.grid import Grid
 
 __all__ = ["Navigation"]
 
@@ -44,7 +65,7 @@ FEEDBACK_EVERY = 10
 """Looks at the walk (tenths of a second) between two feedbacks of humanoid_navigate, as its tutorial has it."""
 
 
-class Navigation(Walks):
+class Navigation(Node):
     """Walks to goals. Serves the actions navigate_to_goal, move_to_position and humanoid_navigate, and the service plan_path.
 
     One goal at a time: a new one preempts, whichever of the three it comes by. The preempted goal ends with its result, canceled when it
@@ -54,6 +75,68 @@ class Navigation(Walks):
     Parameters: max_speed.
     """
 
+    cmd = publishes(AUTONOMY_CMD)
+    plan = publishes(PATH)
+    max_speed = parameter(0.7, unit="m/s", ge=0.1, le=1.6, description="Fastest walk along a path.")
+
+    def __init__(self, grid: Grid, dock: Pose2 | None = None) -> None:
+        """With a `dock`, no walk is made or gone on with that leaves no energy for the way there."""
+        self._grid = grid
+        self._dock = dock
+
+    async def on_start(self) -> None:
+        self._heard = Heard()
+        self._walked = 0.0
+        self._walk = GoalWalk(
+            self,
+            self._heard,
+            self._grid,
+            self._dock,
+            self.max_speed,
+            cmd=self.cmd,
+            plan=lambda path: self.plan(self._path_message(path)),
+        )
+
+    # -- what it hears -----------------------------------------------------------------------------------------------
+
+    @POSE.on(qos=1)
+    def pose(self, message: PoseStamped) -> None:
+        here, last = from_pose(message.pose), self._heard.pose
+        if last is not None:
+            self._walked += hypot(here.x - last.x, here.y - last.y)
+        self._heard.pose = here
+
+    @ODOMETRY.on(qos=1)
+    def odometry(self, message: Odometry) -> None:
+        twist = message.twist.twist
+        self._heard.velocity = Twist2(twist.linear.x, twist.linear.y, twist.angular.z)
+
+    @SCAN.on()
+    def scan(self, message: LaserScan) -> None:
+        self._heard.scan = message
+
+    @GAIT_STATUS.on()
+    def gait(self, message: GaitStatus) -> None:
+        self._heard.gait, self._heard.gait_goal = message.mode, message.goal
+
+    @BATTERY_STATE.on()
+    def battery(self, message: BatteryState) -> None:
+        self._heard.charge = message.percentage if isfinite(message.percentage) else 1.0
+
+    @BATTERY_STATUS.on()
+    def energy(self, message: BatteryStatus) -> None:
+        self._walk.energy.heard(message.percent, message.energy)
+
+    @SAFETY_STATE.on()
+    def safety(self, message: SafetyState) -> None:
+        """Under a safety stop no goal is accepted, and the one that runs ends."""
+        self._heard.stopped = "; ".join(message.reasons) if message.stopped else ""
+
+    @every(hz=20)
+    def steer(self) -> None:
+        """One step of the walk, while a goal owns it."""
+        self._walk.steer()
+
     # -- navigate_to_goal --------------------------------------------------------------------------------------------
 
     @NAVIGATE_TO_GOAL.accepts
@@ -61,7 +144,7 @@ class Navigation(Walks):
         frame = goal.target_pose.header.frame_id
         if frame not in ("map", ""):
             raise Reject(f"unknown frame {frame!r}: give the goal in frame 'map'")
-        self.check(from_pose(goal.target_pose.pose))
+        self._walk.check(from_pose(goal.target_pose.pose))
 
     @NAVIGATE_TO_GOAL.serve(arrivals="preempt")
     async def navigate(self, goal: NavigateToGoal_Goal) -> Steps[NavigateToGoal_Feedback, NavigateToGoal_Result]:
@@ -72,15 +155,15 @@ class Navigation(Walks):
             return NavigateToGoal.Result(success=success, message=message, total_distance=self._walked - walked)
 
         try:
-            async with aclosing(self.walk(from_pose(goal.target_pose.pose))) as motions:
+            async with aclosing(self._walk.walk(from_pose(goal.target_pose.pose))) as motions:
                 async for motion in motions:
                     whole = max(whole, motion.distance_remaining + (self._walked - walked))
                     share = 1.0 - motion.distance_remaining / whole if whole > 0.0 else 1.0
                     # A way that grows longer, round something unforeseen, does not take back what has been done.
                     progress = max(progress, 100.0 * min(1.0, max(0.0, share)))
-                    assert self._pose is not None
+                    assert self._heard.pose is not None
                     yield NavigateToGoal.Feedback(
-                        current_pose=pose_stamped(self._pose, self.clock.stamp()),
+                        current_pose=pose_stamped(self._heard.pose, self.clock.stamp()),
                         distance_remaining=motion.distance_remaining,
                         progress_percent=progress,
                     )
@@ -94,7 +177,7 @@ class Navigation(Walks):
 
     @MOVE_TO_POSITION.accepts
     def check_move(self, goal: MoveToPosition_Goal) -> None:
-        self.check(Pose2(goal.target_x, goal.target_y, goal.target_theta))
+        self._walk.check(Pose2(goal.target_x, goal.target_y, goal.target_theta))
 
     @MOVE_TO_POSITION.serve(arrivals="preempt")
     async def move(self, goal: MoveToPosition_Goal) -> Steps[MoveToPosition_Feedback, MoveToPosition_Result]:
@@ -102,19 +185,19 @@ class Navigation(Walks):
         motion: Motion | None = None
 
         def result(success: bool, message: str) -> MoveToPosition_Result:
-            here = self._pose or Pose2(0.0, 0.0)
+            here = self._heard.pose or Pose2(0.0, 0.0)
             seconds = self.clock.now() - begun
             return MoveToPosition.Result(
                 success=success, final_x=here.x, final_y=here.y, total_time_seconds=seconds, message=message
             )
 
         try:
-            async with aclosing(self.walk(Pose2(goal.target_x, goal.target_y, goal.target_theta))) as motions:
+            async with aclosing(self._walk.walk(Pose2(goal.target_x, goal.target_y, goal.target_theta))) as motions:
                 async for motion in motions:
-                    assert self._pose is not None
+                    assert self._heard.pose is not None
                     yield MoveToPosition.Feedback(
-                        current_x=self._pose.x,
-                        current_y=self._pose.y,
+                        current_x=self._heard.pose.x,
+                        current_y=self._heard.pose.y,
                         distance_remaining=motion.distance_remaining,
                         estimated_time_remaining=motion.eta,
                     )
@@ -133,7 +216,7 @@ class Navigation(Walks):
             raise Reject(
                 f"target_position {target} is not [x, y, theta]: give three finite numbers, in metres and radians"
             )
-        self.check(Pose2(*target), straight=not goal.avoid_obstacles)
+        self._walk.check(Pose2(*target), straight=not goal.avoid_obstacles)
 
     @HUMANOID_NAVIGATE.serve(arrivals="preempt")
     async def humanoid(self, goal: HumanoidNav_Goal) -> Steps[HumanoidNav_Feedback, HumanoidNav_Result]:
@@ -145,7 +228,7 @@ class Navigation(Walks):
             yield Done(self._humanoid_result(True, "Goal reached"))
             return
         try:
-            async with aclosing(self.walk(target, straight=not goal.avoid_obstacles)) as motions:
+            async with aclosing(self._walk.walk(target, straight=not goal.avoid_obstacles)) as motions:
                 async for motion in motions:
                     looks += 1
                     if looks % FEEDBACK_EVERY == 0:
@@ -161,7 +244,7 @@ class Navigation(Walks):
 
     @property
     def _here(self) -> Pose2:
-        return self._pose or Pose2(0.0, 0.0)
+        return self._heard.pose or Pose2(0.0, 0.0)
 
     def _humanoid_feedback(self, looks: int, remaining: float) -> HumanoidNav_Feedback:
         here = self._here
@@ -182,7 +265,12 @@ class Navigation(Walks):
     async def plan_path(self, request: PlanPath_Request) -> PlanPath_Response:
         """A path on the map; a start or goal that cannot be used is answered with success False and the reason."""
         try:
-            path = self._planner.plan(from_pose(request.start.pose), from_pose(request.goal.pose))
+            path = self._walk.planner.plan(from_pose(request.start.pose), from_pose(request.goal.pose))
         except NavigationError as error:
             return PlanPath.Response(success=False, message=f"{error.name}: {error}")
-        return PlanPath.Response(path=self.path_message(path), success=True, message="Path planned successfully")
+        return PlanPath.Response(path=self._path_message(path), success=True, message="Path planned successfully")
+
+    def _path_message(self, path: paths.Path) -> Path:
+        stamp = self.clock.stamp()
+        poses = tuple(pose_stamped(Pose2(x, y), stamp) for x, y in path.points.tolist())
+        return Path(header=Header(stamp=stamp, frame_id="map"), poses=poses)

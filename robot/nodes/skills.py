@@ -11,24 +11,19 @@ from itertools import pairwise
 from math import cos, dist, inf, sin
 
 from actors import ActorError, GoalAborted, GoalCanceled, GoalRejected, Node
-from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from robot.contracts import (
     CALIBRATE_GRIPPER,
     CONFIRM_OBJECT,
-    GAIT_STATUS,
     GRIPPER,
-    GRIPPER_STATE,
     MOVE_ARM,
     NAVIGATE_TO_GOAL,
     PLAN_PATH,
-    POSE,
 )
-from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.messages import pose_stamped
 from robot.geometry.planar import Pose2
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
-from robot.interfaces.robactor_msgs.msg import GaitStatus, GripperState
 from robot.interfaces.robactor_msgs.srv import ConfirmObject
 from robot.interfaces.robot_arm_control.action import MoveArm
 from robot.model.arm import STOWED
@@ -67,51 +62,42 @@ class TaskFailed(Exception):
         super().__init__(f"{stage}: {reason}")
 
 
-class Skills(Node):
-    """Listens to pose, gait_status and gripper/state; asks navigation, the arm and the camera."""
+class Skills:
+    """Asks navigation, the arm and the camera on behalf of a node; that node writes down here what it hears of pose, gait and gripper."""
 
-    async def on_start(self) -> None:
-        self._pose: Pose2 | None = None
-        self._gait = ""
-        self._height = STANDING
-        self._gripping = False
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self.pose: Pose2 | None = None
+        self.gait = ""
+        self.height = STANDING
+        """Of the body, m."""
+        self.gripping = False
+        """Whether something is in the gripper."""
         self._stowed = False
-
-    @POSE.on(qos=1)
-    def pose(self, message: PoseStamped) -> None:
-        self._pose = from_pose(message.pose)
-
-    @GAIT_STATUS.on()
-    def gait(self, message: GaitStatus) -> None:
-        self._gait, self._height = message.mode, message.height
-
-    @GRIPPER_STATE.on()
-    def gripper(self, message: GripperState) -> None:
-        self._gripping = message.gripping
 
     @property
     def here(self) -> Pose2:
         """Where the robot is on the map. Raises `TaskFailed` before the localizer's first word."""
-        if self._pose is None:
+        if self.pose is None:
             raise TaskFailed("navigate", "the robot does not know where it is")
-        return self._pose
+        return self.pose
 
     def on_map(self, spot: Spot) -> Spot:
         """A point of base_link on the map, for a level body."""
         pose = self.here
         c, s = cos(pose.yaw), sin(pose.yaw)
-        return Spot(pose.x + c * spot.x - s * spot.y, pose.y + s * spot.x + c * spot.y, spot.z + self._height)
+        return Spot(pose.x + c * spot.x - s * spot.y, pose.y + s * spot.x + c * spot.y, spot.z + self.height)
 
     def in_base(self, spot: Spot) -> Spot:
         """A point of the map in base_link, for a level body."""
         pose = self.here
         c, s, dx, dy = cos(pose.yaw), sin(pose.yaw), spot.x - pose.x, spot.y - pose.y
-        return Spot(c * dx + s * dy, c * dy - s * dx, spot.z - self._height)
+        return Spot(c * dx + s * dy, c * dy - s * dx, spot.z - self.height)
 
     async def look(self, name: str) -> tuple[Spot | None, str]:
         """Where the camera sees the object now, in base_link, or `None`; and what the confirmation said."""
         try:
-            reply = await self.call(CONFIRM_OBJECT, ConfirmObject.Request(object_name=name), timeout=LOOK_TIMEOUT)
+            reply = await self._node.call(CONFIRM_OBJECT, ConfirmObject.Request(object_name=name), timeout=LOOK_TIMEOUT)
         except ActorError as error:
             raise TaskFailed("confirm", f"{type(error).__name__}: {error}") from error
         point = reply.position.point
@@ -120,7 +106,7 @@ class Skills(Node):
     async def calibrate(self) -> None:
         """Have the gripper calibrated."""
         try:
-            reply = await self.call(CALIBRATE_GRIPPER, Trigger.Request(), timeout=LOOK_TIMEOUT)
+            reply = await self._node.call(CALIBRATE_GRIPPER, Trigger.Request(), timeout=LOOK_TIMEOUT)
         except ActorError as error:
             raise TaskFailed("calibrate", f"{type(error).__name__}: {error}") from error
         if not reply.success:
@@ -128,10 +114,10 @@ class Skills(Node):
 
     async def path_length(self, start: Pose2, goal: Pose2) -> float | None:
         """How long the way is, m; `None` if there is none."""
-        stamp = self.clock.stamp()
+        stamp = self._node.clock.stamp()
         request = PlanPath.Request(start=pose_stamped(start, stamp), goal=pose_stamped(goal, stamp))
         try:
-            reply = await self.call(PLAN_PATH, request, timeout=2.0)
+            reply = await self._node.call(PLAN_PATH, request, timeout=2.0)
         except ActorError as error:
             raise TaskFailed("navigate", f"{type(error).__name__}: {error}") from error
         if not reply.success:
@@ -145,13 +131,13 @@ class Skills(Node):
         A robot that gets no nearer a hand's breadth before its goal, because it does not like what is there, is there: the arm makes up for it.
         """
         await self.stow()
-        request = NavigateToGoal.Goal(target_pose=pose_stamped(goal, self.clock.stamp()))
+        request = NavigateToGoal.Goal(target_pose=pose_stamped(goal, self._node.clock.stamp()))
         try:
-            async with self.start(NAVIGATE_TO_GOAL, request) as handle:
+            async with self._node.start(NAVIGATE_TO_GOAL, request) as handle:
                 stalled = Stalled()
                 async for feedback in handle:
                     yield feedback.distance_remaining
-                    if stalled.at(self.clock.now(), feedback.distance_remaining, self.here.yaw):
+                    if stalled.at(self._node.clock.now(), feedback.distance_remaining, self.here.yaw):
                         break
                 else:
                     await handle
@@ -171,7 +157,7 @@ class Skills(Node):
         """Move the arm; returns where its joints really are then, rad."""
         self._stowed = False
         try:
-            async with self.start(MOVE_ARM, MoveArm.Goal(target_angles=angles)) as handle:
+            async with self._node.start(MOVE_ARM, MoveArm.Goal(target_angles=angles)) as handle:
                 result = await handle
         except (GoalRejected, GoalAborted, GoalCanceled) as error:
             raise TaskFailed("arm", error.reason) from error
@@ -182,15 +168,15 @@ class Skills(Node):
     async def grip(self, closing: bool) -> bool:
         """Close the gripper, or open it; whether it then holds something, or nothing, as wanted."""
         try:
-            reply = await self.call(GRIPPER, SetBool.Request(data=closing), timeout=LOOK_TIMEOUT)
+            reply = await self._node.call(GRIPPER, SetBool.Request(data=closing), timeout=LOOK_TIMEOUT)
         except ActorError as error:
             raise TaskFailed("gripper", f"{type(error).__name__}: {error}") from error
         return reply.success
 
     async def _still(self) -> None:
-        deadline = self.clock.now() + STILL_TIMEOUT
-        while self._gait != Mode.STAND:
-            if self.clock.now() > deadline:
-                raise TaskFailed("navigate", f"the robot has arrived but does not stand: its gait is {self._gait!r}")
-            await self.clock.sleep(0.1)
-        await self.clock.sleep(SETTLE)
+        deadline = self._node.clock.now() + STILL_TIMEOUT
+        while self.gait != Mode.STAND:
+            if self._node.clock.now() > deadline:
+                raise TaskFailed("navigate", f"the robot has arrived but does not stand: its gait is {self.gait!r}")
+            await self._node.clock.sleep(0.1)
+        await self._node.clock.sleep(SETTLE)

@@ -12,8 +12,9 @@ from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, SetBool_Request, SetBool_Response
 from actors.time import nanoseconds_of
 from robot.contracts import AUTONOMY_CMD, CMD_VEL, DRIVE_STATUS, ENABLE, JOY_CMD, SAFETY_STATE, TELEOP_CMD, VOICE
-from robot.control.arbiter import STILL, Source, Velocity, VelocityArbiter, VelocityLimits, Verdict
+from robot.control.arbiter import Source, VelocityArbiter, VelocityLimits, Verdict
 from robot.control.voice import interpret
+from robot.geometry.planar import ZERO_TWIST, Twist2
 from robot.interfaces.robactor_msgs.msg import DriveStatus, SafetyState
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ class RobotController(Node):
         if self._kept is not None:
             self.set_parameter("enabled", self._kept)
         self._arbiter = VelocityArbiter(limits, timeout=self.timeout, enabled=self.enabled)
-        self._sent = STILL
+        self._sent = ZERO_TWIST
         self._shown: tuple[bool, str, str] | None = None
         self._ticks = self._unheard = 0
         self._alone = False
@@ -84,7 +85,7 @@ class RobotController(Node):
     async def on_stop(self, reason: ExitReason) -> None:
         """Whatever ends this node, the last word to the legs is a zero."""
         self._arbiter.stop("the robot controller ends")
-        if self._sent != STILL:
+        if self._sent != ZERO_TWIST:
             self._drive()
 
     # -- commands -----------------------------------------------------------------------------------------------------------
@@ -121,7 +122,7 @@ class RobotController(Node):
             self.log.warning(f"Command ignored: {spoken}", why=why)
 
     def _offer(self, source: Source, message: Twist) -> None:
-        velocity = Velocity(message.linear.x, message.linear.y, message.angular.z)
+        velocity = Twist2(message.linear.x, message.linear.y, message.angular.z)
         verdict = self._arbiter.offer(source, velocity, self.clock.now())
         if verdict is Verdict.ACCEPTED:
             self._drive()
@@ -183,7 +184,7 @@ class RobotController(Node):
                 self.log.warning(f"{SILENT}: standing still until it is heard", topic=SAFETY_STATE.name)
             self._stop(SILENT)
         if self._arbiter.stopped is not None or (
-            self._sent != STILL and self._arbiter.decide(self.clock.now()).source is None
+            self._sent != ZERO_TWIST and self._arbiter.decide(self.clock.now()).source is None
         ):
             self._drive()
         self._ticks += 1

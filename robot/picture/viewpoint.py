@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import atan2, cos, degrees, hypot, pi, radians, remainder, sin
+from math import atan2, cos, degrees, hypot, pi, radians, sin
 
 import numpy as np
 
+from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 from robot.picture.camera import Camera
 from robot.scenes.scene import Scene, Thing
@@ -60,7 +61,7 @@ def viewpoint(scene: Scene, robot: Pose2, width: int, height: int, things: Seque
 def _beside(thing: tuple[float, float], robot: Pose2, bearing: float, away: float) -> bool:
     """Whether an eye at this bearing and distance from the robot sees the thing in the picture, and not behind the robot."""
     x, y = robot.x + away * cos(bearing), robot.y + away * sin(bearing)
-    aside = remainder(atan2(thing[1] - y, thing[0] - x) - (bearing + pi), 2.0 * pi)
+    aside = wrap(atan2(thing[1] - y, thing[0] - x) - (bearing + pi))
     return BESIDE[0] <= abs(aside) <= BESIDE[1]
 
 

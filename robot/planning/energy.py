@@ -1,4 +1,4 @@
-"""Whether the energy for a walk is there: for the way to the goal, and from there to the dock (robot-domain section 7)."""
+"""Whether the energy for a walk is there: for the way to the goal, and from there to the dock (docs/control.md#power-and-battery)."""
 
 from __future__ import annotations
 
@@ -15,11 +15,16 @@ OVERHEAD = 2.0
 AT_DOCK = 1.5
 """A goal so near to the dock, m, is the way home."""
 
+FULL = 100.0
+"""Per cent."""
+HOUR = 3600.0
+"""s."""
+
 
 def walking_energy(metres: float, speed: float) -> float:
     """What the battery typically gives for a walk of so many metres at `speed` m/s, Wh."""
     power = electrical_power(typical_motor_power(speed, 0.0, 0.0, walking=True))
-    return power * metres / speed / 3600.0
+    return power * metres / speed / HOUR
 
 
 class EnergyGuard:
@@ -29,7 +34,7 @@ class EnergyGuard:
 
     def __init__(self, speed: float) -> None:
         self._speed = speed
-        self._percent = 100.0
+        self._percent = FULL
         self._energy: float | None = None
         self._home_only = False
 

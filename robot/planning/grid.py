@@ -31,6 +31,12 @@ FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 
 _LETHAL_AT = 65
 """Occupancy (percent) from which a cell counts as an obstacle: nav2's map server default."""
+_CELL, _RIM = 0.05, 0.2
+"""Of the map of a scene: side of a cell, nav2's default, and width of the solid rim about the floor, four cells; m."""
+_REACH = 3.0
+"""Up to here distances are exact unless more is asked for, m; chosen: beyond it nothing matters to a body of one metre."""
+_FARTHEST = 1e3
+"""Bounds clearances before they are averaged, m: a map without obstacles has infinite ones."""
 
 
 def signed_distance(obstacle: Obstacle, x: Floats, y: Floats) -> Floats:
@@ -45,7 +51,7 @@ def signed_distance(obstacle: Obstacle, x: Floats, y: Floats) -> Floats:
     return np.asarray(outside + np.minimum(np.maximum(out_x, out_y), 0.0), dtype=np.float64)
 
 
-def distance_to(occupied: NDArray[np.bool_], resolution: float, reach: float = 3.0) -> Floats:
+def distance_to(occupied: NDArray[np.bool_], resolution: float, reach: float = _REACH) -> Floats:
     """Distance (m) from each cell's middle to the faces of the occupied cells, negative inside.
 
     Exact between middles (the half cell from a middle to a face is taken off) up to `reach` metres either way; what lies farther
@@ -115,7 +121,7 @@ class Grid:
     # --- making one -------------------------------------------------------------------------------------------------
 
     @classmethod
-    def from_scene(cls, scene: Scene, resolution: float = 0.05, margin: float = 0.2) -> Self:
+    def from_scene(cls, scene: Scene, resolution: float = _CELL, margin: float = _RIM) -> Self:
         """The map of a scene's floor with a rim of `margin` metres, so that the walls on its edge are on the map.
 
         A cell is occupied when its middle lies in an obstacle or outside of the floor; the clearance is exact. The rim
@@ -195,7 +201,7 @@ class Grid:
         """
         if factor == 1:
             return self
-        clearance = block_mean(np.minimum(self.clearance, 1e3), factor, -self.resolution)
+        clearance = block_mean(np.minimum(self.clearance, _FARTHEST), factor, -self.resolution)
         return Grid(clearance <= 0.0, self.resolution * factor, self.origin_x, self.origin_y, exact_clearance=clearance)
 
 

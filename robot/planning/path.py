@@ -14,6 +14,13 @@ from robot.geometry.vectors import Floats
 
 __all__ = ["Path", "line_cells", "pull"]
 
+_SLACK = 0.01
+"""By this share a straight line may cost more than the stretch it replaces; chosen: costs are sampled every half cell."""
+_ROUNDING = 1e-9
+"""And by this much, as sums of floats differ."""
+_NO_LENGTH = 1e-12
+"""What the square of a piece's length is divided by at least, m2: two points may coincide."""
+
 
 @dataclass(frozen=True, eq=False)
 class Path:
@@ -52,7 +59,7 @@ class Path:
         first = min(first, last - 1)
         begin, end = self.points[first:last], self.points[first + 1 : last + 1]
         stretch = end - begin
-        size = np.maximum((stretch * stretch).sum(axis=1), 1e-12)
+        size = np.maximum((stretch * stretch).sum(axis=1), _NO_LENGTH)
         share = np.clip(((np.array([x, y]) - begin) * stretch).sum(axis=1) / size, 0.0, 1.0)
         foot = begin + share[:, None] * stretch
         off = np.hypot(foot[:, 0] - x, foot[:, 1] - y)
@@ -78,7 +85,7 @@ def line_cells(begin: Sequence[float], end: Sequence[float]) -> tuple[NDArray[np
     return rows, columns
 
 
-def pull(cells: Sequence[tuple[int, int]], weights: Floats, slack: float = 0.01) -> list[tuple[int, int]]:
+def pull(cells: Sequence[tuple[int, int]], weights: Floats, slack: float = _SLACK) -> list[tuple[int, int]]:
     """Pull a chain of cells straight: drop every cell that the line between two others makes needless.
 
     A line replaces a stretch when every half cell of it is passable and it costs no more than the stretch (times 1 +
@@ -94,7 +101,7 @@ def pull(cells: Sequence[tuple[int, int]], weights: Floats, slack: float = 0.01)
         along = weights[line_cells(cells[a], cells[b])]
         length = math.hypot(rows[b] - rows[a], columns[b] - columns[a])
         cost = length * float(along.mean())
-        return cost <= float(spent[b] - spent[a]) * (1.0 + slack) + 1e-9
+        return cost <= float(spent[b] - spent[a]) * (1.0 + slack) + _ROUNDING
 
     kept, here, last = [0], 0, len(cells) - 1
     while here < last:

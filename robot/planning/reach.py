@@ -14,6 +14,8 @@ GRASP_DISTANCE = 0.02
 """The tool's tip holds a thing that is nearer than this, m."""
 _STEP = 0.005
 _FARTHEST = 1.0
+_UNDER = 1e-6
+"""A thing nearer than this to the robot's middle lies in no direction, m."""
 
 Ring = tuple[float, float]
 """Nearest and farthest horizontal distance from the arm's mount, m."""
@@ -58,6 +60,6 @@ def standing_place(
     if ring is None:
         return None
     dx, dy = point[0] - robot.x, point[1] - robot.y
-    yaw = atan2(dy, dx) if hypot(dx, dy) > 1e-6 else robot.yaw
+    yaw = atan2(dy, dx) if hypot(dx, dy) > _UNDER else robot.yaw
     back = ring[0] + share * (ring[1] - ring[0]) + MOUNT[0]
     return Pose2(point[0] - back * cos(yaw), point[1] - back * sin(yaw), yaw)

@@ -79,15 +79,15 @@ class Quintic:
     def progress(self, time: float) -> float:
         """The share of the way covered, 0..1; never falls."""
         u = self._share(time)
-        return u * u * u * (10.0 + u * (6.0 * u - 15.0))
+        return u * u * u * (10.0 + u * (6.0 * u - 15.0))  # formula: minimum-jerk quintic
 
     def at(self, time: float) -> Point:
         u, way = self._share(time), self.target - self.start
         if u == 1.0:
             rest = np.zeros_like(self.target)
             return Point(self.target.copy(), rest, rest)
-        rate = 30.0 * u * u * (u - 1.0) ** 2 / self.duration
-        bend = 60.0 * u * (u - 1.0) * (2.0 * u - 1.0) / self.duration**2
+        rate = 30.0 * u * u * (u - 1.0) ** 2 / self.duration  # formula: its derivative
+        bend = 60.0 * u * (u - 1.0) * (2.0 * u - 1.0) / self.duration**2  # formula: its second derivative
         return Point(self.start + way * self.progress(time), way * rate, way * bend)
 
     def _share(self, time: float) -> float:

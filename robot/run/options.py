@@ -121,7 +121,14 @@ def _parser() -> argparse.ArgumentParser:
         prog="python -m robot run",
         description="Run the whole robot in a world: it stands up, walks its patrol, reports battery and pose, docks when low, and sits when told to stop.",
     )
-    add: Any = parser.add_argument
+    _add_circumstances(parser.add_argument)
+    _add_errand(parser.add_argument)
+    _add_output(parser.add_argument)
+    return parser
+
+
+def _add_circumstances(add: Any) -> None:
+    """How long, where and with what body."""
     add(
         "--duration",
         type=seconds,
@@ -150,6 +157,10 @@ def _parser() -> argparse.ArgumentParser:
         help="MuJoCo, or numpy only, which cannot fall",
     )
     add("--seed", type=parse_seed, default=0, metavar="N", help="of all noise and randomness (default 0)")
+
+
+def _add_errand(add: Any) -> None:
+    """What is to be done, and by which nodes."""
     add(
         "--goal",
         type=float,
@@ -173,6 +184,10 @@ def _parser() -> argparse.ArgumentParser:
         help="NAME [X Y [Z]]: fetch that thing of the world instead of walking the patrol, and carry it to X Y Z (m; Z is 0 unless "
         "given); with an arm, of course. In the kitchen: --world kitchen --fetch cup 1.9 -1 0.4",
     )
+
+
+def _add_output(add: Any) -> None:
+    """Parameters, and what is written down."""
     add("--params", metavar="FILE", help="a ROS 2 parameter file (YAML)")
     add("--log-format", choices=("console", "json"), default="console")
     add("--log-level", type=str.lower, choices=LEVELS, default="info")
@@ -203,7 +218,6 @@ def _parser() -> argparse.ArgumentParser:
         metavar="MS",
         help="delay of the motor drives in milliseconds, 0 to 20 (default 4)",
     )
-    return parser
 
 
 def parse_seed(text: str) -> int:

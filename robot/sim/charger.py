@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from math import atan2, cos, hypot, sin
+from math import hypot
 
-from robot.hardware.body import Body
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2
+from robot.hardware.body import Truth
 
 __all__ = ["charger_connected"]
 
@@ -16,9 +18,7 @@ DOWN = 0.25
 """The body must be lower than this over the floor, m: the contacts are under its belly."""
 
 
-def charger_connected(body: Body) -> bool:
+def charger_connected(truth: Truth, dock: Pose2) -> bool:
     """Whether the robot sits on its dock."""
-    truth, dock = body.truth(), body.scene.dock
     x, y, z = (float(v) for v in truth.position)
-    off = truth.yaw - dock.yaw
-    return z < DOWN and hypot(x - dock.x, y - dock.y) < REACH and abs(atan2(sin(off), cos(off))) < TURN
+    return z < DOWN and hypot(x - dock.x, y - dock.y) < REACH and abs(wrap(truth.yaw - dock.yaw)) < TURN

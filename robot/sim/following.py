@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from robot.geometry.planar import Twist2
 from robot.geometry.vectors import Vector
 from robot.hardware.body import MotorTargets
 from robot.model.legs import foot_velocities, limbs
-from robot.sim.stepping import Planar
 
 __all__ = ["Pushed", "chase", "pushed_body"]
 
@@ -22,7 +22,7 @@ STANDING_BAND = 0.004
 class Pushed(NamedTuple):
     """What the joints' motion does to a level body on a flat floor."""
 
-    twist: Planar
+    twist: Twist2
     """Forward, left (m/s), turning (rad/s)."""
     height: float
     """Hip plane above the standing feet's centres, m."""
@@ -53,4 +53,4 @@ def pushed_body(joints: Vector, speeds: Vector) -> Pushed:
             wanted += [rolling[leg][axis] - moving[leg][axis] for axis in (0, 1)]
     vx, vy, wz = np.linalg.lstsq(np.array(rows), np.array(wanted), rcond=None)[0].tolist()
     height = -sum(z for (_, _, z), stands in zip(now.feet, contact, strict=True) if stands) / sum(contact)
-    return Pushed(Planar(vx, vy, wz), height, contact)
+    return Pushed(Twist2(vx, vy, wz), height, contact)

@@ -16,42 +16,32 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, exp, isfinite, sin
-from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from robot.control.command import CommandLimits, CommandShaper
 from robot.control.drive import joint_speeds
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
 from robot.geometry.vectors import Triple, Vector
-from robot.hardware.beams import BEAMS, MAX_RANGE
-from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Sample, Truth
+from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Truth
 from robot.model.kinematics import feet, inverse, leg_forward, leg_inverse, leg_jacobian, within_limits
 from robot.model.legs import limbs, torques
 from robot.model.modes import GOALS, Mode
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.power import STANDING, typical_motor_power
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Scene, Thing
+from robot.scenes.scene import Scene
 from robot.sim.following import chase, pushed_body
 from robot.sim.kinematic_arm import KinematicArm
-from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
 from robot.sim.rays import cast
-from robot.sim.sampling import Sampling
-from robot.sim.stepping import Footwork, Planar
+from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
+from robot.sim.stepping import Footwork
 from robot.sim.touch import Outline
-
-if TYPE_CHECKING:
-    from robot.hardware.arm import ArmDevice
 
 __all__ = ["KinematicBody", "NotAchievable"]
 
-TICK = 0.0005
-"""Every instant of a body is a whole number of these, s."""
 LONGEST = 10
 """Ticks of the longest step: the 200 Hz of the sensors."""
-LOST_COMMAND_TICKS = 200
-"""Ticks without a command (0.1 s) after which the body stops and lies down, as damped joints would let it."""
 LAG = 0.15
 """The body follows its slewed command like a first-order system with this time constant, s."""
 CLIMB, SINK = 0.25, 0.40
@@ -80,7 +70,7 @@ class NotAchievable:
     """How many steps were not achievable so far, this one included."""
 
 
-class KinematicBody:
+class KinematicBody(BodyShell):
     """One robot in one scene, without dynamics; implements `Body`, and `drive` besides.
 
     Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `noise=False` gives exact
@@ -91,27 +81,18 @@ class KinematicBody:
     all the same, logged once per spell, and kept in `not_achievable`.
     """
 
-    accepts_drive: ClassVar[bool] = True
-    """Controllers that find this true call `drive` instead of computing forces."""
-
     def __init__(self, scene: Scene, *, seed: int, noise: bool = True, arm: bool = False) -> None:
-        self._scene, self._noise = scene, noise
+        super().__init__(scene, seed=seed, noise=noise)
         self._outline = Outline(scene)
-        self._imu_noise, self._encoder_noise = ImuNoise(seed), EncoderNoise(seed)
-        self._contact_noise, self._lidar_noise = ContactNoise(seed), LidarNoise(seed)
         self._footwork, self._shaper = Footwork(), CommandShaper(CommandLimits())
         self._targets: MotorTargets | None = None
-        self._imu_read: tuple[int, ImuSample] | None = None
-        self._joints_read: tuple[int, JointSample] | None = None
-        self._ticks = 0
         self._arm = KinematicArm(scene, lambda: self.time, self._where) if arm else None
-        self._sampling = Sampling(self._integrate, self._sample)
         self.not_achievable: NotAchievable | None = None
         """The latest step that a real leg could not have made; `None` if there was none."""
         self.place(scene.start)
 
     def __repr__(self) -> str:
-        x, y, yaw = self._pose
+        x, y, yaw = self._pose.x, self._pose.y, self._pose.yaw
         return f"KinematicBody(scene={self._scene.name!r}, time={self.time:.4f}, x={x:.2f}, y={y:.2f}, yaw={yaw:.2f})"
 
     @property
@@ -119,20 +100,8 @@ class KinematicBody:
         return "kinematic"
 
     @property
-    def scene(self) -> Scene:
-        return self._scene
-
-    @property
-    def time(self) -> float:
-        return self._ticks * TICK
-
-    @property
-    def arm(self) -> ArmDevice | None:
+    def arm(self) -> KinematicArm | None:
         return self._arm
-
-    def things(self) -> tuple[Thing, ...]:
-        """The scene's things, where they are now."""
-        return self._arm.things() if self._arm is not None else self._scene.things
 
     def drive(self, vx: float, vy: float, wz: float, height: float, mode: str) -> None:
         """Walk at (vx, vy) m/s forward and left, turning wz rad/s, with the hips `height` m above the foot centres.
@@ -166,42 +135,25 @@ class KinematicBody:
         self._targets = targets
         self._commanded, self._powered = self._ticks, True
 
-    def advance(self, until: float) -> None:
-        """Move up to `until`, to the last tick not later. With no command for 0.1 s the body stops and lies down."""
-        self._sampling.advance(until)
+    def _exact_imu(self) -> ImuSample:
+        """From the differentiated pose."""
+        (ax, ay, az), c, s = self._acceleration, cos(self._pose.yaw), sin(self._pose.yaw)
+        gyro = np.array([0.0, 0.0, self._twist.wz])
+        return ImuSample(gyro, np.array([c * ax + s * ay, c * ay - s * ax, az + GRAVITY]))
 
-    def sample(self, hz: float) -> None:
-        """Take a sample `hz` times a second from now on."""
-        self._sampling.begin(self.time, hz)
+    def _exact_joints(self) -> JointSample:
+        return JointSample(self._joints.copy(), self._speeds.copy(), self._static_torque(), np.array(self._contact))
 
-    def next_sample(self) -> Sample | None:
-        """The oldest sample that waits."""
-        return self._sampling.next()
-
-    def imu(self) -> ImuSample:
-        """The sample of this instant (the same one for every reader), from the differentiated pose."""
-        if self._imu_read is None or self._imu_read[0] != self._ticks:
-            (ax, ay, az), c, s = self._acceleration, cos(self._pose.yaw), sin(self._pose.yaw)
-            gyro = np.array([0.0, 0.0, self._twist.yaw])
-            accel = np.array([c * ax + s * ay, c * ay - s * ax, az + GRAVITY])
-            sample = self._imu_noise.apply(gyro, accel) if self._noise else ImuSample(gyro, accel)
-            self._imu_read = (self._ticks, sample)
-        return self._imu_read[1]
-
-    def joints(self) -> JointSample:
-        """The sample of this instant (the same one for every reader)."""
-        if self._joints_read is None or self._joints_read[0] != self._ticks:
-            position, velocity, contact = self._joints.copy(), self._speeds.copy(), np.array(self._contact)
-            if self._noise:
-                position, velocity = self._encoder_noise.apply(position, velocity)
-                contact = self._contact_noise.apply(contact)
-            self._joints_read = (self._ticks, JointSample(position, velocity, self._static_torque(), contact))
-        return self._joints_read[1]
-
-    def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
-        """A scan of the scene's obstacles at the height of the body origin."""
-        ranges = cast(self._scene, *self._pose, beams=beams, max_range=max_range, height=self._height + FOOT_RADIUS)
-        return self._lidar_noise.apply(ranges, max_range) if self._noise else ranges
+    def _exact_ranges(self, beams: int, max_range: float) -> Vector:
+        return cast(
+            self._scene,
+            self._pose.x,
+            self._pose.y,
+            self._pose.yaw,
+            beams=beams,
+            max_range=max_range,
+            height=self._height + FOOT_RADIUS,
+        )
 
     def truth(self) -> Truth:
         """The true state of this instant."""
@@ -210,10 +162,10 @@ class KinematicBody:
             position=position,
             quaternion=quaternion,
             velocity=np.array(self._velocity),
-            angular_velocity=np.array([0.0, 0.0, self._twist.yaw]),
+            angular_velocity=np.array([0.0, 0.0, self._twist.wz]),
             joints=self._joints.copy(),
             fallen=False,
-            touching=self._outline.touching(*self._pose),
+            touching=self._outline.touching(self._pose.x, self._pose.y, self._pose.yaw),
             power=self._power(),
         )
 
@@ -229,11 +181,11 @@ class KinematicBody:
 
     def place(self, pose: Pose2) -> None:
         """Put the robot down in its sitting pose at rest; what it was told before is forgotten."""
-        self._pose, self._twist = Planar(pose.x, pose.y, pose.yaw), Planar(0.0, 0.0, 0.0)
+        self._pose, self._twist = pose, ZERO_TWIST
         self._height, self._velocity, self._acceleration = SIT_HEIGHT, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         self._shove = (0.0, 0.0, 0.0)
         self._joints, self._speeds = inverse(nominal_feet(SIT_HEIGHT)).joints, np.zeros(12)
-        self._imu_read = self._joints_read = None
+        self._forget_samples()
         self._stepping = False
         self._shaper.halt()
         self._replant()
@@ -261,11 +213,8 @@ class KinematicBody:
 
     def _where(self) -> tuple[Vector, Vector]:
         """Position and attitude of the body."""
-        x, y, yaw = self._pose
+        x, y, yaw = self._pose.x, self._pose.y, self._pose.yaw
         return np.array([x, y, self._height + FOOT_RADIUS]), np.array([cos(yaw / 2), 0.0, 0.0, sin(yaw / 2)])
-
-    def _sample(self) -> Sample:
-        return Sample(self.time, self.imu(), self.joints())
 
     def _release(self) -> None:
         """No one commands: stop, lie down, draw nothing."""
@@ -286,7 +235,7 @@ class KinematicBody:
         height = self._step_body(dt) if targets is None else self._step_joints(dt, targets)
         climb, self._height = (height - self._height) / dt, height
         c, s = cos(self._pose.yaw), sin(self._pose.yaw)
-        vx, vy, _ = self._twist
+        vx, vy = self._twist.vx, self._twist.vy
         self._velocity = (c * vx - s * vy, s * vx + c * vy, climb)
         bx, by, bz = before
         wx, wy, wz = self._velocity
@@ -310,8 +259,9 @@ class KinematicBody:
         """The body follows its command and the feet keep up; returns the new height."""
         high_enough = self._height >= WALKING_HEIGHT
         walking = self._mode == Mode.WALK and high_enough
-        self._glide(dt, Planar(*self._shaper.advance(dt, walking)))
-        moving = max(abs(speed) for speed in (*self._twist, *self._shaper.velocity)) > STILL
+        self._glide(dt, Twist2(*self._shaper.advance(dt, walking)))
+        twist = self._twist.vx, self._twist.vy, self._twist.wz
+        moving = max(abs(speed) for speed in (*twist, *self._shaper.velocity)) > STILL
         self._stepping = walking or (moving and high_enough)
         self._footwork.advance(dt, self._pose, self._twist, stepping=self._stepping)
         self._contact = self._footwork.contact
@@ -320,20 +270,21 @@ class KinematicBody:
         rise = (self._asked_height - self._height) * (1.0 - exp(-dt / LAG))
         return self._height + max(-SINK * dt, min(CLIMB * dt, rise))
 
-    def _glide(self, dt: float, aim: Planar) -> None:
+    def _glide(self, dt: float, aim: Twist2) -> None:
         """First-order lag towards the twist `aim`, shoves included; the pose moves with the mean of both twists."""
         share = 1.0 - exp(-dt / LAG)
         old = self._twist
-        vx, vy, wz = (now + share * (wanted - now) for now, wanted in zip(old, aim, strict=True))
+        vx, vy = old.vx + share * (aim.vx - old.vx), old.vy + share * (aim.vy - old.vy)
+        wz = old.wz + share * (aim.wz - old.wz)
         ax, ay, left = self._shove
         if left > 0.0:
             c, s, lasts = cos(self._pose.yaw), sin(self._pose.yaw), min(dt, left)
             vx, vy = vx + (c * ax + s * ay) * lasts, vy + (c * ay - s * ax) * lasts
             self._shove = (ax, ay, left - dt)
-        self._twist = Planar(vx, vy, wz)
-        mx, my, mw = ((a + b) / 2 * dt for a, b in zip(old, self._twist, strict=True))
+        self._twist = Twist2(vx, vy, wz)
+        mx, my, mw = (old.vx + vx) / 2 * dt, (old.vy + vy) / 2 * dt, (old.wz + wz) / 2 * dt
         c, s = cos(self._pose.yaw + mw / 2), sin(self._pose.yaw + mw / 2)
-        self._pose = Planar(self._pose.x + c * mx - s * my, self._pose.y + s * mx + c * my, self._pose.yaw + mw)
+        self._pose = Pose2(self._pose.x + c * mx - s * my, self._pose.y + s * mx + c * my, self._pose.yaw + mw)
 
     def _pose_legs(self) -> None:
         """Joint angles that put the feet where they are, and the joint speeds of that motion."""
@@ -357,7 +308,7 @@ class KinematicBody:
     def _leg_speeds(self, leg: int, x: float, y: float, angles: list[float]) -> Triple:
         """Joint speeds that give one foot its velocity; a standing foot's is that of a ball rolling on its contact point."""
         jacobian = leg_jacobian(SIDES[leg], *angles)
-        vx, vy, wz = self._twist
+        vx, vy, wz = self._twist.vx, self._twist.vy, self._twist.wz
         away = (wz * y - vx, -wz * x - vy, -self._velocity[2])
         if not self._contact[leg]:
             fx, fy, fz = self._footwork.velocity[leg]
@@ -401,7 +352,7 @@ class KinematicBody:
         if not self._powered:
             return 0.0
         if self._stepping:
-            return typical_motor_power(*self._twist, walking=True)
+            return typical_motor_power(self._twist.vx, self._twist.vy, self._twist.wz, walking=True)
         upright = (self._height - SIT_HEIGHT) / (STAND_HEIGHT - SIT_HEIGHT)
         return STANDING * min(1.0, max(0.0, upright))
 

@@ -1,7 +1,7 @@
 """Seeded noise of the sensors, the same for every back end: same seed and same calls give the same stream.
 
-Constants are those of an EuRoC-class MEMS IMU and of joint encoders. Discretisation: white noise of density n has the
-standard deviation ``n * sqrt(rate)``; a bias that walks with density w makes steps of ``w / sqrt(rate)``.
+Constants are those of the MEMS IMU of the EuRoC data sets and of joint encoders (docs/control.md#sensor-models). Discretisation: white noise
+of density n has the standard deviation ``n * sqrt(rate)``; a bias that walks with density w makes steps of ``w / sqrt(rate)``.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ class LidarNoise:
 class ContactNoise:
     """Foot contacts that arrive `delay` seconds late (rounded to samples) and are dropped with probability `dropout`.
 
-    The defaults of zero leave contacts untouched; robot-domain section 6 tests with 10 ms and 1 %.
+    The defaults of zero leave contacts untouched; the tests use 10 ms and 1 %.
     """
 
     __slots__ = ("_dropout", "_generator", "_waiting")

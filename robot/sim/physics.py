@@ -8,37 +8,28 @@ from __future__ import annotations
 from collections import deque
 from importlib import import_module
 from math import ceil, cos, sin, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
-from robot.hardware.beams import BEAMS, MAX_RANGE
-from robot.hardware.body import ImuSample, JointSample, MotorTargets, Sample, Truth
+from robot.hardware.body import ImuSample, JointSample, MotorTargets, Truth
 from robot.model.kinematics import inverse
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, KNEE_TORQUE, SIT_HEIGHT, TORQUE_LIMIT
 from robot.model.power import motor_power
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Scene, Thing
+from robot.scenes.scene import Scene
 from robot.sim.mjcf import OBSTACLE_GROUP, Ground, obstacle_names, write_model
-from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
 from robot.sim.physics_arm import PhysicsArm
-from robot.sim.sampling import Sampling
-
-if TYPE_CHECKING:
-    from robot.hardware.arm import ArmDevice
+from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
 
 __all__ = ["BackendMissing", "PhysicsBody"]
 
 CONTACT_FORCE = 5.0
-LOST_COMMAND_TICKS = 200
-"""Ticks without a command (0.1 s) after which the drives damp their joints."""
 DAMPING = 8.0
 """Gain of that damping, N m s/rad: the robot sinks in about a second instead of dropping."""
-TICK = 0.0005
-"""Every instant of a body is a whole number of these, s: readers that come a little apart do not chop the physics up."""
 ACCEL_TICKS = 10
 """The accelerometer averages over this many ticks: its 5 ms sample period."""
 SPAWN_CLEARANCE = 0.0005
@@ -48,7 +39,7 @@ class BackendMissing(RuntimeError):
     """The physics engine is not installed."""
 
 
-class PhysicsBody:
+class PhysicsBody(BodyShell):
     """One robot in one scene, in MuJoCo; implements `Body`.
 
     Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `delay` (s) is how long motor targets
@@ -80,20 +71,14 @@ class PhysicsBody:
                 f"A body cannot have a motor delay of {delay!r} s and a timestep of {timestep!r} s: "
                 "give a delay of at least 0 and a timestep from 0.0005 to 0.0025 (longer steps make contacts unstable)."
             )
-        self._scene, self._noise = scene, noise
+        super().__init__(scene, seed=seed, noise=noise)
         self._longest = int(timestep / TICK + 1e-6)
         self._delay = ceil(delay / TICK - 1e-6)
         self._ground = Ground(friction, slope, payload)
         self._model: Any = self._mujoco.MjModel.from_xml_string(write_model(scene, self._ground, timestep, arm=arm))
         self._data: Any = self._mujoco.MjData(self._model)
-        self._imu_noise, self._encoder_noise = ImuNoise(seed), EncoderNoise(seed)
-        self._contact_noise, self._lidar_noise = ContactNoise(seed), LidarNoise(seed)
-        self._imu_read: tuple[int, ImuSample] | None = None
-        self._joints_read: tuple[int, JointSample] | None = None
         self._bind()
-        self._ticks = 0
         self._arm = PhysicsArm(self._mujoco, self._model, self._data, scene, lambda: self.time) if arm else None
-        self._sampling = Sampling(self._integrate, self._sample)
         self.place(scene.start)
 
     def __repr__(self) -> str:
@@ -104,59 +89,23 @@ class PhysicsBody:
         return "physics"
 
     @property
-    def scene(self) -> Scene:
-        return self._scene
-
-    @property
-    def time(self) -> float:
-        return self._ticks * TICK
-
-    @property
-    def arm(self) -> ArmDevice | None:
+    def arm(self) -> PhysicsArm | None:
         return self._arm
-
-    def things(self) -> tuple[Thing, ...]:
-        """The scene's things, where they are now."""
-        return self._arm.things() if self._arm is not None else self._scene.things
-
-    def advance(self, until: float) -> None:
-        """Integrate up to `until`, to the last tick that is not later."""
-        self._sampling.advance(until)
-
-    def sample(self, hz: float) -> None:
-        """Take a sample `hz` times a second from now on."""
-        self._sampling.begin(self.time, hz)
-
-    def next_sample(self) -> Sample | None:
-        """The oldest sample that waits."""
-        return self._sampling.next()
 
     def command(self, targets: MotorTargets) -> None:
         """Send targets to the drives; they arrive after the motor delay, in order."""
         self._travelling.append((self._ticks + self._delay, targets))
         self._commanded = self._ticks
 
-    def imu(self) -> ImuSample:
-        """The sample of this instant (the same one for every reader); the accelerometer is averaged over 5 ms."""
-        if self._imu_read is None or self._imu_read[0] != self._ticks:
-            gyro, accel = self._qvel[3:6].copy(), self._accel_window.mean(axis=0)
-            sample = self._imu_noise.apply(gyro, accel) if self._noise else ImuSample(gyro, accel)
-            self._imu_read = (self._ticks, sample)
-        return self._imu_read[1]
+    def _exact_imu(self) -> ImuSample:
+        """The accelerometer is averaged over 5 ms."""
+        return ImuSample(self._qvel[3:6].copy(), self._accel_window.mean(axis=0))
 
-    def joints(self) -> JointSample:
-        """The sample of this instant (the same one for every reader)."""
-        if self._joints_read is None or self._joints_read[0] != self._ticks:
-            position, velocity = self._qpos[7:].copy(), self._qvel[6:].copy()
-            contact = self._touch > CONTACT_FORCE
-            if self._noise:
-                position, velocity = self._encoder_noise.apply(position, velocity)
-                contact = self._contact_noise.apply(contact)
-            self._joints_read = (self._ticks, JointSample(position, velocity, self._torque.copy(), contact))
-        return self._joints_read[1]
+    def _exact_joints(self) -> JointSample:
+        contact = self._touch > CONTACT_FORCE
+        return JointSample(self._qpos[7:].copy(), self._qvel[6:].copy(), self._torque.copy(), contact)
 
-    def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
-        """A scan of the scene's obstacles at the height of the body origin; the robot's own legs are never seen."""
+    def _exact_ranges(self, beams: int, max_range: float) -> Vector:
         angles = _yaw(self._qpos[3:7]) - np.pi + np.arange(beams) * (2 * np.pi / beams)
         rays = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(beams)))
         seen, distance = np.zeros(beams, dtype=np.int32), np.zeros(beams)
@@ -166,8 +115,7 @@ class PhysicsBody:
         self._mujoco.mj_multiRay(
             self._model, self._data, origin, rays.reshape(-1, 1), groups, 1, -1, seen, distance, None, beams, max_range
         )
-        ranges = np.where((seen < 0) | (distance > max_range), max_range, distance)
-        return self._lidar_noise.apply(ranges, max_range) if self._noise else ranges
+        return np.where((seen < 0) | (distance > max_range), max_range, distance)
 
     def truth(self) -> Truth:
         """The true state of this instant."""
@@ -209,7 +157,7 @@ class PhysicsBody:
             self._arm.reset()
         self._mujoco.mj_forward(self._model, self._data)
         self._accel_window[:] = axes.T @ np.array([0.0, 0.0, GRAVITY])
-        self._imu_read = self._joints_read = None
+        self._forget_samples()
 
     def close(self) -> None:
         """Nothing is held that Python would not free."""
@@ -221,9 +169,6 @@ class PhysicsBody:
             ahead = min(end, self._next_event()) - self._ticks
             steps = ceil(ahead / self._longest)
             self._step(ceil(ahead / steps))
-
-    def _sample(self) -> Sample:
-        return Sample(self.time, self.imu(), self.joints())
 
     def _bind(self) -> None:
         """Views into MuJoCo's arrays, made once: attribute look-ups in its bindings cost more than the arithmetic."""

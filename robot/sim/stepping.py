@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 from math import cos, hypot, sin
-from typing import NamedTuple
 
 from robot.control.gaits import GAITS, GaitClock
 from robot.control.swing import swing_path
+from robot.geometry.planar import Pose2, Twist2
 from robot.geometry.vectors import Triple
 from robot.model.parameters import FOOT_RADIUS
 from robot.model.stance import NOMINAL
 
-__all__ = ["Footwork", "Planar"]
-
-
-class Planar(NamedTuple):
-    """A motion on the floor: x, y, yaw of a pose, or forward, left, turning of a velocity in body axes."""
-
-    x: float
-    y: float
-    yaw: float
+__all__ = ["Footwork"]
 
 
 class Footwork:
@@ -59,7 +51,7 @@ class Footwork:
         """A standing foot's ball rolls under a leg that turns: its centre moves by so many m/s in axes turned by `yaw`."""
         self.velocity[leg] = (cos(yaw) * forward - sin(yaw) * left, sin(yaw) * forward + cos(yaw) * left, 0.0)
 
-    def advance(self, dt: float, pose: Planar, twist: Planar, *, stepping: bool) -> None:
+    def advance(self, dt: float, pose: Pose2, twist: Twist2, *, stepping: bool) -> None:
         """Move the feet by `dt` seconds under a body at `pose` with `twist`; no foot lifts unless `stepping`."""
         for leg in range(4):
             if self.contact[leg]:
@@ -70,14 +62,14 @@ class Footwork:
                 return
             self._clock.restart()
             self._active = True
-        self._clock.hurry(hypot(twist.x, twist.y))
+        self._clock.hurry(hypot(twist.vx, twist.vy))
         before = [self._clock.swing(leg) for leg in range(4)]
         self._clock.advance(dt)
         for leg in range(4):
             self._move(leg, before[leg], self._clock.swing(leg), pose, twist, stepping)
         self._active = stepping or not self.standing
 
-    def _move(self, leg: int, before: float, progress: float, pose: Planar, twist: Planar, stepping: bool) -> None:
+    def _move(self, leg: int, before: float, progress: float, pose: Pose2, twist: Twist2, stepping: bool) -> None:
         if self.contact[leg]:
             if not (stepping and before < 0.0 <= progress):
                 return
@@ -92,14 +84,14 @@ class Footwork:
             self._lifted[leg], (x, y, FOOT_RADIUS), progress, duration, clearance
         )
 
-    def _foothold(self, leg: int, ahead: float, pose: Planar, twist: Planar) -> tuple[float, float]:
+    def _foothold(self, leg: int, ahead: float, pose: Pose2, twist: Twist2) -> tuple[float, float]:
         """Where a foot lands in `ahead` seconds: its place below the hip, half a stance of body motion further."""
-        yaw = pose.yaw + 0.5 * twist.yaw * ahead
-        x = pose.x + (cos(yaw) * twist.x - sin(yaw) * twist.y) * ahead
-        y = pose.y + (sin(yaw) * twist.x + cos(yaw) * twist.y) * ahead
-        yaw, half = pose.yaw + twist.yaw * ahead, self._clock.stance_time / 2
+        yaw = pose.yaw + 0.5 * twist.wz * ahead
+        x = pose.x + (cos(yaw) * twist.vx - sin(yaw) * twist.vy) * ahead
+        y = pose.y + (sin(yaw) * twist.vx + cos(yaw) * twist.vy) * ahead
+        yaw, half = pose.yaw + twist.wz * ahead, self._clock.stance_time / 2
         px, py = NOMINAL[leg]
-        fx, fy = px + (twist.x - twist.yaw * py) * half, py + (twist.y + twist.yaw * px) * half
+        fx, fy = px + (twist.vx - twist.wz * py) * half, py + (twist.vy + twist.wz * px) * half
         return x + cos(yaw) * fx - sin(yaw) * fy, y + sin(yaw) * fx + cos(yaw) * fy
 
     def _land(self, leg: int, x: float, y: float) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 
 __all__ = ["distance", "is_finite", "stride", "turn_left", "turned"]
@@ -16,7 +17,7 @@ def distance(here: Pose2, there: Pose2) -> float:
 
 def turn_left(here: Pose2, there: Pose2) -> float:
     """How far `here` has to turn to look where `there` looks, rad, the shorter way."""
-    return math.remainder(there.yaw - here.yaw, math.tau)
+    return wrap(there.yaw - here.yaw)
 
 
 def is_finite(pose: Pose2) -> bool:
@@ -26,7 +27,7 @@ def is_finite(pose: Pose2) -> bool:
 
 def turned(yaw: float, to: float, most: float) -> float:
     """`yaw` turned the shorter way to `to`, by `most` rad at most."""
-    around = math.remainder(to - yaw, math.tau)
+    around = wrap(to - yaw)
     return to if abs(around) <= most else yaw + math.copysign(most, around)
 
 

@@ -34,7 +34,6 @@ from robot.scenes.dock import has_station, station
 from robot.scenes.scene import Obstacle, Scene
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
-from robot.sim.charger import charger_connected
 from robot.sim.kinematic import KinematicBody, Mode
 from robot.sim.touch import Outline
 from robot.tree import robot_tree
@@ -133,7 +132,7 @@ class Legs(Node):
     @every(hz=2)
     def charge(self) -> None:
         """The charger works when the body lies on the dock, unless it is out of order."""
-        charging = self._body.charger_works and charger_connected(self._body)
+        charging = self._body.charger_works and self._body.charger
         state = BatteryState.POWER_SUPPLY_STATUS_CHARGING if charging else BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
         self.battery(BatteryState(percentage=0.9, power_supply_status=state))
 

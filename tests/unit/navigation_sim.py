@@ -13,9 +13,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.control.limits import Command
-from robot.control.navigator import Motion, Navigator, State
-from robot.geometry.planar import Pose2
+from robot.control.motion import Motion, State
+from robot.control.navigator import Navigator
+from robot.geometry.planar import Pose2, Twist2
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
 from robot.sim.rays import cast
 
@@ -73,16 +73,16 @@ class Walker:
     seed: int = 0
     lidar_sd: float = 0.015
     pose_sd: tuple[float, float] = (0.005, 0.005)
-    velocity: Command = field(default_factory=Command)
+    velocity: Twist2 = field(default_factory=Twist2)
     time: float = 0.0
 
     def __post_init__(self) -> None:
         self.rng = np.random.default_rng(self.seed)
 
-    def advance(self, command: Command, seconds: float, dt: float = 0.01) -> None:
+    def advance(self, command: Twist2, seconds: float, dt: float = 0.01) -> None:
         for _ in range(round(seconds / dt)):
             v = self.velocity
-            self.velocity = Command(
+            self.velocity = Twist2(
                 *(
                     now + float(np.clip((wanted - now) / LAG, -slew, slew)) * dt
                     for wanted, now, slew in (
@@ -144,7 +144,7 @@ def walk(
         if hook is not None:
             hook(walker, motion)
         before = walker.pose
-        walker.advance(Command(motion.vx, motion.vy, motion.wz), period)
+        walker.advance(Twist2(motion.vx, motion.vy, motion.wz), period)
         distance += math.hypot(walker.pose.x - before.x, walker.pose.y - before.y)
         least = min(least, body_clearance(walker.scene, walker.pose))
         if motion.state not in (State.FOLLOWING, State.WAITING, State.RECOVERING):

@@ -1,4 +1,4 @@
-"""Who drives (robot-domain section 8.4), and what spoken words ask for (X-07, X-07b, F-08)."""
+"""Who drives, and what spoken words ask for."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.control.arbiter import STILL, Source, Velocity, VelocityArbiter, VelocityLimits, Verdict
+from robot.control.arbiter import Source, VelocityArbiter, VelocityLimits, Verdict
 from robot.control.voice import WORDS, interpret
+from robot.geometry.planar import ZERO_TWIST, Twist2
 
-AHEAD = Velocity(0.3, 0.0, 0.0)
-TURN = Velocity(0.0, 0.0, 0.5)
+AHEAD = Twist2(0.3, 0.0, 0.0)
+TURN = Twist2(0.0, 0.0, 0.5)
 finite = st.floats(-1e9, 1e9)
 anything = st.floats(allow_nan=True, allow_infinity=True)
 sources = st.sampled_from(Source)
@@ -23,7 +24,7 @@ sources = st.sampled_from(Source)
 
 def test_nobody_drives_until_someone_does() -> None:
     arbiter = VelocityArbiter()
-    assert arbiter.decide(0.0).velocity == STILL
+    assert arbiter.decide(0.0).velocity == ZERO_TWIST
     assert arbiter.decide(0.0).source is None
     assert arbiter.decide(0.0).reason == "no command"
 
@@ -47,7 +48,7 @@ def test_every_source_times_out_after_half_a_second(source: Source) -> None:
     arbiter = VelocityArbiter()
     assert arbiter.offer(source, AHEAD, 10.0) is Verdict.ACCEPTED
     assert arbiter.decide(10.49).velocity == AHEAD
-    assert arbiter.decide(10.5).velocity == STILL
+    assert arbiter.decide(10.5).velocity == ZERO_TWIST
     assert arbiter.decide(10.5).reason == "all commands timed out"
 
 
@@ -55,7 +56,7 @@ def test_the_next_source_takes_over_when_a_higher_one_falls_silent() -> None:
     arbiter = VelocityArbiter()
     arbiter.offer(Source.TELEOP, AHEAD, 0.0)
     assert arbiter.offer(Source.AUTONOMY, TURN, 0.4) is Verdict.OUTRANKED
-    assert arbiter.decide(0.6).velocity == STILL
+    assert arbiter.decide(0.6).velocity == ZERO_TWIST
     assert arbiter.offer(Source.AUTONOMY, TURN, 0.6) is Verdict.ACCEPTED
     assert arbiter.decide(0.6).source is Source.AUTONOMY
 
@@ -65,14 +66,14 @@ def test_x_07b_joystick_input_in_the_last_half_second_makes_voice_ignored() -> N
     arbiter.offer(Source.JOYSTICK, TURN, 0.0)
     assert arbiter.offer(Source.VOICE, AHEAD, 0.3) is Verdict.OUTRANKED
     # ignored for good: it does not come alive when the joystick's command has timed out
-    assert arbiter.decide(0.55).velocity == STILL
+    assert arbiter.decide(0.55).velocity == ZERO_TWIST
     assert arbiter.offer(Source.VOICE, AHEAD, 0.55) is Verdict.ACCEPTED
 
 
 def test_a_clock_that_jumps_back_does_not_keep_old_commands_alive() -> None:
     arbiter = VelocityArbiter()
     arbiter.offer(Source.TELEOP, AHEAD, 100.0)
-    assert arbiter.decide(1.0).velocity == STILL
+    assert arbiter.decide(1.0).velocity == ZERO_TWIST
     assert arbiter.offer(Source.AUTONOMY, TURN, 1.0) is Verdict.ACCEPTED
 
 
@@ -82,12 +83,12 @@ def test_a_clock_that_jumps_back_does_not_keep_old_commands_alive() -> None:
 @pytest.mark.parametrize(
     ("asked", "given"),
     [
-        (Velocity(5.0, 5.0, 5.0), Velocity(1.6, 0.4, 1.5)),
-        (Velocity(-5.0, -5.0, -5.0), Velocity(-0.5, -0.4, -1.5)),
-        (Velocity(0.5, 0.1, -0.2), Velocity(0.5, 0.1, -0.2)),
+        (Twist2(5.0, 5.0, 5.0), Twist2(1.6, 0.4, 1.5)),
+        (Twist2(-5.0, -5.0, -5.0), Twist2(-0.5, -0.4, -1.5)),
+        (Twist2(0.5, 0.1, -0.2), Twist2(0.5, 0.1, -0.2)),
     ],
 )
-def test_commands_are_clipped_to_the_limits_of_the_robot(asked: Velocity, given: Velocity) -> None:
+def test_commands_are_clipped_to_the_limits_of_the_robot(asked: Twist2, given: Twist2) -> None:
     arbiter = VelocityArbiter()
     arbiter.offer(Source.TELEOP, asked, 0.0)
     assert arbiter.decide(0.0).velocity == given
@@ -95,8 +96,8 @@ def test_commands_are_clipped_to_the_limits_of_the_robot(asked: Velocity, given:
 
 def test_x_07_joystick_2_and_minus_3_becomes_1_and_minus_1() -> None:
     arbiter = VelocityArbiter(VelocityLimits(forward=1.0, backward=1.0, sideways=1.0, turn=1.0))
-    arbiter.offer(Source.JOYSTICK, Velocity(2.0, 0.0, -3.0), 0.0)
-    assert arbiter.decide(0.0).velocity == Velocity(1.0, 0.0, -1.0)
+    arbiter.offer(Source.JOYSTICK, Twist2(2.0, 0.0, -3.0), 0.0)
+    assert arbiter.decide(0.0).velocity == Twist2(1.0, 0.0, -1.0)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
@@ -104,11 +105,11 @@ def test_x_07_joystick_2_and_minus_3_becomes_1_and_minus_1() -> None:
 def test_x_07b_what_is_not_a_number_is_dropped_and_counted(bad: float, part: str) -> None:
     arbiter = VelocityArbiter()
     arbiter.offer(Source.JOYSTICK, AHEAD, 0.0)
-    broken = Velocity(**{"vx": 0.0, "vy": 0.0, "wz": 0.0, part: bad})
+    broken = Twist2(**{"vx": 0.0, "vy": 0.0, "wz": 0.0, part: bad})
     assert arbiter.offer(Source.JOYSTICK, broken, 0.4) is Verdict.NOT_A_NUMBER
     assert arbiter.dropped[Source.JOYSTICK] == 1
     assert arbiter.decide(0.4).velocity == AHEAD
-    assert arbiter.decide(0.6).velocity == STILL  # it did not prolong the last good command
+    assert arbiter.decide(0.6).velocity == ZERO_TWIST  # it did not prolong the last good command
 
 
 @given(st.lists(st.tuples(sources, anything, anything, anything, st.floats(0, 2)), max_size=40), st.floats(0, 3))
@@ -117,7 +118,7 @@ def test_whatever_is_offered_the_decision_is_finite_and_within_limits(
 ) -> None:
     arbiter = VelocityArbiter()
     for source, vx, vy, wz, at in sorted(offers, key=lambda offer: offer[4]):
-        arbiter.offer(source, Velocity(vx, vy, wz), at)
+        arbiter.offer(source, Twist2(vx, vy, wz), at)
     velocity = arbiter.decide(now).velocity
     assert -0.5 <= velocity.vx <= 1.6
     assert abs(velocity.vy) <= 0.4
@@ -127,7 +128,7 @@ def test_whatever_is_offered_the_decision_is_finite_and_within_limits(
 @given(finite, finite, finite)
 def test_clipping_is_idempotent(vx: float, vy: float, wz: float) -> None:
     limits = VelocityLimits()
-    once = limits.clip(Velocity(vx, vy, wz))
+    once = limits.clip(Twist2(vx, vy, wz))
     assert limits.clip(once) == once
 
 
@@ -137,7 +138,7 @@ def test_clipping_is_idempotent(vx: float, vy: float, wz: float) -> None:
 def test_x_07_disabled_means_zero_and_refuses() -> None:
     arbiter = VelocityArbiter(enabled=False)
     assert arbiter.offer(Source.VOICE, AHEAD, 0.0) is Verdict.DISABLED
-    assert arbiter.decide(0.0).velocity == STILL
+    assert arbiter.decide(0.0).velocity == ZERO_TWIST
     assert arbiter.decide(0.0).reason == "disabled"
 
 
@@ -145,9 +146,9 @@ def test_x_07_disabling_stops_at_once_and_enabling_revives_nothing() -> None:
     arbiter = VelocityArbiter()
     arbiter.offer(Source.TELEOP, AHEAD, 0.0)
     arbiter.disable()
-    assert arbiter.decide(0.1).velocity == STILL
+    assert arbiter.decide(0.1).velocity == ZERO_TWIST
     arbiter.enable()
-    assert arbiter.decide(0.1).velocity == STILL
+    assert arbiter.decide(0.1).velocity == ZERO_TWIST
     arbiter.offer(Source.TELEOP, AHEAD, 0.2)
     assert arbiter.decide(0.2).velocity == AHEAD
 
@@ -158,12 +159,12 @@ def test_f_08_an_emergency_stop_overrides_every_source_until_cleared() -> None:
     arbiter.stop("bumper")
     for source in Source:
         assert arbiter.offer(source, AHEAD, 0.1) is Verdict.STOPPED
-    assert arbiter.decide(0.1).velocity == STILL
+    assert arbiter.decide(0.1).velocity == ZERO_TWIST
     assert arbiter.decide(0.1).reason == "emergency stop: bumper"
     arbiter.enable()
     assert arbiter.stopped == "bumper"
     arbiter.clear()
-    assert arbiter.decide(0.1).velocity == STILL
+    assert arbiter.decide(0.1).velocity == ZERO_TWIST
     arbiter.offer(Source.TELEOP, AHEAD, 0.2)
     assert arbiter.decide(0.2).velocity == AHEAD
 
@@ -194,12 +195,12 @@ def test_f_08_clearing_a_stop_does_not_enable_and_the_first_reason_is_kept() -> 
 )
 def test_x_07_words_in_english_and_portuguese(words: tuple[str, ...], vx: float, wz: float) -> None:
     for word in words:
-        assert interpret(word) == Velocity(vx, 0.0, wz)
+        assert interpret(word) == Twist2(vx, 0.0, wz)
 
 
 @pytest.mark.parametrize("text", ["stop going forward", "forward stop", "don't stop", "Parar, não frente", "stop_now"])
 def test_x_07b_stop_wins_over_any_other_word(text: str) -> None:
-    assert interpret(text) == STILL
+    assert interpret(text) == ZERO_TWIST
 
 
 @pytest.mark.parametrize(
@@ -215,7 +216,7 @@ sentences = st.lists(st.sampled_from([*WORDS, "go", "please", "não", "now"]), m
 
 @given(sentences, st.sampled_from([" ", ", ", "-", "_", "  "]))
 def test_x_07b_a_sentence_stops_or_does_nothing(words: list[str], between: str) -> None:
-    expected = STILL if {"stop", "parar"} & set(words) else None
+    expected = ZERO_TWIST if {"stop", "parar"} & set(words) else None
     assert interpret(between.join(words)) == expected
 
 
@@ -225,17 +226,17 @@ def test_x_07b_a_sentence_stops_or_does_nothing(words: list[str], between: str) 
 def test_after_a_spoken_stop_autonomy_is_held_back() -> None:
     arbiter = VelocityArbiter()
     arbiter.offer(Source.AUTONOMY, AHEAD, 0.0)
-    assert arbiter.offer(Source.VOICE, STILL, 0.1) is Verdict.ACCEPTED
+    assert arbiter.offer(Source.VOICE, ZERO_TWIST, 0.1) is Verdict.ACCEPTED
     assert arbiter.offer(Source.AUTONOMY, AHEAD, 10.0) is Verdict.HELD_BACK
-    assert arbiter.decide(10.0).velocity == STILL
+    assert arbiter.decide(10.0).velocity == ZERO_TWIST
     assert arbiter.decide(10.0).reason == "held back by a spoken stop"
 
 
 @pytest.mark.parametrize("person", [Source.TELEOP, Source.JOYSTICK, Source.VOICE])
 def test_a_person_who_drives_again_ends_that(person: Source) -> None:
     arbiter = VelocityArbiter()
-    arbiter.offer(Source.VOICE, STILL, 0.0)
-    arbiter.offer(person, STILL, 1.0)  # a stick at rest is no wish to drive
+    arbiter.offer(Source.VOICE, ZERO_TWIST, 0.0)
+    arbiter.offer(person, ZERO_TWIST, 1.0)  # a stick at rest is no wish to drive
     assert arbiter.offer(Source.AUTONOMY, AHEAD, 2.0) is Verdict.HELD_BACK
     arbiter.offer(person, TURN, 3.0)
     assert arbiter.offer(Source.AUTONOMY, AHEAD, 4.0) is Verdict.ACCEPTED
@@ -243,7 +244,7 @@ def test_a_person_who_drives_again_ends_that(person: Source) -> None:
 
 def test_enabling_ends_that_too_and_clearing_a_stop_does_not() -> None:
     arbiter = VelocityArbiter()
-    arbiter.offer(Source.VOICE, STILL, 0.0)
+    arbiter.offer(Source.VOICE, ZERO_TWIST, 0.0)
     arbiter.stop("bumper")
     arbiter.clear()
     assert arbiter.offer(Source.AUTONOMY, AHEAD, 1.0) is Verdict.HELD_BACK

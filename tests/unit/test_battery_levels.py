@@ -1,4 +1,4 @@
-"""Charge levels: the borders of robot-domain section 7, no chatter; and the power that drains the pack."""
+"""Charge levels: their borders, no chatter; and the power that drains the pack."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The battery pack: laws that hold for any use of it, and the figures of the sheet and robot-domain section 7."""
+"""The battery pack: laws that hold for any use of it, and the figures of the data sheet."""
 
 from __future__ import annotations
 

@@ -9,9 +9,11 @@ import pytest
 from actors import Action, Child, Done, GoalRejected, Node, Reject, Steps, temporary
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_msgs.msg import Int32
 from actors.runtime.incarnation import incarnation_of
+from actors.supervision.reasons import Leaked
 from actors.testing import Rig
-from tests.stage import ADD, order, result, total, two
+from tests.stage import ADD, NUMBERS, number, order, result, total, two
 
 UP = Action(Fibonacci, "up")
 DOWN = Action(Fibonacci, "down")
@@ -84,3 +86,41 @@ async def test_what_serves_and_asks_introduces_itself(rig: Rig) -> None:
     assert repr(incarnation_of(rig.me).clients[ADD]) == "<client of /add in /rig>"
     rig.node(Adder).go.set()
     assert (await asking).sum == 3
+
+
+class Clinging(Node):
+    """Answers its cancellation by an error, and comes to the end of its clean-up only when it is let go."""
+
+    async def on_start(self) -> None:
+        self.let_go = asyncio.Event()
+
+    @NUMBERS.on()
+    async def take(self, message: Int32) -> None:
+        try:
+            await self.clock.sleep(3600.0)
+        except asyncio.CancelledError:
+            raise OSError("interrupted") from None
+
+    async def on_stop(self, reason: object) -> None:
+        await self.let_go.wait()
+
+
+async def test_a_clean_up_that_begins_after_the_kill_gets_no_time_of_its_own(rig: Rig) -> None:
+    system = await rig.start(Child(Clinging, stop="kill"))
+    rig.publish(NUMBERS, number(1))
+    await rig.quiet()
+    node = rig.node(Clinging)
+    supervisor = system.supervisor
+    assert supervisor is not None
+    terminated = asyncio.create_task(supervisor.terminate_child("clinging"))
+    await rig.advance(0.9)
+    assert not terminated.done()
+    assert rig.state(Clinging).state == "stopping"
+    await rig.advance(0.2)
+    assert terminated.done()
+    (report,) = [each for each in rig.reports if each.context == "shutdown_error"]
+    assert (report.reason, report.at) == (Leaked(1.0), 1.0)
+    assert [leaked.ref.id for leaked in supervisor.leaked] == ["clinging"]
+    node.let_go.set()
+    await rig.settled()
+    assert supervisor.leaked == []

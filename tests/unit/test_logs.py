@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import structlog
 
-from actors import Node, Supervisor, System
+from actors import Child, Intensity, Node, Supervisor, SupervisorGaveUp, System
 from actors.logs import (
     DEBUG,
     ERROR,
@@ -23,6 +23,7 @@ from actors.logs import (
     json_sink,
     structlog_sink,
 )
+from actors.supervision.report import Report
 from actors.testing import Rig, VirtualLoop
 from actors.time.clock import Clock
 
@@ -143,3 +144,26 @@ async def test_a_sink_that_fails_hurts_nobody_and_further_sinks_get_the_line() -
     assert heard == ["still here"]
     assert "the log sink" in problems[0]["message"]
     assert isinstance(problems[0]["exception"], BrokenPipeError)
+
+
+@pytest.mark.virtual
+async def test_a_report_below_the_level_of_the_system_is_kept_and_told_but_not_logged() -> None:
+    told: list[Report] = []
+    lines: list[LogRecord] = []
+    system = System(sinks=(lines.append,), level=ERROR)
+    system.observe(reports=told.append)
+    await system.start(Supervisor("system", children=[Child(Node, name="node")], intensity=Intensity(1, within=10.0)))
+    state = system.nodes["system", "node"]
+    told.clear()
+    assert state.running is not None
+    state.running.fail(OSError("a loose wire"), "the test")
+    while state.incarnation == 1 or state.running is None:
+        await asyncio.sleep(0.1)
+    assert [report.context for report in told] == ["child_terminated", "progress"]
+    assert list(system.reports)[-2:] == told
+    assert lines == [] == list(system.records), "a warning, and news"
+    state.running.fail(OSError("a loose wire"), "the test")
+    with pytest.raises(SupervisorGaveUp):
+        await system.wait()
+    assert [line.event for line in lines] == ["system gives up: restart intensity reached"], "an error"
+    await system.stop()

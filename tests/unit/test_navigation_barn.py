@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from robot.control.navigator import State
+from robot.control.motion import State
 from robot.control.unmapped import unmapped_grid
 from robot.evaluate import barn
 from robot.evaluate.barn_run import Walk, run, score

@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robot.control.follow import Follower
-from robot.control.limits import Command, Limits
+from robot.control.limits import Limits
+from robot.estimation.local_field import LocalField
 from robot.estimation.surroundings import Surroundings
 from robot.geometry.angles import wrap
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, Twist2
 from robot.model.footprint import Footprint
 from robot.planning.grid import Grid
 from robot.planning.path import Path
@@ -25,24 +26,23 @@ from tests.unit.navigation_sim import Walker
 LIMITS = Limits()
 
 
-def surroundings(*obstacles: Box) -> Surroundings:
+def field(*obstacles: Box) -> LocalField:
     scene = Scene("test", (-10, -10, 10, 10), obstacles, Pose2(0, 0), Pose2(0, 0))
-    return Surroundings(Grid.from_scene(scene))
+    return Surroundings(Grid.from_scene(scene)).local_field(Pose2(0, 0))
 
 
 def straight(*points: tuple[float, float]) -> Path:
     return Path(np.array(points, dtype=np.float64))
 
 
-def first_step(follower: Follower, pose: Pose2, around: Surroundings) -> Command:
-    around.center_on(pose)
+def first_step(follower: Follower, pose: Pose2, around: LocalField) -> Twist2:
     return follower.step(pose, around, 0.1).command
 
 
 def test_a_path_straight_ahead_is_walked_forward() -> None:
     follower = Follower()
     follower.follow(straight((0, 0), (4, 0)), Pose2(4, 0))
-    command = first_step(follower, Pose2(0, 0), surroundings())
+    command = first_step(follower, Pose2(0, 0), field())
     assert command.vx > 0.0
     assert command.wz == pytest.approx(0.0, abs=1e-6)
 
@@ -51,8 +51,7 @@ def test_a_path_straight_ahead_is_walked_forward() -> None:
 def test_a_path_to_the_side_is_first_turned_to_on_the_spot(bearing: float, sign: float) -> None:
     follower = Follower()
     follower.follow(straight((0, 0), (4 * math.cos(bearing), 4 * math.sin(bearing))), Pose2(0, 4))
-    around = surroundings()
-    around.center_on(Pose2(0, 0))
+    around = field()
     step = follower.step(Pose2(0, 0), around, 0.1)
     assert step.phase == "turning"
     assert step.command.vx == step.command.vy == 0.0
@@ -62,18 +61,16 @@ def test_a_path_to_the_side_is_first_turned_to_on_the_spot(bearing: float, sign:
 def test_a_robot_beside_its_path_steps_back_onto_it() -> None:
     follower = Follower()
     follower.follow(straight((0, 0), (6, 0)), Pose2(6, 0))
-    command = first_step(follower, Pose2(1.0, -0.15), surroundings())
+    command = first_step(follower, Pose2(1.0, -0.15), field())
     assert command.vy > 0.0
 
 
 def test_in_front_of_an_unseen_turn_of_the_world_it_stops() -> None:
     follower = Follower()
     follower.follow(straight((0, 0), (4, 0)), Pose2(4, 0))
-    boxed_in = surroundings(Box(0.75, 0, 0.2, 2), Box(-0.75, 0, 0.2, 2), Box(0, 0.4, 2, 0.2), Box(0, -0.4, 2, 0.2))
-    around = boxed_in
-    around.center_on(Pose2(0, 0))
+    around = field(Box(0.75, 0, 0.2, 2), Box(-0.75, 0, 0.2, 2), Box(0, 0.4, 2, 0.2), Box(0, -0.4, 2, 0.2))
     step = follower.step(Pose2(0, 0), around, 0.1)
-    assert (step.phase, step.command) == ("blocked", Command())
+    assert (step.phase, step.command) == ("blocked", Twist2())
     assert step.clearance < 0.1
 
 
@@ -82,7 +79,7 @@ def test_a_goal_within_reach_is_approached_backward_and_sideways_without_turning
     for goal in (Pose2(-0.3, 0.0), Pose2(0.0, 0.3), Pose2(0.0, -0.3)):
         follower.halt()
         follower.follow(straight((0, 0), (goal.x, goal.y)), goal)
-        command = first_step(follower, Pose2(0, 0), surroundings())
+        command = first_step(follower, Pose2(0, 0), field())
         assert command.vx * goal.x >= 0.0
         assert command.vy * goal.y >= 0.0
         assert abs(command.wz) < 1e-9
@@ -91,11 +88,10 @@ def test_a_goal_within_reach_is_approached_backward_and_sideways_without_turning
 def test_at_the_goal_it_says_so_and_stands() -> None:
     follower = Follower()
     follower.follow(straight((1.2, 0), (2, 0)), Pose2(2, 0, 1.0))
-    around = surroundings()
-    around.center_on(Pose2(2, 0))
+    around = field()
     assert follower.step(Pose2(1.98, 0.01, 0.2), around, 0.1).phase == "approaching"
     step = follower.step(Pose2(1.98, 0.01, 0.97), around, 0.1)
-    assert (step.phase, step.command) == ("arrived", Command())
+    assert (step.phase, step.command) == ("arrived", Twist2())
 
 
 finite = st.floats(-1.0, 1.0)
@@ -110,11 +106,10 @@ def test_no_command_leaves_the_limits_or_jumps_up_faster_than_the_accelerations(
     around = Surroundings(Grid.from_scene(scene))
     follower = Follower(LIMITS)
     follower.follow(straight((-0.8, 0), (1.2, 1.2), (4.8, 0)), Pose2(4.8, 0))
-    last = Command()
+    last = Twist2()
     for dx, dy, yaw in shifts:
         pose = Pose2(dx, dy, yaw)
-        around.center_on(pose)
-        command = follower.step(pose, around, dt).command
+        command = follower.step(pose, around.local_field(pose), dt).command
         assert LIMITS.vx_min <= command.vx <= LIMITS.vx_max
         assert abs(command.vy) <= LIMITS.vy_max
         assert abs(command.wz) <= LIMITS.wz_max
@@ -165,11 +160,26 @@ def test_a_new_box_is_marked_where_it_stands_and_forgotten_when_it_is_gone() -> 
         x, y = around.grid.middle(row, column)
         assert abs(x - 2.0) < 0.3
         assert abs(y - 0.5) < 0.3
-    around.center_on(walker.pose)
-    assert around.clearance(np.array([1.5]), np.array([0.4]))[0] < 0.4
+    assert around.local_field(walker.pose).clearance(np.array([1.5]), np.array([0.4]))[0] < 0.4
     walker.scene = scene
     around.look(0.1, walker.pose, walker.scan())
     assert not around.marked.any()
+
+
+def test_distances_serve_on_near_their_middle_until_a_mark_changes() -> None:
+    scene = get_world("empty")
+    around = Surroundings(Grid.from_scene(scene))
+    walker = Walker(scene, Pose2(0, 0))
+    first = around.local_field(walker.pose)
+    assert around.local_field(Pose2(0.9, 0.0), first).fine is first.fine
+    assert around.local_field(Pose2(1.1, 0.0), first).fine is not first.fine
+    walker.drop(Box(2.0, 0.0, 0.4, 0.4))
+    around.look(0.0, walker.pose, walker.scan())
+    x, y = np.array([1.5]), np.array([0.0])
+    assert first.clearance(x, y)[0] > 1.0, "an answer that was given does not change any more"
+    assert around.local_field(walker.pose, first).clearance(x, y)[0] < 0.4
+    other = Surroundings(Grid.from_scene(scene)).local_field(walker.pose, around.local_field(walker.pose))
+    assert other.clearance(x, y)[0] > 1.0, "distances of another map do not serve"
 
 
 def test_a_mark_out_of_sight_is_kept_for_its_memory_only() -> None:

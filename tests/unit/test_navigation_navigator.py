@@ -9,10 +9,12 @@ import math
 import numpy as np
 import pytest
 
-from robot.control.limits import Command, Limits
-from robot.control.navigator import Motion, Navigator, State
+from robot.control.limits import Limits
+from robot.control.motion import Motion, State
+from robot.control.navigator import Navigator
+from robot.control.navigator_config import NavigatorConfig
 from robot.geometry.angles import wrap
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, Twist2
 from robot.model.footprint import Footprint
 from robot.planning.errors import (
     GoalBlocked,
@@ -194,7 +196,7 @@ def test_no_command_ever_leaves_the_limits() -> None:
     navigator.set_goal(scene.patrol[0], walker.pose)
     record = walk(navigator, walker, hook=lambda _, motion: commands.append(motion))
     assert record.motion.state is State.ARRIVED
-    assert all(limits.clip(m.vx, m.vy, m.wz) == Command(m.vx, m.vy, m.wz) for m in commands)
+    assert all(limits.clip(m.vx, m.vy, m.wz) == Twist2(m.vx, m.vy, m.wz) for m in commands)
 
 
 def test_A_42_four_meters_straight_are_four_meters() -> None:
@@ -227,7 +229,7 @@ def test_cancel_commands_a_stop_at_once_and_the_robot_stands_within_half_a_secon
     assert walker.velocity.vx > 0.5
     motion = navigator.cancel()
     assert (motion.vx, motion.vy, motion.wz, motion.state) == (0.0, 0.0, 0.0, State.CANCELED)
-    walker.advance(Command(), 0.5)
+    walker.advance(Twist2(), 0.5)
     assert abs(walker.velocity.vx) < 0.15, "the simulated body's lag is 0.15 s and its slew 1.5 m/s2"
     later = navigator.step(walker.time, walker.pose, walker.velocity, walker.scan())
     assert (later.vx, later.vy, later.wz, later.state) == (0.0, 0.0, 0.0, State.CANCELED)
@@ -246,7 +248,7 @@ def test_a_new_goal_takes_over_within_one_step() -> None:
 
 def test_without_a_goal_it_stands() -> None:
     navigator, walker = ready(get_world("empty"))
-    motion = navigator.step(0.0, walker.pose, Command(), walker.scan())
+    motion = navigator.step(0.0, walker.pose, Twist2(), walker.scan())
     assert (motion.vx, motion.vy, motion.wz, motion.state) == (0.0, 0.0, 0.0, State.IDLE)
     assert navigator.cancel().state is State.IDLE
 
@@ -351,7 +353,7 @@ def test_a_robot_that_cannot_move_ends_with_no_progress() -> None:
     navigator.set_goal(Pose2(3.0, 0.0), walker.pose)
     motion = None
     for tick in range(20 * 120):
-        motion = navigator.step(tick * 0.05, Pose2(0.0, 0.0), Command())
+        motion = navigator.step(tick * 0.05, Pose2(0.0, 0.0), Twist2())
         if motion.state is State.FAILED:
             break
     assert motion is not None
@@ -454,3 +456,12 @@ def test_a_straight_walk_that_sticks_says_that_it_was_asked_to_go_straight() -> 
         motion = navigator.step(0.5 * second, Pose2(-9.0, 0.0))
     assert motion.state is State.FAILED
     assert str(motion.failure).endswith("tried: nothing, as it was asked to go straight")
+
+
+def test_what_the_config_says_is_what_is_done() -> None:
+    few = NavigatorConfig(most_recoveries=1, recovered=0.1)
+    navigator = Navigator(Grid.from_scene(get_world("empty")), config=few)
+    navigator.set_goal(Pose2(9.0, 0.0), Pose2(-9.0, 0.0))
+    for second in range(60):
+        motion = navigator.step(0.5 * second, Pose2(-9.0, 0.0))
+    assert str(motion.failure).endswith("tried: 1 recoveries in all")

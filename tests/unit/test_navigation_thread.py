@@ -10,7 +10,8 @@ import pytest
 
 from robot.control.gaps import thread
 from robot.control.limits import Limits
-from robot.control.navigator import Navigator, State
+from robot.control.motion import State
+from robot.control.navigator import Navigator
 from robot.estimation.surroundings import Surroundings
 from robot.geometry.planar import Pose2
 from robot.planning.grid import Grid
@@ -36,8 +37,7 @@ def test_a_right_angle_between_corridors_of_a_meter_is_threaded_pose_by_pose() -
     path = Planner(grid).plan(scene.start, scene.dock)
     around = Surroundings(grid)
     pose = Pose2(2.0, 0.0, 0.1)
-    around.center_on(pose)
-    poses = thread(pose, path, path.project(pose.x, pose.y)[0], scene.dock, around, Limits())
+    poses = thread(pose, path, path.project(pose.x, pose.y)[0], scene.dock, around.local_field(pose), Limits())
     assert poses is not None
     assert poses[0].tolist() == [2.0, 0.0, 0.1]
     assert poses[-1, 2] == pytest.approx(math.pi / 2, abs=math.pi / 4)
@@ -52,9 +52,8 @@ def test_where_the_body_cannot_turn_there_are_no_poses() -> None:
     grid = Grid.from_scene(scene)
     around = Surroundings(grid)
     pose = Pose2(2.0, 0.0, 0.0)
-    around.center_on(pose)
     path = Planner(grid).plan(scene.start, scene.dock)
-    assert thread(pose, path, 2.0, scene.dock, around, Limits()) is None
+    assert thread(pose, path, 2.0, scene.dock, around.local_field(pose), Limits()) is None
 
 
 def test_the_bend_is_walked_without_contact() -> None:

@@ -1,4 +1,4 @@
-"""The sensors' noise: seeded, of the size that robot-domain section 6 asks for, and honest at the edges."""
+"""The sensors' noise: seeded, of the size that its densities say, and honest at the edges."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from actors import Child, Node, Supervisor, background, run
-from actors.running.signals import listen
+from actors.running.signals import exit_on_sigterm, listen
 
 NUMBERS = [(signal.SIGINT, KeyboardInterrupt, 130), (signal.SIGTERM, SystemExit, 143)]
 
@@ -186,3 +186,32 @@ def test_D18_one_that_swallows_that_too_is_ended_by_the_next_signal(
     with pytest.raises(error):
         asyncio.run(main())
     assert story == ["swallowed"]
+
+
+# -- a script whose loop runs in another thread --------------------------------------------------------------------------
+
+
+def test_SIGTERM_ends_a_script_through_its_blocks_and_kills_again_once_it_has_left() -> None:
+    handler = exit_on_sigterm()
+    assert handler is not None, "nobody else has taken the signal"
+    try:
+        handler.arm()
+        with pytest.raises(SystemExit) as ended:
+            signal.raise_signal(signal.SIGTERM)
+        assert ended.value.code == 143
+        assert exit_on_sigterm() is None, "it is taken"
+    finally:
+        handler.leave()
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+def test_a_SIGTERM_that_comes_before_there_is_a_block_to_end_waits_for_it() -> None:
+    handler = exit_on_sigterm()
+    assert handler is not None
+    try:
+        signal.raise_signal(signal.SIGTERM)
+        with pytest.raises(SystemExit) as ended:
+            handler.arm()
+        assert ended.value.code == 143
+    finally:
+        handler.leave()

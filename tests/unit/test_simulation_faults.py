@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors import CallTimeout, Node, Service, Supervisor, Topic, every, publishes
+from actors import CallTimeout, Node, QoS, Service, Supervisor, Topic, every, publishes
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from actors.interfaces.geometry_msgs.msg import Twist
+from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -356,6 +356,31 @@ def test_not_a_number_is_delivered_where_there_are_numbers() -> None:
     outcome = Scenario(body).run(0, faults=parse("nan:/twist>/rig#1"))
     assert outcome.error is None
     assert outcome.profile.numeric == {"/twist>/rig"}
+
+
+def test_a_message_spoiled_by_not_a_number_expires_when_it_would_have_without_the_fault() -> None:
+    turns = Topic(Twist, "turns", QoS(depth=10, lifespan=0.5))
+    heard: list[tuple[float, float]] = []
+
+    class Turner(Node):
+        @turns.on()
+        async def take(self, message: Twist) -> None:
+            heard.append((self.clock.now(), message.linear.x))
+            await self.clock.sleep(1.0)
+
+    async def body(rig: Rig) -> None:
+        await rig.start(Turner)
+        rig.publish(turns, twist(1.0))
+        rig.publish(turns, twist(2.0))  # has expired when the first one has been handled
+        await rig.advance(0.6)
+        rig.publish(turns, twist(3.0))  # has not
+        await rig.advance(2.0)
+
+    def twist(x: float) -> Twist:
+        return Twist(linear=Vector3(x=x))
+
+    assert Scenario(body).run(0, faults=parse("nan:/turns>/turner#2 nan:/turns>/turner#3")).error is None
+    assert heard == [(0.0, 1.0), (1.0, pytest.approx(math.nan, nan_ok=True))]
 
 
 def test_a_slow_service_answers_when_its_caller_has_given_up() -> None:

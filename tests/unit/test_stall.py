@@ -11,7 +11,7 @@ import anyio.to_thread
 import pytest
 
 from actors import Node, Supervisor, Topic, background, every, run
-from actors.inbox.inbox import Inbox
+from actors.inbox.inbox import LOOKS, Inbox
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
 from actors.places import line_of
@@ -380,3 +380,50 @@ async def test_row_7_a_step_is_made_known_only_if_the_loop_did_not_turn_meanwhil
     serving.cancel()
     await asyncio.wait([serving])
     assert [line for line in heard if not line.startswith("last")] == ["plain True", "blocks True"]
+
+
+class SteppingLoop(asyncio.SelectorEventLoop):
+    """A loop whose clock stands still but for what the test puts it forward, as a step of so many seconds would."""
+
+    now = 0.0
+
+    def time(self) -> float:
+        return self.now
+
+
+@pytest.mark.parametrize("blocks", [True, False])
+def test_a_handler_that_takes_long_only_after_many_quick_runs_is_told_the_second_time_and_only_if_it_blocks(
+    blocks: bool,
+) -> None:
+    """After `LOOKS` runs nobody looks whether the loop turns while it is awaited. The first long run makes the next ones looked at."""
+    heard: list[tuple[str, int]] = []
+    runs: list[int] = []
+    done = asyncio.Event()
+
+    class Work:
+        label = "work"
+
+        async def run(self) -> None:
+            runs.append(len(runs) + 1)
+            if runs[-1] > LOOKS:
+                loop.now += 0.02
+                if not blocks:
+                    await asyncio.sleep(0)
+            if runs[-1] == LOOKS + 3:
+                done.set()
+
+    async def main() -> None:
+        inbox = Inbox(loop, lambda inbox, label, seconds: heard.append((label, runs[-1])))
+        for _ in range(LOOKS + 3):
+            inbox.put(Work())
+        serving = asyncio.create_task(inbox.serve())
+        await done.wait()
+        serving.cancel()
+        await asyncio.wait([serving])
+        assert [(load.handler, load.samples) for load in inbox.load.handlers] == [("work", LOOKS + 3)], "all measured"
+
+    with asyncio.Runner(loop_factory=SteppingLoop) as runner:
+        loop = runner.get_loop()
+        assert isinstance(loop, SteppingLoop)
+        runner.run(main())
+    assert heard == ([("work", LOOKS + 2), ("work", LOOKS + 3)] if blocks else [])

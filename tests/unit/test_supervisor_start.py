@@ -10,11 +10,13 @@ import textwrap
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
+from typing import Any
 
 import pytest
 
 from actors.errors import DeclarationError
 from actors.supervision.declarations import (
+    Child,
     DynamicSupervisor,
     Supervisor,
     any_significant,
@@ -26,7 +28,18 @@ from actors.supervision.errors import AlreadyPresent, StartFailed, SupervisorDow
 from actors.supervision.reasons import Skip, Stop, Stopped
 from actors.supervision.refs import Counts
 from actors.supervision.running import RunningSupervisor
-from tests.unit.supervisor_kit import Script, World, child, launch, run_to_end, running, settle, state, virtual
+from tests.unit.supervisor_kit import (
+    Script,
+    ScriptedLife,
+    World,
+    child,
+    launch,
+    run_to_end,
+    running,
+    settle,
+    state,
+    virtual,
+)
 
 
 @virtual
@@ -282,6 +295,50 @@ async def test_a_child_that_says_it_is_ready_while_it_is_being_stopped_does_not_
             await starting
         assert world.reports == []
         assert state(supervisor, "a") == "stopped"
+
+
+class Curious(World):
+    """Looks, when it is asked for a life, how the supervisor `root` has that child in its books."""
+
+    root: RunningSupervisor
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.seen: list[str] = []
+
+    def life(self, child: Child, path: tuple[str, ...], incarnation: int) -> ScriptedLife:
+        if path[-1] == "eager":
+            known = self.root.incarnation("eager")
+            self.seen.append("unknown" if known is None else f"{known.ref} {known.state}")
+        return super().life(child, path, incarnation)
+
+
+@virtual
+async def test_with_tasks_that_start_eagerly_a_life_is_made_only_when_its_supervisor_knows_of_it() -> None:
+    world = Curious()
+    steps: list[object] = []
+
+    def eagerly(loop: asyncio.AbstractEventLoop, life: Any, **options: Any) -> asyncio.Task[Any]:
+        """As `asyncio.eager_task_factory` does from Python 3.12 on: the first step is made within `create_task`."""
+        steps.append(life.send(None))
+        return asyncio.Task(life, loop=loop, **options)
+
+    async with running(world, Supervisor("root", children=[])) as world.root:
+        loop = asyncio.get_running_loop()
+        before = loop.get_task_factory()
+        adding = world.root.start_child(child("eager"))
+        loop.set_task_factory(eagerly)
+        try:
+            ref = await adding
+            world.crash("eager")
+            await asyncio.sleep(1)
+        finally:
+            loop.set_task_factory(before)
+        assert steps == [None, None], "each has given way once, before anything of its life was made"
+        assert world.seen == ["root/eager#1 starting", "root/eager#2 starting"]
+        assert world.events("start", "ready") == ["start eager", "ready eager"] * 2
+        assert ref is not None
+        assert ref.incarnation == 1
 
 
 @virtual

@@ -32,6 +32,17 @@ def test_the_time_between_two_readings_is_a_duration() -> None:
     assert end >= start
 
 
+def test_a_time_says_exactly_in_two_integers_what_its_seconds_say_as_near_as_a_float_comes() -> None:
+    now = ros(1_760_000_000 * SECOND + 1)
+
+    assert now.sec_nanosec() == (1_760_000_000, 1)
+    assert now.seconds == 1_760_000_000.0
+    assert ros(2**63 - 1).sec_nanosec() == (9_223_372_036, 854_775_807)
+    assert (ros(SECOND - 1).sec_nanosec(), ros(SECOND).sec_nanosec()) == ((0, 999_999_999), (1, 0))
+    assert Time(seconds=12.25).sec_nanosec() == (12, SECOND // 4)
+    assert Time(seconds=12.25).seconds == 12.25
+
+
 def test_durations_calculate() -> None:
     half = Duration(seconds=0.5)
 

@@ -1,0 +1,54 @@
+"""What the navigator remembers of a goal."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from robot.estimation.local_field import LocalField
+from robot.geometry.planar import Pose2
+from robot.planning.errors import NavigationError
+
+__all__ = ["Instant", "NarrowSearches", "Planned", "Recoveries"]
+
+
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """The instant of one step: its time (s), the pose for which its command is chosen, and the distances there."""
+
+    time: float
+    pose: Pose2
+    field: LocalField
+
+
+@dataclass(slots=True)
+class Planned:
+    """The latest planning for the goal."""
+
+    at: float = -math.inf
+    """s."""
+    changes: int = 0
+    """Of the surroundings at that time."""
+    again: bool = True
+    """Whether to plan anew at the next step, whatever has been seen since."""
+    failure: NavigationError | None = None
+    """Why it found no way; None when it did."""
+
+
+@dataclass(slots=True)
+class NarrowSearches:
+    """The searches for poses through narrow places, for one goal."""
+
+    tried_at: float = -math.inf
+    """s."""
+    misfits: int = 0
+    """How many of them found nothing, since one did or since a place was closed."""
+
+
+@dataclass(slots=True)
+class Recoveries:
+    """The recoveries for one goal."""
+
+    count: int = 0
+    at: Pose2 | None = None
+    """Where the latest began; None once the robot has left that place."""

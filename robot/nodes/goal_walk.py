@@ -1,0 +1,197 @@
+"""The part of the navigation node that walks: one walk at a time, whoever asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncGenerator, Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from math import hypot
+
+from actors import ActorError, Node, Reject
+from actors.interfaces.geometry_msgs.msg import Twist, Vector3
+from actors.interfaces.sensor_msgs.msg import LaserScan
+from actors.interfaces.std_srvs.srv import Trigger
+from robot.contracts import STAND, WALK
+from robot.control.limits import Limits
+from robot.control.motion import Motion, State
+from robot.control.navigator import Navigator
+from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose
+from robot.model.modes import Mode
+from robot.planning import path as paths
+from robot.planning.energy import EnergyGuard
+from robot.planning.errors import NavigationError
+from robot.planning.grid import Grid
+from robot.planning.planner import Planner
+from robot.scenes.dock import BEFORE
+
+__all__ = ["ENDED", "GoalWalk", "Heard", "verdict"]
+
+ENDED = (State.ARRIVED, State.CANCELED, State.FAILED)
+RISING_TIMEOUT = 10.0
+"""Seconds within which the robot must be walking after it has been asked to."""
+HALTED = 3.0
+"""Seconds after which a goal ends when the robot does not walk any more: sat down by somebody, or without its sensors."""
+CRITICAL = 0.10
+"""Share of charge below which no walk begins."""
+TYPICAL_SPEED = 0.7
+"""Energy is reckoned at this speed at most, m/s: the default."""
+STOP = Twist()
+
+
+@dataclass(slots=True)
+class Heard:
+    """The latest words of those whom a walk depends on; the node that hears them writes them here."""
+
+    pose: Pose2 | None = None
+    velocity: Twist2 = ZERO_TWIST
+    scan: LaserScan | None = None
+    """Not yet used for a step."""
+    gait: str = ""
+    gait_goal: str = ""
+    charge: float = 1.0
+    stopped: str = ""
+    """Why safety has stopped the robot; empty when it has not."""
+
+
+class GoalWalk:
+    """Walks to one goal at a time; a new one takes over within one step, and the robot never stops between the two.
+
+    A part of the node that hears and steers: it asks that node for the gait, and hands it commands and plans to publish. With a `dock`, no
+    walk is made or gone on with that leaves no energy for the way there.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        heard: Heard,
+        grid: Grid,
+        dock: Pose2 | None,
+        max_speed: float,
+        *,
+        cmd: Callable[[Twist], object],
+        plan: Callable[[paths.Path], object],
+    ) -> None:
+        self._node = node
+        self._heard = heard
+        self._dock = dock
+        self._cmd = cmd
+        self._plan = plan
+        self.planner = Planner(grid)
+        self.energy = EnergyGuard(min(max_speed, TYPICAL_SPEED))
+        self._navigator = Navigator(grid, Limits(vx_max=max_speed))
+        self._motion: Motion | None = None
+        self._owner: object | None = None
+        self._shown: paths.Path | None = None
+
+    # -- control -----------------------------------------------------------------------------------------------------
+
+    def steer(self) -> None:
+        """One step of the navigator, while a goal owns it."""
+        if self._owner is None or self._heard.pose is None or self._heard.gait != Mode.WALK:
+            return
+        scan, self._heard.scan = self._heard.scan, None
+        ranges = scan.ranges.astype(float) if scan is not None else None
+        motion = self._navigator.step(self._node.clock.now(), self._heard.pose, self._heard.velocity, ranges)
+        self._motion = motion
+        self._cmd(Twist(linear=Vector3(x=motion.vx, y=motion.vy), angular=Vector3(z=motion.wz)))
+        if self._navigator.path is not self._shown:
+            self._shown = self._navigator.path
+            if self._shown is not None:
+                self._plan(self._shown)
+
+    async def walk(self, goal: Pose2, *, straight: bool = False) -> AsyncGenerator[Motion, None]:
+        """Walk to `goal`, yielding what the navigator says ten times a second, the final word last.
+
+        `straight`: along the line, and no farther than to the first obstacle on it. Ends early when another walk takes over.
+        Leaving it stops the robot, and half a second later it stands.
+        """
+        self._owner = me = object()
+        self._navigator.cancel()
+        self._motion = None
+        try:
+            await self._rise()
+            assert self._heard.pose is not None
+            self._navigator.set_goal(goal, start=self._heard.pose, straight=straight)
+            home, walked = self._home(goal), self._node.clock.now()
+            while self._owner is me:
+                await self._node.clock.sleep(0.1)
+                if self._heard.stopped:
+                    raise Reject(f"safety stop: {self._heard.stopped}")
+                if self._heard.gait == Mode.WALK:
+                    walked = self._node.clock.now()
+                elif self._node.clock.now() - walked > HALTED:
+                    raise Reject(f"the robot has stopped walking: its gait is {self._heard.gait!r}")
+                motion = self._motion
+                if motion is None or self._owner is not me:
+                    continue
+                if objection := self.energy.objection(motion.distance_remaining, home):
+                    raise Reject(objection)
+                yield motion
+                if motion.state in ENDED:
+                    return
+        finally:
+            if self._owner is me:
+                self._owner = None
+                self._navigator.cancel()
+                self._cmd(STOP)
+                self._node.spawn(self._rest())
+
+    async def _rise(self) -> None:
+        """Have the robot walk: from wherever the gait is."""
+        reply = await self._node.call(WALK, Trigger.Request())
+        if not reply.success:
+            raise Reject(reply.message)
+        deadline = self._node.clock.now() + RISING_TIMEOUT
+        while self._heard.gait != Mode.WALK:
+            if self._node.clock.now() > deadline:
+                raise RuntimeError(
+                    f"the robot is not walking {RISING_TIMEOUT:g} s after it was asked to: its gait is {self._heard.gait!r}"
+                )
+            await self._node.clock.sleep(0.1)
+
+    async def _rest(self) -> None:
+        """After a goal, unless something else was asked meanwhile: stand, a third of the power of stepping in place."""
+        await self._node.clock.sleep(0.5)
+        if self._owner is None and self._heard.gait_goal == Mode.WALK:
+            with suppress(ActorError):  # a gait that is away will not walk either
+                await self._node.call(STAND, Trigger.Request())
+
+    # -- before a goal is accepted -----------------------------------------------------------------------------------
+
+    def check(self, goal: Pose2, *, straight: bool = False) -> None:
+        """Refuse what cannot be reached, before it is accepted. Raises `Reject` with the reason in words."""
+        if self._heard.stopped:
+            raise Reject(f"safety stop: {self._heard.stopped}")
+        if self._heard.charge < CRITICAL:
+            raise Reject(f"battery critical ({100 * self._heard.charge:.0f} %): not starting to walk")
+        if self._heard.pose is None:
+            raise Reject("the robot does not know where it is yet: try again when /pose is published")
+        ahead = hypot(goal.x - self._heard.pose.x, goal.y - self._heard.pose.y)
+        try:
+            if straight:
+                self.planner.check_on_map(goal)
+            else:
+                ahead = self.planner.plan(self._heard.pose, goal).length
+        except NavigationError as error:
+            raise Reject(f"{error.name}: {error}") from None
+        if objection := self.energy.objection(ahead, self._home(goal)):
+            raise Reject(objection)
+
+    def _home(self, goal: Pose2) -> float:
+        """How far it is from `goal` to the place before the dock, m; 0 without a dock."""
+        if self._dock is None:
+            return 0.0
+        before = compose(self._dock, BEFORE)
+        try:
+            return self.planner.plan(goal, before).length
+        except NavigationError:
+            return hypot(goal.x - before.x, goal.y - before.y)
+
+
+def verdict(motion: Motion | None) -> tuple[bool, str]:
+    """Whether a walk that ended with `motion` reached its goal, and in words how it ended."""
+    if motion is None or motion.state not in ENDED:
+        return False, "preempted by a newer goal"
+    if motion.state is State.ARRIVED:
+        return True, "Goal reached"
+    return False, f"{motion.failure.name}: {motion.failure}" if motion.failure is not None else "Movement canceled"
