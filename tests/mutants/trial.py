@@ -58,6 +58,7 @@ SUBJECTS: Final = {
             "tests/unit/test_load.py",
             "tests/unit/test_endpoint.py",
             "tests/unit/test_qos_events.py",
+            "tests/scenarios/test_latched_restarts.py",
             "tests/scenarios/test_qos_events.py",
             "tests/scenarios/test_load.py",
             "tests/properties/test_channel_machine.py",
@@ -89,9 +90,12 @@ SUBJECTS: Final = {
     "actions": Subject(
         ("actors/actions/*.py",),
         (
+            "tests/unit/test_goals.py",
             "tests/scenarios/test_actions.py",
             "tests/scenarios/test_crossings.py",
             "tests/conformance/test_action_scripts.py",
+            "tests/scenarios/test_result_expiry.py",
+            "tests/scenarios/test_ends_in_between.py",
             "tests/scenarios/test_derived.py",
             "tests/unit/test_snapshot.py",
             "tests/scenarios/test_graph_views.py",
@@ -103,7 +107,15 @@ SUBJECTS: Final = {
     ),
     "supervisor": Subject(  # without M02 and M03, which measure and take most of the time
         ("actors/supervision/*.py",),
-        ("tests/unit/test_supervisor_*.py", "tests/properties/test_supervisor_machine.py", "-k", "not M02 and not M03"),
+        (
+            "tests/unit/test_supervisor_*.py",
+            "tests/unit/test_log_errors.py",
+            "tests/unit/test_guests.py",
+            "tests/properties/test_supervisor_machine.py",
+            "tests/properties/test_supervisor_decide.py",
+            "-k",
+            "not M02 and not M03",
+        ),
     ),
 }
 

@@ -832,6 +832,35 @@ async def test_D2_a_body_that_insists_on_wrong_items_is_closed_and_blocks_nobody
     assert "WrongType: Server.count yields Fibonacci_Feedback, Done or Aborted, not str 'feedback'" in outcome.reason
 
 
+async def test_D2_a_canceled_body_that_goes_on_is_canceled_again_after_a_thousand_feedbacks(rig: Rig) -> None:
+    taken: list[int] = []
+
+    async def body(self: Node, goal: Fibonacci.Goal) -> Body:
+        for value in range(3):  # before the cancel request, so they do not count
+            yield step(value)
+        try:
+            await self.clock.sleep(60.0)
+        except asyncio.CancelledError:
+            for _ in range(2):
+                taken.append(0)
+                try:
+                    for value in range(1500):
+                        yield step(value)
+                        taken[-1] += 1
+                except asyncio.CancelledError as error:
+                    assert str(error) == "enough"
+            raise
+
+    await rig.start(serving(body))
+    goal = await rig.start_goal(COUNT, order(1))
+    await rig.advance(10.0)
+    await goal.cancel("enough")
+    with pytest.raises(GoalCanceled):
+        await goal
+    assert taken == [1000, 1000]
+    assert (rig.now, goal.feedback_count) == (10.0, 2003)
+
+
 async def test_D2_a_canceled_body_may_hand_over_what_it_has(rig: Rig) -> None:
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         try:

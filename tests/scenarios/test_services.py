@@ -355,9 +355,10 @@ async def test_requests_that_come_in_the_start_phase_are_answered_when_it_is_ove
     class Slow(Node):
         ready = False
         begun: list[float]
+        order: list[int]
 
         async def on_start(self) -> None:
-            self.begun = []
+            self.begun, self.order = [], []
             await self.clock.sleep(3.0)
             self.ready = True
 
@@ -365,6 +366,7 @@ async def test_requests_that_come_in_the_start_phase_are_answered_when_it_is_ove
         async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
             assert self.ready
             self.begun.append(self.clock.now())
+            self.order.append(request.a)
             await self.clock.sleep(1.0)
             return total(request.a + request.b)
 
@@ -383,6 +385,7 @@ async def test_requests_that_come_in_the_start_phase_are_answered_when_it_is_ove
     assert rig.now == 3.0
     assert [(await call).sum for call in calls] == [0, 1, 2]
     assert rig.node(Slow).begun == ([3.0, 3.0, 4.0] if concurrent else [3.0, 4.0, 5.0])
+    assert rig.node(Slow).order == [0, 1, 2]
     assert rig.incarnation(Slow) == 1
 
 

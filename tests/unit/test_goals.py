@@ -65,6 +65,7 @@ def test_a02_a_goal_goes_from_accepted_over_executing_to_its_result() -> None:
     assert (record.status, record.stamp_ns, goal_id(1) in table, len(table)) == (GoalStatus.ACCEPTED, 5, True, 1)
     assert table.execute(record)
     assert table.active() == (record,)
+    assert record.ended_ns == 0, "it has not ended"
     table.end(record, GoalEvent.SUCCEED, 9, result="there", reason="")
     assert (record.status, record.result, record.ended_ns) == (GoalStatus.SUCCEEDED, "there", 9)
     assert (table.records(), table.active()) == ((record,), ())
@@ -180,6 +181,15 @@ def test_the_four_forms_of_a_cancel_request(
 def test_only_an_id_without_a_stamp_can_be_wrong(five: GoalTable, wanted: bytes, code: CancelCode) -> None:
     outcome = five.cancel(wanted)
     assert (outcome.code, outcome.goals) == (code, ())
+
+
+def test_the_answers_to_a_cancel_request_are_numbered_as_in_ros_2() -> None:
+    assert {code.name: code.value for code in CancelCode} == {
+        "NONE": 0,
+        "REJECTED": 1,
+        "UNKNOWN_GOAL_ID": 2,
+        "GOAL_TERMINATED": 3,
+    }
 
 
 def test_a04_a_server_may_refuse_some_or_all(five: GoalTable) -> None:

@@ -214,6 +214,7 @@ def test_an_instance_of_a_template_has_its_own_name_arguments_and_parameters() -
         ({"intensity": None}, "intensity"),
         ({"auto_shutdown": ""}, "auto_shutdown"),
         ({"restart": ""}, "restart"),
+        ({"restart": transient, "significant": 1}, "significant"),
     ],
 )
 def test_bad_dynamic_supervisors_are_named(options: dict[str, Any], option: str) -> None:

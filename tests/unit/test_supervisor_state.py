@@ -8,10 +8,13 @@ from typing import Any
 
 import pytest
 
+from actors.supervision.child_task import GRACE
 from actors.supervision.declarations import Backoff, DynamicSupervisor, Intensity, Supervisor
+from actors.supervision.entry import Entry
 from actors.supervision.errors import NotFound, StartFailed, SupervisorDown, SupervisorGaveUp
 from actors.supervision.report import Report
 from actors.supervision.running import RunningSupervisor
+from actors.supervision.steps import Steps
 from tests.unit.supervisor_kit import Script, World, child, launch, running, settle, virtual
 
 SLOW = Backoff(5.0, 5.0, jitter=0.0)
@@ -167,3 +170,49 @@ async def test_a_child_that_was_terminated_in_its_first_start_stays_known_whatev
             await supervisor.restart_child("b")
         assert supervisor.state_of("b") == "stopped"
         assert supervisor.child_spec("b").name == "b"
+
+
+@virtual
+async def test_a_child_that_is_being_killed_gets_no_more_time_when_it_ends_by_itself() -> None:
+    world = World(a=[Script(stubborn=True), Script()])
+    async with running(world, Supervisor("root", children=[child("a", stop=100.0)])) as supervisor:
+        task = supervisor.incarnation("a")
+        assert task is not None
+        task.kill()
+        task.bound()
+        await asyncio.sleep(GRACE + 0.5)
+        assert task.state == "stopped"
+        assert [leaked.ref for leaked in supervisor.leaked] == [task.ref]
+        world.released.set()
+
+
+# -- work in order --------------------------------------------------------------------------------------------------------
+
+
+def planned(*names: str) -> tuple[Steps, list[Entry]]:
+    """Steps that are to start these children, the first one first."""
+    entries = [Entry(child(name), position) for position, name in enumerate(names)]
+    for entry in entries:
+        entry.intent = "start"
+    steps = Steps()
+    steps.plan(entries)
+    return steps, entries
+
+
+def test_there_is_work_as_long_as_a_start_waits_or_is_under_way() -> None:
+    steps, (a,) = planned("a")
+    assert steps.busy, "a waits for its start"
+    assert steps.next_start() is a
+    assert steps.busy, "a is being started"
+    steps.current = None
+    assert not steps.busy
+
+
+def test_a_child_is_queued_as_long_as_its_start_waits() -> None:
+    steps, entries = planned("a", "b", "c")
+    assert [entry.queued for entry in entries] == [True, True, True]
+    steps.next_start()
+    assert [entry.queued for entry in entries] == [False, True, True]
+    steps.clear()
+    assert [entry.queued for entry in entries] == [False, False, False]
+    assert not steps.busy
