@@ -1,4 +1,4 @@
-"""A small blocking face for scripts, notebooks and threads, which have no event loop to await in.
+"""Nodes with blocking methods, for scripts, notebooks and threads, which have no event loop in which to await.
 
 ::
 
@@ -13,11 +13,11 @@
                 print(feedback)
             result = goal.result()
 
-The node lives in the event loop of a background thread, or in that of a system which runs in another thread. Inside an event loop
-everything here is refused at once, because blocking there would stop the very loop that has to bring the answer.
+The node runs in the event loop of a background thread, or in that of a system which runs in another thread. In a thread that runs an event
+loop, everything here raises `InsideEventLoop` at once, because a blocking call there would stop that loop.
 
-What is called as it is on `Node` means the same. A program that ends, by its last line, by an exception, by Ctrl-C or by SIGTERM, stops its
-nodes in order, also when a block was entered by hand and never left.
+A method means the same as the method of `Node` with its name. A program that ends, by its last line, an exception, Ctrl-C or SIGTERM, stops
+its nodes in order, also if a block was entered by hand and never left.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Streams and goals of a `BlockingNode`: their methods block a thread until the event loop has the answer."""
+"""The streams and goals of a `BlockingNode`: their methods block the calling thread until the event loop has the answer."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 class Do(Protocol):
-    """Run a coroutine function of the node in its event loop and wait for it; `remedy` is what to await inside an event loop."""
+    """Runs a coroutine function of the node in its event loop and waits for the result. `remedy` says what to await in an event loop."""
 
     def __call__(self, work: Callable[[Node], Coroutine[Any, Any, T]], remedy: str) -> T: ...
 
@@ -37,7 +37,7 @@ _END = _End()
 
 
 class BlockingStream(Generic[M]):
-    """A subscription to iterate from a thread, as a `Stream` is from a coroutine. It ends with `close()` and with its node.
+    """A subscription that a thread iterates, as a coroutine iterates a `Stream`. It ends with `close()` or with its node.
 
     It has no public constructor: `BlockingNode.subscribe` gives one.
     """
@@ -51,11 +51,11 @@ class BlockingStream(Generic[M]):
 
     @property
     def latest(self) -> M | None:
-        """The newest message that arrived, taken out or not; None before the first."""
+        """The newest message that arrived, also if it was not read yet; None before the first."""
         return self._stream.latest
 
     def next(self, timeout: float | None = None) -> M:
-        """The next message. Raises `CallTimeout` after `timeout` seconds without one, `Ended` once the stream has ended."""
+        """Wait for the next message. Raises `CallTimeout` after `timeout` seconds without one, `Ended` once the stream has ended."""
         return self._do(lambda _: self._stream.next(timeout), "`await stream.next()`")
 
     def __iter__(self) -> Iterator[M]:
@@ -71,7 +71,7 @@ class BlockingStream(Generic[M]):
         return message
 
     def close(self) -> None:
-        """Stop listening."""
+        """End the subscription."""
 
         async def work(_: Node) -> None:
             self._stream.close()
@@ -80,7 +80,7 @@ class BlockingStream(Generic[M]):
 
 
 class BlockingGoal(Generic[R, F]):
-    """One goal as a thread sees it: enter it, iterate it for feedback, and ask for its `result()`; see `Goal`.
+    """One goal for a thread: enter it, iterate it for feedback, and wait for its `result()`; see `Goal`.
 
     It has no public constructor: `BlockingNode.start` gives one.
     """
@@ -94,7 +94,7 @@ class BlockingGoal(Generic[R, F]):
 
     @property
     def status(self) -> GoalStatus:
-        """Where the goal stands now; UNKNOWN before it is accepted."""
+        """The present status of the goal; UNKNOWN before it is accepted."""
         return self._goal.status
 
     def __enter__(self) -> BlockingGoal[R, F]:
@@ -107,7 +107,7 @@ class BlockingGoal(Generic[R, F]):
         try:
             self._do(lambda _: self._goal.__aexit__(kind, error, trace), "`async with node.start(...) as goal`")
         except ActorError:
-            if error is None:  # else what ended the block says more
+            if error is None:  # else the error of the block is raised
                 raise
 
     def __iter__(self) -> Iterator[F]:
@@ -123,7 +123,7 @@ class BlockingGoal(Generic[R, F]):
         return feedback
 
     def result(self) -> R:
-        """Wait for the end and give the result. Raises `GoalCanceled` and `GoalAborted`, which carry `.result` and `.reason`."""
+        """Wait for the end and return the result. Raises `GoalCanceled` and `GoalAborted`, which have `.result` and `.reason`."""
 
         async def work(_: Node) -> R:
             return await self._goal
@@ -131,5 +131,5 @@ class BlockingGoal(Generic[R, F]):
         return self._do(work, "`await goal`")
 
     def cancel(self, reason: str = "canceled by its client") -> bool:
-        """Ask the server to cancel. True when it began to; False when the goal has ended or the server refuses."""
+        """Ask the server to cancel the goal. True if it began to; False if the goal has ended or the server refuses."""
         return self._do(lambda _: self._goal.cancel(reason), "`await goal.cancel()`")

@@ -1,23 +1,6 @@
-"""A small blocking face for scripts, notebooks and threads, which have no event loop to await in.
+"""`open_node` and `BlockingNode`: a node that runs in the event loop of another thread, with methods that block the calling thread.
 
-::
-
-    from actors import blocking
-
-    with blocking.open_node("script", tree=tree()) as node:
-        print(node.call(BATTERY, GetBatteryStatus.Request(robot_id="robot_01")))
-        node.publish(CMD_VEL, Twist())
-        scan = node.next(SCAN, timeout=2.0)
-        with node.start(MOVE, MoveToPosition.Goal(target_x=3.0)) as goal:
-            for feedback in goal:
-                print(feedback)
-            result = goal.result()
-
-The node lives in the event loop of a background thread, or in that of a system which runs in another thread. Inside an event loop
-everything here is refused at once, because blocking there would stop the very loop that has to bring the answer.
-
-What is called as it is on `Node` means the same. A program that ends, by its last line, by an exception, by Ctrl-C or by SIGTERM, stops its
-nodes in order, also when a block was entered by hand and never left.
+See `actors.blocking` for an example.
 """
 
 from __future__ import annotations
@@ -64,7 +47,7 @@ T = TypeVar("T")
 
 
 class InsideEventLoop(ActorError, RuntimeError):
-    """A blocking call was made where an event loop runs: await instead."""
+    """A blocking call was made in a thread that runs an event loop: await instead."""
 
 
 def open_node(
@@ -79,12 +62,12 @@ def open_node(
     sinks: tuple[LogSink, ...] = (structlog_sink,),
     argv: Sequence[str] | None = None,
 ) -> OpenBlockingNode:
-    """A node for code without an event loop: ``with blocking.open_node("script") as node: ...``
+    """Run a node for code without an event loop: ``with blocking.open_node("script") as node: ...``
 
-    It lives in a background thread, together with `tree` if one is given; or, with `system`, in that running system, whose event loop
-    is another thread's. Entering returns when node and tree are ready and raises what `actors.run` and `actors.open_node` raise.
-    Leaving ends the node (and the tree), joins the thread and raises `SupervisorGaveUp` if the tree ended by itself meanwhile.
-    `argv` are arguments for the tree, as `actors.run` takes them, or, without a tree, for the node, as `actors.open_node` does.
+    It runs in a background thread, together with `tree` if one is given; or, with `system`, in that running system, whose event loop
+    must be that of another thread. Entering returns when node and tree are ready, and raises what `actors.run` and `actors.open_node`
+    raise. Leaving ends the node (and the tree), joins the thread, and raises `SupervisorGaveUp` if the tree ended by itself meanwhile.
+    `argv` are arguments for the tree, as for `actors.run`, or, without a tree, for the node, as for `actors.open_node`.
     """
     if tree is not None and system is not None:
         raise ValueError(f"blocking.open_node({name!r}): give a tree to run or a system that runs already, not both")
@@ -99,9 +82,14 @@ def open_node(
 
 
 class OpenBlockingNode:
-    """A blocking node to be entered: a context manager that can be entered once.
+    """The context manager that `open_node` returns. It can be entered once.
 
     It has no public constructor: `open_node` gives one.
+
+    Invariants:
+
+    - `_life` is set when it is entered, and done when the node has ended; `_left` is done when the node is to end.
+    - `_thread` and `_sigterm` are used only without a given system; the thread ends before `_end` returns.
     """
 
     def __init__(
@@ -127,9 +115,10 @@ class OpenBlockingNode:
             raise RuntimeError(f"blocking.open_node({self._name!r}) has been entered before: make another one")
         if self._loop is None:
             self._life = Future()
+            # A daemon, because a program waits for other threads before it calls `atexit`, which ends this one.
             self._thread = threading.Thread(
                 target=_complete, args=(self._life, self._live), name=f"actors {self._name}", daemon=True
-            )  # a daemon, which a program does not wait for before `atexit` has told it to end
+            )
             atexit.register(self._end)
             self._sigterm = exit_on_sigterm()
             self._thread.start()
@@ -152,13 +141,12 @@ class OpenBlockingNode:
     ) -> None:
         assert self._life is not None
         self._end()
-        if (
-            error is None and not self._life.cancelled()
-        ):  # canceled: the system's event loop ended before this block did
+        # It is canceled if the event loop of the system ended before this block did.
+        if error is None and not self._life.cancelled():
             self._life.result()
 
     async def _live(self) -> None:
-        """The life of the node, in one task of its event loop, so that what ends the tree ends this, too."""
+        """Run the tree and the node in one task of the event loop, which is canceled when the tree ends by itself."""
         async with contextlib.AsyncExitStack() as stack:
             if self._run is not None:
                 await stack.enter_async_context(self._run)
@@ -179,12 +167,15 @@ class OpenBlockingNode:
 
 
 class BlockingNode:
-    """A node whose methods block until they have what they are asked for. Any thread without an event loop may use it.
+    """A node whose methods block until the event loop has the answer. Threads without an event loop may use it, also at the same time.
 
-    Ctrl-C while one of them waits cancels what it waits for. Times are seconds on the node's clock. Once the block is left, or the
-    system has ended, everything raises `Ended` or `NotRunning`.
+    Ctrl-C during a call cancels what the call waits for. Timeouts are in seconds. Once the block is left, or the system has ended, all
+    methods raise `Ended` or `NotRunning`; in a thread that runs an event loop they raise `InsideEventLoop`.
 
     It has no public constructor: `open_node` gives one.
+
+    Invariants: `_open` holds the calls that wait, each with its coroutine. When `_life` is done, all of them have been canceled, and no
+    further call waits.
     """
 
     def __init__(self, node: Node, loop: asyncio.AbstractEventLoop, life: Future[None]) -> None:
@@ -233,7 +224,7 @@ class BlockingNode:
         self._do(work, "`node.publisher(topic).publish(message)`")
 
     def subscribe(self, topic: Topic[M], *, qos: QoS | int | None = None) -> BlockingStream[M]:
-        """Listen to `topic` from this moment on: ``for message in node.subscribe(TOPIC)``. The newest one is what `next` reads."""
+        """Subscribe to `topic` from now on: ``for message in node.subscribe(TOPIC)``. `next` reads from the newest subscription."""
 
         async def work(node: Node) -> Stream[M]:
             stream = self._streams[topic] = node.subscribe(topic, qos=qos)
@@ -242,7 +233,7 @@ class BlockingNode:
         return BlockingStream(self._do, self._do(work, "`node.subscribe(topic)`"))
 
     def wait_for(self, *contracts: Service[Any, Any] | Action[Any, Any, Any], timeout: float | None = None) -> None:
-        """Wait until somebody serves every one of these. Raises what `Node.wait_for` raises."""
+        """Wait until all of these are served, at most `timeout` seconds. Raises what `Node.wait_for` raises."""
         self._do(lambda node: node.wait_for(*contracts, timeout=timeout), "`await node.wait_for(...)`")
 
     def set_parameter(self, name: str, value: Any) -> SetResult:
@@ -258,7 +249,7 @@ class BlockingNode:
         return self._do(work, "`node.set_parameters(...)`")
 
     def next(self, topic: Topic[M], *, timeout: float | None = None) -> M:
-        """The next message of a topic, in order, from the first `next` or `subscribe` on.
+        """Wait for the next message of a topic. Messages are kept, in order, from the first `next` or `subscribe` on.
 
         Raises `CallTimeout` after `timeout` seconds without one.
         """
@@ -269,9 +260,9 @@ class BlockingNode:
         return self._do(work, "`await node.subscribe(topic).next()`")
 
     def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> BlockingGoal[R, F]:
-        """A goal, to be entered with ``with``; `timeout` bounds the wait for its acceptance, nothing its execution.
+        """A goal, to be entered by ``with``. `timeout`, in seconds, limits the wait for its acceptance; its execution has no limit.
 
-        Entering raises `ActionUnavailable` and `GoalRejected`; leaving cancels a goal that still runs and waits for its clean-up.
+        Entering raises `ActionUnavailable` and `GoalRejected`. Leaving cancels a goal that still runs, and waits for its clean-up.
         """
 
         async def work(node: Node) -> Goal[R, F]:
@@ -287,10 +278,11 @@ class BlockingNode:
         on_feedback: Callable[[F], object] | None = None,
         timeout: float = GOAL_TIMEOUT,
     ) -> R:
-        """Send a goal, wait for its end and give its result: `start` in one line. `timeout` bounds the wait for its acceptance.
+        """Send a goal, wait for its end and return its result. `timeout`, in seconds, limits the wait for its acceptance.
 
-        `on_feedback` is called in this thread; while it works the newest ten wait and older ones are lost. What it raises, and Ctrl-C,
-        cancels the goal. Raises `GoalRejected`, `GoalCanceled`, `GoalAborted`, `ActionUnavailable`, `NodeRestarting`, `NotRunning`.
+        `on_feedback` is called in this thread; while it runs, the newest ten feedback messages wait and older ones are lost. An exception
+        of it, and Ctrl-C, cancel the goal. Raises `GoalRejected`, `GoalCanceled`, `GoalAborted`, `ActionUnavailable`, `NodeRestarting`,
+        `NotRunning`.
         """
         turns: SimpleQueue[tuple[F, Future[None]] | None] = SimpleQueue()
 
@@ -315,7 +307,7 @@ class BlockingNode:
         return self._finish(future)
 
     def run(self, work: Callable[[Node], Coroutine[Any, Any, T]]) -> T:
-        """Run a coroutine function of the node in its event loop and wait for what it returns: for all that has no method here.
+        """Run a coroutine function in the node's event loop and return its result: for all that has no method here.
 
         ``node.run(lambda node: node.wait_for(ADD, timeout=5.0))``
         """
@@ -341,7 +333,7 @@ class BlockingNode:
             coroutine.close()
             raise self._over() from None
         self._open[future] = coroutine
-        if self._life.done():  # it has ended in between: nobody may wait for a loop that has ended
+        if self._life.done():  # the node has ended in between: no call may wait for a loop that does not run
             future.cancel()
         return future
 
@@ -354,10 +346,10 @@ class BlockingNode:
             self._forget(future)
 
     def _forget(self, future: Future[Any]) -> None:
-        future.cancel()  # Ctrl-C: nobody waits for it any more; else it is done already
+        future.cancel()  # after Ctrl-C, when the caller does not wait any more; else it is done already
         coroutine = self._open.pop(future, None)
         if coroutine is not None and self._loop.is_closed():
-            coroutine.close()  # the loop may have ended before it began
+            coroutine.close()  # the loop may have ended before the first step of the coroutine
 
     def _over(self) -> Ended:
         return Ended(f"{self!r}: its block has been left or its system has ended; open another one")
@@ -370,14 +362,14 @@ class BlockingNode:
 def _complete(life: Future[None], live: Callable[[], Coroutine[Any, Any, None]]) -> None:
     try:
         running.execute(live)
-    except BaseException as error:  # it is raised in the thread that waits
+    except BaseException as error:  # raised again in the thread that waits for `life`
         life.set_exception(error)
     else:
         life.set_result(None)
 
 
 def _set(future: Future[None]) -> None:
-    with contextlib.suppress(InvalidStateError):  # who waited for it has been canceled
+    with contextlib.suppress(InvalidStateError):  # the waiting side has canceled it
         future.set_result(None)
 
 

@@ -1,1 +1,1 @@
-"""Managed nodes, by the rules of ROS 2 lifecycle nodes."""
+"""Lifecycle nodes (managed nodes), by the rules of ROS 2."""

@@ -1,6 +1,6 @@
 """The state machine of a lifecycle node: four primary states, seven requests, six hooks, by the rules of ROS 2.
 
-Pure: the machine names the hook to run, the owner runs (or awaits) it and says how it went.
+The machine is pure: it names the hook to run, and its owner runs (or awaits) the hook and gives the result back.
 
     hook = machine.begin("configure")             # TransitionRefused if that is not possible now
     while hook is not None:
@@ -33,7 +33,7 @@ __all__ = [
 
 
 class LifecycleState(IntEnum):
-    """The states, numbered as in `lifecycle_msgs/msg/State`; those from 10 on last as long as a hook runs."""
+    """The states, numbered as in `lifecycle_msgs/msg/State`. Those from 10 on are transition states, in which a hook runs."""
 
     UNKNOWN = 0
     UNCONFIGURED = 1
@@ -49,12 +49,12 @@ class LifecycleState(IntEnum):
 
     @property
     def label(self) -> str:
-        """The name by which messages and tools call the state."""
+        """The name of the state in messages and tools."""
         return self.name.lower()
 
     @property
     def is_primary(self) -> bool:
-        """True for a state in which the node rests, False for one in which a hook runs."""
+        """True for a state in which the node can stay, False for one in which a hook runs."""
         return self < LifecycleState.CONFIGURING
 
 
@@ -63,10 +63,10 @@ STATES: Final = tuple(LifecycleState)
 
 
 class HookResult(IntEnum):
-    """How a hook went, numbered as the TRANSITION_CALLBACK constants of `lifecycle_msgs/msg/Transition`.
+    """The result of a hook, numbered as the TRANSITION_CALLBACK constants of `lifecycle_msgs/msg/Transition`.
 
-    FAILURE goes back to where the transition began (a failed shutdown is finalized all the same); ERROR goes to
-    error processing, that is to on_error.
+    FAILURE leads back to the state in which the transition began (after a failed shutdown the node is finalized all the
+    same); ERROR leads to error processing, where on_error runs.
     """
 
     SUCCESS = 97
@@ -75,7 +75,7 @@ class HookResult(IntEnum):
 
 
 class LifecycleTransition(msgspec.Struct, frozen=True):
-    """One edge of the graph. Ids below 10 can be requested, the others are what results of hooks do."""
+    """One edge of the state graph. Those with ids below 10 can be requested, the others follow from results of hooks."""
 
     id: int
     label: str
@@ -84,13 +84,13 @@ class LifecycleTransition(msgspec.Struct, frozen=True):
 
     @property
     def is_request(self) -> bool:
-        """True for the seven transitions that somebody may ask for."""
+        """True for the seven transitions that can be requested."""
         return self.id < 10
 
 
 def _graph() -> tuple[LifecycleTransition, ...]:
     state = LifecycleState
-    # id, label, start, the hook's state, then where its success and its failure lead; errors are alike for all.
+    # id, label, start, the state in which the hook runs, the states after its success and its failure; errors are alike for all.
     requests = (
         (1, "configure", state.UNCONFIGURED, state.CONFIGURING, state.INACTIVE, state.UNCONFIGURED),
         (2, "cleanup", state.INACTIVE, state.CLEANINGUP, state.UNCONFIGURED, state.INACTIVE),
@@ -125,7 +125,7 @@ _FROM: Final[Mapping[LifecycleState, tuple[LifecycleTransition, ...]]] = {
 
 
 def transitions_from(state: LifecycleState) -> tuple[LifecycleTransition, ...]:
-    """The transitions that leave a state, by id; those of a hook's results if a hook runs in it."""
+    """The transitions that leave a state, in order of their ids; for a state in which a hook runs, those of its results."""
     return _FROM[state]
 
 
@@ -146,16 +146,16 @@ _LABEL_OF: Final[Mapping[HookResult, str]] = {
 
 
 class LifecycleHook(msgspec.Struct, frozen=True):
-    """The hook to run next: its method name, and the primary state that the node comes from."""
+    """The hook to run next: the name of its method, and the primary state from which the node comes."""
 
     name: str
     previous: LifecycleState
 
 
 class TransitionRefused(ActorError):
-    """A transition that is unknown, not possible in the present state, or asked for while another one runs.
+    """A transition that is unknown, not possible in the present state, or requested while another one runs.
 
-    The state is unchanged and no event was sent. `state` is the state, `asked` what was asked for.
+    The state is unchanged and no event was sent. `state` is that state, `asked` the requested label or id.
     """
 
     def __init__(self, state: LifecycleState, asked: int | str) -> None:
@@ -171,9 +171,13 @@ class TransitionRefused(ActorError):
 
 
 class LifecycleMachine:
-    """The lifecycle of one node, unconfigured at first. `on_transition` is told of every step, after it is made.
+    """The lifecycle of one node, unconfigured at first. `on_transition` is called with every transition, after the state has changed.
 
-    `succeeded` says whether the hook of the last request answered SUCCESS: the answer to change_state.
+    Invariants:
+
+    - `state` changes only along an edge of the graph.
+    - `succeeded` says whether the hook of the last request returned SUCCESS: the answer to change_state.
+    - `_came_from` is the primary state in which the last request was made.
     """
 
     __slots__ = ("_came_from", "failure", "on_transition", "state", "succeeded")
@@ -194,10 +198,10 @@ class LifecycleMachine:
 
     @property
     def publishes(self) -> bool:
-        """True when lifecycle publishers deliver: in ACTIVE, and until the hook that leaves it has returned.
+        """Whether lifecycle publishers deliver: in ACTIVE, and until the hook of the transition that leaves it has returned.
 
-        So a node may publish its last words (zero velocity, say) in on_deactivate and on_shutdown; however that hook
-        ends, and in on_error, publishing is over unless the node is ACTIVE again.
+        So a node may publish final messages (zero velocity, say) in on_deactivate and on_shutdown. After that hook, and
+        in on_error, publishers do not deliver unless the node is ACTIVE again.
         """
         if self.state is LifecycleState.ACTIVE:
             return True
@@ -205,15 +209,15 @@ class LifecycleMachine:
         return leaving and self._came_from is LifecycleState.ACTIVE
 
     def available(self) -> tuple[LifecycleTransition, ...]:
-        """The transitions that leave the present state, by id; those of a hook's results while one runs."""
+        """The transitions that leave the present state, in order of their ids; while a hook runs, those of its results."""
         return _FROM[self.state]
 
     def lookup(self, label: str) -> LifecycleTransition | None:
-        """The transition of that label that leaves the present state (`shutdown` has three ids), or None."""
+        """The transition with this label that leaves the present state (`shutdown` has three ids), or None."""
         return next((edge for edge in _FROM[self.state] if edge.label == label), None)
 
     def fire(self, transition_id: int) -> LifecycleTransition:
-        """Take one edge of the bare graph, without hooks. Raises TransitionRefused if it does not leave this state."""
+        """Take one edge of the graph, without hooks. Raises TransitionRefused if it does not leave the present state."""
         edge = next((edge for edge in _FROM[self.state] if edge.id == transition_id), None)
         if edge is None:
             raise TransitionRefused(self.state, transition_id)
@@ -221,9 +225,9 @@ class LifecycleMachine:
         return edge
 
     def begin(self, label: str = "", transition_id: int = 0) -> LifecycleHook:
-        """Start the transition that was asked for and name the hook to run. A label, if given, beats the id.
+        """Begin the requested transition and return the hook to run. A label, if given, counts more than the id.
 
-        Raises TransitionRefused; only the seven requests can be asked for, and only while no hook runs.
+        Raises TransitionRefused unless it is one of the seven requests, leaves the present state, and no hook runs.
         """
         asked: int | str = label or transition_id
         edge = next(
@@ -238,9 +242,9 @@ class LifecycleMachine:
         return self._hook()
 
     def finish(self, result: HookResult) -> LifecycleHook | None:
-        """The hook has run: take its result, and name the hook to run next (on_error), or None at the end.
+        """Take the result of the hook that has run. Returns the hook to run next (on_error), or None at the end.
 
-        A hook that raised, or returned anything else, counts as ERROR; that is for the owner to decide and to report.
+        The owner passes ERROR for a hook that raised or returned anything else, and reports that.
         Raises TransitionRefused if no hook was running.
         """
         label = _LABEL_OF[result]
@@ -253,9 +257,9 @@ class LifecycleMachine:
         return None if self.state.is_primary else self._hook()
 
     def change(self, run: Callable[[LifecycleHook], HookResult], label: str = "", transition_id: int = 0) -> bool:
-        """A whole request at once, with hooks that do not wait: what change_state answers.
+        """Make a whole transition at once, with hooks that do not wait. Returns the answer to change_state.
 
-        False also for a refused request. A hook that raises counts as ERROR; `failure` keeps what it raised.
+        That is False also for a refused request. A hook that raises counts as ERROR; `failure` keeps the exception.
         """
         self.failure = None
         try:

@@ -1,7 +1,7 @@
-"""Managed nodes: configured, activated, deactivated and cleaned up on request, by the rules of ROS 2 lifecycle nodes.
+"""`LifecycleNode`: nodes that are configured, activated, deactivated and cleaned up on request, by the rules of ROS 2.
 
-While a node is not active its publishers discard what they are given and its timers rest; messages, requests and parameters are
-handled in every state. After a restart the supervisor's new incarnation is brought to the state that was last asked of the old one.
+While a node is not active, its publishers discard messages and its timers do not tick; messages, requests and parameters are handled in
+every state. After a restart the new incarnation is brought to the state that was last requested of the node.
 """
 
 from __future__ import annotations
@@ -44,13 +44,16 @@ _UP: Final = {
     "configure": (LifecycleState.INACTIVE, LifecycleState.ACTIVE),
     "activate": (LifecycleState.ACTIVE,),
 }
-"""Request -> the states in which there is nothing left to do."""
+"""Request -> the states in which it has nothing to do."""
 
 
 class LifecycleNode(Node):
-    """A managed node. Hooks get the primary state they come from; returning None means SUCCESS, an exception means ERROR.
+    """A node with a lifecycle. Hooks get the primary state from which they come; None means SUCCESS, an exception means ERROR.
 
-    `autostart` is the state that a fresh node goes to by itself; its start phase, and so its supervisor's, waits for it.
+    `autostart` is the state to which a new node goes by itself, as a part of its start phase; siblings that start after it wait for that.
+
+    Invariants: between two transitions, publishers deliver and timers tick exactly while the node is active. Both are switched at the end
+    of a transition, when its hooks have run.
     """
 
     autostart: ClassVar[PrimaryState] = "unconfigured"
@@ -88,8 +91,8 @@ class LifecycleNode(Node):
     async def change_state(self, label: str = "", transition_id: int = 0) -> bool:
         """Run a transition; a label beats an id. True when its hook succeeded. Raises `TransitionRefused`.
 
-        Whatever leaves a hook, the node comes to a primary state: an error counts as ERROR, and so does a cancellation, which is raised
-        again when `on_fault` has run.
+        The node always comes to a primary state: an exception that leaves a hook counts as ERROR, and so does a cancellation, which is
+        raised again after `on_fault` has run.
         """
         machine = self._machine
         hook = machine.begin(label, transition_id)
@@ -112,7 +115,10 @@ class LifecycleNode(Node):
         return machine.succeeded
 
     def _hook_failed(self, hook: str, error: BaseException) -> BaseException | None:
-        """Tell of an error; what is more than one is returned, to be raised when the node has come to rest, or raised if it has no time."""
+        """Log the error of a hook. Returns what is to be raised when the transition has ended: a cancellation or a request to exit.
+
+        Raises `error` at once if the node is killed, since there is no time for `on_fault` then.
+        """
         failure = blame(error, f"{self.fqn} {hook}")
         life = incarnation_of(self)
         if failure is None and (life.runtime.killed(life) or not isinstance(error, asyncio.CancelledError)):
@@ -127,7 +133,7 @@ class LifecycleNode(Node):
         return result if isinstance(result, HookResult) else HookResult.ERROR
 
     def _follow(self) -> None:
-        """Let publishers and timers do as the state says."""
+        """Let publishers deliver and timers tick if the node is active, else not."""
         life, active = incarnation_of(self), self._machine.state is LifecycleState.ACTIVE
         life.let_publish(active)
         if not active:
@@ -151,7 +157,7 @@ class LifecycleNode(Node):
             record.asked_state = asked
 
     def __standard_service__(self, name: str) -> tuple[Any, Any] | None:
-        """Type and handler of one of the five services of a lifecycle node, or None."""
+        """The type and the handler of one of the five services of a lifecycle node, or None."""
         return SERVICES[name](self) if name in SERVICES else None
 
     def _tell(self, edge: LifecycleTransition) -> None:
@@ -166,10 +172,11 @@ class LifecycleNode(Node):
 async def bring_up(
     system: System, nodes: Sequence[str] | None = None, *, to: Literal["inactive", "active"] = "active"
 ) -> None:
-    """Configure all lifecycle nodes in the order of the tree, then activate them in that order: dependencies first.
+    """Configure all lifecycle nodes in the order of the tree, so dependencies first, and then activate them in the same order.
 
-    `nodes` limits it to these full names. What is up already is left as it is. Raises `RuntimeError` naming the node that did not succeed,
-    could not be asked in its state, does not run or does not exist; those before it stay as they are.
+    `nodes` limits it to nodes of these full names. A node that is in the requested state already is left as it is. Raises `RuntimeError`,
+    which names the node, when a transition fails or is refused, or the node does not run or does not exist; the nodes before it stay as
+    they are.
     """
     for name in nodes or ():
         if not any(life.fqn == name for life in _managed(system, nodes)):
@@ -184,7 +191,7 @@ async def bring_up(
             try:
                 succeeded = await _ask(life, node, label)
             except TransitionRefused as refusal:
-                if node.state in _UP[label]:  # somebody else was faster
+                if node.state in _UP[label]:  # another request came first
                     continue
                 raise RuntimeError(f"{life.fqn}: {refusal}") from refusal
             if not succeeded:
@@ -192,7 +199,7 @@ async def bring_up(
 
 
 async def bring_down(system: System, nodes: Sequence[str] | None = None) -> None:
-    """Deactivate and clean up all lifecycle nodes in reverse order, as far as each one is up."""
+    """Deactivate all active lifecycle nodes in the reverse order of the tree, then clean up all inactive ones in the same order."""
     for label in ("deactivate", "cleanup"):
         for life in reversed(_managed(system, nodes)):
             node = life.node
@@ -207,20 +214,20 @@ def _managed(system: System, nodes: Sequence[str] | None) -> list[Incarnation]:
 
 
 async def _ask(life: Incarnation, node: LifecycleNode, label: str) -> bool:
-    """Change a node's state in its own turn. Raises `NodeRestarting` or `NotRunning` when the node ends before it has done so."""
+    """Change a node's state as an item of its inbox. Raises `NodeRestarting` or `NotRunning` if the node ends before that."""
     answer: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
 
     def ended(_: object) -> None:
         if not answer.done():
             answer.set_exception(life.absent())
 
-    life.spawn(asyncio.wait([answer]), name=label).add_done_callback(ended)  # the node's end is the end of its tasks
+    life.spawn(asyncio.wait([answer]), name=label).add_done_callback(ended)  # this task ends with the node, too
     life.inbox.put_control(_Change(node, label, answer))
     return await answer
 
 
 class _Change:
-    """An inbox item: a transition that somebody in this process asks for."""
+    """An inbox item that runs a transition requested in this process, and completes `answer`."""
 
     __slots__ = ("answer", "asked", "node")
     label = "lifecycle transition"

@@ -1,1 +1,1 @@
-"""What people write: `Node`, its declarations, and what they are checked for."""
+"""The base class `Node`, the declarations in its subclasses, and their checks."""

@@ -1,6 +1,6 @@
-"""What a node class declares, collected and checked once, when the class is made.
+"""The declarations of a node class, collected and checked once, when the class is made.
 
-A wrong declaration fails at import with the name of the method and the remedy, not at message 1000.
+A wrong declaration fails at import, with the name of the method and the remedy.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ P = ParamSpec("P")
 Nothing = TypeVar("Nothing", bound="Coroutine[Any, Any, None] | None")
 
 Late: TypeAlias = Literal["skip", "catch_up", "fault"]
-"""What a periodic handler does about ticks that it missed; see `every`."""
+"""What a periodic handler does with missed ticks; see `every`."""
 
 
 class PublisherDeclaration(Generic[M]):
@@ -85,13 +85,13 @@ class PublisherDeclaration(Generic[M]):
             f"{owner.__name__}.{self.attribute}: the node has not been started yet; publish in on_start or later"
         )
 
-    if TYPE_CHECKING:  # only there: a `__set__` at run time would keep the instance's own attribute from being found
+    if TYPE_CHECKING:  # at run time, a `__set__` would take precedence over the attribute of the instance
 
         def __set__(self, instance: object, value: Never) -> NoReturn: ...
 
 
 class StreamDeclaration(Generic[M]):
-    """``odometry = subscribes(ODOMETRY)``: the contract on the class, a `Stream` on the instance, listening from the start on.
+    """``odometry = subscribes(ODOMETRY)``: the contract on the class, a `Stream` on the instance, subscribed from the start on.
 
     It has no public constructor: `subscribes` gives one.
     """
@@ -120,18 +120,18 @@ class StreamDeclaration(Generic[M]):
             f"{owner.__name__}.{self.attribute}: the node has not been started yet; read it in on_start or later"
         )
 
-    if TYPE_CHECKING:  # as above
+    if TYPE_CHECKING:  # as in `PublisherDeclaration`
 
         def __set__(self, instance: object, value: Never) -> NoReturn: ...
 
 
 def publishes(topic: Topic[M], *, qos: QoS | int | None = None) -> PublisherDeclaration[M]:
-    """Declare that the node publishes on `topic`; the attribute is its `Publisher`. `qos` overrides the contract's."""
+    """Declare that the node publishes on `topic`; the attribute is its `Publisher`. `qos` overrides that of the contract."""
     return PublisherDeclaration(topic, topic.qos if qos is None else of(qos))
 
 
 def subscribes(topic: Topic[M], *, qos: QoS | int | None = None) -> StreamDeclaration[M]:
-    """Declare that the node listens to `topic` without a handler: the attribute is a `Stream`, its newest message `.latest`."""
+    """Declare that the node subscribes to `topic` without a handler: the attribute is a `Stream`, with the newest message in `.latest`."""
     return StreamDeclaration(topic, topic.qos if qos is None else of(qos))
 
 
@@ -161,12 +161,12 @@ class BackgroundDeclaration(Declaration):
 def every(
     hz: float | str | None = None, *, period: float | None = None, late: Late = "skip"
 ) -> Callable[[Callable[P, Nothing]], Callable[P, Nothing]]:
-    """Decorate a method that runs periodically: its k-th tick is due at start + k/hz, so it never drifts.
+    """Decorate a method that runs periodically: its k-th tick is due at start + k/hz, so it does not drift.
 
-    Give `hz` or `period` (seconds); `hz` may be the name of a parameter of the node. A tick that is due while the last one has not
-    begun is skipped and counted (`late="skip"`), done later (``catch_up``, at most 1000 of them) or ends the incarnation (``fault``).
-    The method takes nothing, or a `Tick`. When the parameter is set, the timer ticks at the new rate from that moment on, its next tick
-    one new period later; a rate that is not above 0 and below a million is refused.
+    Give either `hz` or `period` (seconds); `hz` may be the name of a parameter of the node. A tick that is due while the last one has
+    not begun is skipped and counted (`late="skip"`), run later (``catch_up``, at most 1000 wait) or ends the incarnation (``fault``).
+    The method takes no argument, or a `Tick`. When the parameter is set, the next tick is due one new period later; a rate that is not
+    above 0 and below a million is refused. Raises `DeclarationError` for wrong arguments.
     """
     if callable(hz):
         name = getattr(hz, "__name__", "method")
@@ -192,13 +192,17 @@ def _rate_of(period: object) -> float:
 
 
 def background(function: Callable[[Node], Coroutine[Any, Any, None]]) -> Callable[[Node], Coroutine[Any, Any, None]]:
-    """Decorate a coroutine method that runs in its own task from the node's start to its stop: a driver's read loop, for instance."""
+    """Decorate a coroutine method that runs in a task of its own from the node's start to its end, such as the read loop of a driver."""
     BackgroundDeclaration().attach(function)
     return function
 
 
 class Declarations:
-    """The declarations of one node class, in the order in which they were written, base classes first."""
+    """The declarations of one node class, in the order in which they are written, base classes first.
+
+    Invariants: all declarations have been checked, each by itself and against the others; they do not change after the class was made.
+    Only `clean` does, once.
+    """
 
     __slots__ = (
         "actions",
@@ -221,7 +225,7 @@ class Declarations:
     def __init__(self, owner: type) -> None:
         self.owner = owner
         self.clean = False
-        """Whether a node of the class has started, and its own attributes hide nothing."""
+        """Whether a node of the class has started without instance attributes that hide methods of the framework."""
         self.publishers: list[PublisherDeclaration[Any]] = []
         self.streams: list[StreamDeclaration[Any]] = []
         self.parameters: list[ParameterDeclaration[Any]] = []
@@ -233,9 +237,9 @@ class Declarations:
         self.timers: list[TimerDeclaration] = []
         self.backgrounds: list[BackgroundDeclaration] = []
         self.rates: dict[str, str] = {}
-        """Parameter -> what reports call the timer that ticks by it."""
+        """Parameter -> the label of the timer that ticks by it."""
         self.labels: dict[str, str] = {}
-        """Method -> what reports call it: one text for all nodes of the class."""
+        """Method -> its label in reports, one text for all nodes of the class."""
         check_members(owner, (PublisherDeclaration, StreamDeclaration, ParameterDeclaration))
         for name, value in members_of(owner).items():
             self._take(name, value)

@@ -1,4 +1,4 @@
-"""What people write who come from rclpy, and what to write here instead."""
+"""The names of rclpy's `Node` that are missing here: reading one raises an error that says what to write instead."""
 
 from __future__ import annotations
 
@@ -114,15 +114,15 @@ _REMEDIES: Final[dict[str, str]] = {
         _GRAPH,
     ),
 }
-"""rclpy's name -> what to write here."""
+"""Name in rclpy -> the text that says what to write here."""
 
 
 class NotHere(AttributeError):
-    """A name of rclpy that a node does not have; the message says what to write instead."""
+    """A name of rclpy that a node does not have; the text says what to write instead."""
 
 
 class _Missing:
-    """A name that is not there: ``hasattr`` says False, reading it says what to write, and a class may use it for itself."""
+    """A descriptor for a missing name: reading it raises `NotHere`, ``hasattr`` is False, and a node class may define the name."""
 
     __slots__ = ("name",)
 
@@ -137,7 +137,7 @@ class _Missing:
 
 
 class Habits:
-    """The base of `Node` that knows rclpy's names. A `__getattr__` instead would make every attribute of every node slower."""
+    """The base of `Node` with rclpy's names. Descriptors, because a `__getattr__` would slow down every attribute of every node."""
 
     def __dir__(self) -> list[str]:
         return [name for name in super().__dir__() if not isinstance(vars(Habits).get(name), _Missing)]

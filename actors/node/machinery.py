@@ -1,4 +1,4 @@
-"""`Machinery`: what a node object needs of the incarnation that runs it."""
+"""`Machinery`: the Protocol by which a node object uses the incarnation that runs it."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Offloading(Protocol):
 
 
 class Host(Protocol):
-    """The system that a node is in."""
+    """The system in which a node runs, as the node uses it."""
 
     @property
     def loop(self) -> asyncio.AbstractEventLoop: ...
@@ -54,13 +54,13 @@ class Host(Protocol):
 
 
 class Kept(Protocol):
-    """What is kept for the node's next incarnation."""
+    """The record of the node, as the node uses it: `saved` is the state for its next incarnation."""
 
     saved: Any
 
 
 class JumpSource(Protocol):
-    """A node's ROS time."""
+    """The ROS time of a node, as the node uses it."""
 
     def on_jump(
         self,
@@ -71,7 +71,7 @@ class JumpSource(Protocol):
 
 
 class Machinery(Protocol):
-    """One incarnation, as the node object that it runs uses it. It is `actors.runtime.incarnation.Incarnation`."""
+    """One incarnation, as its node object uses it; implemented by `actors.runtime.incarnation.Incarnation`."""
 
     clock: Clock
     incarnation: int

@@ -1,6 +1,6 @@
-"""What a node class may call its members: nothing may take the place of the framework's own, or of a handler, without a word.
+"""The check of a node class's member names: none may hide a member of the framework, or a handler, by mistake.
 
-A slip of this kind would show as an error somewhere else, or as a handler that is never called; here it is refused when the class is made.
+Such a mistake would show as an error elsewhere, or as a handler that is never called. So it is refused when the class is made.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from actors.suggest import nearest
 __all__ = ["check_assigned", "check_members", "members_of"]
 
 _FRAMEWORK: Final = ("actors.node.node", "actors.lifecycle.node")
-"""Where the classes are whose members are not to be replaced, but for the hooks."""
+"""The modules of the framework's node classes, whose members must not be replaced, except for the hooks."""
 
 
 class _Hook(NamedTuple):
@@ -39,17 +39,17 @@ _LIFECYCLE_HOOKS: Final = {
     for name in ("configure", "cleanup", "activate", "deactivate", "shutdown", "fault")
 }
 _SETTINGS: Final = {"allow_undeclared_parameters", "node_name", "autostart", "managed", "declarations"}
-"""What a class sets, besides its hooks."""
+"""The names that a node class may set, besides its hooks."""
 
 _RESERVED: Final = {"__begin__", "__finish__", "__machinery__", "__standard_service__"}
-"""The framework's own names among those with two underscores on both sides, the rest of which are Python's."""
+"""The framework's names with two underscores on both sides. All other names of this form belong to Python."""
 
 _Members = dict[str, list[tuple[type, object]]]
-"""Name -> where it is defined and as what, the most derived class first."""
+"""Name -> the classes that define it, the most derived one first, each with the value."""
 
 
 def members_of(owner: type) -> dict[str, object]:
-    """Name -> value over all bases, base classes first; a redefinition takes the place of what it overrides."""
+    """Name -> value of all members, those of base classes first. A redefinition has the place of the member that it overrides."""
     members: dict[str, object] = {}
     for base in reversed(owner.__mro__):
         members.update(vars(base))
@@ -57,9 +57,9 @@ def members_of(owner: type) -> dict[str, object]:
 
 
 def check_members(owner: type, declared: tuple[type, ...]) -> None:
-    """Refuse, with `DeclarationError`, each name of the node class `owner` that hides what it does not mean to.
+    """Raise `DeclarationError` for a name of the node class `owner` that hides another member by mistake, or is a misspelt hook.
 
-    `declared` are the types of declarations that are no methods.
+    `declared` are the types of those declarations that are not methods.
     """
     if owner.__module__ in _FRAMEWORK:
         return
@@ -86,9 +86,9 @@ def check_members(owner: type, declared: tuple[type, ...]) -> None:
 
 
 def check_assigned(node: object) -> None:
-    """Refuse what the instance's own attributes hide of the framework: ``self.on = False`` makes ``self.on(...)`` an error.
+    """Raise `DeclarationError` if an attribute of the instance hides a method of the framework, as ``self.on = False`` does.
 
-    For the first node of a class that starts: a look at the attributes of an instance makes it larger, and slower for good.
+    Only the first node of a class that starts is checked, because `vars()` makes an instance larger, and its attributes slower, for good.
     """
     kind = type(node)
     attributes, methods = vars(node), _methods(kind)
@@ -106,7 +106,7 @@ def _check_hook(where: str, name: str, function: object, hook: _Hook) -> None:
     if declarations := declarations_of(function):
         raise DeclarationError(f"{where} is a hook of the framework: {declarations[0]!r} needs another name")
     if callable(function) and not isinstance(function, FunctionType):
-        return  # an object of the user's own: it shows when it is called
+        return  # a callable object: whether it takes the arguments shows when it is called
     method = inspect.unwrap(function) if isinstance(function, FunctionType) else None
     takes_any = method is not None and bool(method.__code__.co_flags & inspect.CO_VARARGS)
     if (
@@ -124,7 +124,7 @@ def _refuse_shadow(where: str, hidden: list[tuple[type, object]]) -> None:
 
 
 def _check_override(where: str, value: object, base: type, before: object, declared: tuple[type, ...]) -> None:
-    """What was declared stays declared, is declared anew, or is given up in so many words."""
+    """Refuse a member that overrides a declaration, unless it is a declaration itself, or None to drop the inherited one."""
     name = where.rpartition(".")[2]
     was_declared = declarations_of(before) or isinstance(before, declared)
     if not was_declared or value is None or declarations_of(value) or isinstance(value, declared):
@@ -138,7 +138,7 @@ def _check_override(where: str, value: object, base: type, before: object, decla
 
 
 def _check_wrapped(where: str, value: object) -> None:
-    """A decorator of Python's that stands above ours hides the method from the framework."""
+    """Refuse a decorator such as `staticmethod` above a declaration, because it hides the declaration from the framework."""
     if not isinstance(value, (staticmethod, classmethod, property, cached_property, partialmethod)):
         return
     inner: Any = cast("Any", value)
@@ -149,7 +149,7 @@ def _check_wrapped(where: str, value: object) -> None:
 
 
 def _check_spelling(where: str, name: str, function: FunctionType, hooks: Mapping[str, _Hook]) -> None:
-    """A hook that is misspelt, or one of another kind of node, would never be called. What the class itself uses is its own."""
+    """Refuse a misspelt hook, or one of another kind of node: it would never be called. Not for names that the class itself uses."""
     if name in _LIFECYCLE_HOOKS:
         raise DeclarationError(
             f"{where} is a hook of LifecycleNode, and {where.rpartition('.')[0]} is none: derive it from LifecycleNode"
@@ -163,7 +163,7 @@ def _check_spelling(where: str, name: str, function: FunctionType, hooks: Mappin
             )
 
 
-# -- what is what ---------------------------------------------------------------------------------------------------------------
+# -- questions about members ----------------------------------------------------------------------------------------------------
 
 
 def _is_ours(members: _Members, name: str) -> bool:
@@ -171,7 +171,7 @@ def _is_ours(members: _Members, name: str) -> bool:
 
 
 def _extends(name: str, value: object) -> bool:
-    """Whether a method calls the one that it overrides, by ``super()``: then it means to."""
+    """Whether a method calls the one that it overrides by ``super()``, and so overrides it on purpose."""
     return (
         isinstance(value, FunctionType)
         and not declarations_of(value)
@@ -180,7 +180,7 @@ def _extends(name: str, value: object) -> bool:
 
 
 def _names_in_code(owner: type) -> set[str]:
-    """The attributes that the methods of the class and its bases speak of."""
+    """The names that the methods of the class and its bases use."""
     found: set[str] = set()
     for base in owner.__mro__:
         if base.__module__ not in _FRAMEWORK:
@@ -198,7 +198,7 @@ def _collect_names(code: CodeType, found: set[str]) -> None:
 
 
 def _methods(kind: type) -> frozenset[str]:
-    """The methods of the framework that an instance attribute of a node of this class would hide."""
+    """The names of the framework's methods that an instance attribute of a node of this class would hide."""
     known = _METHODS.get(kind)
     if known is None:
         bases = [base for base in kind.__mro__ if base.__module__ in _FRAMEWORK]
@@ -212,7 +212,7 @@ _METHODS: Final[WeakKeyDictionary[type, frozenset[str]]] = WeakKeyDictionary()
 
 
 def _described(kind: type, name: str) -> str:
-    """``Node.stop ("Ask for this node's own orderly end.")``"""
+    """A member of the framework with the first line of its docstring: ``Node.stop ("Ask for this node's own orderly end.")``"""
     ours = next(base for base in kind.__mro__ if base.__module__ in _FRAMEWORK and name in vars(base))
     said = inspect.getdoc(vars(ours)[name]) if not name.startswith("_") else ""
     first = (said or "").partition("\n")[0]

@@ -1,4 +1,4 @@
-"""`Node`: the actor people write. A class declares what it publishes, takes, serves and does periodically; the rest is methods.
+"""`Node`: the base class of all nodes. A subclass declares what it publishes, subscribes to, serves and does periodically.
 
 ::
 
@@ -54,34 +54,34 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 CALL_TIMEOUT = 1.0
-"""Seconds a call waits for its answer unless told otherwise."""
+"""The default timeout of a call, seconds: the limit of the wait for its answer."""
 
 GOAL_TIMEOUT = 5.0
-"""Seconds a goal waits for its acceptance unless told otherwise. Its execution has no limit of its own."""
+"""The default timeout of a goal, seconds: the limit of the wait for its acceptance. Its execution has no limit."""
 
 ErrorVerdict: TypeAlias = Literal["continue", "fail"] | None
-"""What `Node.on_error` decides: the node lives on, its incarnation ends, or the default for that handler."""
+"""The answer of `Node.on_error`: the node goes on, its incarnation ends, or the default for that handler applies."""
 
 
 class Node(Habits):
-    """One async actor: its handlers, ticks included, never overlap, so its attributes need no locks.
+    """An async actor: its handlers, those of timers included, never overlap, so its attributes need no locks.
 
-    Lifecycle: the supervisor makes the object, `on_start` runs (the node is ready when it returns), then messages, requests and ticks
-    are handled one after another, until the node is asked to stop or fails; goals and tasks of the node are then canceled, and
-    `on_stop` runs. After a failure the supervisor makes a new object, the next incarnation; messages that wait are kept for it.
+    Its life: the supervisor makes the object and runs `on_start`; the node is ready when that returns. Then messages, requests and ticks
+    are handled one after another, until the node is asked to stop, or fails. Then its goals and tasks are canceled, and `on_stop` runs.
+    After a failure the supervisor makes a new object, the next incarnation, for which waiting messages are kept.
 
-    Everything below works from `on_start` on, not in ``__init__``.
+    The properties and methods below work from `on_start` on, not in ``__init__``, where they raise `NotStarted`.
     """
 
     node_name: ClassVar[str]
-    """Set it to give the class a default node name other than its own in snake_case."""
+    """The default node name. If it is not set, it is the name of the class in snake_case."""
 
     allow_undeclared_parameters: ClassVar[bool] = False
-    """Whether any parameter can be given and set, which declares it: ROS 2's node option of this name."""
+    """Whether parameters that are not declared can be given and set, which declares them: ROS 2's node option of this name."""
 
     declarations: ClassVar[Declarations]
 
-    # Names with two underscores on both sides are the framework's own: no attribute of a user's class takes their place by accident.
+    # The framework's own names have two underscores on both sides, so that no attribute of a user's class hides them by accident.
     __machinery__: Machinery | None = None
     """The incarnation that runs this object; None before its start."""
 
@@ -90,7 +90,7 @@ class Node(Habits):
         claim(cls.__module__)
         cls.declarations = Declarations(cls)
 
-    if not TYPE_CHECKING:  # type checkers know what a node has, and that it takes nothing
+    if not TYPE_CHECKING:  # for type checkers, `Node` takes no arguments
 
         def __init__(self, *arguments, **keywords):
             if (arguments or keywords) and not _takes_arguments(type(self)):
@@ -133,7 +133,7 @@ class Node(Habits):
         return None
 
     managed: ClassVar[bool] = False
-    """Whether timers wait for a lifecycle transition: True for lifecycle nodes."""
+    """Whether timers start with a lifecycle transition, not with the node: True for lifecycle nodes."""
 
     async def __begin__(self) -> None:
         """The framework's own part of the start phase, after `on_start`."""
@@ -145,7 +145,7 @@ class Node(Habits):
         """Type and handler of the service ``<node>/name`` if every node of this kind has it, besides what all nodes have; else None."""
         return None
 
-    # -- who and when -------------------------------------------------------------------------------------------------------
+    # -- identity, time and log ---------------------------------------------------------------------------------------------
 
     @property
     def name(self) -> str:
@@ -180,8 +180,8 @@ class Node(Habits):
     ) -> JumpHandle:
         """Hear of jumps of this node's ROS time: `pre()` runs before, `post(jump)` after each one that passes the threshold.
 
-        Both are plain functions; they run while `/clock` is published or `use_sim_time` is set, in order of registration. What they raise
-        is this node's failure. The handle's `remove()` ends it; so does the end of the incarnation.
+        Both are plain functions; they run while `/clock` is published or `use_sim_time` is set, in order of registration. An exception of
+        one is this node's failure. They are called until `remove()` of the handle, or the end of the incarnation.
         """
         return _life_of(self).ros_time().on_jump(threshold, pre, post)
 
@@ -214,7 +214,7 @@ class Node(Habits):
     ) -> Coroutine[Any, Any, Resp]:
         """Ask a service and wait for its answer, `timeout` seconds at most, the wait for its server included.
 
-        The timeout is on the event loop's clock, also when the node uses simulated time: a paused simulation holds up nobody for ever.
+        The timeout is on the event loop's clock, also when the node uses simulated time, so that it ends in a paused simulation, too.
         Raises `ServiceUnavailable`, `CallTimeout`, `NodeRestarting`, `NotRunning`, `ServiceFailed`, `CallCycle` or `WrongType`.
         """
         life = self.__machinery__ or _life_of(self)
@@ -226,7 +226,8 @@ class Node(Habits):
     ) -> None:
         """Wait until somebody serves every one of these, `timeout` seconds at most in all.
 
-        Raises `ServiceUnavailable` or `ActionUnavailable`, both of them `TimeoutError`s, for the first one that nobody serves by then.
+        Without a `timeout` there is no limit. Raises `ServiceUnavailable` or `ActionUnavailable`, both of them `TimeoutError`s, for the
+        first one that is not served in time.
         """
         from actors.contracts.contracts import Service
 
@@ -248,8 +249,8 @@ class Node(Habits):
     def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
         """A goal, to be entered with ``async with``; `timeout` (5 s) bounds the wait for its acceptance, nothing its execution.
 
-        The timeout is on the event loop's clock, as that of `call`.
-        Entering raises `ActionUnavailable` when nobody has accepted by then, and `GoalRejected`.
+        The timeout, in seconds, is on the event loop's clock, as that of `call`. Entering raises `ActionUnavailable` when the goal has not
+        been accepted by then, and `GoalRejected` when it is rejected.
         """
         check_timeout(f"{self.fqn}.start({action!r})", timeout)
         return _life_of(self).goal(action, goal, timeout)
@@ -287,9 +288,9 @@ class Node(Habits):
     async def offload(self, function: Callable[..., T], *arguments: Any, takes: float = 0.0, thread: bool = False) -> T:
         """Run CPU work outside the event loop and wait for its result.
 
-        It goes to a worker process (function and arguments must be picklable), or with ``thread=True`` to a thread, which pays only for
-        code that releases the GIL. Workers are bounded by the number of cores. On the virtual clock the function runs here, at once, and
-        its result comes `takes` seconds later.
+        It runs in a worker process (function and arguments must be picklable), or with ``thread=True`` in a thread, which helps only with
+        code that releases the GIL. There are at most as many workers as cores. On the virtual clock the function runs at once, in the event
+        loop's thread, and its result comes `takes` seconds later.
         """
         result: T = await _life_of(self).runtime.offload.run(function, arguments, takes, thread=thread)
         return result
@@ -297,7 +298,7 @@ class Node(Habits):
     def threadsafe(self, function: Callable[P, object], *arguments: P.args, **keywords: P.kwargs) -> None:
         """From any thread: have the event loop call `function` soon, in the order of submission.
 
-        What it raises is this node's failure, as if a handler had raised it.
+        An exception of it is this node's failure, as if a handler had raised it.
         """
         life = self.__machinery__
         if life is None:
@@ -340,7 +341,7 @@ def _life_of(node: Node) -> Machinery:
 
 
 def _is_async(handler: Any) -> bool:
-    """Whether calling `handler` gives a coroutine, as far as that can be seen: also a partial, an object, a wrapped or annotated function."""
+    """Whether a call of `handler` makes a coroutine, as far as it can be told; partials, callable objects and wrappers are looked into."""
     while isinstance(handler, partial):
         handler = cast("Any", handler).func
     if not (inspect.isroutine(handler) or isinstance(handler, type)):
@@ -353,13 +354,13 @@ def _is_async(handler: Any) -> bool:
 
 
 def _takes_arguments(kind: type[Node]) -> bool:
-    """Whether a base that comes after `Node` has something to be made with."""
+    """Whether a base that comes after `Node` has an ``__init__`` of its own."""
     following = kind.__mro__[kind.__mro__.index(Node) + 1 : -1]
     return any("__init__" in vars(base) for base in following)
 
 
 def _name_of(handler: object) -> str:
-    """A handler's name in reports; the same in every incarnation, so that its waiting messages find it again."""
+    """A handler's name in reports. It is the same in every incarnation, because waiting messages are kept by it."""
     function = handler.func if isinstance(handler, partial) else handler  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType]
     return str(getattr(function, "__qualname__", type(function).__name__))  # pyright: ignore[reportUnknownArgumentType]
 

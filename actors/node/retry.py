@@ -1,4 +1,4 @@
-"""`retry`: send a request or a goal again when it failed in a way that another try may mend.
+"""`retry`: send a request or a goal again after an error that may be temporary.
 
 ::
 
@@ -42,11 +42,11 @@ PASSING: Final[tuple[type[ActorError], ...]] = (
     ServiceUnavailable,
     ActionUnavailable,
 )
-"""The errors that may pass. All others are the last word: a rejection, a cancellation, a node that has stopped for good, a handler
-that raised, a wrong type."""
+"""The errors that may be temporary. All others are final: a rejection, a cancellation, a node that has stopped for good, a handler that
+raised, a wrong type."""
 
 BACKOFF: Final = Backoff(0.1, 5.0)
-"""Between attempts: 0.1 s, 0.2 s, 0.4 s and so on up to 5 s, each drawn out by up to a fifth."""
+"""The delays between attempts: 0.1 s, 0.2 s, 0.4 s and so on up to 5 s, each lengthened at random by up to a fifth."""
 
 
 @overload
@@ -86,14 +86,14 @@ async def retry(
     on_feedback: Callable[[Any], object] | None = None,
     timeout: float | None = None,
 ) -> Any:
-    """Call the service, or run the goal to its end, `attempts` times at most; the answer of the first attempt that succeeds.
+    """Call the service, or run the goal to its end, at most `attempts` times, and return the answer of the first attempt that succeeds.
 
-    Only the errors in `on` are tried again, after a wait by `backoff` on the node's clock (its jitter from the node's `rng`); `timeout`
-    is each attempt's own, as for `Node.call` and `Node.start`. Every failed attempt is logged and given to `on_failure`. What the last
-    one raised is raised, with a note of how often it was tried and for how long. A request that timed out may have been served all
-    the same, and an aborted goal may have done half its work: retry what may be done twice.
+    An attempt is repeated only after an error in `on`, and after the delay of `backoff` on the node's clock (its jitter is from the
+    node's `rng`). `timeout`, in seconds, applies to each attempt, as for `Node.call` and `Node.start`. Every failed attempt is logged
+    and given to `on_failure`. The error of the last one is raised, with a note of the number of attempts and their duration. A request
+    that timed out may have been served, and an aborted goal may have done a part of its work: use this for work that may be done twice.
 
-    Raises ValueError for fewer attempts than one.
+    Raises `ValueError` if `attempts` is less than 1.
     """
     if attempts < 1:
         raise ValueError(f"retry(attempts={attempts}): there must be at least one attempt")

@@ -1,4 +1,4 @@
-"""Nodes that come with the framework."""
+"""The nodes that come with the framework: `ClockPublisher` and `ParameterServer`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`ClockPublisher`: publishes `/clock`, so that nodes with `use_sim_time`, here or elsewhere, live on this system's time."""
+"""`ClockPublisher`: publishes the system's time on `/clock`, for nodes with `use_sim_time`."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ __all__ = ["ClockPublisher"]
 
 
 class ClockPublisher(Node):
-    """Publishes the system's time of day (`wall()`, what stamps show; on the virtual clock the run's time) on `/clock`.
+    """Publishes the system's time of day on `/clock`: `wall()`, the time of stamps; on the virtual clock, the time of the run.
 
-    `hz` times a second, from its start on; 40 as `ros2 bag play --clock` does. If the loop is late it skips what it has missed. It never
-    lives on the time that it publishes, whatever `use_sim_time` says.
+    It publishes `hz` times a second from its start on, by default 40 times, as `ros2 bag play --clock` does. If the event loop is late,
+    missed messages are skipped. It never follows the time that it publishes, even if `use_sim_time` is true.
     """
 
     node_name = "clock_publisher"

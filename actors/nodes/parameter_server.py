@@ -1,15 +1,14 @@
-"""Global parameters: one node that holds them, set once and read from any node.
+"""Global parameters: one node holds them, and any node can set and read them.
 
-ROS 2 has no such server: there every parameter belongs to a node (ROS 1 had one, and tutorials still speak of it). This is our own
-answer to the same wish, an ordinary node with the six parameter services of every node, so the tools of ROS 2 read and set its
-parameters, too::
+ROS 2 has no such server: there every parameter belongs to a node (ROS 1 had one, which tutorials still mention). `ParameterServer` is an
+ordinary node with the six parameter services of every node, so the tools of ROS 2 can read and set its parameters, too::
 
     tree = Supervisor("robot", children=[Child(ParameterServer, parameters={"max_speed": 1.5}), ...])
 
     await set_global(self, "max_speed", 0.8)
     speed = await get_global(self, "max_speed")
 
-Put it first in the tree, so that it is there when the others start. A parameter that only one node reads belongs to that node.
+Put it first in the tree, so that it is ready when the other nodes start. A parameter that only one node reads belongs to that node.
 """
 
 from __future__ import annotations
@@ -32,15 +31,15 @@ if TYPE_CHECKING:
 __all__ = ["SERVER", "ParameterServer", "get_global", "set_global"]
 
 SERVER: Final = "/parameter_server"
-"""The full name that `get_global` and `set_global` ask unless told otherwise."""
+"""The full name of the server that `get_global` and `set_global` use by default."""
 
 _NOT_GIVEN: Final = object()
 
 
 class ParameterServer(Node):
-    """Holds parameters that nobody declares: setting one declares it, with a type that may change, and setting None deletes it.
+    """Holds parameters without declarations: setting one creates it, with a type that may change, and setting None deletes it.
 
-    What its child declaration gives as `parameters` is there from the start. Values survive a restart of the node.
+    The `parameters` of its child declaration are set from the start. Values survive a restart of the node.
     """
 
     node_name = "parameter_server"
@@ -60,7 +59,7 @@ class ParameterServer(Node):
 
     @property
     def values(self) -> dict[str, Value]:
-        """The global parameters by name; not those that every node has."""
+        """The global parameters by name, without those that every node has."""
         own = self.declarations.table.values
         return {name: value for name, value in incarnation_of(self).parameters.values.items() if name not in own}
 
@@ -71,9 +70,10 @@ class ParameterServer(Node):
 async def get_global(
     node: Node, name: str, alternative: Any = _NOT_GIVEN, *, server: str = SERVER, timeout: float = CALL_TIMEOUT
 ) -> Any:
-    """The value of a global parameter, `alternative` if it is given and nobody has set the parameter.
+    """The value of a global parameter; if it has not been set, `alternative`, if given. `timeout` is in seconds.
 
-    Raises `ParameterNotDeclared` if nobody has set it, and what `Node.call` raises if there is no parameter server.
+    Raises `ParameterNotDeclared` if it has not been set and there is no `alternative`, and what `Node.call` raises if the server does not
+    answer.
     """
     from actors.interfaces.rcl_interfaces import srv
     from actors.parameters.messages import from_value
@@ -94,9 +94,9 @@ async def get_global(
 async def set_global(
     node: Node, name: str, value: object, *, server: str = SERVER, timeout: float = CALL_TIMEOUT
 ) -> SetResult:
-    """Set a global parameter, None to delete it; a refusal is a result that says why.
+    """Set a global parameter, or delete it by None. A refusal is a result that says why. `timeout` is in seconds.
 
-    Raises TypeError and ValueError for what no parameter can hold, and what `Node.call` raises if there is no parameter server.
+    Raises `TypeError` or `ValueError` for a value that no parameter can hold, and what `Node.call` raises if the server does not answer.
     """
     from actors.interfaces.rcl_interfaces import srv
     from actors.parameters.messages import from_result, to_parameter
@@ -105,7 +105,7 @@ async def set_global(
     return from_result((await node.call(_setting(server), request, timeout=timeout)).result)
 
 
-@lru_cache  # one contract for each server: a node keeps one client for each contract
+@lru_cache  # one contract for each server, because a node keeps one client for each contract
 def _reading(server: str) -> Service[srv.GetParameters_Request, srv.GetParameters_Response]:
     from actors.interfaces.rcl_interfaces import srv
 

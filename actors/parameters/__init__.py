@@ -1,8 +1,8 @@
 """Parameters of a node, by the rules of ROS 2: declaration, types, ranges, callbacks, events.
 
-Pure values and one state machine (`ParameterStore`): no messages, no transport, no waiting. Conversion to and from
-`rcl_interfaces` and the six services are in `actors.parameters.messages`, text from a command line in
-`actors.parameters.text`; both are imported only where they are used.
+Pure values and one state machine (`ParameterStore`), without messages, transport or waiting. The conversion to and from `rcl_interfaces`
+and the six services are in `actors.parameters.messages`, and the parsing of text from a command line in `actors.parameters.text`; both are
+imported only where they are used.
 """
 
 from actors.parameters.callbacks import CallbackHandle, OnSetCallback, PostSetCallback, PreSetCallback

@@ -1,4 +1,4 @@
-"""The three chains of callbacks around setting parameters. In every chain the one added last runs first."""
+"""The three chains of callbacks run when parameters are set. In each chain, the callback added last runs first."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import Any, Literal, TypeAlias, cast
 from actors.parameters.values import Parameter, SetResult
 
 PreSetCallback: TypeAlias = Callable[[Sequence[Parameter]], Iterable[Parameter]]
-"""Gets the parameters of a set, gives those to set instead: may change, add and drop."""
+"""Receives the parameters of a set and returns those to set instead. It may change, add and remove parameters."""
 OnSetCallback: TypeAlias = Callable[[Sequence[Parameter]], SetResult]
-"""Validates values that are not stored yet; the first refusal stops the chain. Must have no side effects."""
+"""Validates values that are not stored yet. The first refusal ends the chain. It must have no side effects."""
 PostSetCallback: TypeAlias = Callable[[Sequence[Parameter]], None]
-"""Sees values that are stored and reported: the place for side effects."""
+"""Receives values after they are stored and reported. It may have side effects."""
 
 Kind: TypeAlias = Literal["pre", "on", "post"]
 
 
 class CallbackHandle:
-    """One registered callback; `remove()` takes it off its chain (a second time does nothing).
+    """One registered callback. `remove()` removes it from its chain; calling that twice is harmless.
 
     It has no public constructor: the `add_*_callback` methods of a `ParameterStore` give one.
     """
@@ -35,14 +35,17 @@ class CallbackHandle:
         return f"<{self.kind}-set callback {name_of(self.callback)}>"
 
     def remove(self) -> None:
-        """Take the callback off. A set that is under way still runs the chain it started with."""
+        """Remove the callback. A set in progress still runs the chain with which it started."""
         self._chains.remove(self)
 
 
 class CallbackChains:
     """The callbacks of one node.
 
-    Invariants: the chains are tuples, so running one is not disturbed by adding or removing; `running` is true exactly while a callback runs.
+    Invariants:
+
+    * Chains are tuples, so adding or removing a callback does not affect a chain that is running.
+    * `running` is true exactly while a callback runs.
     """
 
     __slots__ = ("on", "post", "pre", "running")
@@ -54,25 +57,25 @@ class CallbackChains:
         self.running = False
 
     def add(self, kind: Kind, callback: Callable[..., Any]) -> CallbackHandle:
-        """Put `callback` first in its chain."""
+        """Add `callback` at the front of its chain."""
         handle = CallbackHandle(self, kind, callback)
         setattr(self, kind, (handle, *getattr(self, kind)))
         return handle
 
     def remove(self, handle: CallbackHandle) -> None:
-        """Drop `handle` from its chain, if it is there."""
+        """Remove `handle` from its chain, if it is in it."""
         kept: tuple[CallbackHandle, ...] = getattr(self, handle.kind)
         setattr(self, handle.kind, tuple(other for other in kept if other is not handle))
 
     def rewrite(self, parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
-        """The list as rewritten by the pre-set callbacks: the answers of all of them, concatenated."""
+        """Return the parameters as rewritten by the pre-set callbacks: the results of all of them, concatenated."""
         with self._run():
             return tuple(parameter for handle in self.pre for parameter in handle.callback(parameters))
 
     def validate(self, parameters: Sequence[Parameter]) -> SetResult:
-        """Ask the on-set callbacks. The first refusal is the answer, so its reason is never overwritten by a later one.
+        """Run the on-set callbacks. Returns the first refusal, whose reason is never replaced by a later one, or success.
 
-        Raises TypeError when a callback answers anything but a SetResult.
+        Raises TypeError if a callback returns anything but a SetResult.
         """
         for handle in self.on:
             with self._run():
@@ -102,5 +105,5 @@ class CallbackChains:
 
 
 def name_of(callback: Callable[..., Any]) -> str:
-    """The name under which to report `callback`."""
+    """The name of `callback` in reports."""
     return cast("str", getattr(callback, "__qualname__", None) or repr(callback))

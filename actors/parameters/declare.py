@@ -1,7 +1,7 @@
 """Parameters declared in class bodies: `speed = parameter(0.5, unit="m/s", ge=0.0, le=2.0)`.
 
-On the class the name gives the `ParameterDeclaration`, on a started node the plain value, typed as the default is.
-Whatever is wrong with a declaration is raised where it is written, before any node exists.
+On the class the attribute is the `ParameterDeclaration`; on a started node it is the plain value, with the type of the default. Errors in a
+declaration are raised where it is written, before any node exists.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ Node = TypeVar("Node")
 class ParameterDeclaration(Generic[T_co]):
     """A parameter that every node of a class has: its name, default value and descriptor.
 
-    Reading it on an instance is one dictionary look-up and gives the current value; it raises NotStarted before the
-    node is. Assigning to it is refused, because setting a parameter can be refused and must be reported.
+    Reading it on an instance gives the current value by one dictionary lookup; it raises NotStarted before the node has started. Assignment
+    is refused, because setting a parameter can fail and must be reported.
 
     It has no public constructor: `parameter` gives one.
     """
@@ -74,16 +74,17 @@ class ParameterDeclaration(Generic[T_co]):
         )
 
     def validate(self, function: Callable[[Node, T_co], str | None]) -> Callable[[Node, T_co], str | None]:
-        """Decorate the method that is asked about each new value before it is stored: None accepts it, a text is the reason why not.
+        """Decorate the method that checks each new value before it is stored. It returns None to accept, or the reason for refusing as
+        text.
 
-        It is a plain method without side effects, because another check may still refuse. It is asked about all that a set may bring,
-        also by other nodes' requests, and, before `on_start`, about the value that the node is started with. The default is not asked about.
+        It is a plain method without side effects, because a later check may still refuse. It is called for every set, including those
+        requested by other nodes, and, before `on_start`, for the value with which the node is started. It is not called for the default.
         """
         ParameterHook("validate", self).attach(function)
         return function
 
     def changed(self, function: Callable[[Node, T_co], None]) -> Callable[[Node, T_co], None]:
-        """Decorate the method that is told the value after each set of it, also one to the value that it had: the place for side effects."""
+        """Decorate the method called with the value after each set, even if the value is the same. It may have side effects."""
         ParameterHook("changed", self).attach(function)
         return function
 
@@ -190,13 +191,13 @@ def parameter(
 ) -> ParameterDeclaration[Any]:
     """Declare a parameter in the body of a node class.
 
-    `default` gives the value and, with it, the static type. An int with a float among its limits or choices is a
-    float parameter, and so is a list that mixes int and float. `ge`, `le` (both inclusive; a missing one is open) and
-    `step` (counted from `ge`) limit a number, `choices` a number or a string. `unit` is for people. `read_only`
-    parameters take their value at start. `name` is the ROS name where it differs from the attribute ("pid.p").
+    `default` gives the value and the static type. An int with a float among its limits or choices is a float parameter, and so is a list
+    that mixes int and float. `ge` and `le` (inclusive, each optional) and `step` (counted from `ge`) limit a number, `choices` a number or
+    a string. `unit` is information for people. A `read_only` parameter takes its value at the start. `name` is the ROS name if it differs
+    from the attribute ("pid.p").
 
-    Raises DeclarationError for a default that no parameter can hold or that is outside its own limits, and for limits
-    that do not apply to its type.
+    Raises DeclarationError for a default that no parameter can hold or that is outside its limits, and for limits that do not apply to its
+    type.
     """
     try:
         value, limits = _checked(name, default, (ge, le, step), tuple(choices))
@@ -215,7 +216,7 @@ def parameter(
 def _checked(
     name: str, default: object, bounds: tuple[Any, Any, Any], options: tuple[object, ...]
 ) -> tuple[Parameter, ParameterDescriptor]:
-    """The default as a parameter and a descriptor with its type and limits, which it obeys."""
+    """Return the default as a parameter, and a descriptor with its type and limits, after checking one against the other."""
     numbers = tuple(bound for bound in bounds if bound is not None)
     value = _as_declared(name, default, (*numbers, *options))
     _check_limits_apply(value, numbers, options)
@@ -232,7 +233,7 @@ def _checked(
 
 
 def _as_declared(name: str, default: object, limits: tuple[object, ...]) -> Parameter:
-    """The default as a parameter, of the type that default and limits have together."""
+    """The default as a parameter of the type that follows from default and limits."""
     if isinstance(default, SEQUENCES):
         elements = tuple(cast("Iterable[object]", default))
         if not elements:
@@ -270,7 +271,7 @@ def _float_range(ge: float | None, le: float | None, step: float | None) -> Floa
 
 
 def _check_order(ge: float | None, le: float | None, step: float | None) -> None:
-    # A range with swapped ends is legal in ROS 2; written in code as ge and le it can only be a slip.
+    # ROS 2 allows a range with swapped ends. Written as ge and le, it can only be a mistake.
     if ge is not None and le is not None and ge > le:
         raise ValueError(f"ge={ge} is above le={le}, so no value would be allowed; swap them.")
     if step is not None and ge is None:
@@ -278,10 +279,10 @@ def _check_order(ge: float | None, le: float | None, step: float | None) -> None
 
 
 class ParameterTable:
-    """The parameters of a node class, prepared once, shared by all its nodes, and never changed.
+    """The parameters of a node class, computed once, shared by all its nodes, and never changed.
 
-    `values` and `descriptors` hold the two parameters that every node has (`use_sim_time`, and the read-only
-    `start_type_description_service`) followed by those declared. Raises DeclarationError for a name used twice.
+    `values` and `descriptors` begin with the two parameters of every node (`use_sim_time` and the read-only
+    `start_type_description_service`), followed by the declared ones. Raises DeclarationError for a name used twice.
     """
 
     __slots__ = ("descriptors", "values")
@@ -313,4 +314,4 @@ _BUILT_IN: Final[tuple[ParameterDeclaration[bool], ...]] = (
 
 
 NO_PARAMETERS: Final = ParameterTable()
-"""The table of a node class that declares no parameters of its own."""
+"""The table of a node class without parameters of its own."""

@@ -1,8 +1,8 @@
-"""Descriptors of parameters (type, ranges, choices, read-only) and the check of a value against one.
+"""Descriptors of parameters (type, ranges, choices, read-only), and the check of a value against one.
 
-The rules are those of `rcl_interfaces/msg/ParameterDescriptor` as rclpy applies them: a range counts only for values of
-its own kind; both ends are valid even off the step grid; ends given the wrong way round are swapped; ends and steps of
-floating-point ranges compare with a relative tolerance of 1e-6. NaN is inside no range.
+The rules are those of `rcl_interfaces/msg/ParameterDescriptor` as rclpy applies them. A range applies only to values of its own kind. Both
+ends are valid even if they are not on the grid of steps, and swapped ends are put in order. Ends and steps of floating-point ranges are
+compared with a relative tolerance of 1e-6. NaN is in no range.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ RELATIVE_TOLERANCE: Final = 1e-6
 
 
 class IntegerRange(msgspec.Struct, frozen=True):
-    """Allowed integers: both ends, and `from_value + k * step` between them (`step` 0 allows all).
+    """A range of integers: both ends, and `from_value + k * step` between them (a `step` of 0 allows all).
 
     Raises ValueError for a negative step.
     """
@@ -32,7 +32,7 @@ class IntegerRange(msgspec.Struct, frozen=True):
             raise ValueError(f"the step of a range must not be negative; got {self.step}.")
 
     def objection(self, value: int) -> str | None:
-        """Why `value` is not allowed, or None when it is."""
+        """Why `value` is not allowed; None if it is."""
         low, high = sorted((self.from_value, self.to_value))
         if value in (low, high):
             return None
@@ -44,9 +44,9 @@ class IntegerRange(msgspec.Struct, frozen=True):
 
 
 class FloatingPointRange(msgspec.Struct, frozen=True):
-    """Allowed numbers: both ends, and `from_value + k * step` between them (`step` 0.0 allows all).
+    """A range of floating-point numbers: both ends, and `from_value + k * step` between them (a `step` of 0.0 allows all).
 
-    Raises ValueError for NaN ends, a step that is negative or not finite, and a step without a finite lower end.
+    Raises ValueError for an end that is NaN, a step that is negative or not finite, and a step without a finite lower end.
     """
 
     from_value: float
@@ -62,7 +62,7 @@ class FloatingPointRange(msgspec.Struct, frozen=True):
             raise ValueError("a range with a step needs a finite lower end, because steps count from there.")
 
     def objection(self, value: float) -> str | None:
-        """Why `value` is not allowed, or None when it is."""
+        """Why `value` is not allowed; None if it is."""
         low, high = min(self.from_value, self.to_value), max(self.from_value, self.to_value)
         if _close(value, low) or _close(value, high):
             return None
@@ -74,7 +74,7 @@ class FloatingPointRange(msgspec.Struct, frozen=True):
 
     def _on_grid(self, value: float, low: float) -> bool:
         steps = (value - low) / self.step
-        # So many steps that floats cannot count them: every float is then as near to the grid as it can be.
+        # With too many steps for a float to count, every float is as close to the grid as possible.
         return not math.isfinite(steps) or _close(low + round(steps) * self.step, value)
 
 
@@ -85,9 +85,9 @@ def _close(left: float, right: float) -> bool:
 class ParameterDescriptor(msgspec.Struct, frozen=True, kw_only=True):
     """The description of a parameter: everything but its value.
 
-    `name` and `type` are filled in by the store and ignored on input. `read_only` parameters take a value only when
-    declared (an override included). `dynamic_typing` lets the type change and lets the parameter be deleted.
-    `choices`, which ROS 2 does not have, limits a scalar to the values named; other systems see it as text.
+    `name` and `type` are set by the store and ignored on input. A `read_only` parameter takes a value only when it is declared (from an
+    override if there is one). `dynamic_typing` allows the type to change and the parameter to be deleted. `choices`, an addition to ROS 2,
+    limits a scalar to the given values; other systems see it as text.
     """
 
     name: str = ""
@@ -101,7 +101,7 @@ class ParameterDescriptor(msgspec.Struct, frozen=True, kw_only=True):
     choices: tuple[Value, ...] = ()
 
     def type_objection(self, parameter: Parameter) -> str | None:
-        """Why the type of `parameter` does not fit, or None. Static types are exact: an int is not a double."""
+        """Why the type of `parameter` is not allowed; None if it is. Static types are exact: an int is not a double."""
         kind = parameter.type
         if self.dynamic_typing or kind is self.type:
             return None
@@ -116,7 +116,7 @@ class ParameterDescriptor(msgspec.Struct, frozen=True, kw_only=True):
         )
 
     def value_objection(self, parameter: Parameter) -> str | None:
-        """Why the value of `parameter` is outside its range or choices, or None. The type is not looked at."""
+        """Why the value of `parameter` is outside its range or choices; None if it is not. The type is not checked."""
         found: str | None = None
         if parameter.type is ParameterType.INTEGER and self.integer_range is not None:
             found = self.integer_range.objection(parameter.value)
@@ -131,7 +131,7 @@ class ParameterDescriptor(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def declared_type(name: str, value: object, descriptor: ParameterDescriptor) -> ParameterType:
-    """The static type of a declaration, NOT_SET for dynamic typing. Raises ValueError if there is none, or two."""
+    """The static type of a declaration; NOT_SET for dynamic typing. Raises ValueError if no type or two types are given."""
     if isinstance(value, ParameterType):
         if value is ParameterType.NOT_SET:
             raise ValueError(f"parameter {name!r} cannot have NOT_SET as its type; use dynamic_typing=True instead.")
@@ -149,7 +149,7 @@ def declared_type(name: str, value: object, descriptor: ParameterDescriptor) -> 
 
 
 def redescribed_type(new: ParameterDescriptor, old: ParameterDescriptor, current: Parameter) -> ParameterType:
-    """The static type of a parameter under a new descriptor: it keeps the one it has unless typing becomes dynamic."""
+    """The static type of a parameter with a new descriptor: unchanged, unless its typing becomes dynamic."""
     if new.dynamic_typing:
         return ParameterType.NOT_SET
     for kind in (current.type, old.type, new.type):

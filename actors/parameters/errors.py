@@ -1,7 +1,7 @@
-"""Everything that can go wrong with parameters, one class per reason.
+"""The errors of parameters, one class per cause.
 
-A refused *set* is not an error but a `SetResult`; these are raised for wrong declarations and wrong names.
-Every one carries `node` (fully qualified name) and `names` (the parameters concerned).
+A refused *set* is not an error but a `SetResult`. These are raised for wrong declarations and wrong names. Each has `node` (the fully
+qualified name) and `names` (the parameters concerned).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from actors.suggest import did_you_mean
 
 
 class ParameterError(ActorError):
-    """Base of all parameter errors. `node` is the fully qualified node name, `names` the parameters concerned."""
+    """The base class of all parameter errors. `node` is the fully qualified node name, `names` are the parameters concerned."""
 
     def __init__(self, message: str, *, node: str = "", names: Iterable[str] = ()) -> None:
         super().__init__(message)
@@ -23,11 +23,11 @@ class ParameterError(ActorError):
 
 
 class ParameterNotDeclared(ParameterError, LookupError):
-    """A parameter was used that the node never declared, and the node does not allow undeclared ones."""
+    """A parameter was used that the node has not declared, and the node does not allow undeclared parameters."""
 
     @classmethod
     def among(cls, node: str, names: Iterable[str], declared: Iterable[str]) -> ParameterNotDeclared:
-        """The error for `names`, with the nearest declared name as a hint."""
+        """Create the error for `names`, with the most similar declared name as a hint."""
         missing = tuple(names)
         known = sorted(declared)
         hint = did_you_mean(missing[0], known, "did") or f"declared are: {', '.join(known)}."
@@ -54,15 +54,15 @@ class ParameterAlreadyDeclared(ParameterError):
 
 
 class InvalidParameterName(ParameterError, ValueError):
-    """A parameter name that cannot be used: it must be a non-empty string."""
+    """A parameter name is not a non-empty string."""
 
 
 class InvalidParameterType(ParameterError, TypeError):
-    """An override has another type than the declaration."""
+    """An override has a type other than the declared one."""
 
 
 class InvalidParameterValue(ParameterError, ValueError):
-    """A declared value breaks its range or choices, or an on-set callback refused it. `reason` says which."""
+    """A value is outside its range or choices, or was refused by an on-set callback. `reason` says which."""
 
     def __init__(self, message: str, *, node: str = "", names: Iterable[str] = (), reason: str = "") -> None:
         super().__init__(message, node=node, names=names)
@@ -70,7 +70,7 @@ class InvalidParameterValue(ParameterError, ValueError):
 
 
 class ParameterImmutable(ParameterError):
-    """A read-only parameter was to be undeclared or described anew."""
+    """A read-only parameter cannot be undeclared or given a new descriptor."""
 
 
 class ParameterUninitialized(ParameterError, LookupError):
@@ -78,7 +78,7 @@ class ParameterUninitialized(ParameterError, LookupError):
 
     @classmethod
     def of(cls, node: str, name: str, type: str) -> Self:
-        """The error for a parameter of this type, by its name."""
+        """Create the error for a parameter of this type and name."""
         return cls(
             f"parameter {name!r} of node {node} has no value: it was declared as "
             f"{type} only. Give an override, set it, or read it with get_or.",

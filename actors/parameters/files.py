@@ -1,9 +1,9 @@
-"""Parameter overrides from YAML files, ``-p`` rules and mappings, and which of them reach a node.
+"""Parameter overrides from YAML files, ``-p`` rules and mappings, and which of them apply to a node.
 
-Overrides are an ordered list of node patterns, each with its parameters. A pattern that comes again, in the same file,
-in a later one or by ``-p``, is merged into its first place; all patterns that match a node apply in order and the later
-one wins, however specific the earlier was. Grammar, typing and order are those of rcl_yaml_param_parser, not of general
-YAML: keys may repeat, ``y`` and ``off`` are booleans, there is no null and no alias.
+Overrides are an ordered list of node patterns, each with its parameters. If a pattern occurs again, in the same file, in a later one or by
+``-p``, its parameters are merged into the first occurrence. All patterns that match a node apply in order, and later ones win, even over
+more specific ones. Grammar, types and order are those of rcl_yaml_param_parser, not of general YAML: keys may repeat, ``y`` and ``off`` are
+booleans, and there is no null and no alias.
 """
 
 import os
@@ -19,10 +19,10 @@ __all__ = ["ALL_NODES", "InvalidParams", "Origin", "ParamValue", "ParameterOverr
 ParamValue: TypeAlias = (
     bool | int | float | str | tuple[bool, ...] | tuple[int, ...] | tuple[float, ...] | tuple[str, ...] | None
 )
-"""A typed parameter value. The empty tuple is an empty list, whose type only the declaration knows; None is not set."""
+"""A typed parameter value. The empty tuple is an empty list, whose type follows from the declaration. None means not set."""
 
 ALL_NODES: Final = "/**"
-"""The pattern under which ``-p name:=value`` is filed."""
+"""The pattern to which ``-p name:=value`` applies."""
 
 _PARAMETERS: Final = "ros__parameters"
 _INT64: Final = range(-(2**63), 2**63)
@@ -38,7 +38,7 @@ _RULE: Final = re.compile(rf"(?:({_WORD}):(?!=))?({_PART}(?:\.{_PART})*+):=(.*)\
 
 
 class InvalidParams(ValueError):
-    """A parameter file, rule or value that cannot be used. ``source`` is a file or argument, ``line`` starts at 1."""
+    """A parameter file, rule or value that cannot be used. ``source`` is a file or an argument, ``line`` counts from 1."""
 
     def __init__(self, problem: str, *, source: str, line: int | None = None, key: str = "") -> None:
         place = f"{source}:{line}" if line is not None else source
@@ -49,21 +49,21 @@ class InvalidParams(ValueError):
 
 
 class Origin(NamedTuple):
-    """Where a value was said: a file or an argument, and the line of a file (from 1)."""
+    """The source of a value: a file or an argument, and the line in a file (from 1)."""
 
     source: str
     line: int | None = None
 
     def error(self, problem: str, key: str = "") -> InvalidParams:
-        """The error about what was said there."""
+        """Create the error about the value from this source."""
         return InvalidParams(problem, source=self.source, line=self.line, key=key)
 
 
 class ParameterOverrides:
-    """Parameter values by node pattern, in order of first mention. Immutable; the ``with_`` methods return a new one.
+    """Parameter values by node pattern, in the order of first occurrence. Immutable; the ``with_`` methods return a new object.
 
-    Patterns are fully qualified node names, with or without the first slash, where ``*`` stands for one word between
-    slashes and ``**`` for any number of them.
+    A pattern is a fully qualified node name, with or without the first slash, in which ``*`` matches one part between slashes and ``**``
+    any number of them.
     """
 
     __slots__ = ("_entries", "_origins")
@@ -80,11 +80,11 @@ class ParameterOverrides:
 
     @property
     def entries(self) -> tuple[tuple[str, dict[str, ParamValue]], ...]:
-        """The patterns as they were written, each with a copy of its parameters."""
+        """The patterns as written, each with a copy of its parameters."""
         return tuple((pattern, dict(values)) for pattern, values in self._entries.items())
 
     def for_node(self, fully_qualified_name: str) -> dict[str, ParamValue]:
-        """The overrides that reach this node: every matching pattern in order, later ones win."""
+        """The overrides for this node: those of every matching pattern in order, where later ones win."""
         found: dict[str, ParamValue] = {}
         for pattern, values in self._entries.items():
             if reaches(pattern, fully_qualified_name):
@@ -92,7 +92,7 @@ class ParameterOverrides:
         return found
 
     def named(self, fully_qualified_name: str) -> frozenset[str]:
-        """The parameters that are set for this node by its name, and not only by a pattern with ``*`` or ``**``."""
+        """The parameters that are set for this node by its name, not only by a pattern with ``*`` or ``**``."""
         return frozenset(
             name
             for pattern, values in self._entries.items()
@@ -101,11 +101,11 @@ class ParameterOverrides:
         )
 
     def origin(self, pattern: str, name: str) -> Origin:
-        """Where the value of a parameter in `entries` was said."""
+        """The source of the value of a parameter in `entries`."""
         return self._origins[pattern, name]
 
     def with_file(self, path: str | os.PathLike[str]) -> "ParameterOverrides":
-        """These, then those of a YAML file. ``InvalidParams`` tells file, line and key of what is wrong."""
+        """These overrides followed by those of a YAML file. Raises ``InvalidParams`` with file, line and key of the error."""
         source = os.fspath(path)
         try:
             with open(source, encoding="utf-8") as file:
@@ -117,11 +117,11 @@ class ParameterOverrides:
         return self.with_text(text, source=source)
 
     def with_text(self, text: str, *, source: str = "parameters") -> "ParameterOverrides":
-        """These, then those of a YAML text; ``source`` names it in errors."""
+        """These overrides followed by those of a YAML text. ``source`` names it in errors."""
         return self._with(_FileReader(text, source).read())
 
     def with_rule(self, rule: str) -> "ParameterOverrides":
-        """These, then ``[node:]name:=value`` as given to ``-p``; without a node it is for all nodes."""
+        """These overrides followed by ``[node:]name:=value`` as given to ``-p``. Without a node it applies to all nodes."""
         found = _RULE.match(rule)
         if found is None:
             problem = (
@@ -133,7 +133,7 @@ class ParameterOverrides:
         return self._with([(found[1] or ALL_NODES, found[2], value, Origin(f"-p {rule}"))])
 
     def with_mapping(self, mapping: Mapping[str, Mapping[str, Any]], *, source: str) -> "ParameterOverrides":
-        """These, then those of ``{pattern: {parameter: value}}``; ``source`` names it in errors, which are ``InvalidParams``."""
+        """These overrides followed by ``{pattern: {parameter: value}}``. ``source`` names it in errors, which are ``InvalidParams``."""
         origin = Origin(source)
         found: list[_Entry] = []
         for pattern, values in mapping.items():
@@ -150,7 +150,7 @@ class ParameterOverrides:
         result = ParameterOverrides(self._entries, self._origins)
         for pattern, name, value, origin in additions:
             values = result._entries.setdefault(pattern, {})
-            if name is not None and not (value == () and name in values):  # an empty list sets nothing
+            if name is not None and not (value == () and name in values):  # an empty list does not replace a value
                 values[name] = value
                 result._origins[pattern, name] = origin
         return result
@@ -171,7 +171,7 @@ _Entry: TypeAlias = tuple[str, str | None, ParamValue, Origin]
 
 
 def reaches(pattern: str, fully_qualified_name: str) -> bool:
-    """Whether a pattern stands for this node."""
+    """Whether a pattern matches this node."""
     return _matcher(pattern).match(fully_qualified_name) is not None
 
 
@@ -198,9 +198,9 @@ def _check_pattern(pattern: str, *, source: str, line: int | None) -> None:
 
 
 def parse_value(text: str, *, source: str = "value") -> ParamValue:
-    """The value that ``-p name:=text`` sets: a scalar or a list of scalars of one type, typed as in parameter files.
+    """Parse the value of ``-p name:=text``: a scalar or a list of scalars of one type, with the types of parameter files.
 
-    Raises ``InvalidParams`` for a missing value, a mapping, a mixed list or broken YAML.
+    Raises ``InvalidParams`` for a missing value, a mapping, a mixed list or invalid YAML.
     """
     events = _Events(text, source)
     first = events.next()
@@ -214,7 +214,7 @@ def parse_value(text: str, *, source: str = "value") -> ParamValue:
 
 
 def _scalar(text: str) -> bool | int | float | str:
-    """The value of a plain scalar, by the C number grammar that rcl_yaml_param_parser uses."""
+    """The value of a plain scalar, by the C number grammar of rcl_yaml_param_parser."""
     if text in _TRUE:
         return True
     if text in _FALSE:
@@ -273,7 +273,7 @@ def _scalar_of(event: "_Event", events: "_Events", key: str) -> bool | int | flo
 class _Event(NamedTuple):
     kind: str  # scalar, list, list end, map, map end, end
     value: str
-    is_text: bool  # quoted, or tagged !!str with a value: never typed
+    is_text: bool  # quoted, or tagged !!str with a value: always text
     line: int
 
 
@@ -287,14 +287,14 @@ _KINDS: Final = {
 
 
 class _Events:
-    """The content events of a YAML text, documents one after the other."""
+    """The content events of a YAML text, one document after another."""
 
     def __init__(self, text: str, source: str) -> None:
         self.source = source
         self._events = self._parse(text)
 
     def next(self) -> _Event:
-        """The next event; of kind "end" when there are no more."""
+        """Return the next event; its kind is "end" if there are no more."""
         return next(self._events, _Event("end", "", False, 0))
 
     def fail(self, event: _Event, key: str, problem: str) -> NoReturn:
@@ -317,14 +317,14 @@ class _Events:
             what = " ".join(part for part in (error.context, error.problem) if part)
             problem = f"not valid YAML: {what}; check indentation (no tabs), colons and quotes"
             raise InvalidParams(problem, source=self.source, line=mark.line + 1 if mark else None) from None
-        except yaml.reader.ReaderError as error:  # it counts characters, and says so in two lines
+        except yaml.reader.ReaderError as error:  # it counts characters, and its text has two lines
             line = text.count("\n", 0, error.position) + 1
             problem = f"not valid YAML: the character U+{ord(text[error.position]):04X} is not allowed; take it out"
             raise InvalidParams(problem, source=self.source, line=line) from None
 
 
 def _yaml() -> Any:
-    """PyYAML, which has no types and is loaded only when a parameter is read."""
+    """Import PyYAML, which has no type annotations and is only needed when parameters are read."""
     import yaml
 
     return yaml
@@ -335,14 +335,14 @@ def _is_text(event: Any) -> bool:
 
 
 class _FileReader:
-    """Reads one file: node names nested at will, then ``ros__parameters``, then parameters nested at will."""
+    """Reads one file: nested node names, then ``ros__parameters``, then nested parameters."""
 
     def __init__(self, text: str, source: str) -> None:
         self._events = _Events(text, source)
         self._found: list[_Entry] = []
 
     def read(self) -> list[_Entry]:
-        """All entries in order; a pattern without parameters gives one entry without a name."""
+        """Return all entries in order. A pattern without parameters gives one entry without a name."""
         while (event := self._events.next()).kind != "end":
             if event.kind == "map":
                 self._nodes("")

@@ -1,4 +1,4 @@
-"""Methods of a node class that are asked before parameters are set, or told afterwards.
+"""Methods of a node class that are called before or after parameters are set.
 
 ::
 
@@ -16,8 +16,8 @@
         @on_set
         def together(self, wanted: Sequence[Parameter]) -> SetResult: ...
 
-They are plain methods, not coroutines: a set is done, or refused, when it returns. They run in ROS 2's order (pre-set, on-set, store, event,
-post-set), within a chain in the order in which the class declares them, those added at run time first.
+Hooks are plain methods, not coroutines: when a set returns, it has been done or refused. They run in ROS 2's order (pre-set, on-set,
+store, event, post-set). Within a chain, those added at run time run first, then those of the class in the order of declaration.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ Kind = Literal["validate", "changed", "pre_set", "on_set", "post_set"]
 
 
 class ParameterHook(Declaration):
-    """``@speed.validate``, ``@speed.changed``, ``@pre_set``, ``@on_set`` or ``@post_set``."""
+    """The declaration made by ``@speed.validate``, ``@speed.changed``, ``@pre_set``, ``@on_set`` or ``@post_set``."""
 
     __slots__ = ("kind", "parameter")
 
@@ -50,13 +50,13 @@ class ParameterHook(Declaration):
         super().__init__()
         self.kind: Final = kind
         self.parameter: Final = parameter
-        """The one that it is about; None for all."""
+        """The parameter concerned; None for all."""
 
     def __repr__(self) -> str:
         return f"@{self.kind}" if self.parameter is None else f"@{self.parameter.name or 'parameter'}.{self.kind}"
 
     def check(self, where: str) -> None:
-        """Refuse a method that cannot be called as it will be."""
+        """Raise `DeclarationError` if the method cannot be called with the arguments of its hook."""
         argument = "parameters" if self.parameter is None else "value"
         if inspect.iscoroutinefunction(self.function) or positional(self.function) != 2:
             raise DeclarationError(
@@ -68,9 +68,9 @@ class ParameterHook(Declaration):
 def pre_set(
     function: Callable[[Node, Sequence[Parameter]], Iterable[Parameter]],
 ) -> Callable[[Node, Sequence[Parameter]], Iterable[Parameter]]:
-    """Decorate the method that rewrites the parameters of every set: it gets them, and gives those to set instead.
+    """Decorate the method that rewrites the parameters of every set. It receives them and returns those to set instead.
 
-    ROS 2's pre-set callback. With nothing left the set is refused.
+    It is ROS 2's pre-set callback. If no parameters are left, the set is refused.
     """
     ParameterHook("pre_set").attach(function)
     return function
@@ -79,26 +79,26 @@ def pre_set(
 def on_set(
     function: Callable[[Node, Sequence[Parameter]], SetResult],
 ) -> Callable[[Node, Sequence[Parameter]], SetResult]:
-    """Decorate the method that accepts or refuses every set as a whole: ``SetResult()`` or ``SetResult(False, reason)``.
+    """Decorate the method that accepts or refuses every set as a whole, by returning ``SetResult()`` or ``SetResult(False, reason)``.
 
-    ROS 2's on-set callback: the values are not stored yet, and another check may still refuse, so it must have no side effects. It is
-    also asked, before `on_start`, about the values that the node is started with.
+    It is ROS 2's on-set callback. It must have no side effects, because the values are not stored yet and a later check may still refuse.
+    It is also called, before `on_start`, for the values with which the node is started.
     """
     ParameterHook("on_set").attach(function)
     return function
 
 
 def post_set(function: Callable[[Node, Sequence[Parameter]], None]) -> Callable[[Node, Sequence[Parameter]], None]:
-    """Decorate the method that is told of every set after it is stored and reported: the place for side effects.
+    """Decorate the method called after every set, when it is stored and reported. It may have side effects.
 
-    ROS 2's post-set callback.
+    It is ROS 2's post-set callback.
     """
     ParameterHook("post_set").attach(function)
     return function
 
 
 def attach_hooks(store: ParameterStore, node: object, hooks: Sequence[ParameterHook]) -> None:
-    """Put what a class declares into the chains of its node's store."""
+    """Add the hooks declared by a class to the callback chains of its node's store."""
     add: dict[Kind, Callable[[Any], object]] = {
         "validate": store.add_on_set_callback,
         "changed": store.add_post_set_callback,
@@ -106,7 +106,7 @@ def attach_hooks(store: ParameterStore, node: object, hooks: Sequence[ParameterH
         "on_set": store.add_on_set_callback,
         "post_set": store.add_post_set_callback,
     }
-    for hook in reversed(hooks):  # of a chain the one added last runs first
+    for hook in reversed(hooks):  # in a chain, the callback added last runs first
         method = getattr(node, hook.attribute)
         if hook.parameter is not None:
             method = partial(_asked if hook.kind == "validate" else _told, method, hook.parameter.name)
@@ -127,5 +127,5 @@ def _asked(method: Callable[[Any], object], name: str, parameters: Sequence[Para
 
 def _told(method: Callable[[Any], None], name: str, parameters: Sequence[Parameter]) -> None:
     values = [one.value for one in parameters if one.name == name and one.type is not ParameterType.NOT_SET]
-    if values:  # of a name given twice the last value counts
+    if values:  # if a name is given twice, its last value counts
         method(values[-1])

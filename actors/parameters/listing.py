@@ -1,4 +1,4 @@
-"""Which parameters `ParameterStore.list` names: prefixes are groups, separated by dots, and depth counts levels."""
+"""The selection of names by `ParameterStore.list`: prefixes are groups, separated by dots, and depth counts levels."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SEPARATOR: Final = "."
 
 
 def listed(declared: Iterable[str], prefixes: Sequence[str], depth: int) -> ParameterNames:
-    """The names among `declared` that prefixes and depth select, in order, and the groups they are in.
+    """Return the names in `declared` that prefixes and depth select, in order, and their groups.
 
     Raises TypeError for arguments of another type and ValueError for a negative depth.
     """

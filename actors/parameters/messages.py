@@ -1,7 +1,7 @@
-"""Parameters on the wire: conversion to and from `rcl_interfaces`, and the six services every node offers.
+"""Parameters as messages: conversion to and from `rcl_interfaces`, and the six parameter services of every node.
 
-The services are functions from a store and a request to a response; they never raise to the client. A value that
-arrives here has an exact type, so nothing is widened. Import this module late: it needs the message types.
+The services are functions from a store and a request to a response; they never raise to the client. A value in a message has an exact type
+and is not widened. Import this module late, because it needs the message types.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _FIELD: Final[Mapping[ParameterType, str]] = {
 
 
 def to_value(parameter: Parameter) -> msg.ParameterValue:
-    """Type and value of a parameter as a message."""
+    """The type and value of a parameter as a message."""
     kind, value = parameter.type, parameter.value
     if kind is ParameterType.NOT_SET:
         return msg.ParameterValue()
@@ -48,7 +48,7 @@ def to_value(parameter: Parameter) -> msg.ParameterValue:
 
 
 def from_value(name: str, message: msg.ParameterValue) -> Parameter:
-    """The parameter `name` with the type and value of a message. Raises ValueError for a type that does not exist."""
+    """The parameter `name` with the type and value of a message. Raises ValueError for an unknown type."""
     try:
         kind = ParameterType(message.type)
     except ValueError:
@@ -69,12 +69,12 @@ def to_parameter(parameter: Parameter) -> msg.Parameter:
 
 
 def from_parameter(message: msg.Parameter) -> Parameter:
-    """The parameter in a message. Raises ValueError for a type that does not exist."""
+    """The parameter in a message. Raises ValueError for an unknown type."""
     return from_value(message.name, message.value)
 
 
 def to_descriptor(descriptor: ParameterDescriptor) -> msg.ParameterDescriptor:
-    """A descriptor as a message. Choices, which the message lacks, are added to `additional_constraints` as text."""
+    """A descriptor as a message. Choices, for which it has no field, are added to `additional_constraints` as text."""
     constraints = [descriptor.additional_constraints] if descriptor.additional_constraints else []
     if descriptor.choices:
         constraints.append(f"one of: {', '.join(repr(choice) for choice in descriptor.choices)}")
@@ -100,7 +100,7 @@ def to_descriptor(descriptor: ParameterDescriptor) -> msg.ParameterDescriptor:
 
 
 def from_descriptor(message: msg.ParameterDescriptor) -> ParameterDescriptor:
-    """The descriptor in a message. Raises ValueError for a type that does not exist and for impossible ranges."""
+    """The descriptor in a message. Raises ValueError for an unknown type and for an invalid range."""
     floats, integers = message.floating_point_range, message.integer_range
     return ParameterDescriptor(
         name=message.name,
@@ -119,17 +119,17 @@ def from_descriptor(message: msg.ParameterDescriptor) -> ParameterDescriptor:
 
 
 def to_result(result: SetResult) -> msg.SetParametersResult:
-    """The answer to a set as a message."""
+    """The result of a set as a message."""
     return msg.SetParametersResult(successful=result.successful, reason=result.reason)
 
 
 def from_result(message: msg.SetParametersResult) -> SetResult:
-    """The answer to a set in a message."""
+    """The result of a set in a message."""
     return SetResult(message.successful, message.reason)
 
 
 def to_event(change: ParameterChange, node: str, stamp: Time) -> msg.ParameterEvent:
-    """A change as the message for /parameter_events; `node` is the fully qualified name."""
+    """A change as a message for /parameter_events. `node` is the fully qualified name."""
     return msg.ParameterEvent(
         stamp=stamp,
         node=node,
@@ -140,7 +140,7 @@ def to_event(change: ParameterChange, node: str, stamp: Time) -> msg.ParameterEv
 
 
 def from_event(message: msg.ParameterEvent) -> ParameterChange:
-    """The change that a message of /parameter_events tells of. Raises ValueError for a type that does not exist."""
+    """The change in a message of /parameter_events. Raises ValueError for an unknown type."""
     return ParameterChange(
         new=tuple(from_parameter(parameter) for parameter in message.new_parameters),
         changed=tuple(from_parameter(parameter) for parameter in message.changed_parameters),
@@ -154,7 +154,7 @@ OnError = Callable[[Exception], None]
 def describe_parameters(
     store: ParameterStore, request: srv.DescribeParameters_Request
 ) -> srv.DescribeParameters_Response:
-    """The descriptors asked for; none at all if one name is undeclared (and that is not allowed)."""
+    """Return the requested descriptors; none at all if a name is undeclared and the node does not allow that."""
     try:
         return srv.DescribeParameters_Response(
             descriptors=tuple(to_descriptor(store.describe(name)) for name in request.names)
@@ -166,7 +166,7 @@ def describe_parameters(
 def get_parameter_types(
     store: ParameterStore, request: srv.GetParameterTypes_Request
 ) -> srv.GetParameterTypes_Response:
-    """The types of the values; none at all if one name is undeclared (and that is not allowed)."""
+    """Return the types of the requested values; none at all if a name is undeclared and the node does not allow that."""
     try:
         return srv.GetParameterTypes_Response(types=[store.type_of(name).value for name in request.names])
     except ParameterNotDeclared:
@@ -174,7 +174,7 @@ def get_parameter_types(
 
 
 def get_parameters(store: ParameterStore, request: srv.GetParameters_Request) -> srv.GetParameters_Response:
-    """The values; none at all if one name is undeclared (and that is not allowed) or has no value yet."""
+    """Return the requested values; none at all if a name has no value, or is undeclared and the node does not allow that."""
     try:
         return srv.GetParameters_Response(values=tuple(to_value(store.get(name)) for name in request.names))
     except (ParameterNotDeclared, ParameterUninitialized):
@@ -182,7 +182,7 @@ def get_parameters(store: ParameterStore, request: srv.GetParameters_Request) ->
 
 
 def list_parameters(store: ParameterStore, request: srv.ListParameters_Request) -> srv.ListParameters_Response:
-    """Names and groups, see `ParameterStore.list`."""
+    """Return names and groups as `ParameterStore.list` does."""
     found = store.list(request.prefixes, request.depth)
     return srv.ListParameters_Response(result=msg.ListParametersResult(names=found.names, prefixes=found.prefixes))
 
@@ -190,7 +190,7 @@ def list_parameters(store: ParameterStore, request: srv.ListParameters_Request) 
 def set_parameters(
     store: ParameterStore, request: srv.SetParameters_Request, on_error: OnError | None = None
 ) -> srv.SetParameters_Response:
-    """One result for each parameter; an undeclared name fails alone and the rest go on (unlike the local call)."""
+    """Set each parameter by itself. An undeclared name gives a failed result and the others are set, unlike in `ParameterStore.set`."""
     return srv.SetParameters_Response(
         results=tuple(to_result(_set(store, [parameter], on_error)) for parameter in request.parameters)
     )
@@ -199,7 +199,7 @@ def set_parameters(
 def set_parameters_atomically(
     store: ParameterStore, request: srv.SetParametersAtomically_Request, on_error: OnError | None = None
 ) -> srv.SetParametersAtomically_Response:
-    """All or none."""
+    """Set all parameters or none."""
     return srv.SetParametersAtomically_Response(result=to_result(_set(store, request.parameters, on_error)))
 
 
@@ -212,17 +212,17 @@ def _set(store: ParameterStore, parameters: Iterable[msg.Parameter], on_error: O
         return store.set_atomically(wanted)
     except ParameterNotDeclared as error:
         return SetResult(False, str(error))
-    except Exception as error:  # a callback of the node failed: the client hears of it, and the node's owner does
+    except Exception as error:  # a callback of the node failed: both the client and the node are informed
         if on_error is not None:
             on_error(error)
         return SetResult(False, f"a parameter callback of node {store.node} failed: {described(error)}")
 
 
 class ParameterService(NamedTuple):
-    """One of the six services: its name below the node's own, its type, and the function that answers.
+    """One of the six services: its name below that of the node, its type, and the function that answers.
 
-    The function takes the store and the request; the two that set also take `on_error`, which is told when a callback
-    of the node raised (the client gets a failed result).
+    The function takes the store and the request. The two that set parameters also take `on_error`, which is called if a callback of the
+    node has raised; the client then receives a failed result.
     """
 
     name: str
@@ -238,7 +238,7 @@ PARAMETER_SERVICES: Final = (
     ParameterService("set_parameters", srv.SetParameters, set_parameters),
     ParameterService("set_parameters_atomically", srv.SetParametersAtomically, set_parameters_atomically),
 )
-"""The services that every node offers, with the QoS profile `parameters`."""
+"""The services of every node, with the QoS profile `parameters`."""
 
 SERVICE_TYPES: Final = {service.name: type_name(service.type) for service in PARAMETER_SERVICES}
-"""Full type name by service name, such as get_parameters -> rcl_interfaces/srv/GetParameters."""
+"""Service name -> full type name, such as get_parameters -> rcl_interfaces/srv/GetParameters."""

@@ -1,4 +1,4 @@
-"""The checks of a declaration and of a value that need no callback. Pure functions; `node` is named in what they raise."""
+"""The checks of declarations and values that need no callback. Pure functions; `node` is only used in errors."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ DYNAMIC: Final = ParameterDescriptor(dynamic_typing=True)
 def planned(
     node: str, name: str, value: object, descriptor: ParameterDescriptor | None, overrides: Mapping[str, Any]
 ) -> tuple[Parameter, ParameterDescriptor]:
-    """The parameter and the descriptor that a declaration would store. An override of that name takes precedence over `value`.
+    """Return the parameter and the descriptor that a declaration would store. An override of that name replaces `value`.
 
-    Raises InvalidParameterName, ValueError and TypeError as `ParameterStore.declare` does. A name alone is deprecated, and warns its caller's
-    caller.
+    Raises InvalidParameterName, ValueError and TypeError as `ParameterStore.declare` does. A name without value and descriptor is
+    deprecated; the warning refers to the code two calls up.
     """
     if not isinstance(cast("object", name), str) or not name:
         raise InvalidParameterName(f"a parameter name is a non-empty string, not {name!r} (node {node}).")
@@ -49,7 +49,7 @@ def planned(
 
 
 def unpacked(item: tuple[Any, ...]) -> tuple[str, object, ParameterDescriptor | None]:
-    """Name, value and descriptor of one declaration among several. Raises TypeError for a tuple of another length."""
+    """The name, value and descriptor of one of several declarations. Raises TypeError for a tuple of another length."""
     if not 1 <= len(item) <= 3:
         raise TypeError(f"a parameter to declare is (name), (name, value) or (name, value, descriptor), not {item!r}.")
     if len(item) == 1:
@@ -58,7 +58,7 @@ def unpacked(item: tuple[Any, ...]) -> tuple[str, object, ParameterDescriptor | 
 
 
 def checked(node: str, parameter: Parameter, described: ParameterDescriptor) -> Parameter:
-    """`parameter`, or the exception that says why it does not obey `described`."""
+    """Return `parameter`. Raises the error that describes how it violates `described`, if it does."""
     reason = described.type_objection(parameter)
     if reason is not None:
         raise InvalidParameterType(f"node {node}: {reason}", node=node, names=[parameter.name])
@@ -69,7 +69,7 @@ def checked(node: str, parameter: Parameter, described: ParameterDescriptor) -> 
 
 
 def invalid(node: str, parameter: Parameter, reason: str) -> InvalidParameterValue:
-    """The exception for a value that is refused."""
+    """Create the error for a refused value."""
     return InvalidParameterValue(
         f"node {node} cannot have {parameter.name!r} = {parameter.value!r}: {reason}",
         node=node,
@@ -79,7 +79,7 @@ def invalid(node: str, parameter: Parameter, reason: str) -> InvalidParameterVal
 
 
 def refused(node: str, given: Sequence[Parameter], reason: str) -> InvalidParameterValue:
-    """The exception for a node that is started with values which its own callbacks refuse."""
+    """Create the error for a node whose own callbacks refuse the values with which it is started."""
     told = ", ".join(f"{one.name} = {one.value!r}" for one in given)
     return InvalidParameterValue(
         f"node {node} cannot start with {told}: {reason}", node=node, names=[one.name for one in given], reason=reason
@@ -87,7 +87,7 @@ def refused(node: str, given: Sequence[Parameter], reason: str) -> InvalidParame
 
 
 def objection(parameter: Parameter, described: ParameterDescriptor | None) -> str | None:
-    """Why a descriptor refuses to set `parameter`, or None; of one that is not declared only the name is looked at."""
+    """Why a descriptor does not allow `parameter` to be set; None if it does. Without a descriptor, only the name is checked."""
     if described is None:
         return None if parameter.name else "a parameter name must not be empty."
     if described.read_only:

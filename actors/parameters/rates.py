@@ -1,4 +1,4 @@
-"""Rates of timers that are parameters: what they may be, and what happens when they are set."""
+"""Timer rates given by parameters: the check of their values, and of later changes."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ __all__ = ["check_rate_parameter", "guard_rates", "rate_objection"]
 
 
 def rate_objection(rate: object) -> str | None:
-    """Why nothing can tick at this rate, per second, or None."""
+    """Why a timer cannot have this rate, in Hz; None if it can."""
     if isinstance(rate, (int, float)) and not isinstance(rate, bool) and 0.0 < rate < 1e6:
         return None
     return f"the rate must be above 0 and below a million per second, not {rate!r:.40}"
 
 
 def check_rate_parameter(where: str, name: str, declared: Mapping[str, ParameterDeclaration[Any]]) -> None:
-    """Refuse, at the class, an ``@every(hz="name")`` whose parameter does not exist or cannot be a rate."""
+    """Raise `DeclarationError`, at the class, for an ``@every(hz="name")`` whose parameter does not exist or cannot be a rate."""
     parameter = declared.get(name)
     if parameter is None:
         raise DeclarationError(f"{where}: @every(hz={name!r}) names a parameter that the class does not declare")
@@ -34,7 +34,7 @@ def check_rate_parameter(where: str, name: str, declared: Mapping[str, Parameter
 
 
 def guard_rates(store: ParameterStore, timers: Mapping[str, str]) -> None:
-    """Let `store` refuse what is no rate for its `timers`: parameter -> a handler that ticks by it."""
+    """Let `store` refuse invalid rates for `timers`, which maps a parameter to the handler that uses it."""
 
     def check(parameters: Sequence[Parameter]) -> SetResult:
         for one in parameters:

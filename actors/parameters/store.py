@@ -1,11 +1,11 @@
-"""The parameters of one node: declared, read, set, described, listed, by the rules of ROS 2 (as rclpy applies them).
+"""The parameter store of one node: it declares, reads, sets, describes and lists parameters by the rules of ROS 2, as rclpy applies them.
 
-Guarantees: a refused set changes nothing; an atomic set is applied whole or not at all; on-set callbacks see values
-that are not stored yet, post-set callbacks and the owner's `on_event` see values that are. Refusals are `SetResult`s,
-wrong names and declarations are exceptions (`actors.parameters.errors`). No input or output, no waiting, no threads.
+Guarantees: a refused set changes nothing; an atomic set is applied completely or not at all; on-set callbacks see values before they are
+stored, post-set callbacks and the owner's `on_event` after that. Refusals are `SetResult`s; wrong names and declarations raise
+(`actors.parameters.errors`). There is no I/O, no waiting and no threading.
 
-Cost: what a class declares is shared by its nodes; a store holds one dictionary of values of its own until a parameter
-is declared, deleted or described at run time. `store.values[name]` is the plain value, one look-up.
+Nodes share the declarations of their class. A store has one dictionary of values of its own, and copies the descriptors when a parameter is
+declared, deleted or described at run time. `store.values[name]` gives a plain value by one lookup.
 """
 
 from __future__ import annotations
@@ -40,18 +40,19 @@ _ACCEPTED: Final = SetResult()
 
 
 class ParameterStore:
-    """The parameters of the node `node` (its fully qualified name, used in messages).
+    """The parameters of the node `node` (its fully qualified name, used in errors).
 
-    `overrides` replace declared values (name -> plain value; an int widens to a float where one is declared); unused
-    ones are silent. `table` is what the node's class declares. With `allow_undeclared` any name can be set, which
-    declares it with dynamic typing. With `automatically_declare` every override is declared. `on_event` is told of
-    every change after it is stored, beginning with the values at construction (unless ``announce=False``).
+    `overrides` replace declared values (name -> plain value); an int is widened to a declared float, and unused overrides are ignored.
+    `table` holds the declarations of the node's class. With `allow_undeclared`, setting any name declares it with dynamic typing. With
+    `automatically_declare`, every override is declared. `on_event` is called with every change after it is stored, beginning with the
+    initial values (unless ``announce=False``).
 
     Raises InvalidParameterType and InvalidParameterValue for an override that does not fit its declaration.
     """
 
-    # Invariants: every name in `values` is declared; `_descriptors` is the class's own table until `_own` has copied it, and is never changed
-    # before; a value obeys the descriptor of its name.
+    # Invariants:
+    # * Every name in `values` is declared, and its value obeys its descriptor.
+    # * `_descriptors` is the table of the class, which is never changed, until `_own` has copied it.
 
     __slots__ = ("_chains", "_descriptors", "_shared", "allow_undeclared", "node", "on_event", "overrides", "values")
 
@@ -71,7 +72,7 @@ class ParameterStore:
         self.allow_undeclared = allow_undeclared
         self.on_event = on_event
         self.values: dict[str, Any] = dict(table.values)
-        """The plain value by name; a parameter that has no value yet is missing here."""
+        """Name -> plain value. A declared parameter without a value is missing here."""
         self._descriptors: Mapping[str, ParameterDescriptor] = table.descriptors
         self._shared = True
         self._chains: CallbackChains | None = None
@@ -92,17 +93,17 @@ class ParameterStore:
     # -- reading -----------------------------------------------------------------------------------------------------
 
     def has(self, name: str) -> bool:
-        """True if `name` is declared, with or without a value."""
+        """Whether `name` is declared, with or without a value."""
         return name in self._descriptors
 
     def value(self, name: str) -> Any:
-        """The plain value. Raises as `get`."""
+        """The plain value. Raises as `get` does."""
         return self.get(name).value
 
     def get(self, name: str) -> Parameter:
-        """The parameter; one without type and value if `name` is undeclared and the node allows that.
+        """The parameter. If `name` is undeclared and the node allows that, it has neither type nor value.
 
-        Raises ParameterNotDeclared, and ParameterUninitialized for one that was declared by type only.
+        Raises ParameterNotDeclared, and ParameterUninitialized for a parameter declared by type only that has no value yet.
         """
         if name in self.values:
             return self._present(name)
@@ -119,12 +120,12 @@ class ParameterStore:
         return self._present(name)
 
     def get_by_prefix(self, prefix: str) -> dict[str, Parameter]:
-        """The parameters of the group `prefix`, by their names without it; all of them for ''."""
+        """The parameters of the group `prefix`, by their names without the prefix; for '' all of them."""
         start = f"{prefix}{SEPARATOR}" if prefix else ""
         return {name[len(start) :]: self._present(name) for name in self._descriptors if name.startswith(start)}
 
     def type_of(self, name: str) -> ParameterType:
-        """The type of the value that `name` has now: NOT_SET if it has none, or is undeclared where that is allowed.
+        """The type of the present value of `name`; NOT_SET if it has none, or is undeclared and the node allows that.
 
         Raises ParameterNotDeclared.
         """
@@ -135,14 +136,14 @@ class ParameterStore:
     def list(self, prefixes: Sequence[str] = (), depth: int = 0) -> ParameterNames:
         """The names in order of declaration.
 
-        `depth` 0 means all levels. Without prefixes a name counts if it has fewer than `depth` separators; with
-        prefixes, if it is one of them or lies in its group with fewer than `depth` separators below it.
-        Raises TypeError for arguments of another type and ValueError for a negative depth.
+        A `depth` of 0 means all levels. Without prefixes, a name is listed if it has fewer than `depth` separators; with prefixes, if it is
+        one of them or is in the group of one with fewer than `depth` separators below it. Raises TypeError for arguments of another type
+        and ValueError for a negative depth.
         """
         return listed(self._descriptors, prefixes, depth)
 
     def describe(self, name: str) -> ParameterDescriptor:
-        """The descriptor, its type following the value if typing is dynamic; empty if undeclared and that is allowed.
+        """The descriptor; with dynamic typing, its type is that of the value. Empty if undeclared and the node allows that.
 
         Raises ParameterNotDeclared.
         """
@@ -154,16 +155,16 @@ class ParameterStore:
         return described
 
     def coerced(self, name: str, value: object) -> Parameter:
-        """`value` as a parameter to set, widened to the type that `name` has (an int to a float, an empty list).
+        """Return `value` as a parameter to set, widened to the type of `name` (an int to a float, an empty list to any array).
 
-        For values that come from Python or a command line, where 2 may stand for 2.0. Raises TypeError and ValueError
-        for what no parameter can hold; an undeclared name keeps the value's own type.
+        For values from Python or a command line, where 2 may mean 2.0. An undeclared name keeps the type of the value. Raises TypeError and
+        ValueError for a value that no parameter can hold.
         """
         described = self._descriptors.get(name)
         return Parameter(name, value) if described is None else widened(name, value, self.describe(name).type)
 
     def _present(self, name: str) -> Parameter:
-        """The parameter as it is, without asking whether it may be read."""
+        """The parameter, whether or not it has a value."""
         value = self.values.get(name)
         if value is None:
             return Parameter(name)
@@ -188,12 +189,12 @@ class ParameterStore:
     ) -> Parameter:
         """Declare a parameter and return it as stored.
 
-        `value` is the default and fixes the type, unless the descriptor asks for dynamic typing; a `ParameterType`
-        instead of a value declares without a value. An override replaces the value. On-set callbacks are asked,
-        post-set callbacks told. A name alone is deprecated and means dynamic typing without a value.
+        `value` is the default and gives the type, unless the descriptor has dynamic typing; a `ParameterType` instead of a value declares
+        without a value. An override replaces the value. On-set and post-set callbacks are called. A name alone is deprecated and means
+        dynamic typing without a value.
 
-        Raises InvalidParameterName, ParameterAlreadyDeclared, ValueError (no type, or two), TypeError (a value that
-        no parameter can hold), InvalidParameterType (the override), InvalidParameterValue (range, choices, refusal).
+        Raises InvalidParameterName, ParameterAlreadyDeclared, ValueError (no type or two types), TypeError (a value that no parameter can
+        hold), InvalidParameterType (of an override), InvalidParameterValue (range, choices, refusal by a callback).
         """
         self._refuse_reentry()
         parameter, described = planned(
@@ -206,10 +207,10 @@ class ParameterStore:
     def declare_many(
         self, namespace: str, parameters: Iterable[tuple[Any, ...]], *, ignore_override: bool = False
     ) -> tuple[Parameter, ...]:
-        """Declare several: tuples of (name), (name, value) or (name, value, descriptor), named `namespace.name`.
+        """Declare several parameters, given as (name), (name, value) or (name, value, descriptor) and named `namespace.name`.
 
-        All names and types are checked before the first is declared; then they are declared one by one, so that a
-        refusal by range or callback keeps the earlier ones. Raises as `declare` does.
+        All names and types are checked before the first parameter is declared. They are then declared one by one, so a later refusal by
+        range or callback keeps the earlier ones. Raises as `declare` does.
         """
         self._refuse_reentry()
         overrides = NO_OVERRIDES if ignore_override else self.overrides
@@ -225,9 +226,9 @@ class ParameterStore:
         return tuple(self._declare(parameter, described) for parameter, described in plans)
 
     def undeclare(self, name: str) -> None:
-        """Forget a parameter. No callback runs and no event is sent (as in rclpy).
+        """Remove a parameter. As in rclpy, no callback runs and no event is sent.
 
-        Raises ParameterNotDeclared, and ParameterImmutable for a read-only one.
+        Raises ParameterNotDeclared, and ParameterImmutable for a read-only parameter.
         """
         self._refuse_reentry()
         if self._declared(name).read_only:
@@ -241,19 +242,18 @@ class ParameterStore:
     # -- changing ----------------------------------------------------------------------------------------------------
 
     def set(self, parameters: Iterable[Parameter]) -> tuple[SetResult, ...]:
-        """Set each parameter by itself, in order; one result each. Types are exact (see `coerced`).
+        """Set each parameter by itself, in order, and return one result for each. Types are exact (see `coerced`).
 
-        Raises ParameterNotDeclared at an undeclared name; those before it stay set, those after it are not tried.
+        Raises ParameterNotDeclared at an undeclared name. The parameters before it stay set; those after it are not set.
         """
         return tuple(self.set_atomically([parameter]) for parameter in parameters)
 
     def set_atomically(self, parameters: Iterable[Parameter]) -> SetResult:
-        """Set all parameters or none; one result, one event.
+        """Set all parameters or none, with one result and one event.
 
-        Order: pre-set callbacks, declared?, read-only, type, range and choices, on-set callbacks, store, event,
-        post-set callbacks. A value of None deletes a parameter with dynamic typing; of a name given twice the last
-        value counts.
-        Raises ParameterNotDeclared with nothing applied.
+        The order is: pre-set callbacks; checks of declaration, read-only, type, range and choices; on-set callbacks; store; event; post-set
+        callbacks. A value of None deletes a parameter with dynamic typing. If a name is given twice, its last value counts. Raises
+        ParameterNotDeclared, with nothing set.
         """
         self._refuse_reentry()
         wanted: Sequence[Parameter] = tuple(parameters)
@@ -273,19 +273,18 @@ class ParameterStore:
         return result
 
     def set_values(self, values: Mapping[str, object]) -> SetResult:
-        """Set values given from Python, all or none, each widened to the type of its parameter (see `coerced`).
+        """Set values from Python, all or none, each widened to the type of its parameter (see `coerced`).
 
-        Raises ParameterNotDeclared with nothing applied, TypeError and ValueError for what no parameter can hold.
+        Raises ParameterNotDeclared, with nothing set, and TypeError or ValueError for a value that no parameter can hold.
         """
         return self.set_atomically([self.coerced(name, value) for name, value in values.items()])
 
     def set_descriptor(self, name: str, descriptor: ParameterDescriptor, alternative: object = None) -> Parameter:
-        """Describe a parameter anew; its name and, unless the new descriptor is dynamic, its type stay.
+        """Give a parameter a new descriptor. Its name stays, and its type too unless the new descriptor has dynamic typing.
 
-        If the value does not obey the new descriptor, `alternative` takes its place (and is reported as changed).
-        Raises ParameterNotDeclared, ParameterImmutable if it was read-only, and InvalidParameterValue if neither value
-        fits; ValueError when a parameter that has neither type nor value is to become static. Undeclared names are
-        left alone where undeclared parameters are allowed.
+        If the value does not obey the new descriptor, it is replaced by `alternative`, which is reported as a change. Undeclared names are
+        ignored if the node allows them. Raises ParameterNotDeclared, ParameterImmutable if the parameter is read-only,
+        InvalidParameterValue if neither value is allowed, and ValueError if a parameter without type and value is to become static.
         """
         self._refuse_reentry()
         if self.allow_undeclared and name not in self._descriptors:
@@ -311,19 +310,19 @@ class ParameterStore:
     # -- callbacks ---------------------------------------------------------------------------------------------------
 
     def add_pre_set_callback(self, callback: PreSetCallback) -> CallbackHandle:
-        """Let `callback` rewrite the list of every set (not of declarations). The one added last runs first."""
+        """Let `callback` rewrite the parameters of every set, but not of declarations. The callback added last runs first."""
         return self._own_chains().add("pre", callback)
 
     def add_on_set_callback(self, callback: OnSetCallback) -> CallbackHandle:
-        """Let `callback` refuse values, of sets and declarations. The one added last runs first, a refusal ends."""
+        """Let `callback` refuse sets and declarations. The callback added last runs first, and the first refusal ends the chain."""
         return self._own_chains().add("on", callback)
 
     def add_post_set_callback(self, callback: PostSetCallback) -> CallbackHandle:
-        """Tell `callback` of stored values, of sets and declarations. The one added last runs first."""
+        """Call `callback` with stored values, of sets and declarations. The callback added last runs first."""
         return self._own_chains().add("post", callback)
 
     def check_overrides(self) -> None:
-        """Ask the on-set callbacks about the values that override declared ones. Raises InvalidParameterValue if they refuse."""
+        """Call the on-set callbacks for the overrides of declared values. Raises InvalidParameterValue if they refuse."""
         given = [self._present(name) for name in self.overrides if name in self._descriptors]
         if given and not (result := self._validated(given)).successful:
             raise refused(self.node, given, result.reason)
@@ -352,7 +351,7 @@ class ParameterStore:
         new: list[Parameter] = []
         changed: list[Parameter] = []
         deleted: list[Parameter] = []
-        # A name given twice counts once, with its last value, so that an event never contradicts itself.
+        # A name given twice counts once, with its last value, so that an event does not contradict itself.
         for name, parameter in {parameter.name: parameter for parameter in parameters}.items():
             if parameter.type is ParameterType.NOT_SET:
                 if name in self._descriptors:
@@ -380,7 +379,7 @@ class ParameterStore:
         self.values.pop(name, None)
 
     def _own(self) -> dict[str, ParameterDescriptor]:
-        """The descriptors, made this store's own before the first change."""
+        """The descriptors, copied from the class before the first change."""
         if self._shared:
             self._descriptors = dict(self._descriptors)
             self._shared = False

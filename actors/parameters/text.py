@@ -1,4 +1,4 @@
-"""A parameter value from the text that a person types after `param set NODE NAME`."""
+"""The parsing of a parameter value given as text, as in `param set NODE NAME VALUE`."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from actors.parameters.values import Parameter, ParameterType
 
 
 def parse_parameter(name: str, text: str) -> Parameter:
-    """The parameter that `text` means, typed as `ros2 param set` does: YAML 1.1 scalars and flat lists.
+    """Parse `text` with the types of `ros2 param set`: YAML 1.1 scalars and flat lists.
 
-    So `yes` is a bool, `010` is 8, `1e3` is a string (YAML 1.1 wants `1.0e+3`); what is not a value of one of the nine
-    types (a mapping, a date, null, a mixed list, or no YAML at all) is the string itself; `[]` is an empty bool array.
-    Raises ValueError for an integer that needs more than 64 bits. (Parameter files have their own, different rules.)
+    `yes` is a bool, `010` is 8, `1e3` is a string (YAML 1.1 requires `1.0e+3`), and `[]` is an empty bool array. A text that is not a value
+    of one of the nine types (a mapping, a date, null, a mixed list, or invalid YAML) is a string. Raises ValueError for an integer that
+    needs more than 64 bits. Parameter files have different rules.
     """
-    import yaml  # late: only commands need it
+    import yaml  # imported late because only commands need it
 
     load: Callable[[str], object] = cast("Any", yaml).safe_load
     try:

@@ -1,4 +1,4 @@
-"""Parameters that a node was given but does not have: almost always a name that is spelled wrongly."""
+"""The check for overrides of parameters that a node does not have, which are usually misspelled names."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ __all__ = ["refuse_unknown"]
 
 
 def refuse_unknown(store: ParameterStore, owner: str, optional: Container[str] = ()) -> None:
-    """Raise `DeclarationError` for the first override that the node, of class `owner`, has not declared and does not allow undeclared.
+    """Raise `DeclarationError` for the first override that the node, of class `owner`, neither declares nor allows undeclared.
 
-    Those that are `optional` it may lack.
+    Names in `optional` are not checked.
     """
     if store.allow_undeclared:
         return

@@ -1,7 +1,7 @@
-"""Parameter values: the nine types, inference from Python, and the values that travel between store and owner.
+"""Parameter values: the nine types, their inference from Python values, and the values passed between a store and its owner.
 
-Guarantee: a value inside a `Parameter` is plain and immutable: `bool`, `int` (64 bits), `float`, `str`, or a tuple of
-those or of one-byte `bytes`. Types and their numbers are those of `rcl_interfaces/msg/ParameterType`.
+Guarantee: the value of a `Parameter` is plain and immutable: `bool`, `int` (64 bits), `float`, `str`, or a tuple of those or of one-byte
+`bytes`. Types and their numbers are those of `rcl_interfaces/msg/ParameterType`.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ Value: TypeAlias = (
     | tuple[str, ...]
     | None
 )
-"""A parameter value as the store keeps it; None means not set."""
+"""A parameter value as it is stored; None means not set."""
 
 INT64_MIN: Final = -(2**63)
 INT64_MAX: Final = 2**63 - 1
 SEQUENCES: Final = (list, tuple, array)
-"""The Python types that are accepted as lists of values."""
+"""The Python types accepted as arrays."""
 
 
 class ParameterType(IntEnum):
@@ -56,9 +56,8 @@ class ParameterType(IntEnum):
     def of(cls, value: object) -> ParameterType:
         """The type that ROS 2 infers from a Python value.
 
-        None is NOT_SET; an array is a list, tuple or `array.array` whose elements are all bytes, all bool, all int,
-        all float or all str (an empty one counts as BYTE_ARRAY, as in rclpy).
-        Raises TypeError for anything else, a mixture of int and float included.
+        None is NOT_SET. An array is a list, tuple or `array.array` whose elements are all bytes, all bool, all int, all float or all str;
+        an empty one counts as BYTE_ARRAY, as in rclpy. Raises TypeError for anything else, including a mixture of int and float.
         """
         known = _TYPE_OF_CLASS.get(type(value))
         if known is not None:
@@ -101,10 +100,10 @@ def _type_of_elements(elements: Iterable[object]) -> ParameterType:
 
 
 def canonical(value: object, kind: ParameterType) -> Value:
-    """`value` (not None) in the one form that is kept: plain scalars, tuples for arrays.
+    """Convert `value` (not None) to the form in which it is stored: plain scalars, and tuples for arrays.
 
-    Raises ValueError when the value is not of type `kind`, when an integer needs more than 64 bits, or when an
-    element of a byte array is not one byte. Subclasses (an IntEnum, a numpy.float64) become plain.
+    Subclasses (an IntEnum, a numpy.float64) become plain values. Raises ValueError if the value is not of type `kind`, if an integer needs
+    more than 64 bits, or if an element of a byte array is not one byte.
     """
     if kind.is_array:
         if isinstance(value, SEQUENCES):
@@ -146,9 +145,9 @@ _INFER: Final = cast("ParameterType", None)
 class Parameter(msgspec.Struct, frozen=True):
     """A named value, as it is set, stored and reported.
 
-    `Parameter("speed", 0.5)` infers the type (TypeError if it cannot); `Parameter("gains", [], DOUBLE_ARRAY)` states
-    it (ValueError if value and type do not agree). Lists and arrays are kept as tuples. `value` is the plain value;
-    `double_value` and its like are typed and raise TypeError for a parameter of another type (never 0.0).
+    `Parameter("speed", 0.5)` infers the type and raises TypeError if it cannot. `Parameter("gains", [], DOUBLE_ARRAY)` states the type and
+    raises ValueError if the value does not agree. Lists and arrays are stored as tuples. `value` is the plain value; `double_value` and the
+    like are typed, and raise TypeError for a parameter of another type.
     """
 
     name: str
@@ -159,7 +158,7 @@ class Parameter(msgspec.Struct, frozen=True):
         value: object = self.value
         kind = cast("object", self.type)
         known = _TYPE_OF_CLASS.get(type(value))
-        if known is not None and (kind is None or kind is known):  # a plain scalar: nothing to convert, little to check
+        if known is not None and (kind is None or kind is known):  # a plain scalar needs no conversion and few checks
             if known is ParameterType.INTEGER:
                 _check_int64(cast("int", value))
             if kind is None:
@@ -226,11 +225,11 @@ class Parameter(msgspec.Struct, frozen=True):
 
 
 def widened(name: str, value: object, kind: ParameterType) -> Parameter:
-    """`value` as a parameter of type `kind` where nothing is lost, else as a parameter of its own type.
+    """Return `value` as a parameter of type `kind` if that loses nothing, otherwise with its own type.
 
-    An int becomes a float for DOUBLE, a list of numbers becomes floats for DOUBLE_ARRAY, and an empty list takes any
-    array type. This is for values that come from Python, from files and from the command line; a value that arrives
-    over a ROS service already has an exact type. Raises TypeError and ValueError as `Parameter` does.
+    An int becomes a float for DOUBLE, a list of numbers becomes floats for DOUBLE_ARRAY, and an empty list becomes any array type. This is
+    for values from Python, files and the command line; a value from a ROS service already has an exact type. Raises TypeError and
+    ValueError as `Parameter` does.
     """
     if kind is ParameterType.DOUBLE and _is_number(value):
         return Parameter(name, _as_float(value), kind)
@@ -255,16 +254,16 @@ def _as_float(value: object) -> float:
 
 
 class SetResult(msgspec.Struct, frozen=True):
-    """The answer to a request to set parameters; `reason` says why it was refused and is empty otherwise."""
+    """The result of a request to set parameters. If it was refused, `reason` says why; otherwise it is empty."""
 
     successful: bool = True
     reason: str = ""
 
 
 class ParameterChange(msgspec.Struct, frozen=True):
-    """The effect of one declaration or one set: the content of a `rcl_interfaces/msg/ParameterEvent` without stamp and node.
+    """The effect of one declaration or set: the content of a `rcl_interfaces/msg/ParameterEvent` without stamp and node.
 
-    `new` had no value before, `changed` had one (perhaps the same), `deleted` are gone (their value is None).
+    `new` had no value before, `changed` had one (possibly the same), and `deleted` were removed (their value is None).
     """
 
     new: tuple[Parameter, ...] = ()
@@ -273,7 +272,7 @@ class ParameterChange(msgspec.Struct, frozen=True):
 
 
 class ParameterNames(msgspec.Struct, frozen=True):
-    """The answer to a listing: the names found and the groups directly above them, each once."""
+    """The result of a listing: the names found and the groups directly above them, each once."""
 
     names: tuple[str, ...] = ()
     prefixes: tuple[str, ...] = ()

@@ -1,9 +1,8 @@
 """Quality of service: what a publisher offers and what a subscription requests.
 
-A ``QoS`` is a value: immutable, hashable, equal by its policies. The module holds the profiles of ROS 2 under the
-field's own names (``qos.SENSOR_DATA``, ``qos.COMMANDS``, ...), the matching rule of request versus offered
-(``compatible``) and the resolution of ``best_available`` and ``system_default`` (``resolve_publisher``,
-``resolve_subscription``, ``resolve_service``). Rules and numbers: rmw and rclpy of ROS 2.
+A ``QoS`` is an immutable, hashable value. This module has the profiles of ROS 2 under their usual names (``qos.SENSOR_DATA``,
+``qos.COMMANDS``, ...), the rule by which request and offer match (``compatible``), and the resolution of ``best_available`` and
+``system_default`` (``resolve_publisher``, ``resolve_subscription``, ``resolve_service``). Rules and numbers are those of rmw and rclpy.
 """
 
 from __future__ import annotations

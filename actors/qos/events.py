@@ -1,8 +1,8 @@
-"""QoS events as values, the statuses they are made from, and the watches that count what happens by silence.
+"""QoS events and statuses as values, and the watches that count what a lack of messages causes.
 
-A status is what one endpoint has met so far, in totals. An event is one kind of change between two statuses: the total now and how much
-of it is new, so happenings between two looks come as one event. Names and fields: rmw, and the DDS statuses behind it. The watches are
-pure state machines that are told the time in nanoseconds.
+A status holds the running totals of one endpoint. An event is a change of one kind between two statuses: the new total and the increase, so
+that several changes between two reads give one event. Names and fields are those of rmw and of the DDS statuses behind it. Watches are pure
+state machines that are given the time in nanoseconds.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ __all__ = [
 
 
 class Matched(msgspec.Struct, frozen=True):
-    """Peers have come or gone: how many were ever matched, and how many are now."""
+    """Peers were matched or have left: the number ever matched, and the number matched now."""
 
     total_count: int
     total_count_change: int
@@ -41,21 +41,21 @@ class Matched(msgspec.Struct, frozen=True):
 
 
 class DeadlineMissed(msgspec.Struct, frozen=True):
-    """A whole deadline has passed without a message: offered by a publisher, or requested by a subscription."""
+    """A whole deadline has passed without a message. A publisher offers a deadline, a subscription requests one."""
 
     total_count: int
     total_count_change: int
 
 
 class LivelinessLost(msgspec.Struct, frozen=True):
-    """A publisher with liveliness manual_by_topic has neither published nor asserted itself for its lease."""
+    """A publisher with manual_by_topic liveliness has neither published nor asserted its liveliness within its lease."""
 
     total_count: int
     total_count_change: int
 
 
 class LivelinessChanged(msgspec.Struct, frozen=True):
-    """Among the publishers of a subscription the numbers of those that are alive and that are not have changed."""
+    """The numbers of a subscription's publishers that are alive and not alive have changed."""
 
     alive_count: int
     alive_count_change: int
@@ -71,16 +71,16 @@ class MessageLost(msgspec.Struct, frozen=True):
 
 
 class IncompatibleQoS(msgspec.Struct, frozen=True):
-    """Peers were met whose quality of service does not fit; `last_policy_kind` says by which policy the last one failed."""
+    """Peers with incompatible quality of service were found. `last_policy_kind` is the incompatible policy of the last one."""
 
     total_count: int
     total_count_change: int
     last_policy_kind: str
-    """RELIABILITY, DURABILITY, DEADLINE or LIVELINESS (also for its lease)."""
+    """RELIABILITY, DURABILITY, DEADLINE or LIVELINESS (which includes its lease)."""
 
 
 class IncompatibleType(msgspec.Struct, frozen=True):
-    """Peers were met that use another message type under the same name."""
+    """Peers were found that use another message type for the same topic."""
 
     total_count: int
     total_count_change: int
@@ -98,19 +98,19 @@ SubscriptionEvent: TypeAlias = (
 
 
 class _Status(msgspec.Struct, frozen=True, kw_only=True):
-    """The counts of both kinds of endpoint."""
+    """The totals common to publishers and subscriptions."""
 
     matched: int
-    """Peers matched now."""
+    """The number of peers matched now."""
     matched_total: int
-    """Peers that were ever matched."""
+    """The number of peers ever matched."""
     deadline_missed: int = 0
     incompatible_qos: int = 0
-    """Peers met whose quality of service does not fit."""
+    """The number of peers found with incompatible quality of service."""
     last_policy_kind: str = "INVALID"
-    """The policy by which the last of them failed."""
+    """The incompatible policy of the last of them."""
     incompatible_type: int = 0
-    """Peers met that use another message type."""
+    """The number of peers found with another message type."""
 
     def _common(self, old: _Status) -> Iterator[Matched | DeadlineMissed | IncompatibleQoS | IncompatibleType]:
         if (self.matched, self.matched_total) != (old.matched, old.matched_total):
@@ -125,28 +125,28 @@ class _Status(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class PublisherStatus(_Status, frozen=True, kw_only=True):
-    """The events of one publisher so far, in totals."""
+    """The totals of one publisher."""
 
     liveliness_lost: int = 0
 
     def since(self, old: PublisherStatus) -> Iterator[PublisherEvent]:
-        """The changes since the status `old` of the same publisher, one event for each kind."""
+        """Yield the changes since the status `old` of the same publisher, one event for each kind."""
         yield from self._common(old)
         if (lost := self.liveliness_lost) != old.liveliness_lost:
             yield LivelinessLost(lost, lost - old.liveliness_lost)
 
 
 class SubscriptionStatus(_Status, frozen=True, kw_only=True):
-    """The events of one subscription so far, in totals."""
+    """The totals of one subscription."""
 
     alive: int = 0
-    """Matched publishers that are alive."""
+    """The number of matched publishers that are alive."""
     not_alive: int = 0
-    """Matched publishers whose lease has run out."""
+    """The number of matched publishers whose lease has run out."""
     message_lost: int = 0
 
     def since(self, old: SubscriptionStatus) -> Iterator[SubscriptionEvent]:
-        """The changes since the status `old` of the same subscription, one event for each kind."""
+        """Yield the changes since the status `old` of the same subscription, one event for each kind."""
         yield from self._common(old)
         if (self.alive, self.not_alive) != (old.alive, old.not_alive):
             yield LivelinessChanged(self.alive, self.alive - old.alive, self.not_alive, self.not_alive - old.not_alive)
@@ -158,10 +158,10 @@ class SubscriptionStatus(_Status, frozen=True, kw_only=True):
 
 
 class DeadlineWatch:
-    """Counts the deadlines that passed without a message, for one publisher or one subscription.
+    """Counts the deadlines that pass without a message, for one publisher or one subscription.
 
-    Every whole period without a message is one miss; a message at the very end of its period is in time. Until `start` or the first
-    `message` nothing is missed.
+    Every whole period without a message is one miss; a message exactly at the end of its period is in time. Nothing is missed before
+    `start` or the first `message`.
     """
 
     __slots__ = ("_since", "missed", "period_ns")
@@ -171,21 +171,21 @@ class DeadlineWatch:
             raise ValueError(f"a deadline must be positive, not {period_ns} ns")
         self.period_ns = period_ns
         self.missed = 0
-        """Misses accounted for so far."""
+        """The number of misses counted so far."""
         self._since: int | None = None
 
     def start(self, now: int) -> None:
-        """Count from now on, unless it counts already."""
+        """Start to count, unless started already."""
         if self._since is None:
             self._since = now
 
     def message(self, now: int) -> None:
-        """A message was published or arrived."""
+        """Record that a message was published or received at `now`."""
         self.advance(now)
         self._since = now
 
     def advance(self, now: int) -> int:
-        """Account for the periods that have passed; the number of misses so far."""
+        """Count the periods that have passed by `now`. Returns the number of misses so far."""
         if self._since is not None and now > self._since:
             periods = (now - self._since - 1) // self.period_ns
             self.missed += periods
@@ -193,12 +193,12 @@ class DeadlineWatch:
         return self.missed
 
     def due(self) -> int | None:
-        """The first instant at which one more is missed if no message comes; None before the start."""
+        """The first instant, in nanoseconds, of the next miss if no message comes; None before the start."""
         return None if self._since is None else self._since + self.period_ns + 1
 
 
 class LeaseWatch:
-    """Whether one publisher shows that it lives: counts each time it has not for its lease. Being made counts as a sign of life."""
+    """Counts how often one publisher does not show that it is alive within its lease. Its creation counts as a sign of life."""
 
     __slots__ = ("alive", "asserted", "lease_ns", "lost")
 
@@ -208,24 +208,24 @@ class LeaseWatch:
         self.lease_ns = lease_ns
         self.alive = True
         self.lost = 0
-        """Losses accounted for so far."""
+        """The number of losses counted so far."""
         self.asserted = now
-        """When it last showed that it lives."""
+        """The time of the last sign of life, in nanoseconds."""
 
     def assert_alive(self, now: int) -> bool:
-        """The publisher shows that it lives. Returns whether it had been lost."""
+        """Record a sign of life. Returns whether the lease had run out before it."""
         was_lost = not self.advance(now)
         self.asserted = now
         self.alive = True
         return was_lost
 
     def advance(self, now: int) -> bool:
-        """Let time pass; whether the publisher counts as alive now."""
+        """Count a loss if the lease has run out by `now`. Returns whether the publisher is alive."""
         if self.alive and now - self.asserted > self.lease_ns:
             self.alive = False
             self.lost += 1
         return self.alive
 
     def due(self) -> int | None:
-        """The first instant at which it is lost if nothing is asserted; None once it is."""
+        """The first instant, in nanoseconds, at which the lease runs out without a sign of life; None if it has."""
         return self.asserted + self.lease_ns + 1 if self.alive else None

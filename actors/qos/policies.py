@@ -24,10 +24,10 @@ __all__ = [
 ]
 
 KEEP_ALL_LIMIT: Final = 1000
-"""Messages a KEEP_ALL endpoint holds before ``send`` waits, when ``limit`` is not given. Never unbounded."""
+"""The number of messages that a KEEP_ALL endpoint holds before ``send`` waits, if ``limit`` is not given."""
 
 BEST_AVAILABLE_DURATION: Final = -math.inf
-"""Marker for a deadline or lease that follows the endpoints found at creation (see ``resolve_subscription``)."""
+"""Stands for a deadline or lease that is adapted to the endpoints present at creation (see ``resolve_subscription``)."""
 
 
 class InvalidQoS(ValueError):
@@ -35,15 +35,15 @@ class InvalidQoS(ValueError):
 
 
 class QoSWarning(UserWarning):
-    """A ``QoS`` that is legal but surely not meant."""
+    """A ``QoS`` is legal but probably not intended."""
 
 
 class Policy(StrEnum):
-    """Base of the policy enums: members are lower-case strings, the short keys of ROS 2 tools."""
+    """The base class of the policy enums. Members are lower-case strings, the short keys of ROS 2 tools."""
 
     @classmethod
     def from_key(cls, key: str) -> Self:
-        """The member with this short key, in any case; ``InvalidQoS`` lists the legal keys otherwise."""
+        """Return the member with this short key, in any case. Raises ``InvalidQoS`` that lists the valid keys."""
         try:
             return cls(key.lower())
         except ValueError:
@@ -51,7 +51,7 @@ class Policy(StrEnum):
 
 
 class History(Policy):
-    """The messages that an endpoint keeps: the last ``depth``, or all (up to ``limit``)."""
+    """Which messages an endpoint keeps: the last ``depth``, or all (up to ``limit``)."""
 
     SYSTEM_DEFAULT = "system_default"
     KEEP_LAST = "keep_last"
@@ -60,7 +60,7 @@ class History(Policy):
 
 
 class Reliability(Policy):
-    """Whether a lost message is sent again. Reliable with KEEP_LAST still drops for a slow reader."""
+    """Whether a lost message is sent again. With KEEP_LAST, messages are still dropped for a slow reader."""
 
     SYSTEM_DEFAULT = "system_default"
     RELIABLE = "reliable"
@@ -70,7 +70,7 @@ class Reliability(Policy):
 
 
 class Durability(Policy):
-    """Whether a late subscription is given the messages that a publisher still keeps."""
+    """Whether a late subscription receives the messages that a publisher has kept."""
 
     SYSTEM_DEFAULT = "system_default"
     TRANSIENT_LOCAL = "transient_local"
@@ -80,7 +80,7 @@ class Durability(Policy):
 
 
 class Liveliness(Policy):
-    """How a publisher is known to be alive: by its node's process, or by each publish on the topic."""
+    """What shows that a publisher is alive: the process of its node, or each message on the topic."""
 
     SYSTEM_DEFAULT = "system_default"
     AUTOMATIC = "automatic"
@@ -90,7 +90,7 @@ class Liveliness(Policy):
 
 
 class Changes(TypedDict, total=False):
-    """The policies that `QoS.replace` changes, by name."""
+    """The arguments of `QoS.replace`."""
 
     history: History
     depth: int
@@ -110,18 +110,16 @@ _Field = Policy | int | float | None
 class QoS:
     """The quality of service of one endpoint.
 
-    Needs ``depth`` or ``history``: ``QoS(depth=5)`` is KEEP_LAST 5, ``QoS(history=History.KEEP_ALL)`` needs no depth.
-    Everything else defaults to reliable and volatile, as in ROS 2. ``deadline``, ``lifespan`` and
-    ``liveliness_lease`` are seconds; ``None`` and ``0`` mean unspecified and are stored as ``None``, ``math.inf`` means
-    the same to an endpoint but is kept as it was said.
+    ``depth`` or ``history`` is required: ``QoS(depth=5)`` is KEEP_LAST 5, and ``QoS(history=History.KEEP_ALL)`` needs no depth. The default
+    is otherwise reliable and volatile, as in ROS 2. ``deadline``, ``lifespan`` and ``liveliness_lease`` are in seconds. ``None`` and ``0``
+    mean unspecified and are stored as ``None``; ``math.inf`` has the same effect but is stored as given.
 
-    Attributes for hot paths are plain: ``depth`` (effective, at least 1), ``limit`` (the most messages a queue of
-    this QoS holds: ``depth`` for KEEP_LAST, ``limit`` for KEEP_ALL), ``keep_all``, ``reliable`` (also for
-    ``system_default`` and an unresolved ``best_available``), ``transient_local`` (only when said). ``given_depth``
-    is the depth as written, which may be 0.
+    These attributes are plain, for fast access: ``depth`` (effective, at least 1), ``limit`` (the maximum length of a queue: ``depth`` for
+    KEEP_LAST, ``limit`` for KEEP_ALL), ``keep_all``, ``reliable`` (also true for ``system_default`` and an unresolved ``best_available``)
+    and ``transient_local`` (true only if given). ``given_depth`` is the depth as given, which may be 0.
 
-    Raises ``InvalidQoS`` for contradictions; warns ``QoSWarning`` for KEEP_LAST 0 (acts as 1) and for KEEP_ALL with
-    best effort (nothing can hold the publisher back, so messages beyond ``limit`` are dropped).
+    Raises ``InvalidQoS`` for contradictions. Warns ``QoSWarning`` for KEEP_LAST 0, which acts as 1, and for KEEP_ALL with best effort,
+    where messages beyond ``limit`` are dropped because the publisher never waits.
     """
 
     __slots__ = (
@@ -198,7 +196,7 @@ class QoS:
             warnings.warn(text, QoSWarning, stacklevel=3)
 
     def replace(self, **changes: Unpack[Changes]) -> "QoS":
-        """A copy with these policies changed. Raises as the constructor does."""
+        """Return a copy with these policies changed. Raises what the constructor raises."""
         keywords = cast(Changes, dict(zip(_KEYWORDS, self._fields(), strict=True)))
         keywords.update(changes)
         if "limit" not in changes and keywords.get("history") != History.KEEP_ALL:
@@ -206,7 +204,7 @@ class QoS:
         return QoS(**keywords)
 
     def _fields(self) -> tuple[_Field, ...]:
-        """The constructor's arguments that make an equal QoS, in the order of ``_KEYWORDS``."""
+        """The constructor arguments that give an equal QoS, in the order of ``_KEYWORDS``."""
         return (
             self.history,
             self.given_depth,
@@ -273,7 +271,7 @@ _KEYWORDS: Final = (
 
 
 def _rebuild(fields: tuple[_Field, ...]) -> QoS:
-    with warnings.catch_warnings():  # who made the original has been told
+    with warnings.catch_warnings():  # the warnings were given when the original was created
         warnings.simplefilter("ignore", QoSWarning)
         return QoS(**cast(Changes, dict(zip(_KEYWORDS, fields, strict=True))))
 
@@ -331,5 +329,5 @@ def show_seconds(seconds: float) -> str:
 
 
 def _word(policy: str, value: Policy) -> str:
-    """A policy value that can stand alone, or with its policy's name where the word is shared by several."""
+    """The text of a policy value, with the name of its policy if several policies have that value."""
     return f"{policy} {value}" if value in ("system_default", "unknown", "best_available") else str(value)

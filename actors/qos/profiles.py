@@ -1,9 +1,6 @@
-"""Quality of service: what a publisher offers and what a subscription requests.
+"""The profiles of ROS 2, the matching of request and offer, and the resolution of ``best_available`` and ``system_default``.
 
-A ``QoS`` is a value: immutable, hashable, equal by its policies. The module holds the profiles of ROS 2 under the
-field's own names (``qos.SENSOR_DATA``, ``qos.COMMANDS``, ...), the matching rule of request versus offered
-(``compatible``) and the resolution of ``best_available`` and ``system_default`` (``resolve_publisher``,
-``resolve_subscription``, ``resolve_service``). Rules and numbers: rmw and rclpy of ROS 2.
+Use them through ``actors.qos``. Rules and numbers are those of rmw and rclpy.
 """
 
 import math
@@ -70,44 +67,44 @@ __all__ = [
 # Profiles -----------------------------------------------------------------------------------------------------------
 
 DEFAULT: Final = QoS(depth=10)
-"""Reliable, volatile, keep_last 10: what an endpoint has when nothing is said."""
+"""Reliable, volatile, keep_last 10: the profile of an endpoint unless another one is given."""
 SENSOR_DATA: Final = QoS(depth=5, reliability=Reliability.BEST_EFFORT)
-"""Newest readings matter, a lost one does not: best effort, keep_last 5."""
+"""For sensors whose newest readings matter and lost ones do not: best effort, keep_last 5."""
 SENSOR_STREAM: Final = SENSOR_DATA.replace(depth=10)
-"""As ``SENSOR_DATA`` with keep_last 10, for fast sensors that are read in bursts."""
+"""``SENSOR_DATA`` with keep_last 10, for fast sensors that are read in bursts."""
 COMMANDS: Final = QoS(depth=10)
-"""Must arrive, in order, and never from the past: reliable, volatile, keep_last 10."""
+"""For messages that must arrive in order, and none from before the subscription: reliable, volatile, keep_last 10."""
 STATE: Final = QoS(depth=1, durability=Durability.TRANSIENT_LOCAL)
-"""The latest value, also for those who come late: reliable, transient_local, keep_last 1."""
+"""For the latest value, which late subscriptions receive too: reliable, transient_local, keep_last 1."""
 LATCHED: Final = STATE
-"""The ROS 1 word for ``STATE``."""
+"""``STATE`` by its name in ROS 1."""
 MAP: Final = STATE
-"""Maps and static transforms: as ``STATE``."""
+"""For maps and static transforms: the same as ``STATE``."""
 LOGS: Final = QoS(depth=20, reliability=Reliability.BEST_EFFORT)
-"""Logs and diagnostics: best effort, keep_last 20."""
+"""For logs and diagnostics: best effort, keep_last 20."""
 SERVICES: Final = QoS(depth=10)
-"""Requests and replies of services."""
+"""For the requests and replies of services."""
 PARAMETERS: Final = QoS(depth=1000)
-"""The parameter services."""
+"""For the parameter services."""
 PARAMETER_EVENTS: Final = QoS(depth=1000)
-"""The topic /parameter_events."""
+"""For the topic /parameter_events."""
 ROSOUT: Final = QoS(depth=1000, durability=Durability.TRANSIENT_LOCAL, lifespan=10.0)
-"""The topic /rosout: late listeners see the last ten seconds."""
+"""For the topic /rosout: a late subscription receives the last ten seconds."""
 CLOCK: Final = QoS(depth=1, reliability=Reliability.BEST_EFFORT)
-"""Subscriptions to /clock: only the newest time counts."""
+"""For subscriptions to /clock, which need only the newest time."""
 ACTION_STATUS: Final = QoS(depth=1, durability=Durability.TRANSIENT_LOCAL)
-"""The status topic of an action."""
+"""For the status topic of an action."""
 ACTION_FEEDBACK: Final = DEFAULT
-"""The feedback topic of an action."""
+"""For the feedback topic of an action."""
 TRANSITION_EVENT: Final = DEFAULT
-"""The transition_event topic of a lifecycle node."""
+"""For the transition_event topic of a lifecycle node."""
 SYSTEM_DEFAULT: Final = QoS(
     history=History.SYSTEM_DEFAULT,
     depth=0,
     reliability=Reliability.SYSTEM_DEFAULT,
     durability=Durability.SYSTEM_DEFAULT,
 )
-"""Leave every policy to the middleware, which here means reliable, volatile, keep_last 1."""
+"""Leaves every policy to the middleware, here: reliable, volatile, keep_last 1."""
 BEST_AVAILABLE: Final = QoS(
     depth=10,
     reliability=Reliability.BEST_AVAILABLE,
@@ -116,7 +113,7 @@ BEST_AVAILABLE: Final = QoS(
     liveliness=Liveliness.BEST_AVAILABLE,
     liveliness_lease=BEST_AVAILABLE_DURATION,
 )
-"""Match the endpoints that exist when this one is made."""
+"""Matches the endpoints that exist when this one is created."""
 UNKNOWN: Final = QoS(
     history=History.UNKNOWN,
     depth=0,
@@ -124,7 +121,7 @@ UNKNOWN: Final = QoS(
     durability=Durability.UNKNOWN,
     liveliness=Liveliness.UNKNOWN,
 )
-"""The profile reported for an endpoint whose policies cannot be seen."""
+"""Reported for an endpoint whose policies are not known."""
 
 _PROFILES: Final = {
     "default": DEFAULT,
@@ -150,12 +147,12 @@ _PROFILES: Final = {
 
 
 def profile_names() -> tuple[str, ...]:
-    """The short names that ``profile`` accepts; those of ROS 2's tools first."""
+    """The short names that ``profile`` accepts, beginning with those of ROS 2's tools."""
     return tuple(_PROFILES)
 
 
 def profile(name: str) -> QoS:
-    """The predefined profile with this short name, in any case. ``InvalidQoS`` lists the names otherwise."""
+    """Return the predefined profile with this short name, in any case. Raises ``InvalidQoS`` that lists the names."""
     found = _PROFILES.get(name.lower())
     if found is None:
         raise InvalidQoS(f"there is no QoS profile {name!r}; use one of {', '.join(_PROFILES)}")
@@ -163,7 +160,7 @@ def profile(name: str) -> QoS:
 
 
 def of(qos_or_depth: QoS | int) -> QoS:
-    """The QoS itself, or for a number n the default profile with depth n. Raises ``InvalidQoS`` or ``TypeError``."""
+    """Return a QoS unchanged, or for a number n the default profile with depth n. Raises ``InvalidQoS`` or ``TypeError``."""
     if isinstance(qos_or_depth, QoS):
         return qos_or_depth
     if isinstance(qos_or_depth, bool) or not isinstance(cast(object, qos_or_depth), int):
@@ -175,7 +172,7 @@ def of(qos_or_depth: QoS | int) -> QoS:
 
 
 class Compatibility(NamedTuple):
-    """The answer of ``compatible``. True in a condition when the pair can talk (``ok`` or ``warning``)."""
+    """The result of ``compatible``. It is true as a condition if the pair may exchange messages (``ok`` or ``warning``)."""
 
     level: Literal["ok", "warning", "error"]
     policies: tuple[str, ...] = ()
@@ -186,7 +183,7 @@ class Compatibility(NamedTuple):
 
     @property
     def event_policy(self) -> str:
-        """The policy name of an incompatible-QoS event: RELIABILITY, DURABILITY, DEADLINE, LIVELINESS or INVALID."""
+        """The policy name in an incompatible-QoS event: RELIABILITY, DURABILITY, DEADLINE, LIVELINESS or INVALID."""
         if self.level != "error":
             return "INVALID"
         return self.policies[-1].removesuffix("_lease_duration").upper()
@@ -203,13 +200,12 @@ _REPORT_ORDER: Final = ("reliability", "durability", "deadline", "liveliness", "
 
 
 def compatible(offered: QoS, requested: QoS) -> Compatibility:
-    """Whether a publisher that offers and a subscription that requests exchange messages.
+    """Check whether a publisher with one profile and a subscription with the other exchange messages.
 
-    ``error``: they never do. ``warning``: it depends on what a policy of ``system_default`` turns out to be. History,
-    depth and lifespan play no part. ``best_available`` (before it is resolved) fits everything. As in rmw, raw profiles
-    are taken to the letter: two unresolved defaults are in doubt about liveliness, and a requested ``math.inf`` is more
-    than an unspecified offer. What endpoints really have comes out of ``resolve_publisher`` and
-    ``resolve_subscription``, which leave no such doubts.
+    ``error`` means that they never do, ``warning`` that it depends on the resolution of ``system_default``. History, depth and lifespan
+    have no influence. An unresolved ``best_available`` is compatible with everything. As in rmw, unresolved profiles are compared
+    literally: the liveliness of two ``system_default`` profiles is undecided, and a requested ``math.inf`` exceeds an unspecified offer.
+    The profiles of real endpoints come from ``resolve_publisher`` and ``resolve_subscription``, which leave nothing undecided.
     """
     errors: dict[str, str] = {}
     doubts: dict[str, str] = {}
@@ -262,11 +258,10 @@ _OPEN_DURATIONS: Final = (BEST_AVAILABLE_DURATION, math.inf)
 
 
 def resolve_subscription(requested: QoS, offered: Iterable[QoS] = ()) -> QoS:
-    """The profile that a subscription requests, given the publishers known when it is made; not revised later.
+    """Resolve the profile of a subscription, given the publishers known when it is created. It does not change later.
 
-    ``best_available`` becomes the strongest policy that every publisher offers (with none known: reliable,
-    transient_local, manual_by_topic), durations the largest specified one. ``system_default`` becomes reliable,
-    volatile, automatic.
+    ``best_available`` becomes the strongest policy that every publisher offers (without publishers: reliable, transient_local,
+    manual_by_topic), and durations the largest specified one. ``system_default`` becomes reliable, volatile, automatic.
     """
     if (alone := _resolved_alone(requested)) is not None:
         return alone
@@ -282,10 +277,10 @@ def resolve_subscription(requested: QoS, offered: Iterable[QoS] = ()) -> QoS:
 
 
 def resolve_publisher(offered: QoS, requested: Iterable[QoS] = ()) -> QoS:
-    """The profile that a publisher offers, given the subscriptions known when it is made; not revised later.
+    """Resolve the profile of a publisher, given the subscriptions known when it is created. It does not change later.
 
-    ``best_available`` becomes reliable and transient_local, manual_by_topic if any subscription asks for it, durations
-    the smallest specified one. ``system_default`` becomes reliable, volatile, automatic.
+    ``best_available`` becomes reliable and transient_local, and manual_by_topic if a subscription requests it; durations become the
+    smallest specified one. ``system_default`` becomes reliable, volatile, automatic.
     """
     if (alone := _resolved_alone(offered)) is not None:
         return alone
@@ -301,13 +296,13 @@ def resolve_publisher(offered: QoS, requested: Iterable[QoS] = ()) -> QoS:
 
 
 def resolve_service(qos: QoS) -> QoS:
-    """The profile that a service or client uses: ``best_available`` and ``system_default`` become the default's values."""
+    """Resolve the profile of a service or client: ``best_available`` and ``system_default`` become the values of the default."""
     return _resolve(qos, reliable=True, transient_local=False, manual=False, deadline=None, lease=None)
 
 
 @lru_cache(maxsize=1024)
 def _resolved_alone(qos: QoS) -> QoS | None:
-    """The resolution of a profile that does not depend on the other side; None for one that asks for the best available."""
+    """Resolve a profile that does not depend on the other side; None if it contains ``best_available``."""
     if (
         qos.reliability is Reliability.BEST_AVAILABLE
         or qos.durability is Durability.BEST_AVAILABLE
@@ -351,6 +346,6 @@ def _resolve(
     if qos.history is History.SYSTEM_DEFAULT:
         changes["history"] = History.KEEP_LAST
         changes["depth"] = qos.depth
-    with warnings.catch_warnings():  # who made the profile has been told what is odd about it
+    with warnings.catch_warnings():  # the warnings were given when the profile was created
         warnings.simplefilter("ignore", QoSWarning)
         return qos.replace(**changes) if changes else qos

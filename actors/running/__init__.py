@@ -1,1 +1,1 @@
-"""From a program to a system: trees, command-line arguments, signals, `run`, `open_node`, `execute`."""
+"""Starting systems from a program: trees, command-line arguments, signals, `run`, `open_node` and `execute`."""

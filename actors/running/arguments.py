@@ -1,6 +1,6 @@
-"""The arguments behind ``--ros-args``: what a process or a node is told on its command line.
+"""Parsing the arguments after ``--ros-args``, by the grammar of rcl.
 
-``prog [user] --ros-args [ros] [--] [user] ...``: several blocks are allowed, a lone ``--`` ends one. Grammar: rcl.
+``prog [user] --ros-args [ros] [--] [user] ...``: several blocks are allowed, a lone ``--`` ends one.
 """
 
 import re
@@ -16,7 +16,7 @@ __all__ = ["InvalidRosArguments", "RosArguments", "UnknownRosArguments", "parse"
 
 
 class InvalidRosArguments(ValueError):
-    """An argument inside ``--ros-args`` has no value or a wrong one. ``arguments`` are the flag and what follows it."""
+    """An argument inside ``--ros-args`` has no value or a wrong one. ``arguments`` are the flag and its value, if any."""
 
     def __init__(self, problem: str, arguments: tuple[str, ...]) -> None:
         super().__init__(f"{problem} (in: --ros-args {' '.join(arguments)})")
@@ -24,7 +24,7 @@ class InvalidRosArguments(ValueError):
 
 
 class UnknownRosArguments(ValueError):
-    """There are arguments inside ``--ros-args`` that ROS does not know; ``arguments`` lists them."""
+    """There are unknown arguments inside ``--ros-args``; ``arguments`` lists them."""
 
     def __init__(self, arguments: tuple[str, ...]) -> None:
         shown = ", ".join(map(repr, arguments))
@@ -33,10 +33,10 @@ class UnknownRosArguments(ValueError):
 
 
 class RosArguments(NamedTuple):
-    """All that the arguments say. A value; ``parse`` makes it.
+    """The parsed arguments. A value; ``parse`` makes it.
 
-    ``user_indices`` and ``unknown_indices`` are positions in argv: what is left outside of the ROS blocks, and what is
-    inside but not understood.
+    ``user_indices`` and ``unknown_indices`` are positions in argv: those of the arguments outside of the ROS blocks, and
+    those of the unknown arguments inside.
     """
 
     argv: tuple[str, ...] = ()
@@ -56,16 +56,16 @@ class RosArguments(NamedTuple):
 
     @property
     def user_args(self) -> tuple[str, ...]:
-        """The arguments of the program itself, the program's name included if argv has it."""
+        """The arguments outside of the ROS blocks, the program's name included if argv has it."""
         return tuple(self.argv[index] for index in self.user_indices)
 
     @property
     def unknown_args(self) -> tuple[str, ...]:
-        """The arguments inside ROS blocks that were not understood."""
+        """The unknown arguments inside of ROS blocks."""
         return tuple(self.argv[index] for index in self.unknown_indices)
 
     def require_known(self) -> "RosArguments":
-        """These arguments, or ``UnknownRosArguments`` if some were not understood. To be asked when a node is made."""
+        """Returns these arguments. Raises ``UnknownRosArguments`` if some are unknown."""
         if self.unknown_indices:
             raise UnknownRosArguments(self.unknown_args)
         return self

@@ -1,6 +1,6 @@
-"""What `run(tree, parameters=, argv=)` is given, read and checked against the tree before anything starts.
+"""Reading the arguments `parameters` and `argv` of `run`, and checking them against the tree before anything starts.
 
-Every mistake is one `ValueError` with one line of text: what is wrong, where it was said, and what to do.
+Every mistake is a `ValueError` with one line of text: what is wrong, where it was given, and what to do.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ ParameterSource: TypeAlias = str | os.PathLike[str] | Mapping[str, Mapping[str, 
 """The path of a ROS 2 parameter file (YAML), or ``{node: {parameter: value}}`` with its patterns: a full name, ``/**`` for all nodes."""
 
 ParameterSources: TypeAlias = ParameterSource | Sequence[ParameterSource]
-"""One source, or several: what comes later counts, as in ROS 2."""
+"""One source, or several, of which a later one counts more than an earlier one, as in ROS 2."""
 
 
 def options_of(
@@ -63,7 +63,7 @@ def options_of(
 
 
 def overruled(tree: Spec, options: RunOptions) -> Iterator[tuple[str, str, object]]:
-    """The parameters of the command line that have no effect because a child's declaration says another value: node, name and that value."""
+    """The parameters of the command line without effect, because a child's declaration sets another value: (node, name, that value)."""
     for node in _nodes(tree, (tree.name,), options):
         for name, value in options.arguments.for_node(node.fqn).items():
             if (
@@ -75,9 +75,9 @@ def overruled(tree: Spec, options: RunOptions) -> Iterator[tuple[str, str, objec
 
 
 def with_arguments(child: Child, argv: Sequence[str] | None) -> tuple[Child, Level]:
-    """The child as `argv`, the arguments of this one node, makes it, and the level of its log, `UNSET` if they say none.
+    """The child with the arguments `argv` of this one node applied, and the level of its log, `UNSET` if they set none.
 
-    As in ROS 2 its own parameters come before those of its arguments, and its own remapping rules, too; what is said of other nodes is left.
+    As in ROS 2 the child's own parameters and remapping rules count more than those of `argv`. Arguments for other nodes are ignored.
     """
     from actors.logs.levels import Level, LevelTree
 
@@ -95,7 +95,7 @@ def with_arguments(child: Child, argv: Sequence[str] | None) -> tuple[Child, Lev
 
 
 def _read_arguments(argv: Sequence[str], *, of_one_node: bool = False) -> RosArguments:
-    """What `argv` says to ROS. Raises `ValueError` for what is wrong, unknown, or known to ROS 2 but without effect here."""
+    """The ROS arguments in `argv`. Raises `ValueError` for an argument that is wrong, unknown, or of ROS 2 but without effect here."""
     from actors.running.arguments import InvalidRosArguments, parse
 
     arguments = parse(argv).require_known()
@@ -113,7 +113,7 @@ def _read_arguments(argv: Sequence[str], *, of_one_node: bool = False) -> RosArg
 
 
 def read_parameters(where: str, parameters: ParameterSources | None) -> ParameterOverrides:
-    """The overrides of all sources, in order. Raises `InvalidParams`, which names the source, and the line of a file."""
+    """The overrides of all sources, in order. Raises `InvalidParams`, which names the source and, in a file, the line."""
     from actors.parameters.files import InvalidParams, ParameterOverrides
 
     overrides = ParameterOverrides()
@@ -132,9 +132,9 @@ def read_parameters(where: str, parameters: ParameterSources | None) -> Paramete
 
 
 def parameters_by_node(where: str, tree: Spec, parameters: ParameterSources) -> dict[str, dict[str, Any]]:
-    """What each node of the tree takes of these parameters, by its full name, for a run of a part of the tree.
+    """Full name of each node of the tree -> those of these parameters that apply to it, for a run of a part of the tree.
 
-    Raises `InvalidParams` as `run` does with the whole of it.
+    Raises `InvalidParams`, as `run` does with the whole tree.
     """
     overrides = read_parameters(where, parameters)
     nodes = list(_nodes(tree, (tree.name,), None))
@@ -153,13 +153,13 @@ def parameters_by_node(where: str, tree: Spec, parameters: ParameterSources) -> 
 
 
 class _Declared(NamedTuple):
-    """One node of the tree. Without an `identity` it is one of those that a dynamic supervisor will make; `table` is None if unknown."""
+    """One node of the tree. `identity` is None for the template of a dynamic supervisor, `table` if its parameters are not known."""
 
     identity: Identity | None
     child: Child
     table: ParameterTable | None
     fixed: bool
-    """Whether it has no other parameters than those of its table."""
+    """Whether the node has no other parameters than those in `table`."""
 
     @property
     def known(self) -> bool:
@@ -207,7 +207,7 @@ def _check_overrides(overrides: ParameterOverrides, nodes: Sequence[_Declared]) 
 
 
 def _no_node(pattern: str, fqns: Sequence[str]) -> str:
-    """What to say of a pattern that reaches no node: which one was probably meant, or which there are."""
+    """The text about a pattern that matches no node: the node that was probably meant, or all nodes."""
     last = f"/{pattern.rpartition('/')[2]}"
     elsewhere = [repr(fqn) for fqn in fqns if fqn.endswith(last)]
     near = f"; did you mean {' or '.join(elsewhere)}?" if elsewhere else did_you_mean(f"/{pattern.lstrip('/')}", fqns)
@@ -220,7 +220,7 @@ def _no_parameter(name: str, known: set[str]) -> str:
 
 
 def _objection(node: _Declared, name: str, value: object) -> str:
-    """Why the node would not start with this value, as far as its declaration tells."""
+    """Why the node would not start with this value, as far as its declaration says; empty if nothing speaks against it."""
     from actors.parameters import ParameterError, ParameterStore
 
     assert node.table is not None
@@ -234,7 +234,7 @@ def _objection(node: _Declared, name: str, value: object) -> str:
 
 
 def _check_names(arguments: RosArguments, nodes: Sequence[_Declared]) -> None:
-    """Refuse rules and levels for nodes that there are not."""
+    """Raise `InvalidRosArguments` for a remapping rule or a log level of a node that does not exist."""
     from actors.running.arguments import InvalidRosArguments
 
     names = {name for node in nodes if node.identity is not None for name in (node.child.name, node.identity.name)}

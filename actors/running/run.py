@@ -1,4 +1,4 @@
-"""Starting and ending: `run(tree)` for a tree, `open_node(name)` for a script, `execute(main)` for a whole program."""
+"""`run(tree)` runs a tree, `open_node(name)` a node for a script, `execute(main)` a whole program."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 class Observer(Protocol):
-    """What looks on from a system's beginning."""
+    """An object that is attached to a system before its tree starts."""
 
     def attach(self, system: System) -> object: ...
 
@@ -42,23 +42,23 @@ def run(
 ) -> Run:
     """Run a tree in this event loop: ``async with run(tree) as system: await system.wait()``.
 
-    A node class, a `Child`, or several of them, are run under a plain supervisor: ``run(Talker)``, ``run(Talker, Child(Listener, name="ear"))``.
-    Anything else raises `DeclarationError`.
+    Node classes and `Child` declarations are run under a plain supervisor: ``run(Talker)``, ``run(Talker, Child(Listener, name="ear"))``.
+    Anything that is no part of a tree raises `DeclarationError`.
 
-    Entering returns when every child is ready and raises `StartFailed` otherwise; leaving stops the tree, last child first. When the tree
-    ends by itself meanwhile (its restarts are used up), `system.wait()` raises `SupervisorGaveUp`; a block that is doing something else is
-    canceled and the block as a whole raises it. Canceling the block does not cut the stop short, however often that happens.
+    Entering returns when every child is ready, and raises `StartFailed` otherwise. Leaving stops the tree, last child first. If the tree
+    ends by itself meanwhile, because its restarts are used up, `system.wait()` raises `SupervisorGaveUp`; a block that waits elsewhere is
+    canceled, and the ``async with`` statement raises the error. Canceling the block, even repeatedly, does not cut the stop short.
 
-    SIGINT and SIGTERM (main thread, real clock, unless ``signals=False``) are one path, for all systems of the loop: the tree stops in
-    order and `wait()` returns; a second one within 2 s kills it. `sys.exit()` in a node stops the tree, too, and leaving raises it.
+    SIGINT and SIGTERM (main thread, real clock, unless ``signals=False``) do the same in all systems of the loop: the tree stops in order
+    and `wait()` returns; a second signal within 2 s kills it. `sys.exit()` in a node stops the tree, too, and leaving raises it.
     `observers`, such as a `FlightRecorder`, are attached to the system before its tree starts.
 
-    `parameters` are overrides for nodes of the tree: the path of a ROS 2 parameter file, ``{node: {parameter: value}}`` with the patterns of
-    such files (``/**`` is all nodes), or a list of these, the later before the earlier. `argv` are arguments as a ROS 2 program has them:
-    ``["--ros-args", "-p", "gait:speed:=0.5", "-r", "scan:=points", "--params-file", "f.yaml", "--log-level", "gait:=debug"]``; what is not
-    for ROS is left in `system.argv`. As in ROS 2, parameters count in this order, the last one most: defaults, `argv`,
-    ``Child(parameters=)``, `parameters`; a rule of ``Child(remap=)`` comes before one of `argv`. A node, a parameter or an argument that there
-    is not, and a value of a wrong type or out of bounds, is a `ValueError` of one line, raised here, before anything starts.
+    `parameters` are overrides for nodes of the tree: the path of a ROS 2 parameter file, ``{node: {parameter: value}}`` with the patterns
+    of such files (``/**`` for all nodes), or a list of these, of which a later one counts more. `argv` are those of a ROS 2 program:
+    ``["--ros-args", "-p", "gait:speed:=0.5", "-r", "scan:=points", "--params-file", "f.yaml", "--log-level", "gait:=debug"]``; arguments
+    that are not for ROS are in `system.argv`. As in ROS 2, the last source that sets a parameter counts, in this order: defaults, `argv`,
+    ``Child(parameters=)``, `parameters`; rules of ``Child(remap=)`` come before those of `argv`. A node, parameter or argument that does
+    not exist, or a value of a wrong type or out of bounds, raises a `ValueError` of one line here, before anything starts.
     """
     return Run(
         tree, *more, seed=seed, signals=signals, sinks=sinks, level=level, observers=observers, parameters=parameters, argv=argv
@@ -66,9 +66,14 @@ def run(
 
 
 class Run:
-    """What `run` returns: an async context manager.
+    """The async context manager that `run` returns.
 
     It has no public constructor: `run` gives one.
+
+    Invariants:
+
+    - `_inside` is true while the body of the block runs, and only then may its task be interrupted.
+    - `_interrupted` is set when the body has been canceled from here; that is done at most once, and undone when the block is left.
     """
 
     def __init__(
@@ -97,7 +102,7 @@ class Run:
         self._leaving = False
         self._told = False
 
-    if not TYPE_CHECKING:  # there, type checkers say it themselves
+    if not TYPE_CHECKING:  # type checkers report it without this method
 
         def __await__(self):
             raise TypeError(
@@ -140,14 +145,13 @@ class Run:
             if system.failure is not None and not self._told:
                 raise system.failure from system.failure.__cause__
             exit = _exit_for(system)
-            late = (
-                self._leaving and system.runtime.tree.signal is not None
-            )  # during the stop: nobody in the block could see it
+            # A signal that came during the stop: the body could not react to it.
+            late = self._leaving and system.runtime.tree.signal is not None
             if exit is not None and (self._interrupted or late or system.runtime.tree.exit_request is not None):
                 raise exit from None
 
     def _signaled(self, number: signal.Signals) -> bool:
-        """The tree stops, or, when it is over already, the block is interrupted, once. False when neither is left to do."""
+        """Stop the tree; if it has ended already, interrupt the block, once. Returns False if neither is possible any more."""
         system, owner = self._system, self._owner
         if system.runtime.tree.interrupt(number):
             return True
@@ -159,7 +163,7 @@ class Run:
         return True
 
     def _tree_ended(self) -> None:
-        """The tree is over. Whoever is in `wait()` sees it there; a block that does something else is interrupted."""
+        """Interrupt the block when the tree has ended by itself, unless a task is in `wait()`, which raises the error."""
         system = self._system
         self._told = system.runtime.tree.waiting > 0
         ended_by_itself = system.failure is not None or _exit_for(system) is not None
@@ -169,11 +173,11 @@ class Run:
 
 
 def _nothing() -> None:
-    """Where no signals are listened to."""
+    """Do nothing: the function for a run without signals."""
 
 
 def _exit_for(system: System) -> BaseException | None:
-    """What ends a program whose system was stopped by a signal, or by a node that asked the program to exit."""
+    """The exception that ends the program after a signal, or after a node has asked it to exit; else None."""
     if system.runtime.tree.exit_request is not None:
         return system.runtime.tree.exit_request.error
     if system.runtime.tree.signal is None:
@@ -192,12 +196,12 @@ def open_node(
     sinks: tuple[LogSink, ...] = (structlog_sink,),
     argv: Sequence[str] | None = None,
 ) -> OpenNode:
-    """A node for a script: no class, no tree. ``async with open_node("listener") as node: ...``
+    """Run a node for a script, without a class and a tree: ``async with open_node("listener") as node: ...``
 
-    It joins `system`, else the newest system running in this event loop, else it makes one of its own, which further `open_node`s join.
-    When a handler or task of the node fails, the node ends, its streams end, and leaving the block raises the error.
-    `argv` are arguments for this node, as `run` takes them for all: `parameters` and `remap` come before them, and what they say of nodes
-    of other names is left. Raises `ValueError` for what is wrong with them.
+    It joins `system`, or else the newest system that is open in this event loop, or else a new system, which further `open_node`s join.
+    When a handler or a task of the node fails, the node and its streams end, and leaving the block raises the error.
+    `argv` are ROS arguments for this node, as for `run`; `parameters` and `remap` count more, and arguments for nodes of other names are
+    ignored. Raises `ValueError` if an argument is wrong.
     """
     child = Child(Node, name=name, namespace=namespace, parameters=parameters, remap=remap, restart=temporary)
     child, level = with_arguments(child, argv)
@@ -205,7 +209,7 @@ def open_node(
 
 
 class OpenNode:
-    """What `open_node` returns: an async context manager.
+    """The async context manager that `open_node` returns.
 
     It has no public constructor: `open_node` gives one.
     """
@@ -217,7 +221,7 @@ class OpenNode:
         self._sinks = sinks
         self._level = level
 
-    if not TYPE_CHECKING:  # as above
+    if not TYPE_CHECKING:  # as in `Run`
 
         def __await__(self):
             raise TypeError(
@@ -242,14 +246,14 @@ class OpenNode:
         try:
             await self._system.leave(self._joined)
         except (Exception, SystemExit, KeyboardInterrupt):
-            if error is None:  # else what ended the block says more; the node's error has been logged
+            if error is None:  # else the error of the block is raised; that of the node has been logged
                 raise
 
 
 def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real", "virtual"] = "real") -> T:
-    """Run an async program to its end on the real clock, or on the virtual one, where waiting takes no time.
+    """Run an async program to its end, and return its result. On the virtual clock, waiting takes no time.
 
-    Ctrl-C ends it with exit code 130 and without a traceback.
+    Ctrl-C ends the program with exit code 130 and without a traceback.
     """
     factory: Callable[[], asyncio.AbstractEventLoop]
     if clock == "virtual":
@@ -267,5 +271,5 @@ def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real"
     try:
         with asyncio.Runner(loop_factory=factory) as runner:
             return runner.run(main())
-    except KeyboardInterrupt:  # out of the program, or out of what the runner canceled when it was left
+    except KeyboardInterrupt:  # raised by the program, or by a task that the runner canceled at its end
         raise SystemExit(128 + signal.SIGINT) from None

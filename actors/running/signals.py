@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM: of an event loop, for all the systems in it that ask for them; and of a script whose loop runs in another thread."""
+"""SIGINT and SIGTERM, for the systems of one event loop, and for a script whose event loop runs in another thread."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from typing import Any
 __all__ = ["Signals", "SigtermExit", "exit_on_sigterm", "listen"]
 
 Listener = Callable[[signal.Signals], bool]
-"""Takes a signal; answers whether it could do anything about it."""
+"""Called with a signal; returns whether it has handled the signal."""
 
 
 class Signals:
-    """The signals of one loop.
+    """Passes the signals of one event loop to its listeners. Every listener gets every signal.
 
-    The handlers are installed while there is a listener, and then the program has its own back. Every listener hears every signal. One that
-    none of them can do anything about, because everything has stopped and the program goes on regardless, ends the program: by an exception
-    out of the loop, or, from the third signal on, at once.
+    A signal that no listener handles, because all systems have stopped and the program goes on nevertheless, ends the program: by an
+    exception out of the loop, or from the third signal on at once.
+
+    Invariants: while there is a listener, `_before` holds the handlers that the program had before, and those of this class are installed,
+    if the platform and the loop support that. Without a listener the program's own handlers are installed.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
@@ -27,11 +29,11 @@ class Signals:
         self._listeners: list[Listener] = []
         self._before: dict[signal.Signals, Any] = {}
         self._handles: dict[signal.Signals, Any] = {}
-        """What the program had asked the loop for; uvloop does not tell."""
+        """The handlers that the program had added to the loop; those of uvloop cannot be found."""
         self._heard = 0
 
     def listen(self, listener: Listener) -> Callable[[], None]:
-        """Tell `listener` from now on; the returned function ends that. Calling it twice is fine."""
+        """Call `listener` with every signal, until the returned function is called. Calling that twice is fine."""
         self._listeners.append(listener)
         self._install()
 
@@ -52,7 +54,7 @@ class Signals:
             handle = getattr(self._loop, "_signal_handlers", {}).get(number)
             try:
                 self._loop.add_signal_handler(number, self._arrived, number)
-            except (NotImplementedError, RuntimeError):  # a platform or a loop without them: KeyboardInterrupt remains
+            except (NotImplementedError, RuntimeError):  # not supported here: KeyboardInterrupt still works
                 return
             self._before[number] = before
             if handle is not None:
@@ -61,18 +63,18 @@ class Signals:
     def _uninstall(self) -> None:
         for number, before in self._before.items():
             handle = self._handles.get(number)
-            if handle is not None:  # the loop's own, for a callback of the program's
+            if handle is not None:  # the program had added a callback to the loop: add it again
                 self._loop.add_signal_handler(number, handle._callback, *handle._args)
                 continue
             self._loop.remove_signal_handler(number)
-            # One of uvloop's would be deaf by now; the default is better.
+            # A handler of uvloop itself would not work any more; the default is better.
             if before is not None and getattr(before, "__self__", None) is not self._loop:
                 signal.signal(number, before)
         self._before.clear()
         self._handles.clear()
 
     def _arrived(self, number: signal.Signals) -> None:
-        taken = [listener(number) for listener in tuple(self._listeners)]  # each of them is to hear it
+        taken = [listener(number) for listener in tuple(self._listeners)]  # a list, so that every listener is called
         self._heard += 1
         if any(taken):
             return
@@ -87,14 +89,16 @@ _signals: dict[asyncio.AbstractEventLoop, Signals] = {}
 
 
 def listen(loop: asyncio.AbstractEventLoop, listener: Listener) -> Callable[[], None]:
-    """Tell `listener` of SIGINT and SIGTERM as long as `loop` runs, until the returned function is called. In the main thread only."""
+    """Call `listener` with every SIGINT and SIGTERM while `loop` runs, until the returned function is called. Main thread only."""
     return _signals.setdefault(loop, Signals(loop)).listen(listener)
 
 
 class SigtermExit:
-    """SIGTERM ends the program as Ctrl-C does, through its blocks, with exit code 143.
+    """A handler for SIGTERM that raises `SystemExit(143)` in the main thread, so that the program leaves its blocks in order.
 
-    One that comes before it is armed waits until then: in between there is a thread that runs, and no block yet that could end it in order.
+    A signal before `arm` takes effect only then: until that moment a thread runs already, but no block that could end it in order.
+
+    Invariants: once `_armed`, every signal raises; before, it only sets `_came`.
     """
 
     def __init__(self) -> None:
@@ -111,13 +115,13 @@ class SigtermExit:
             raise SystemExit(128 + signal.SIGTERM)
 
     def leave(self) -> None:
-        """Let SIGTERM kill again, unless somebody else has taken the signal since or this is no longer the main thread."""
+        """Restore the default action of SIGTERM, unless the handler was replaced meanwhile or this is not the main thread."""
         if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) is self:
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def exit_on_sigterm() -> SigtermExit | None:
-    """Take SIGTERM, unless the program has an answer of its own."""
+    """Install a `SigtermExit`, if this is the main thread and the program has no handler of its own; else return None."""
     if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
         return None
     handler = SigtermExit()

@@ -1,4 +1,4 @@
-"""What ``MODULE:TREE`` names: found, made, and refused in one sentence if it is no tree."""
+"""Finding and making the tree that ``MODULE:TREE`` names on a command line."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
 __all__ = ["Maker", "Tree", "Unusable", "find", "grown"]
 
 MAKING_SECONDS = 60.0
-"""Simulated seconds that an async function has to make a tree."""
+"""How long an async function may take to make a tree, seconds on the loop's clock."""
 
 Tree: TypeAlias = Supervisor | DynamicSupervisor | Child | type[Node]
 Maker: TypeAlias = Callable[[], object]
 
 
 class Unusable(ValueError):
-    """What was named cannot be run, whatever the seed."""
+    """The name does not lead to a tree that can be run."""
 
 
 def find(name: str) -> Maker:
-    """``MODULE:TREE``: a tree, a child, a node class, or a function without arguments, also an async one, that makes one of them.
+    """The maker of the tree that ``MODULE:TREE`` names, which may be a tree, a child, a node class, or a function that makes one.
 
-    The current folder is searched first. Raises `Unusable`.
+    The function takes no arguments, and may be async. The current folder is searched first. Raises `Unusable`.
     """
     module_name, _, attribute = name.partition(":")
     if not module_name or not attribute:
@@ -55,13 +55,13 @@ def find(name: str) -> Maker:
         inspect.signature(found).bind()
     except TypeError as error:
         raise Unusable(f"{name!r}: it is called without arguments, and cannot be: {error}") from None
-    except ValueError:  # a callable that does not tell its arguments
+    except ValueError:  # a callable without a signature
         pass
     return cast("Maker", found)
 
 
 async def grown(make: Maker) -> list[Tree]:
-    """Make the tree; several nodes or children are run side by side. Raises `Unusable`."""
+    """Call the maker. Returns what is to be run side by side: one tree, or several nodes or children. Raises `Unusable`."""
     try:
         made = make()
         if inspect.isawaitable(made):
@@ -93,7 +93,7 @@ def _imported(name: str) -> ModuleType:
 
 
 def _line_in_user(error: BaseException) -> str:
-    """The line of the module, or of one that it imports, at which the import failed."""
+    """The line at which the import failed, in the module or in one that it imports."""
     if isinstance(error, SyntaxError) and error.filename is not None:
         return f"{error.filename}:{error.lineno}"
     place = origin_of(error)
@@ -111,7 +111,7 @@ def _is_tree(value: object) -> bool:
 
 
 def _trees_in(module: ModuleType) -> list[str]:
-    """The names of trees, node classes and functions that a module defines itself."""
+    """The names of the trees, node classes and functions that are defined in the module itself."""
     return [
         name
         for name, value in vars(module).items()

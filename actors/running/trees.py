@@ -1,4 +1,4 @@
-"""What a program may give to be run: a tree, a child, a node class, or several of these."""
+"""Making one tree of the arguments of `run`: a tree, a child, a node class, or several of these."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from actors.supervision.declarations import Child, DynamicSupervisor, Spec, Supe
 __all__ = ["Runnable", "tree_of"]
 
 Runnable: TypeAlias = Spec | type[Node] | Sequence[Spec | type[Node]]
-"""What `run` and its like take: a node class stands for `Child(class)`, several things for a supervisor of them."""
+"""What `run` takes: a node class stands for `Child(class)`, several children for a supervisor of them."""
 
 
 def tree_of(where: str, *given: Runnable) -> Supervisor | DynamicSupervisor:
-    """The tree that is meant: a supervisor as it is, all else below a plain supervisor called "system".
+    """The tree to run: a single supervisor as it is, anything else below a plain supervisor called "system".
 
-    Raises `DeclarationError`, which begins with `where`, for what is no part of a tree, and for nothing at all.
+    Raises `DeclarationError`, whose text begins with `where`, for an object that is no part of a tree, and if nothing is given.
     """
     if len(given) == 1 and isinstance(given[0], (Supervisor, DynamicSupervisor)):
         return given[0]
@@ -44,7 +44,7 @@ def _spec_of(where: str, given: Any) -> Spec:
 
 
 def _remedy(given: Any) -> str:
-    """What was given, and what to write instead."""
+    """The part of an error text that says what was given, and what to write instead."""
     if isinstance(given, Node):
         name = type(given).__name__
         return f"{given!r} is a node already made: give its class, {name}, which is made anew for every life"

@@ -149,7 +149,7 @@ def _refuse_second(
 
 
 def serve_concurrently(life: Incarnation) -> None:
-    """The node has started: begin with the messages and requests that have come meanwhile for concurrent handlers."""
+    """Let concurrent handlers begin, with the messages and requests that came during the start phase."""
     life.serving = True
     for subscription in life.record.subscriptions:
         if isinstance(subscription, ConcurrentSubscription):

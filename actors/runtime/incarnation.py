@@ -143,7 +143,7 @@ class Incarnation:
         if not self.ended:
             self.request_stop(reason)
 
-    # -- who, when, and what it may use -------------------------------------------------------------------------------------
+    # -- identity, clock, log and parameters --------------------------------------------------------------------------------
 
     @property
     def fqn(self) -> str:

@@ -281,15 +281,19 @@ class NodeTimer:
             late = max(0.0, self.time() - due)  # simulated time may have jumped back since
         self.record.fired += 1
         self.record.lateness.add(late)
-        if self.missed and self.late == "fault":
-            raise TickMissed(
-                f"{self.label}: {self.missed} more tick(s) were due before tick {self.before + k} had begun, {late * 1e3:.1f} ms late"
-            )
         if self.backlog:
             self.k, self.due = self.backlog.popleft()
             self.inbox.put(self)
         else:
             self.pending = False
+        if self.missed and self.late == "fault":
+            missed, self.missed = (
+                self.missed,
+                0,
+            )  # if `on_error` lets the node go on, each further miss is a fault of its own
+            raise TickMissed(
+                f"{self.label}: {missed} more tick(s) were due before tick {self.before + k} had begun, {late * 1e3:.1f} ms late"
+            )
         return self.handler(Tick(self.before + k, due, late)) if self.takes_tick else self.handler()
 
 

@@ -1,9 +1,9 @@
 """Supervision as in Erlang/OTP: trees declared as values, and run on raw asyncio tasks.
 
-What users write: `child` and `declarations`, with the options of `policy`. What they get back: the values in `reasons`, `refs`,
-`report` and `errors`. What a system runs: `running`; what it is asked for in return: `seam`.
+Users write trees with `child` and `declarations` and the options in `policy`, and get the values in `reasons`, `refs`, `report` and
+`errors`. A system runs trees with `running`, and provides what `seam` asks for.
 
-To read how it works: an event (`events`) is entered in the books (`children`, with `entry`, `steps` and `window`), `decide` says
-what follows from it (`administer`: from a request), and `executor` carries these `acts` out; `child_task` owns one child's task.
-`decide` is pure: it needs no event loop, and its tests are a table of cases.
+How it works: an event (`events`) is first recorded in the state of the supervisor (`children`, with `entry`, `steps` and `window`).
+`decide` then says what follows from the event (for requests: `administer`), as a sequence of `acts`, and `executor` carries them out.
+`child_task` owns the task of one life of a child. `decide` is pure: it needs no event loop, and its tests are a table of cases.
 """

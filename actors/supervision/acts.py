@@ -1,4 +1,4 @@
-"""What a supervisor can do: the acts that `decide` answers an event with. Each is a value; children are named by their ids."""
+"""The acts of a supervisor, with which `decide` answers an event. Each is a value; children are named by their ids."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ __all__ = [
 
 
 class Tell(msgspec.Struct, frozen=True):
-    """Report what became of a life."""
+    """Report an event of a life."""
 
     context: Context
     life: ChildTask
@@ -48,21 +48,21 @@ class Tell(msgspec.Struct, frozen=True):
 
 
 class Confirm(msgspec.Struct, frozen=True):
-    """The child is ready: nothing is due for it any more, and who waits for its start hears of it."""
+    """Mark the child as ready: its start is no longer due, and the caller that waits for it is answered."""
 
     child: str
 
 
 class Start(msgspec.Struct, frozen=True):
-    """Start it now or, while ordered work is under way, in its place."""
+    """Start the child now, or in its place in the order while ordered work is under way."""
 
     child: str
 
 
 class Restart(msgspec.Struct, frozen=True):
-    """Count a restart at `at`, and start the child again: now, or after the wait of its backoff.
+    """Count a restart at `at`, loop time in seconds, and start the child again: now, or after the delay of its backoff.
 
-    `earlier`: how many attempts in a row did not hold; None without a backoff.
+    `earlier` is the number of attempts in a row that did not hold; None without a backoff.
     """
 
     child: str
@@ -71,8 +71,11 @@ class Restart(msgspec.Struct, frozen=True):
 
 
 class RestartGroup(msgspec.Struct, frozen=True):
-    """Count a restart at `at`, and restart the child's group: stop `stops` in this order, then, after the wait of the child's
-    backoff, start all that is due in start order: the child, `due`, and whatever was due before."""
+    """Count a restart at `at`, loop time in seconds, and restart the child together with its group.
+
+    The children in `stops` are stopped in this order. Then, after the delay of the child's backoff, all children that are due are started
+    in start order: the child itself, those in `due`, and those that were due before.
+    """
 
     child: str
     at: float
@@ -82,35 +85,35 @@ class RestartGroup(msgspec.Struct, frozen=True):
 
 
 class Stop(msgspec.Struct, frozen=True):
-    """Ask a running child for its orderly end."""
+    """Ask a child that lives for its orderly end."""
 
     child: str
     why: str
 
 
 class Kill(msgspec.Struct, frozen=True):
-    """End a child without a clean-up."""
+    """Kill a child: it has no time for a clean-up."""
 
     child: str
 
 
 class Forget(msgspec.Struct, frozen=True):
-    """Take the child out of the books."""
+    """Remove the child from the state of the supervisor."""
 
     child: str
 
 
 class Gone(msgspec.Struct, frozen=True):
-    """Tell the system that nothing but a request will start this child again; not `kept`, not even that."""
+    """Tell the system that only a request will start this child again; unless `kept`, that is not possible either."""
 
     child: str
     kept: bool
 
 
 class Drop(msgspec.Struct, frozen=True):
-    """Nothing is due for the child any more; who waits for its start hears `error`, or None of one that declined.
+    """Cancel what is due for the child. The caller that waits for its start gets `error`, or None if the child declined to start.
 
-    `park`: restarts of its group leave it alone from now on.
+    With `park`, restarts of its group leave it alone from now on.
     """
 
     child: str
@@ -119,30 +122,30 @@ class Drop(msgspec.Struct, frozen=True):
 
 
 class EndHold(msgspec.Struct, frozen=True):
-    """What waited for a backoff to end need not wait any more."""
+    """End the wait for a backoff that holds up the starts of a group."""
 
 
 class ShutDown(msgspec.Struct, frozen=True):
-    """The supervisor begins to end: nothing is due any more, no child starts. In the end it raises `failure`, if any."""
+    """Begin the end of the supervisor: all that is due is canceled and no child starts. At the end `run` raises `failure`, if given."""
 
     why: str
     failure: Exception | None = None
 
 
 class StopNext(msgspec.Struct, frozen=True):
-    """Ask the last child that is still alive for its end; when there is none, the supervisor is over."""
+    """Ask the last child that lives for its end; without any, the supervisor is over."""
 
 
 class CloseWhenReady(msgspec.Struct, frozen=True):
-    """A significant child has ended while others were starting: the supervisor ends once they are ready."""
+    """End the supervisor once all children are ready, because a significant child ended while others were starting."""
 
     end: Ended
 
 
 class Add(msgspec.Struct, frozen=True):
-    """Enter a new child after the others and start it, as `Start` does; the caller of this request waits for that.
+    """Add a child after the others and start it, as `Start` does. The caller of the request waits for that.
 
-    Of an instance of a template, `given` are its arguments and parameters. `numbered`: the last number that was used to name one.
+    For an instance of a template, `given` are its arguments and parameters, and `numbered` is the last number used to name an instance.
     """
 
     spec: Spec
@@ -151,32 +154,32 @@ class Add(msgspec.Struct, frozen=True):
 
 
 class Due(msgspec.Struct, frozen=True):
-    """A start of the child is due, and the caller of this request waits for it."""
+    """Make a start of the child due. The caller of the request waits for it."""
 
     child: str
 
 
 class Update(msgspec.Struct, frozen=True):
-    """Put another declaration in the place of the child's."""
+    """Replace the declaration of the child."""
 
     child: str
     spec: Spec
 
 
 class Adopt(msgspec.Struct, frozen=True):
-    """Put another declaration in the place of the supervisor's."""
+    """Replace the declaration of the supervisor."""
 
     spec: Supervisor | DynamicSupervisor
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """Tell the caller of this request that it is done."""
+    """Tell the caller of the request that it is done."""
 
 
 class Terminate(msgspec.Struct, frozen=True):
-    """Drop and park a child that lives, and ask for its orderly end; the caller of this request waits for that.
+    """Drop and park a child that lives, and ask for its orderly end. The caller of the request waits for that.
 
-    `error`: for who waits for its start.
+    `error` is given to a caller that waits for the child's start.
     """
 
     child: str

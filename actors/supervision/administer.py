@@ -1,4 +1,4 @@
-"""What a supervisor does on request: the part of `decide` that answers the methods of `RunningSupervisor`. Pure, like all of it."""
+"""The part of `decide` for requests, the methods of `RunningSupervisor` that change children. Pure, like the rest of `decide`."""
 
 from __future__ import annotations
 
@@ -133,14 +133,14 @@ REQUESTS: Final[Mapping[type[Event], Callable[[Any, Children], Sequence[Act]]]] 
     ReplaceFactory: _replace,
     Reconfigure: _reconfigure,
 }
-"""What follows from which kind of request."""
+"""Kind of request -> the function that decides about it."""
 
 
-# ---------------------------------------------------------------------- what is left of a child that has ended for good
+# ---------------------------------------------------------------------- children that have ended for good
 
 
 def for_good(child: Entry, children: Children) -> tuple[Act, ...]:
-    """The child has ended for good, or was dropped before it began."""
+    """The acts for a child that has ended for good, or was dropped before its start."""
     if children.dynamic:
         return (Forget(child.spec.name), Gone(child.spec.name, kept=False))
     forget = forgotten(child, children)
@@ -148,12 +148,15 @@ def for_good(child: Entry, children: Children) -> tuple[Act, ...]:
 
 
 def forgotten(child: Entry, children: Children) -> tuple[Forget, ...]:
-    """What ends for good leaves no trace if it is temporary, or an instance of a template."""
+    """The act that forgets a child which has ended for good, if it is temporary or an instance of a template; else none."""
     return (Forget(child.spec.name),) if child.spec.restart == temporary or children.dynamic else ()
 
 
 def gone(child: Entry, children: Children, *, lost: bool) -> Gone:
-    """It is kept if it waits in the books for a request to start it again, or, `lost` from them, is declared."""
+    """Tell the system that the child is gone. It is kept if a request can start it again, or, when `lost`, if it is still declared.
+
+    `lost` says that the child is removed from the state of the supervisor.
+    """
     spec, name = children.spec, child.spec.name
     if isinstance(spec, DynamicSupervisor):
         return Gone(name, kept=False)
@@ -161,11 +164,11 @@ def gone(child: Entry, children: Children, *, lost: bool) -> Gone:
     return Gone(name, kept)
 
 
-# ---------------------------------------------------------------------- who is meant
+# ---------------------------------------------------------------------- the child that a request names
 
 
 def _meant(target: str | ChildRef, children: Children) -> Entry | None:
-    """The direct child meant by an id or a live reference; None for a reference to an ended life."""
+    """The direct child that an id or a reference names; None for a reference to an ended life. Raises `NotFound`."""
     if isinstance(target, str):
         return children.find(target)
     if target.path[:-1] != children.path:
@@ -176,7 +179,7 @@ def _meant(target: str | ChildRef, children: Children) -> Entry | None:
 
 
 def _stopped(name: str, children: Children) -> Entry:
-    """The direct child with this id, if it is stopped."""
+    """The direct child with this id, which must be stopped. Raises `Restarting`, `Running`, `NotFound`."""
     child = children.find(name)
     if child.intent:
         raise Restarting(f"{children.name}: {name} is {child.state}; wait, or terminate_child({name!r}) first")

@@ -1,4 +1,4 @@
-"""One supervised node, declared; and the options that say what its supervisor does with a child of any kind."""
+"""`Child`: the declaration of one supervised node; and the check of the options that children of all kinds have."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ __all__ = ["Child", "check_policy"]
 
 
 class Child(Declaration):
-    """One supervised node: how to make it, how long it may take to stop, and what to do when it ends.
+    """One supervised node: how to make it, how long it may take to stop, and when to restart it.
 
-    `factory` makes the node; a class, or any callable. It is called anew for every incarnation.
-    `name` is its id among its siblings and its node name; default: the factory's `node_name`, or the class name in
-    snake_case. `args` are positional arguments for the factory; `namespace`, `parameters` and `remap` are those of the
-    node. `stop` is the clean-up time in seconds. `significant` makes its end count for its supervisor's
+    `factory`, a class or any other callable, makes the node; it is called anew for every incarnation, with `args`.
+    `name` is the child's id among its siblings and the node's name; default: the factory's `node_name`, or the class
+    name in snake_case. `namespace`, `parameters` and `remap` are those of the node. `stop` is the time for its
+    clean-up in seconds. `backoff` delays its restarts. `significant` makes its end count for its supervisor's
     `auto_shutdown`.
-    Raises `DeclarationError` naming the option that is wrong.
+    Raises `DeclarationError`, which names the option that is wrong.
     """
 
     __slots__ = (
@@ -101,7 +101,7 @@ class Child(Declaration):
 
 
 def check_policy(where: str, restart: object, stop: object, backoff: object, significant: object) -> None:
-    """Refuse, with a `DeclarationError`, what a supervisor cannot be told about a child."""
+    """Raise `DeclarationError` unless these options of a child are valid, each by itself and together."""
     checked_choice(where, "restart", restart, Restart)
     if stop != "kill" and not (is_number(stop) and stop >= 0):
         raise DeclarationError(f'{where}: stop must be seconds, 0 or more, math.inf or "kill", not {stop!r}')

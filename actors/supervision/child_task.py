@@ -1,4 +1,4 @@
-"""One incarnation of a child: its task, from the start of the life to the verdict on its end."""
+"""`ChildTask`: the task of one life of a child, from its start to the reason of its end."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from actors.supervision.seam import Declared, Life
 __all__ = ["GRACE", "ChildTask", "LeakedChild", "Owner"]
 
 GRACE = 1.0
-"""Seconds between the kill and the verdict `Leaked`."""
+"""Seconds from the kill of a task to its abandonment, which is reported as `Leaked`."""
 
 
 class LeakedChild:
-    """A child that refused to die: `ref`, and its `task`, which is kept here until it ends after all."""
+    """A child that did not end when it was killed: `ref`, and its `task`, which is kept until it ends after all."""
 
     __slots__ = ("ref", "task")
 
@@ -33,7 +33,7 @@ class LeakedChild:
 
 
 class Owner(Protocol):
-    """The supervisor, as its incarnations see it."""
+    """What a `ChildTask` needs of the supervisor that made it."""
 
     loop: asyncio.AbstractEventLoop
 
@@ -45,13 +45,20 @@ class Owner(Protocol):
 
 
 class ChildTask:
-    """Owns one raw task.
+    """Runs one life of a child in an asyncio task of its own, and tells the owner exactly once how it ended.
 
-    Raw, because a task group cancels its tasks in no order, cannot give up on one that refuses to end, and fails as a
-    whole. There is no cancel scope around the task either: cancelling one repeats the cancellation in every turn of the
-    loop for as long as the body refuses, which stops a virtual clock for ever; and it costs as much as all the rest.
+    It is a plain task, because a task group cancels its tasks in no order, cannot abandon one that refuses to end, and
+    fails as a whole. There is no cancel scope around the task either: a cancel scope repeats a cancellation in every turn
+    of the loop for as long as the task refuses it, which stops a virtual clock for ever; and it costs as much as the rest
+    of a start.
 
-    `ready` turns true with the life's `started()`. `asked` is the reason given with `stop`, None while nobody asked.
+    Invariants:
+
+    - `over` turns true once, when the task has ended or was abandoned; `owner.ended` is called then, and only then.
+    - `asked` is the first reason given to `stop`, `imposed` the error that the end counts as, `killed` the seconds of
+      clean-up before the kill. Each stays None until that happens, and never becomes None again.
+    - `ready` is set by the owner when it accepts the life's `started()`.
+    - `timer` runs from the beginning of the end on: first the stop timeout, after a kill the time until abandonment.
     """
 
     __slots__ = (
@@ -78,12 +85,12 @@ class ChildTask:
         self.ref = ref
         self.life: Life | None = None
         self.made = False
-        """Whether all know of this incarnation: with tasks that start eagerly it would run before that."""
+        """Whether the constructor is done. With an eager task factory the task takes its first step before that."""
         self.ready = False
         self.over = False
         self.declined = False
         self.cleans_up = False
-        """Whether it ends by itself and is in its clean-up, also when its start has failed: that is not broken off."""
+        """Whether the life ends by itself and cleans up, also after a failed start. A clean-up is not broken off."""
         self.asked: str | None = None
         self.killed: float | None = None
         self.imposed: BaseException | None = None
@@ -98,13 +105,13 @@ class ChildTask:
 
     @property
     def ending(self) -> bool:
-        """Whether its end has begun: it was asked for, or came by itself and is in its clean-up."""
+        """Whether the end of the life has begun: it was asked for, or the life ends by itself and cleans up."""
         by_others = self.asked is not None or self.imposed is not None or self.killed is not None
         return by_others or self.cleans_up or self.over
 
     @property
     def state(self) -> Literal["starting", "running", "stopping", "stopped"]:
-        """The state of this one life."""
+        """The state of this life."""
         if self.over:
             return "stopped"
         if self.ending:
@@ -113,7 +120,7 @@ class ChildTask:
 
     @staticmethod
     def runs_in(task: asyncio.Task[Any]) -> bool:
-        """Whether this task runs the life of a child."""
+        """Whether `task` runs the life of a child."""
         return getattr(task.get_coro(), "cr_code", None) is ChildTask._live.__code__
 
     async def _live(self) -> None:
@@ -126,20 +133,20 @@ class ChildTask:
         self.owner.ready(self)
 
     def stop(self, why: str, timeout: StopTimeout) -> None:
-        """Ask for an orderly end, once, and see to it that it comes: kill after `timeout` seconds."""
+        """Ask for an orderly end, and kill after `timeout` seconds. Only the first call has an effect."""
         ending = self.asked is not None or self.imposed is not None or self.killed is not None
         self.asked = why if self.asked is None else self.asked
         if not ending:
             self._end(why, timeout)
 
     def fail(self, error: BaseException, timeout: StopTimeout) -> None:
-        """End it in order, as `stop` does, but let it count as its own failure with `error`."""
+        """End the life in order, as `stop` does, but report the end as its failure with `error`."""
         if self.asked is None and self.imposed is None and self.killed is None and not self.over:
             self.imposed = error
             self._end(str(error), timeout)
 
     def bound(self) -> None:
-        """It ends by itself, and cleans up: kill it if that takes longer than an end that was asked for may take."""
+        """Limit the clean-up of a life that ends by itself to the stop timeout; with `stop="kill"`, to `GRACE` seconds."""
         self.cleans_up = True
         timeout = self.entry.spec.stop
         if self.asked is None and self.imposed is None and self.killed is None:
@@ -147,7 +154,7 @@ class ChildTask:
             self._after(seconds, self.kill, seconds)
 
     def kill(self, after: float = 0.0) -> None:
-        """Cancel the task, through shields, and abandon it if it still lives a second later."""
+        """Cancel the task, and abandon it if it has not ended after the grace time of its owner. `after`: seconds of clean-up before."""
         if self.killed is None and not self.over:
             self.killed = after
             self._watch_task()
@@ -156,13 +163,13 @@ class ChildTask:
             self.task.cancel()
 
     def watch(self, watcher: Callable[[Down], object]) -> None:
-        """Call `watcher` when this incarnation has ended, in the order of the calls."""
+        """Have `watcher` called when this life has ended. Watchers are called in the order in which they were added."""
         if self.watchers is None:
             self.watchers = {}
         self.watchers[watcher] = None
 
     def unwatch(self, watcher: Callable[[Down], object]) -> None:
-        """Take a `watch` back; nothing happens if it has been called or taken back already."""
+        """Remove a watcher. Nothing happens if it has been called or removed already."""
         assert self.watchers is not None
         self.watchers.pop(watcher, None)
 
@@ -172,7 +179,7 @@ class ChildTask:
             return
         self._watch_task()
         self._after(timeout, self.kill, timeout)
-        if self.life is None:  # its task has not come to its first step
+        if self.life is None:  # the task has not taken its first step
             self.task.cancel()
             return
         try:
@@ -181,12 +188,12 @@ class ChildTask:
             self.imposed = error
             self.kill()
             return
-        # A supervisor knows how to take its start back, and whose start has failed is in its clean-up.
+        # Break off the start phase, but neither that of a supervisor, which undoes it by itself, nor a clean-up after a failed start.
         if not self.ready and not self.cleans_up and self.entry.spec.kind != "supervisor":
             self.task.cancel()
 
     def _watch_task(self) -> None:
-        """A child that removed our callback from its task (OTP: unlinked itself) must not hang its supervisor."""
+        """Attach the done callback again: a child that removed it from its task (OTP: unlinked itself) must not hang its supervisor."""
         self.task.remove_done_callback(self._done)
         self.task.add_done_callback(self._done)
 
@@ -203,7 +210,7 @@ class ChildTask:
         if not self.over:
             self._close(self._verdict(task))
         elif not task.cancelled():
-            task.exception()  # abandoned, and ended late: its exception was nobody's any more
+            task.exception()  # it was abandoned and has ended late: mark its exception as retrieved
 
     def _close(self, reason: ExitReason) -> None:
         self.over = True
@@ -230,5 +237,5 @@ class ChildTask:
             return Stopped(self.asked)
         if task.cancelled():
             return Killed(None)
-        # A supervisor has no work of its own to come to the end of.
+        # A supervisor that returns was shut down; it has no work of its own that could be done.
         return Stopped("shutdown") if self.entry.spec.kind == "supervisor" else Returned()

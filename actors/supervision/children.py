@@ -1,4 +1,4 @@
-"""The books of a supervisor: who its children are, in which order, and how far each of them is."""
+"""`Children`: the state of a running supervisor, with its children in start order."""
 
 from __future__ import annotations
 
@@ -18,16 +18,18 @@ Phase: TypeAlias = Literal["new", "starting", "running", "stopping", "over"]
 
 
 class Children:
-    """What one run of a supervisor knows: `spec`, as it is declared now, and an entry for each child.
+    """The state of one run of a supervisor: its present declaration, `spec`, and an entry for each child.
 
-    `dynamic`: its children are instances of a template; `numbered` is the last number that was used to name one. `why` is the
-    reason of its end. `closing` is the end of a significant child that will end it once all have started.
+    `dynamic` says that the children are instances of a template; `numbered` is the last number used to name one. `why` is the
+    reason of the supervisor's end. `closing` is the end of a significant child that ends the supervisor once all have started.
 
     Invariants:
-    - `entries` is in start order, which `position` repeats; each entry lies under its child's name.
-    - A child that lives is in the books.
-    - `phase` only moves onwards, from "new" to "over". From "stopping" on nothing is due, planned or held back, and no
-      life begins; `last` holds the entries that lived when it began, in start order, less those of its tail that have ended.
+
+    - `entries` has each entry under its child's name, in start order; the `position`s of the entries ascend in this order.
+    - Every child that lives has an entry.
+    - `phase` only moves forwards, from "new" to "over". From "stopping" on nothing is due, planned or held back, and no life
+      begins. `last` then holds the entries that lived when the stop began, in start order; it is shortened from its end as
+      they end.
     """
 
     __slots__ = (
@@ -72,11 +74,11 @@ class Children:
 
     @property
     def name(self) -> str:
-        """The supervisor's path from the root, as one text."""
+        """The path of the supervisor from the root, joined by slashes."""
         return "/".join(self.path)
 
     def check_open(self) -> None:
-        """Raise `SupervisorDown` unless requests can be served."""
+        """Raise `SupervisorDown` unless the supervisor is starting or running, and so can serve requests."""
         if self.phase not in ("starting", "running"):
             raise SupervisorDown(f"supervisor {self.name} is not running (it is {self.phase}); it can do nothing now")
 
@@ -89,28 +91,28 @@ class Children:
         raise NotFound(f"{self.name} has no child {name!r}; it has: {', '.join(self.entries) or 'none'}")
 
     def add(self, spec: Spec, given: tuple[tuple[object, ...], Mapping[str, object] | None] = ((), None)) -> Entry:
-        """Enter a child after the others."""
+        """Add an entry for a child, after the others."""
         self.position += 1
         entry = self.entries[spec.name] = Entry(spec, self.position)
         entry.given = given
         return entry
 
     def begin(self) -> None:
-        """The first start of all children is due."""
+        """Begin the start of the supervisor: the first start of all children is due."""
         self.phase = "starting"
         for entry in self:
             entry.intent = "start"
         self.steps.plan(self)
 
     def restart(self, entry: Entry, at: float, earlier: int | None) -> None:
-        """Count a restart, which is now due."""
+        """Count a restart of the child at `at`, loop time in seconds, and make it due."""
         self.window.add(at, self.spec.intensity)
         entry.intent = "restart"
         if earlier is not None:
             entry.attempts, entry.ready_at = earlier + 1, None
 
     def plan(self, stops: Iterable[str], due: Iterable[str]) -> None:
-        """Mark these for a stop, and let a restart be due for those. Merges with what is under way."""
+        """Mark the children in `stops` to be stopped, and make a restart due for those in `due`; ordered work under way is merged in."""
         for name in stops:
             self.entries[name].marked = True
         for name in due:
@@ -118,23 +120,23 @@ class Children:
         self.steps.plan(self)
 
     def close_when_ready(self, end: Ended) -> None:
-        """Once all have started, the supervisor is to end because of this; the first reason counts."""
+        """Have the supervisor end because of `end` once all children have started; the first call counts."""
         self.closing = self.closing or end
 
     def shut_down(self, why: str) -> None:
-        """Nothing is planned any more; who lives is to be stopped, the last one first."""
+        """Begin the end of the supervisor: drop all plans, and note the children that live, to be stopped last first."""
         self.phase, self.why = "stopping", why
         self.last = [entry for entry in self if entry.now is not None]
         self.steps.clear()
 
     def last_alive(self) -> Entry | None:
-        """While it stops: who is to end next. None when all have ended."""
+        """The child to stop next, while the supervisor stops; None when all have ended."""
         while self.last and self.last[-1].now is None:
             self.last.pop()
         return self.last[-1] if self.last else None
 
     def adopt(self, spec: Supervisor | DynamicSupervisor) -> None:
-        """Go on with another declaration of the same kind and name: new children are known, but not started."""
+        """Replace the declaration by one of the same kind and name. New children are added, but not started."""
         self.spec = spec
         if isinstance(spec, DynamicSupervisor):
             for name, entry in self.entries.items():
@@ -154,7 +156,7 @@ class Children:
 
 
 def merged(known: Iterable[str], declared: Iterable[str]) -> list[str]:
-    """The names of both, in the order of `declared`; one that is only known stays behind the declared one it has been behind."""
+    """The names of both in the order of `declared`. A name that is only in `known` follows the declared name that it followed there."""
     order = dict.fromkeys(declared)
     followers: dict[str, list[str]] = {"": []}
     place = ""

@@ -1,7 +1,7 @@
-"""What a supervisor does about an event: the rules of Erlang/OTP's `supervisor`, as one pure function.
+"""`decide`: the rules of Erlang/OTP's `supervisor`, as one pure function from an event to acts.
 
-`decide` looks at the event and at the books, and answers with acts; it waits for nothing, changes nothing and knows of no
-event loop. Who carries the acts out, in their order, is `Executor`.
+`decide` reads the event and the state of the supervisor, and answers with acts. It waits for nothing, changes nothing and needs
+no event loop. `Executor` carries the acts out, in their order.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ from actors.supervision.reasons import ExitReason, Killed, Returned, cause_of, i
 __all__ = ["decide"]
 
 STOP_NEXT: Final = StopNext()
-ONLY_STOP_NEXT: Final = (STOP_NEXT,)  # what follows from most ends of all: not made anew for each
+ONLY_STOP_NEXT: Final = (STOP_NEXT,)  # the answer to most ends while a supervisor stops, made once
 
 
 def decide(event: Event, children: Children) -> Sequence[Act]:
-    """The acts that follow from `event`. The books already hold what has happened: the life of an `Ended` is not in them.
+    """The acts that follow from `event`. `children` already reflects the event: the life of an `Ended` is no longer in it.
 
-    Raises what a request is refused with.
+    Raises the error with which a request is refused.
     """
     if (rule := RULES.get(type(event))) is None:
         children.check_open()
@@ -84,7 +84,7 @@ def _ended_by_request(event: Ended, child: Entry, children: Children) -> Sequenc
 
 
 def _ended_by_itself(event: Ended, child: Entry, children: Children) -> Sequence[Act]:
-    """A permanent child is restarted however it ended, a transient one after a failure, a temporary one never."""
+    """The end of a child by itself: a permanent one is restarted in any case, a transient one after a failure, a temporary one never."""
     restart, abnormal = child.spec.restart, is_abnormal(event.reason)
     acts: list[Act] = []
     if abnormal or restart == permanent:
@@ -99,7 +99,7 @@ def _ended_by_itself(event: Ended, child: Entry, children: Children) -> Sequence
 
 
 def _ends_with(child: Entry, children: Children) -> bool:
-    """Whether the end, for good, of the significant `child` is the supervisor's."""
+    """Whether the supervisor shuts down because the significant `child` has ended for good."""
     if children.spec.auto_shutdown == all_significant:
         return not any(
             other.spec.significant and (other.now or other.intent) for other in children if other is not child
@@ -117,7 +117,7 @@ def _close(event: Ended, children: Children) -> Sequence[Act]:
 
 
 def _failed_to_start(event: Ended, child: Entry, children: Children) -> Sequence[Act]:
-    """A failed restart is tried again, and counts; a start that a caller waits for is the caller's; any other is the end."""
+    """A failed start: a restart is tried again, and counts; the caller of a request gets the error; a first start ends the supervisor."""
     told = Tell("start_error", event.life, event.reason)
     if child.intent == "restart":
         return (told, *_restart(event, child, children))
@@ -133,7 +133,7 @@ def _failed_to_start(event: Ended, child: Entry, children: Children) -> Sequence
 def _start_failed(event: Ended) -> StartFailed:
     reason = event.reason
     cause = cause_of(reason)
-    if isinstance(cause, StartFailed):  # of a leaf further down: that one is at fault
+    if isinstance(cause, StartFailed):  # raised by a supervisor below: it names the child at fault
         return cause
     failure = StartFailed(event.life.ref.path, str(reason) if cause else f"{reason} before it had started")
     failure.__cause__ = cause
@@ -144,7 +144,7 @@ def _start_failed(event: Ended) -> StartFailed:
 
 
 def _restart(event: Ended, child: Entry, children: Children) -> Sequence[Act]:
-    """Once more, and whom its strategy says with it, unless that is once too often."""
+    """Restart the child, and with it those that the strategy names, unless the restart intensity is reached."""
     spec, at = children.spec, event.at
     if children.window.full(at, spec.intensity):
         return (*_give_up(event, children), *_gone_of_a_template(child, children))
@@ -157,10 +157,10 @@ def _restart(event: Ended, child: Entry, children: Children) -> Sequence[Act]:
 
 
 def _group(failed: Entry, children: Children) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Who is to be stopped, and for whom a start becomes due, in a restart of the group of `failed`.
+    """The children to stop, and those whose start becomes due, in a restart of the group of `failed`.
 
-    One that is starting is stopped too, and its start stays due. One that had ended for good by itself begins anew with its
-    group; one that was stopped by a request does not.
+    A child that is starting is stopped, too, and its start stays due. A child that had ended for good by itself is started with
+    its group; one that was stopped by a request is not.
     """
     stops: list[str] = []
     due: list[str] = []
@@ -193,7 +193,7 @@ def _give_up(event: Ended, children: Children) -> Sequence[Act]:
 
 
 def _shut_down(children: Children, why: str, failure: Exception | None = None) -> Sequence[Act]:
-    """Children stop one at a time, the last one first; instances of a template stop together."""
+    """End the supervisor: children stop one at a time, the last one first; instances of a template stop together."""
     if children.phase not in ("starting", "running"):
         return ()
     together = [Stop(name, why) for name in _alive(children)] if children.dynamic else ()
@@ -206,7 +206,7 @@ def _kill(event: KillAsked, children: Children) -> Sequence[Act]:
 
 
 def _alive(children: Children) -> list[str]:
-    """The children that live, the last one first."""
+    """The names of the children that live, the last one first."""
     return [child.spec.name for child in reversed(children.entries.values()) if child.now is not None]
 
 
@@ -230,7 +230,7 @@ def _unclean(reason: ExitReason, child: Entry) -> bool:
 
 
 def _gone_of_a_template(child: Entry, children: Children) -> Sequence[Act]:
-    """A supervisor that ends as a whole need not say so of each child, unless it would not know them again."""
+    """Tell the system that an instance of a template is gone. Of other children the end of the supervisor says enough."""
     return (gone(child, children, lost=True),) if children.dynamic else ()
 
 
@@ -241,4 +241,4 @@ RULES: Final[Mapping[type[Event], Callable[[Any, Children], Sequence[Act]]]] = {
     StopAsked: lambda event, children: _shut_down(children, event.why),
     KillAsked: _kill,
 }
-"""What follows from which kind of event; for requests, see `REQUESTS`."""
+"""Kind of event -> the function that decides about it; for requests see `REQUESTS`. One lookup costs less than a chain of tests."""

@@ -1,4 +1,4 @@
-"""What all declarations have in common: they never change, are equal by content, and print what is not default."""
+"""`Declaration`: the base of the values that a tree is declared with."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ D = TypeVar("D", bound="Declaration")
 
 
 class Declaration(ABC):
-    """Base of the tree's values: immutable, equal by content, printed without what is default."""
+    """Base of the values of a tree: immutable, compared by content, and shown without options that have their default."""
 
     __slots__ = ()
     _stored_defaults: ClassVar[dict[str, object]] = {}
-    """What is stored for a default, where that is not the default itself."""
+    """Option -> the value that is stored for its default, where that differs from the default."""
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"{self!r} is a declaration and never changes; .replace({name}=...) makes a changed copy")
@@ -27,7 +27,7 @@ class Declaration(ABC):
     def __eq__(self, other: object) -> bool:
         return type(other) is type(self) and self._fields() == other._fields()
 
-    __hash__ = None  # type: ignore[assignment]  # equal by content, which may be unhashable: parameters, arguments
+    __hash__ = None  # type: ignore[assignment]  # parameters and arguments may be unhashable
 
     def __repr__(self) -> str:
         fields = self._fields()
@@ -40,7 +40,7 @@ class Declaration(ABC):
         return _rebuild, (type(self), self._fields())
 
     def replace(self, **changes: Any) -> Self:
-        """A copy with these options changed; it is checked like a new declaration."""
+        """A copy with these options changed, which is checked like a new declaration. Raises `DeclarationError`."""
         return _rebuild(type(self), self._fields() | changes)
 
     def _fields(self) -> dict[str, Any]:

@@ -1,8 +1,7 @@
-"""A tree of nodes, declared: who is in it, in which order, and what happens when one of them ends.
+"""The declaration of a tree: its supervisors and nodes, their order, and what happens when one of them ends.
 
 Everything here is an immutable value without a running part. One tree can be run any number of times, also at once.
-The rules that these values stand for are those of Erlang/OTP's `supervisor`; `actors.supervision.running` carries them
-out.
+The rules are those of Erlang/OTP's `supervisor`; `actors.supervision.running` runs a tree by them.
 """
 
 from __future__ import annotations
@@ -68,11 +67,11 @@ __all__ = [
 class Supervisor(Declaration):
     """An ordered group of children with one policy. Supervisors nest: a child may be a supervisor.
 
-    Children start in order, each after the one before is ready, and stop in strict reverse order. `strategy` says who
-    is restarted with a child that failed, `intensity` how often before the supervisor gives up, `auto_shutdown` whether
-    the end of significant children ends it. `restart`, `stop`, `backoff` and `significant` say what its own supervisor
-    does with it; `stop=None` waits for its children without limit.
-    Raises `DeclarationError` naming the option, or the options that do not go together.
+    Children start in order, each after the one before is ready, and stop in strict reverse order. `strategy` says which
+    children are restarted with one that failed, `intensity` how often before the supervisor gives up, `auto_shutdown`
+    whether the end of significant children ends it. `restart`, `stop`, `backoff` and `significant` are for its own
+    supervisor, as those of a `Child`; `stop=None` waits for its children without limit.
+    Raises `DeclarationError`, which names the option, or the options that do not go together.
     """
 
     __slots__ = (
@@ -132,7 +131,7 @@ class Supervisor(Declaration):
         return "supervisor"
 
     def check_child(self, child: Spec) -> None:
-        """Refuse, with a `DeclarationError`, what this supervisor cannot take as a further child."""
+        """Raise `DeclarationError` unless `child` can become a child of this supervisor."""
         check_child(f"Supervisor({self.name!r})", child, self.auto_shutdown)
 
     def _positional(self) -> list[str]:
@@ -140,10 +139,11 @@ class Supervisor(Declaration):
 
 
 class DynamicSupervisor(Declaration):
-    """A supervisor whose children are instances of one `template`, made while it runs, each with its own arguments.
+    """A supervisor whose children are instances of one `template`, each with its own arguments, spawned while it runs.
 
-    It starts empty. Instances restart one for one, stop together, and are forgotten when they have ended for good.
-    `max_children` bounds them; those being restarted count. The other options are those of `Supervisor`.
+    It starts without children. Instances restart one for one, stop together, and are forgotten when they have ended for
+    good. `max_children` is the most that it has at once, those being restarted included. The other options are those of
+    `Supervisor`.
     """
 
     __slots__ = (
@@ -211,7 +211,7 @@ class DynamicSupervisor(Declaration):
         return one_for_one
 
     def instance(self, name: str, args: Sequence[object] = (), parameters: Mapping[str, object] | None = None) -> Child:
-        """The template as `name`; `args` follow the template's own, `parameters` override them one by one."""
+        """The template as a child called `name`. `args` follow the template's own, `parameters` override its own one by one."""
         template = self.template
         instance = object.__new__(Child)  # all but the name has been checked with the template
         for option in Child.__slots__:
@@ -228,11 +228,11 @@ class DynamicSupervisor(Declaration):
 
 
 Spec: TypeAlias = Child | Supervisor | DynamicSupervisor
-"""Anything that a supervisor can have as a child."""
+"""The declaration of a child of any kind."""
 
 
 def check_child(where: str, child: object, auto_shutdown: AutoShutdown) -> None:
-    """Refuse what is no child at all, and a significant child where significance has no effect."""
+    """Raise `DeclarationError` for an object that is no child, and for a significant child where significance has no effect."""
     if not isinstance(child, (Child, Supervisor, DynamicSupervisor)):
         hint = f"; wrap it: Child({factory_name(child)})" if callable(child) else ""
         raise DeclarationError(f"{where}: a child must be a Child or a Supervisor, not {child!r}{hint}")

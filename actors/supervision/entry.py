@@ -1,4 +1,4 @@
-"""What a supervisor knows about one child, from one incarnation to the next."""
+"""`Entry`: the state that a supervisor keeps for one child, over all its incarnations."""
 
 from __future__ import annotations
 
@@ -14,23 +14,27 @@ from actors.supervision.refs import ChildInfo, ChildRef, ChildState
 __all__ = ["Entry", "Intent"]
 
 Intent: TypeAlias = Literal["", "start", "restart"]
-"""What is due for a child that is not running: nothing, its first (or manual) start, an automatic restart. It stays set
-until the child is ready, so that a start phase that is interrupted or fails is not forgotten."""
+"""What is due for a child that is not ready: nothing, its first or requested start, or an automatic restart. It stays set until
+the child is ready, so that a start that is interrupted or fails is not forgotten."""
 
 
 class Entry:
-    """One child: its spec, its present life if any, and what is due for it. Its state is stored here and nowhere else.
+    """One child: its declaration, its present life, and what is due for it. The state of a child is stored here and nowhere else.
 
-    `parked`: stopped by a request, and so left alone by restarts of its group. `marked`: to be stopped in its turn, for a
-    restart of its group. `queued`: it is among the starts that wait for their turn. `fresh`: added by a request, and
-    forgotten if that start fails. `answer`: where the caller of an unfinished start waits. `given`: the arguments and
-    parameters of an instance of a template. `number`: how many lives it has had, `attempts`: how many of the last ones in a
-    row did not hold, `ready_at`: when the last one became ready.
+    - `parked`: it was stopped by a request, so restarts of its group leave it alone.
+    - `marked`: it is to be stopped in its turn, for a restart of its group.
+    - `queued`: it is among the starts that wait for their turn.
+    - `fresh`: it was added by a request, and is forgotten if that start fails.
+    - `answer`: the future on which the caller of an unfinished start waits.
+    - `given`: the arguments and parameters of an instance of a template.
+    - `number`: how many lives it has had; `attempts`: how many of the last ones in a row did not hold; `ready_at`: when the last
+      one became ready, loop time in seconds.
 
     Invariants:
-    - `now` is the life that has begun and not ended; a child has at most one.
-    - `intent` stays set until the child is ready or the start is dropped; `answer` is set only while it is.
-    - `timer` runs only while there is no life: it starts the next one.
+
+    - `now` is the life that has begun and not ended, or None; a child has at most one.
+    - `intent` stays set until the child is ready or the start is dropped; `answer` is set only while `intent` is.
+    - `timer`, which starts the next life, runs only while there is no life.
     """
 
     __slots__ = (
@@ -80,7 +84,7 @@ class Entry:
 
     @property
     def task(self) -> asyncio.Task[None] | None:
-        """The task of its present life, None between lives."""
+        """The task of the present life; None between lives."""
         return None if self.now is None else self.now.task
 
     @property
@@ -90,11 +94,11 @@ class Entry:
         return ChildInfo(self.spec.name, self.spec.kind, state, ref, self.number)
 
     def take_answer(self) -> asyncio.Future[ChildRef | None] | None:
-        """Where to answer the caller, if it still waits."""
+        """Take the future of the caller that waits for the start; None if there is none, or it has been canceled."""
         answer, self.answer = self.answer, None
         return None if answer is None or answer.done() else answer
 
     def earlier_attempts(self, backoff: Backoff, now: float) -> int:
-        """How many attempts in a row did not hold, this one not counted; a long enough life starts over at none."""
+        """How many attempts before the last one did not hold, in a row; 0 after a life of `backoff.reset_after` seconds."""
         held = self.ready_at is not None and now - self.ready_at >= backoff.reset_after
         return 0 if held else self.attempts

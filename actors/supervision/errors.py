@@ -1,4 +1,4 @@
-"""What a supervisor raises: to its owner when it fails, to a caller whose request makes no sense."""
+"""The errors of supervisors: those with which a supervisor fails, and those with which it refuses a request."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ __all__ = [
 
 
 class SupervisionError(ActorError):
-    """Base of what a supervisor raises."""
+    """Base of the errors that a supervisor raises."""
 
 
 class StartFailed(SupervisionError):
-    """A child did not start. `path` leads from the root to that child, the one at fault, however deep it is.
+    """A child did not start. `path` leads from the root to the child at fault, at any depth.
 
-    The exception of its start phase, with its traceback, is this error's `__cause__`.
+    The exception of its start phase, with its traceback, is the `__cause__` of this error.
     """
 
     def __init__(self, path: tuple[str, ...], why: str) -> None:
@@ -43,8 +43,8 @@ class StartFailed(SupervisionError):
 class SupervisorGaveUp(SupervisionError):
     """A supervisor reached its restart intensity and has stopped all its children.
 
-    `path` is the supervisor's, `child` the id of the last child to fail, `restarts` how many were allowed `within` so
-    many seconds, `reason` how that child ended; its exception is this error's `__cause__`.
+    `path` is that of the supervisor, `child` the id of the child that failed last, and `reason` the reason of its end.
+    `restarts` restarts were allowed in any `within` seconds. The child's exception is the `__cause__` of this error.
     """
 
     def __init__(self, path: tuple[str, ...], child: str, restarts: int, within: float, reason: ExitReason) -> None:
@@ -60,7 +60,7 @@ class SupervisorGaveUp(SupervisionError):
 
 
 class SupervisorDown(SupervisionError):
-    """The supervisor is not running (any more, or yet), so it can do nothing for its children."""
+    """The supervisor has not been started, is stopping or has ended, so it cannot serve the request."""
 
 
 class NotFound(SupervisionError):
@@ -68,7 +68,7 @@ class NotFound(SupervisionError):
 
 
 class AlreadyStarted(SupervisionError):
-    """A child with this id is running: `ref`."""
+    """A child with this id is running already; `ref` is its reference."""
 
     def __init__(self, supervisor: str, ref: ChildRef) -> None:
         super().__init__(f"{supervisor} already runs {ref.id} ({ref}); give the new child another name")
@@ -76,11 +76,11 @@ class AlreadyStarted(SupervisionError):
 
 
 class AlreadyPresent(SupervisionError):
-    """A child with this id is known but does not run; `restart_child` starts it, `delete_child` forgets it."""
+    """There is a child with this id that is not running; `restart_child` starts it, `delete_child` forgets it."""
 
 
 class Running(SupervisionError):
-    """The child must be stopped for this, and it is running: `ref`."""
+    """The request needs a stopped child, but the child is running; `ref` is its reference."""
 
     def __init__(self, supervisor: str, ref: ChildRef) -> None:
         super().__init__(f"{supervisor}: {ref.id} is running ({ref}); terminate_child({ref.id!r}) first")
@@ -88,15 +88,15 @@ class Running(SupervisionError):
 
 
 class Restarting(SupervisionError):
-    """The child must be stopped for this, but it is being started, or waits for its next attempt."""
+    """The request needs a stopped child, but the child is being started, or waits for its next attempt."""
 
 
 class TooManyChildren(SupervisionError):
-    """The dynamic supervisor is at its `max_children`."""
+    """The dynamic supervisor has `max_children` children already."""
 
 
 class LinkBroken(SupervisionError):
-    """This child was ended because one that it is linked to failed; `down` tells which and how."""
+    """This child was ended because a child to which it is linked failed; `down` says which one, and why."""
 
     def __init__(self, down: Down) -> None:
         super().__init__(f"linked to {down}")

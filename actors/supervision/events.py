@@ -1,4 +1,4 @@
-"""What a supervisor can hear of: events of its children's lives, of its own, and requests of administration. All are values."""
+"""The events that a supervisor handles: those of its children's lives, those of its own life, and requests. All are values."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ __all__ = [
 
 
 class Ready(msgspec.Struct, frozen=True, gc=False):
-    """The life says that its start phase is over."""
+    """A life has called `started()`: its start phase is over."""
 
     life: ChildTask
 
 
 class Ended(msgspec.Struct, frozen=True):
-    """The life has ended. `at`: when, in seconds of the event loop; 0.0 of an end that was asked for, which is no matter then."""
+    """A life has ended. `at` is the loop time of the end in seconds; 0.0 if the end was asked for, since it is not needed then."""
 
     life: ChildTask
     reason: ExitReason
@@ -49,13 +49,13 @@ class AllReady(msgspec.Struct, frozen=True):
 
 
 class StopAsked(msgspec.Struct, frozen=True):
-    """The supervisor itself is to end in order."""
+    """The supervisor is asked to end in order."""
 
     why: str
 
 
 class KillAsked(msgspec.Struct, frozen=True):
-    """The supervisor itself is to end at once."""
+    """The supervisor is killed: it is to end at once."""
 
 
 class StartChild(msgspec.Struct, frozen=True):
@@ -90,6 +90,6 @@ class Reconfigure(msgspec.Struct, frozen=True):
 
 
 Request: TypeAlias = StartChild | Spawn | TerminateChild | RestartChild | DeleteChild | ReplaceFactory | Reconfigure
-"""What users ask for: see the methods of `RunningSupervisor`."""
+"""The requests of users; see the methods of `RunningSupervisor`."""
 
 Event: TypeAlias = Ready | Ended | AllReady | StopAsked | KillAsked | Request

@@ -1,4 +1,4 @@
-"""Executor: carries out what `decide` says. The imperative shell around a functional core."""
+"""`Executor`: carries out the acts of `decide`, with tasks, timers and futures."""
 
 from __future__ import annotations
 
@@ -31,24 +31,25 @@ __all__ = ["Caller", "Executor", "Nest"]
 Args = TypeVarTuple("Args")
 
 Caller: TypeAlias = asyncio.Future[ChildRef | None]
-"""Where a request's caller waits: for the live reference of a child, or for None."""
+"""The future on which the caller of a request waits; its result is the live reference of a child, or None."""
 
 Nest: TypeAlias = Callable[[Supervisor | DynamicSupervisor, tuple[str, ...], Callable[[], bool]], Life]
-"""Makes the life of a supervisor below: from its declaration, its path, and whether it has been killed."""
+"""Makes the life of a supervisor below this one, of its declaration, its path, and a function that says whether it was killed."""
 
 _serials = count(1)
 
 
 class Executor:
-    """Runs the children of one supervisor once: owns their tasks and its inbox. What follows from an event is not its business.
+    """Runs the children of one supervisor, once: it owns their tasks and the queue of events. `decide` says what follows from an event.
 
-    No event is ever waited for. Starting a child makes a task, stopping it asks that task to end, and both answer later with an
-    event of their own. So a supervisor answers at once, whatever its children do.
+    It waits for no event. Starting a child makes a task, stopping a child asks that task to end, and each leads to a later event. So a
+    supervisor handles requests at once, whatever its children are doing.
 
     Invariants:
-    - Events are handled one at a time, in the order in which they come, in the context of `run`.
-    - What an event tells of is entered in the books before `decide` is asked; acts are carried out in their order.
-    - `_over` is done when no child is left, or with an error when an event could not be handled: the books may be wrong then.
+
+    - Events are handled one at a time, in the order in which they come, in the context of the task that calls `run`.
+    - An event is recorded in `Children` before `decide` is asked, and the acts are carried out in their order.
+    - `_over` is done when no child is left, or with an error when an event could not be handled: `Children` may be wrong then.
     """
 
     def __init__(
@@ -95,7 +96,7 @@ class Executor:
             raise failure
 
     async def _outlast_cancellation(self) -> None:
-        """Unless it was a kill, stop all children in order all the same. Returns early when a kill comes after all."""
+        """Stop all children in order after a cancellation that was no kill. Returns early if a kill comes meanwhile."""
         if self._killed() or self._children.phase == "over":
             return
         self._over = self.loop.create_future()
@@ -106,19 +107,19 @@ class Executor:
                     await asyncio.wait([self._over])
 
     async def _kill_all(self) -> None:
-        """No clean-up for anybody. Bounded in time, so further cancellations have to wait."""
+        """Kill all children, and wait for their end even if canceled again: a child is abandoned after its grace time."""
         if self._children.phase == "over":
             return
         self._over = self.loop.create_future()
         self.post(self._handle, KillAsked())
         with contextlib.suppress(asyncio.CancelledError):
             await see_through(self._over)
-        self._over.exception()  # if it broke once more, the first exception says why
+        self._over.exception()  # mark a further error as retrieved; the first one is raised
 
     # ------------------------------------------------------------------ events
 
     def post(self, handler: Callable[[*Args], None], *args: *Args) -> None:
-        """Put an event, or a step that was put off, into the inbox, and handle what is in it unless that is under way."""
+        """Queue an event, or a step that was delayed, and handle the queue unless that is under way already."""
         self._inbox.append((handler, args))
         if not self._busy:
             self._busy = True
@@ -128,11 +129,11 @@ class Executor:
                 self._busy = False
 
     def stop(self, why: str) -> None:
-        """Ask for the supervisor's orderly end."""
+        """Ask for the orderly end of the supervisor."""
         self.post(self._handle, StopAsked(why))
 
     def serve(self, request: Request) -> Caller:
-        """Handle a request in its turn. That, or a later event, completes the future."""
+        """Handle a request in its turn. The future is completed then, or by a later event."""
         caller: Caller = self.loop.create_future()
         self.post(self._serve, request, caller)
         return caller
@@ -142,7 +143,7 @@ class Executor:
             handler, args = self._inbox.popleft()
             try:
                 handler(*args)
-            except Exception as error:  # what we know may be wrong now, so we do not go on
+            except Exception as error:  # `Children` may be wrong now: end the run
                 if not self._over.done():
                     self._over.set_exception(error)
 
@@ -265,14 +266,14 @@ class Executor:
         assert entry.now is not None
         entry.now.stop(why, entry.spec.stop)
 
-    # ------------------------------------------------------------------ what is done in order
+    # ------------------------------------------------------------------ ordered work
 
     def _begin(self) -> None:
         self._children.begin()
         self._advance()
 
     def _advance(self) -> None:
-        """Do the next step, unless one is under way."""
+        """Take the next step of the ordered work, unless one is under way."""
         children, steps = self._children, self._children.steps
         if steps.current is not None:
             return
@@ -309,10 +310,10 @@ class Executor:
             self._ask(entry, self._children.why)
         else:
             self._children.phase = "over"
-            if not self._over.done():  # it is when we have been cancelled in this very turn of the loop
+            if not self._over.done():  # it is done if the task of `run` was canceled in the same turn
                 self._over.set_result(None)
 
-    # ------------------------------------------------------------------ what lives ask and tell
+    # ------------------------------------------------------------------ called by the child tasks
 
     def make_life(self, task: ChildTask, /) -> Life:
         spec, ref = task.entry.spec, task.ref
@@ -343,15 +344,16 @@ class Executor:
         self._guard("gone()", self._runtime.gone, (*self._children.path, act.child), act.kept)
 
     def _guard(self, hook: str, call: Callable[[*Args], object], *args: *Args) -> None:
-        """Call somebody else's code. What it raises must not keep the supervisor from its work."""
+        """Call a function of the system. An exception goes to the loop's exception handler, so that the supervisor goes on."""
         try:
             call(*args)
         except Exception as error:
             message = f"supervisor {self._children.name}: {hook} raised; the supervisor goes on"
             self.loop.call_exception_handler({"message": message, "exception": error})
 
-    # ------------------------------------------------------------------ which act is carried out how
-    # Tables, because a chain of `isinstance` would cost more than all the rest of a start.
+    # ------------------------------------------------------------------ kind of act -> the function that carries it out
+    # Each is a table, made once per run, because a chain of `isinstance` tests would cost more than the rest of a start. The second
+    # one has the acts that a caller waits for: only a request leads to them, so only `_serve` looks there, with the caller's future.
 
     def _carriers(self) -> Mapping[type[Act], Callable[[Any], object]]:
         children = self._children
@@ -384,7 +386,7 @@ class Executor:
 
 
 def alive(entry: Entry) -> ChildTask:
-    """The present life of a child that has one."""
+    """The present life of a child, which must have one."""
     assert entry.now is not None
     return entry.now
 

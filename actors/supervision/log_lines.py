@@ -1,4 +1,4 @@
-"""A supervisor's event as a line of the log: how serious it is, in which words, with which fields."""
+"""The log line of a supervisor's report: its level, its text and its fields."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ __all__ = ["log_line"]
 
 
 def log_line(report: Report, ended_at: float | None) -> tuple[int, str, dict[str, Any]]:
-    """Level, event and fields of a report. `ended_at`: when the child's life before ended, loop time, as far as that is known.
+    """The level, the text and the fields of a report's log line. `ended_at` is the loop time at which the child's last life ended, or None.
 
-    The number of the child's life is the line's own: `life`.
+    The number of the child's life is not among the fields: the log line itself has it.
     """
     child, supervisor = report.child.id, report.supervisor[-1]
     fields: dict[str, Any] = {"child": "/".join(report.child.path)}
@@ -42,7 +42,7 @@ def _after(report: Report, ended_at: float | None) -> str:
 
 
 def _end(report: Report) -> str:
-    """How a significant child ended, in words that need no subject."""
+    """How a significant child ended, as a phrase for the log line."""
     reason = report.reason
     if isinstance(reason, Stopped):
         return reason.why

@@ -1,4 +1,4 @@
-"""What a supervisor may be told about its children: when to restart, whom, how often, how fast."""
+"""The options of supervision: when a child is restarted, which others with it, how often, and after which delay."""
 
 from __future__ import annotations
 
@@ -58,17 +58,17 @@ all_significant: Final = "all_significant"
 """The supervisor shuts down when its last significant child has ended by itself, for good."""
 
 StopTimeout: TypeAlias = float | Literal["kill"]
-"""Seconds that a child has for its clean-up; `math.inf` is without limit, "kill" gives it none at all."""
+"""Seconds that a child has for its clean-up: `math.inf` sets no limit, "kill" leaves no time for a clean-up."""
 
 Kind: TypeAlias = Literal["worker", "supervisor"]
-"""A node, or a supervisor of its own children."""
+"""The kind of a child: a node ("worker") or a supervisor."""
 
 
 class Intensity(msgspec.Struct, frozen=True):
-    """At most `restarts` restarts in any `within` seconds (a sliding window); one more and the supervisor gives up.
+    """At most `restarts` restarts are allowed in any `within` seconds (a sliding window); with one more the supervisor gives up.
 
-    Failed attempts count. Default: 3 restarts within 5 s. (OTP allows 1, Elixir 3: a robot's USB devices come back on
-    the second try often enough to follow Elixir.)
+    Failed attempts count. The default is 3 restarts within 5 s, as in Elixir. (OTP allows 1, but a robot's USB devices
+    often come back at the second attempt.)
     """
 
     restarts: int = 3
@@ -82,11 +82,11 @@ class Intensity(msgspec.Struct, frozen=True):
 
 
 class Backoff(msgspec.Struct, frozen=True):
-    """Wait before a restart: `first` seconds, then `factor` times longer each time, never longer than `most`.
+    """The delay before a restart: `first` seconds, then `factor` times longer each time, but at most `most` seconds.
 
-    Each wait is drawn out by up to `jitter` of itself, at random (from the system's seeded generator), so that
-    what failed together does not come back together. A life of at least `reset_after` seconds starts over at `first`.
-    Source: Apache Pekko, `SupervisorStrategy.restartWithBackoff`.
+    Each delay is lengthened at random, by up to `jitter` times itself (from the system's seeded generator), so that
+    children that failed together do not restart together. After a life of at least `reset_after` seconds the delay is
+    `first` again. Source: Apache Pekko, `SupervisorStrategy.restartWithBackoff`.
     """
 
     first: float
@@ -107,11 +107,11 @@ class Backoff(msgspec.Struct, frozen=True):
 
     @property
     def reset_after(self) -> float:
-        """Seconds of healthy life after which the next wait is `first` again: the mean of `first` and `most`."""
+        """Seconds of life after which the next delay is `first` again: the mean of `first` and `most`."""
         return (self.first + self.most) / 2
 
     def delay(self, earlier: int, rng: Random) -> float:
-        """Seconds to wait before the next attempt, after `earlier` attempts that did not hold."""
+        """Seconds to wait before the next attempt, after `earlier` attempts in a row that did not hold."""
         try:
             plain = min(self.most, self.first * self.factor**earlier)
         except OverflowError:

@@ -1,4 +1,4 @@
-"""Why a child ended, as a value; and the two exceptions with which a child says so itself."""
+"""The reasons of a child's end, as values; and the exceptions `Stop` and `Skip`, which a child raises to end."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = [
 
 
 class Stop(Exception):
-    """Raise it in a node to end its incarnation in order ('shutdown'): a transient node is then not restarted."""
+    """Raise it in a node to end its incarnation in order ('shutdown'). A transient node is not restarted after it."""
 
     def __init__(self, reason: str = "shutdown") -> None:
         super().__init__(reason)
@@ -32,7 +32,7 @@ class Stop(Exception):
 
 
 class Skip(Exception):
-    """Raise it in a start phase to decline: the spec stays without an instance, the siblings start as usual."""
+    """Raise it in a start phase to decline the start: the node does not run, and its siblings start as usual."""
 
     def __init__(self, reason: str = "") -> None:
         super().__init__(reason)
@@ -40,14 +40,14 @@ class Skip(Exception):
 
 
 class Returned(msgspec.Struct, frozen=True):
-    """It came to its end ('normal')."""
+    """The child returned: its work is done ('normal')."""
 
     def __str__(self) -> str:
         return "it returned"
 
 
 class Stopped(msgspec.Struct, frozen=True):
-    """It was asked to stop, or raised `Stop` ('shutdown'). `cause`: the error of a supervisor that gave up."""
+    """The child was asked to stop, or raised `Stop` ('shutdown'). `cause` is the error of a supervisor that gave up."""
 
     why: str = "shutdown"
     cause: BaseException | None = None
@@ -57,7 +57,7 @@ class Stopped(msgspec.Struct, frozen=True):
 
 
 class Failed(msgspec.Struct, frozen=True):
-    """It raised `error` ('abnormal')."""
+    """The child raised `error` ('abnormal')."""
 
     error: BaseException
 
@@ -66,9 +66,9 @@ class Failed(msgspec.Struct, frozen=True):
 
 
 class Killed(msgspec.Struct, frozen=True):
-    """It was cancelled, without a clean-up, `after` so many seconds of waiting for its own ('abnormal').
+    """The child was killed after it had been given `after` seconds for its own clean-up ('abnormal').
 
-    `after=None`: somebody other than its supervisor cancelled it.
+    With `after=None` its task was canceled by code other than its supervisor.
     """
 
     after: float | None
@@ -80,7 +80,7 @@ class Killed(msgspec.Struct, frozen=True):
 
 
 class Leaked(msgspec.Struct, frozen=True):
-    """It refused even to be killed and was abandoned: its task may still be running ('abnormal')."""
+    """The child did not end within `after` seconds of its kill and was abandoned: its task may still run ('abnormal')."""
 
     after: float
 
@@ -89,23 +89,23 @@ class Leaked(msgspec.Struct, frozen=True):
 
 
 class Gone(msgspec.Struct, frozen=True):
-    """It had ended before anybody watched; nothing is kept of how."""
+    """The child had ended before it was watched; the reason is not known any more."""
 
     def __str__(self) -> str:
         return "it had ended before it was watched"
 
 
 ExitReason: TypeAlias = Returned | Stopped | Failed | Killed | Leaked
-"""How one incarnation ended."""
+"""The reason of the end of one incarnation."""
 
 
 def is_abnormal(reason: ExitReason) -> bool:
-    """Whether a transient child is restarted after it: anything but a return or an orderly stop."""
+    """Whether a transient child is restarted after this end: after any but a return or an orderly stop."""
     return not isinstance(reason, (Returned, Stopped))
 
 
 def cause_of(reason: ExitReason) -> BaseException | None:
-    """The exception behind a reason, to chain a further error to."""
+    """The exception behind a reason, or None; used as the `__cause__` of further errors."""
     if isinstance(reason, Failed):
         return reason.error
     return reason.cause if isinstance(reason, Stopped) else None

@@ -1,4 +1,4 @@
-"""What a supervisor hands out about its children: references, descriptions, notices of their end."""
+"""The values by which a supervisor tells about its children: references, descriptions, and notices of their end."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["ChildInfo", "ChildRef", "ChildState", "Counts", "Down"]
 
 
 class ChildRef(msgspec.Struct, frozen=True):
-    """One incarnation of one child. Equal only to references to this very incarnation, also after its id is used again.
+    """A reference to one incarnation of one child. It equals only references to the same incarnation, even if the id is used again.
 
     `path` leads from the root of the tree to the child, whose id is its last part.
     """
@@ -34,11 +34,11 @@ class ChildRef(msgspec.Struct, frozen=True):
 
 
 ChildState: TypeAlias = Literal["starting", "running", "stopping", "restarting", "stopped"]
-"""`restarting` while it waits for its next start; `stopped` when it has ended and is not started again by itself."""
+"""The state of a child: "restarting" while a restart is due or under way; "stopped" when it has ended and no restart is due."""
 
 
 class ChildInfo(msgspec.Struct, frozen=True):
-    """One line of `children()`. `ref` is the live reference while it runs, else None."""
+    """One child, as `children()` lists it. `ref` is the live reference while the child runs, else None."""
 
     id: str
     kind: Kind
@@ -48,7 +48,7 @@ class ChildInfo(msgspec.Struct, frozen=True):
 
 
 class Counts(msgspec.Struct, frozen=True):
-    """`specs`: children known; `active`: of them running; `supervisors` and `workers`: of the known ones."""
+    """The numbers of a supervisor's children: `specs` are all, `active` those that run, `supervisors` and `workers` those of each kind."""
 
     specs: int
     active: int
@@ -57,7 +57,7 @@ class Counts(msgspec.Struct, frozen=True):
 
 
 class Down(msgspec.Struct, frozen=True):
-    """The incarnation `ref` has ended, for this reason."""
+    """The notice that the incarnation `ref` has ended for `reason`."""
 
     ref: ChildRef
     reason: ExitReason | Gone

@@ -1,4 +1,4 @@
-"""The supervisor's reports: one structured value per event."""
+"""The reports of a supervisor: one value for each event."""
 
 from __future__ import annotations
 
@@ -13,13 +13,19 @@ from actors.supervision.refs import ChildRef
 __all__ = ["Context", "Report"]
 
 Context: TypeAlias = Literal["child_terminated", "start_error", "shutdown_error", "shutdown", "progress", "unexpected"]
-"""child_terminated: a child ended by itself and is restarted, or ended abnormally. start_error: a start phase failed.
-shutdown_error: a child that had to stop did not do so cleanly. shutdown: the supervisor itself gives up, or shuts down
-for a significant child. progress: a child is ready. unexpected: a signal that makes no sense was dropped."""
+"""The kind of a report.
+
+- child_terminated: a child ended by itself and is restarted, or ended abnormally.
+- start_error: a start phase failed.
+- shutdown_error: a child that was to stop did not stop in order.
+- shutdown: the supervisor gives up, or shuts down because of a significant child.
+- progress: a child is ready.
+- unexpected: a life called `started()` a second time, or after its end; the call was ignored.
+"""
 
 
 class Report(msgspec.Struct, frozen=True):
-    """One event. `at` is the time of the event loop, in seconds; `reason` is None for progress and the unexpected."""
+    """One event of a supervisor. `at` is loop time in seconds; `reason` is None for "progress" and "unexpected"."""
 
     context: Context
     supervisor: tuple[str, ...]

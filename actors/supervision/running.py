@@ -1,4 +1,4 @@
-"""A running supervisor, for those who use it: run it, look at its children, and change them while it runs."""
+"""`RunningSupervisor`: the interface of a running supervisor, to run it, to inspect its children, and to change them."""
 
 from __future__ import annotations
 
@@ -31,21 +31,23 @@ from actors.supervision.watching import complete_on_end, share_fate
 __all__ = ["LeakedChild", "Path", "RunningSupervisor"]
 
 Path: TypeAlias = str | Sequence[str]
-"""The way down from a supervisor: "gaits/walk", or ("gaits", "walk")."""
+"""The path from a supervisor down to a descendant: "gaits/walk", or ("gaits", "walk")."""
 
 
 class RunningSupervisor:
     """One run of a `Supervisor` or `DynamicSupervisor`: `await RunningSupervisor(spec, runtime).run(started)`.
 
-    Is a `Life`, so supervisors nest. All requests answer at once, also while children are starting or restarting; those that
-    start or stop a child wait for just that child. They must come from the event loop's own thread. A caller that is cancelled
-    takes nothing back: the child goes on starting or stopping. Before `run`, and once it is stopping, requests raise
-    `SupervisorDown`.
-
-    Invariants: the books, `Children`, say all there is to know of the children; what follows from an event, `decide` says; only
-    the `Executor`, which lives as long as `run` does, changes the books and touches the children's tasks.
+    It is a `Life`, so supervisors nest. Requests are handled at once, also while children are starting or restarting; a request
+    that starts or stops a child waits for that child only. Requests must come from the event loop's own thread. Canceling the
+    caller of a request does not undo it: the child goes on starting or stopping. Before `run`, and once the supervisor is
+    stopping, requests raise `SupervisorDown`.
 
     It has no public constructor: `System.supervisor` gives one.
+
+    Invariants:
+
+    - `Children` holds the whole state of the children, and `decide` alone says what follows from an event.
+    - While `run` runs, only the `Executor` that it makes changes that state and uses the children's tasks.
     """
 
     def __init__(
@@ -69,17 +71,17 @@ class RunningSupervisor:
 
     @property
     def name(self) -> str:
-        """The path from the root, as one text."""
+        """The path from the root, joined by slashes."""
         return self._children.name
 
     @property
     def spec(self) -> Supervisor | DynamicSupervisor:
-        """Its declaration, the one that was last put in its place by `reconfigure`."""
+        """The present declaration of the supervisor, which `reconfigure` replaces."""
         return self._children.spec
 
     @property
     def phase(self) -> Phase:
-        """What the supervisor itself does: it is new, starting, running, stopping or over."""
+        """The phase of the supervisor itself: "new", "starting", "running", "stopping" or "over"."""
         return self._children.phase
 
     # ------------------------------------------------------------------ running
@@ -89,10 +91,10 @@ class RunningSupervisor:
 
         Returns after `stop`, or after the end of a significant child shut it down. Raises `StartFailed` when a child
         does not start the first time, `SupervisorGaveUp` when the restart intensity is reached; in each case after all
-        children have stopped. When its task is cancelled it kills all children at once and passes the cancellation on;
-        so it does with an exception of its own, or of a runtime that does not keep to its protocol. A
-        cancellation of which its owner's `killed()` knows nothing comes from somebody else, such as `asyncio.run` at its end:
-        then it stops all children in order before it passes it on.
+        children have stopped. When its owner kills it, by a cancellation of its task for which `killed()` is true, it kills
+        all children at once and raises the cancellation. After any other cancellation, such as that of `asyncio.run` at its
+        end, it stops all children in order first. After an error of its own, or of a runtime that breaks its protocol, it
+        kills all children and raises the error.
         """
         children = self._children
         if children.phase != "new":
@@ -112,7 +114,7 @@ class RunningSupervisor:
         await self._executor.run()
 
     def stop(self, reason: str = "shutdown", /) -> None:
-        """Ask for an orderly end: retries are dropped, then the children stop in reverse order."""
+        """Ask for an orderly end: pending restarts are dropped, and the children stop in reverse order."""
         if self._executor is None:
             self._children.why = reason or "shutdown"
         else:
@@ -123,14 +125,14 @@ class RunningSupervisor:
     ) -> RunningSupervisor:
         return RunningSupervisor(spec, self._runtime, path, leaked=self.leaked, killed=killed)
 
-    # ------------------------------------------------------------------ looking
+    # ------------------------------------------------------------------ inspecting
 
     def children(self) -> list[ChildInfo]:
-        """All children in start order (OTP lists the newest first)."""
+        """All children, in start order (OTP lists the newest first)."""
         return [entry.info for entry in self._children]
 
     def counts(self) -> Counts:
-        """How many there are. One that is restarting counts in `specs`, not in `active`."""
+        """The numbers of children. A child that is restarting counts in `specs`, not in `active`."""
         entries = self._children
         supervisors = sum(entry.spec.kind == "supervisor" for entry in entries)
         active = sum(entry.state == "running" for entry in entries)
@@ -141,14 +143,14 @@ class RunningSupervisor:
         return self._children.find(id).spec
 
     def which(self, path: Path) -> ChildRef | None:
-        """The live reference of a descendant; None while it is not running. Raises `NotFound` for an unknown one."""
+        """The live reference of a descendant; None while it is not running. Raises `NotFound` for an unknown child."""
         entry = self._entry(path)
         return None if entry is None else entry.info.ref
 
     def life(self, path: Path) -> Life | None:
         """The present life of a descendant, also while it starts or stops. Raises `NotFound`.
 
-        Of a supervisor it is a `RunningSupervisor`.
+        The life of a supervisor is a `RunningSupervisor`.
         """
         task = self.incarnation(path)
         return None if task is None else task.life
@@ -159,9 +161,9 @@ class RunningSupervisor:
         return None if entry is None else entry.now
 
     def state_of(self, path: Path) -> ChildState:
-        """The state of a descendant, to show: "stopping" also while it cleans up after an end of its own.
+        """The state of a descendant, for display: "stopping" also while it cleans up after an end by itself.
 
-        Of one whose own supervisor does not run, it is that supervisor's; of one that is not known, "stopped".
+        For a descendant whose supervisor does not run, it is the state of that supervisor; for an unknown one it is "stopped".
         """
         first, *rest = path.split("/") if isinstance(path, str) else path
         entry = self._children.entries.get(first)
@@ -175,55 +177,56 @@ class RunningSupervisor:
 
     @property
     def recent_restarts(self) -> int:
-        """How many restarts the window of its intensity held at the last restart."""
+        """How many restarts counted for the restart intensity at the last restart."""
         return len(self._children.window.times)
 
     def statuses(self) -> dict[str, ChildStatus]:
-        """What the books say of each child, in start order."""
+        """The status of each child by its id, in start order. A status shows the state at the moment at which it is read."""
         return dict(self._children.entries)
 
     def below(self) -> Iterator[RunningSupervisor]:
-        """This supervisor, and all running ones below it."""
+        """This supervisor, and all running supervisors below it."""
         yield self
         for life in self.lives():
             if isinstance(life, RunningSupervisor):
                 yield from life.below()
 
     def lives(self) -> list[Life | None]:
-        """The present lives of its children, those that have one; None of one whose task has not come to its first step."""
+        """The present lives of the children that have one; None for a child whose task has not taken its first step."""
         return [entry.now.life for entry in self._children if entry.now is not None]
 
     # ------------------------------------------------------------------ changing
 
     async def start_child(self, spec: Spec) -> ChildRef | None:
-        """Add a child after the others and start it; returns when it is ready, None if it declined to start.
+        """Add a child after the others and start it. Returns its reference when it is ready, None if it declined to start.
 
-        Raises `AlreadyStarted`, `AlreadyPresent`, `DeclarationError`; `StartFailed`, and then the spec is not kept.
+        Raises `AlreadyStarted`, `AlreadyPresent`, `DeclarationError`; `StartFailed`, and then the child is not kept.
         """
         return await self._request(StartChild(spec))
 
     async def spawn(
         self, *args: object, name: str | None = None, parameters: Mapping[str, object] | None = None
     ) -> ChildRef | None:
-        """Start an instance of a dynamic supervisor's template; returns when it is ready, None if it declined.
+        """Start an instance of a dynamic supervisor's template. Returns its reference when it is ready, None if it declined.
 
         `args` follow the template's own arguments, `parameters` override its parameters; both are kept for restarts.
-        `name` defaults to the template's with a running number. Raises `TooManyChildren`, and what `start_child` does.
+        `name` defaults to that of the template with a number. Raises `TooManyChildren`, and what `start_child` raises.
         """
         return await self._request(Spawn(args, name, parameters))
 
     async def terminate_child(self, target: str | ChildRef) -> None:
-        """Stop a child, or drop its pending restart; returns when it has ended. Its spec stays, and nothing but
-        `restart_child` starts it again. Temporary children and instances of a template are forgotten.
+        """Stop a child, or drop its pending restart, and return when it has ended.
 
-        A child that is stopped already, or a reference to an ended incarnation, is fine. Raises `NotFound`.
+        The child is kept, and only `restart_child` starts it again; temporary children and instances of a template are
+        forgotten. Nothing happens for a child that is stopped already, or a reference to an ended incarnation. Raises
+        `NotFound`.
         """
         await self._request(TerminateChild(target))
 
     async def restart_child(self, id: str) -> ChildRef | None:
-        """Start a stopped child from its spec; returns when it is ready, None if it declined.
+        """Start a stopped child. Returns its reference when it is ready, None if it declined to start.
 
-        Raises `Running`, `Restarting`, `NotFound`; `StartFailed`, and then the spec stays, without an automatic retry.
+        Raises `Running`, `Restarting`, `NotFound`; `StartFailed`, and then the child is kept, without an automatic retry.
         """
         return await self._request(RestartChild(id))
 
@@ -232,24 +235,26 @@ class RunningSupervisor:
         await self._request(DeleteChild(id))
 
     async def replace(self, id: str, factory: Callable[..., object]) -> ChildRef | None:
-        """Change what makes a child, and put the new in the place of the old: stop in order, start, one child only.
+        """Replace the factory of a child, and if the child runs, stop it in order and start it anew; other children go on.
 
-        Returns when the new one is ready, None if the child was not running; then `factory` serves its next start. Not
-        counted as a restart. Raises `NotFound`, `DeclarationError`; `StartFailed`, and then the child is stopped.
+        Returns the new reference when it is ready; None if the child was not running, and then `factory` is used at its next
+        start. This does not count as a restart. Raises `NotFound`, `DeclarationError`; `StartFailed`, and then the child is
+        stopped.
         """
         return await self._request(ReplaceFactory(id, factory))
 
     async def reconfigure(self, spec: Supervisor | DynamicSupervisor) -> None:
-        """Put another declaration of the same kind and name in the place of this supervisor's.
+        """Replace the declaration of this supervisor by another one of the same kind and name.
 
-        Running children keep running. Options, and what is said about the end of a child, hold from the next end on;
-        what is said about its start from the next start on. Children that are not in the new declaration stay until
-        terminated; new ones are known, but not started. Raises `DeclarationError`, and then nothing has changed.
+        Running children keep running. The supervisor's own options, and those of a child about its end, apply from the next
+        end on; those of a child about its start from its next start on. Children that are not in the new declaration stay
+        until they are terminated; new ones are added, but not started. Raises `DeclarationError`, and then nothing has
+        changed.
         """
         await self._request(Reconfigure(spec))
 
     async def _request(self, request: Request) -> ChildRef | None:
-        """Let a request be handled as an event, in its turn; that, or a later event, answers."""
+        """Have a request handled in its turn, and wait for the answer, which this or a later event gives."""
         self._children.check_open()
         executor = self._executor
         assert executor is not None
@@ -262,7 +267,7 @@ class RunningSupervisor:
     # ------------------------------------------------------------------ watching
 
     def watch(self, ref: ChildRef) -> Awaitable[Down]:
-        """A future of the end of this very incarnation, anywhere below; of `Gone` at once if it has ended already.
+        """A future of the end of this incarnation, at any depth below; it is done at once, with `Gone`, if that has ended already.
 
         Cancel the future to stop watching. Raises `NotFound` for a reference into another tree.
         """
@@ -275,9 +280,9 @@ class RunningSupervisor:
         return future
 
     def link(self, one: ChildRef, other: ChildRef) -> None:
-        """Let two share their fate: when one fails, the other is ended in order and counts as failed (`LinkBroken`).
+        """Link two incarnations: when one fails, the other is ended in order and counts as failed (`LinkBroken`).
 
-        A return or an orderly stop breaks nothing. Raises `NotFound` if one has ended already, or is of another tree.
+        A return or an orderly stop does not end the other. Raises `NotFound` if one has ended already, or is of another tree.
         """
         first, second = self._task(one), self._task(other)
         if first is None or second is None:
@@ -288,7 +293,7 @@ class RunningSupervisor:
     # ------------------------------------------------------------------ finding
 
     def _entry(self, path: Path) -> Entry | None:
-        """What is known of a descendant; None if a supervisor on the way to it does not run."""
+        """The entry of a descendant; None if a supervisor on the way to it does not run. Raises `NotFound`."""
         first, *rest = path.split("/") if isinstance(path, str) else path
         entry = self._children.find(first)
         if not rest or entry.now is None:
@@ -298,7 +303,7 @@ class RunningSupervisor:
         return life._entry(rest)
 
     def _task(self, ref: ChildRef) -> ChildTask | None:
-        """The life that `ref` means; None if it has ended."""
+        """The task of the life that `ref` refers to; None if that has ended. Raises `NotFound` for a reference outside of this tree."""
         depth = len(self.path)
         if ref.path[:depth] != self.path or len(ref.path) == depth:
             raise NotFound(f"{ref} is not below {self.name}")
@@ -310,7 +315,7 @@ class RunningSupervisor:
 
 
 def _grace_of(life: Life | None) -> float:
-    """Seconds from the kill of a child to its abandonment: a supervisor needs one more than its slowest child."""
+    """Seconds from the kill of a child to its abandonment: for a supervisor, `GRACE` more than for the slowest of its children."""
     if not isinstance(life, RunningSupervisor):
         return GRACE
     return GRACE + max((_grace_of(each) for each in life.lives()), default=0.0)

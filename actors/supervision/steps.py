@@ -1,4 +1,4 @@
-"""Steps: the stops and starts of a supervisor that must be done in order, one child at a time. A serial work queue."""
+"""`Steps`: the ordered stops and starts of a supervisor, which are done one child at a time."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ __all__ = ["Steps"]
 
 
 class Steps:
-    """Stops, last child first; then, unless something holds them back, starts, first child first.
+    """A queue of stops, the last child first, and of starts, the first child first. All stops come before the starts.
 
     Invariants:
-    - At most one step is under way: that of `current`. The next one is given out when `current` is None.
-    - No start is given out while a stop waits, nor while `hold` lasts, the timer of the backoff that `holder` waits for.
-    - `queued` is true of exactly the entries in `starts`, which lie in start order.
-    - An entry whose `marked` (stops) or `intent` (starts) was cleared meanwhile is skipped when its turn comes.
+
+    - At most one step is under way, that of `current`. The next one begins when `current` is None.
+    - No start begins while a stop waits, or while the timer `hold` runs, which is that of the backoff of `holder`.
+    - `queued` is true for exactly the entries in `starts`, which are in start order.
+    - An entry whose `marked` (for a stop) or `intent` (for a start) was cleared meanwhile is skipped when its turn comes.
     """
 
     __slots__ = ("current", "hold", "holder", "starts", "stops")
@@ -36,7 +37,7 @@ class Steps:
         return bool(self.current or self.stops or self.starts or self.hold)
 
     def plan(self, entries: Iterable[Entry]) -> None:
-        """Take up everything that is marked, or due, among `entries` (in start order)."""
+        """Replace the queue by the stops of all marked entries and the starts of all due ones. `entries` are in start order."""
         self.stops.clear()
         self.starts.clear()
         for entry in entries:
@@ -49,7 +50,7 @@ class Steps:
             self.current = None
 
     def add(self, entry: Entry) -> None:
-        """One more start, in its place in the order."""
+        """Add a start, in its place in the order."""
         starts = self.starts
         starts.append(entry)
         entry.queued = True
@@ -57,7 +58,7 @@ class Steps:
             self.starts = deque(sorted(starts, key=lambda each: each.position))
 
     def next_stop(self) -> Entry | None:
-        """Begin the next stop, and say whose it is."""
+        """Begin the next stop, and return its entry; None if no stop is left."""
         while self.stops:
             entry = self.stops.pop()
             if entry.marked:
@@ -66,7 +67,7 @@ class Steps:
         return None
 
     def next_start(self) -> Entry | None:
-        """Begin the next start, and say whose it is."""
+        """Begin the next start, and return its entry; None if no start is left, or starts are held back."""
         while self.starts and self.hold is None:
             entry = self.starts.popleft()
             entry.queued = False
@@ -76,7 +77,7 @@ class Steps:
         return None
 
     def hold_for(self, entry: Entry, until: asyncio.TimerHandle) -> None:
-        """Let no start happen before `until`, nor before an earlier hold ends."""
+        """Hold back all starts until the timer `until` fires, or until that of an earlier hold does if that is later."""
         if self.hold is not None:
             if self.hold.when() >= until.when():
                 until.cancel()
@@ -91,7 +92,7 @@ class Steps:
         self.hold = self.holder = None
 
     def clear(self) -> None:
-        """Give up all that is planned."""
+        """Drop all stops, all starts and the hold."""
         self.release()
         for entry in self.starts:
             entry.queued = False

@@ -1,4 +1,4 @@
-"""Monitors and links between incarnations."""
+"""Monitors and links of incarnations, as in Erlang/OTP."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["complete_on_end", "share_fate"]
 
 
 def complete_on_end(incarnation: ChildTask, future: asyncio.Future[Down]) -> None:
-    """Give `future` the notice of the incarnation's end; watch no longer once the future is done or cancelled."""
+    """Complete `future` with the notice of the incarnation's end. The watch ends when the future is done or canceled."""
 
     def tell(down: Down) -> None:
         if not future.done():
@@ -24,7 +24,7 @@ def complete_on_end(incarnation: ChildTask, future: asyncio.Future[Down]) -> Non
 
 
 def share_fate(one: ChildTask, other: ChildTask) -> None:
-    """When either fails, end the other as failed. The link vanishes with the first of them."""
+    """Link two incarnations: when one fails, the other is ended as failed. The link ends with the first of them that ends."""
 
     def one_ended(down: Down) -> None:
         other.unwatch(other_ended)

@@ -1,1 +1,1 @@
-"""The wire: what connects the graph of this process with those of other processes and machines."""
+"""The transport: the connection of this process's graph with those of other processes and machines."""

@@ -20,13 +20,13 @@ pytestmark = pytest.mark.virtual
 class Bench:
     """A timer on an inbox of its own."""
 
-    def __init__(self, handler: Callable[..., Any], hz: float, late: Any = "skip") -> None:
+    def __init__(self, handler: Callable[..., Any], hz: float, late: Any = "skip", on_error: Any = None) -> None:
         loop = asyncio.get_running_loop()
         self.inbox = Inbox(loop)
         self.record = TimerRecord(hz)
         self.item = NodeTimer(self.inbox, handler, hz, late, "Node.tick", self.record)
         self.ticker = Ticker(loop)
-        self.task = asyncio.create_task(self.inbox.serve())
+        self.task = asyncio.create_task(self.inbox.serve(on_error))
 
     async def run(self, seconds: float) -> None:
         self.item.begin(self.ticker)
@@ -112,6 +112,32 @@ async def test_fault_raises_when_the_next_tick_begins_too_late() -> None:
     ):
         await bench.task
     bench.item.stop()
+
+
+async def test_after_a_fault_that_is_forgiven_the_timer_ticks_on_and_each_further_miss_is_a_fault_of_its_own() -> None:
+    """A `TickMissed` that `on_error` let pass used to be the timer's last tick."""
+    work = [0.25, 0.0, 0.0, 0.0, 0.35]
+    ticks: list[int] = []
+    faults: list[str] = []
+
+    async def slow(tick: Tick) -> None:
+        ticks.append(tick.k)
+        await asyncio.sleep(work.pop(0) if work else 0.0)
+
+    def forgive(error: Exception, label: str) -> str:
+        assert isinstance(error, TickMissed)
+        faults.append(str(error))
+        return "continue"
+
+    bench = Bench(slow, 10.0, "fault", on_error=forgive)
+    await bench.run(2.0)
+    assert [text.partition(" before")[0] for text in faults] == [
+        "Node.tick: 1 more tick(s) were due",
+        "Node.tick: 2 more tick(s) were due",
+    ]
+    assert ticks[-1] == 20
+    assert (bench.record.fired, bench.record.missed) == (len(ticks) + 2, 3)
+    await bench.close()
 
 
 async def test_a_handler_that_is_late_but_not_too_late_is_no_fault() -> None:

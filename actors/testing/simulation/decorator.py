@@ -74,7 +74,8 @@ def scenario(
 
         others = [parameter for name, parameter in signature.parameters.items() if name not in ("rig", "request")]
         first = inspect.Parameter("request", inspect.Parameter.KEYWORD_ONLY)
-        run.__signature__ = signature.replace(  # type: ignore[attr-defined]  # what pytest asks for the fixtures; functions have no such field
+        # pytest reads this attribute to find the fixtures; type checkers do not know it.
+        run.__signature__ = signature.replace(  # type: ignore[attr-defined]
             parameters=[*(other.replace(kind=inspect.Parameter.KEYWORD_ONLY) for other in others), first],
             return_annotation=None,
         )

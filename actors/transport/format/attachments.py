@@ -1,4 +1,4 @@
-"""What travels beside the payload of every message, request and reply: 33 bytes, and behind them what only our own peers read.
+"""The attachment of every message, request and reply: 33 bytes, and an extension that only this library reads.
 
 =====  ====  =========================================================
 start  size  content
@@ -10,7 +10,7 @@ start  size  content
 33     any   extension (see `extensions`); ROS 2 sends and reads none
 =====  ====  =========================================================
 
-A reply repeats sequence number and GID of its request. What arrives without an attachment is dropped, as ROS 2 does.
+A reply repeats the sequence number and the GID of its request. A message without an attachment is dropped, as in ROS 2.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ __all__ = ["ATTACHMENT_SIZE", "Attachment", "parse_attachment", "write_attachmen
 
 _LAYOUT: Final = struct.Struct("<qqB16s")
 ATTACHMENT_SIZE: Final = _LAYOUT.size
-"""Bytes of an attachment without extension."""
+"""The size of an attachment without extension, in bytes."""
 
 
 class Attachment(NamedTuple):
-    """What the attachment of one message says."""
+    """The content of the attachment of one message."""
 
     sequence_number: int
-    """Counts the messages of a publisher, or the requests of a client, from 1. A gap is a loss."""
+    """The number of the message of its publisher, or of the request of its client, from 1. A gap means a loss."""
     source_time: int
-    """When it was sent, in nanoseconds since 1970 by the sender's clock."""
+    """The time of sending on the sender's clock, in nanoseconds since 1970."""
     gid: bytes
-    """The publisher, or the client that asks; see `gids`."""
+    """The identifier of the publisher or of the requesting client; see `gids`."""
     extension: bytes = b""
-    """What follows, as it is."""
+    """The bytes that follow, unchanged."""
 
 
 def write_attachment(attachment: Attachment) -> bytes:
-    """The bytes. Raises WireFormatError."""
+    """Write an attachment as bytes. Raises WireFormatError."""
     number, time, gid, extension = attachment
     if len(gid) != GID_SIZE:
         raise refuse(gid, "a GID", f"it has {GID_SIZE} bytes")
@@ -53,7 +53,7 @@ def write_attachment(attachment: Attachment) -> bytes:
 
 
 def parse_attachment(data: bytes) -> Attachment:
-    """What these bytes say. Raises WireFormatError."""
+    """Parse an attachment. Raises WireFormatError."""
     if len(data) < ATTACHMENT_SIZE or data[16] != GID_SIZE:
         raise refuse(
             data, "an attachment", f"it has at least {ATTACHMENT_SIZE} bytes, of which number 16 is {GID_SIZE}"

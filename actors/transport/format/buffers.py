@@ -1,8 +1,8 @@
-"""The further keys of topics whose type has an unbounded ``uint8[]`` field, as ROS 2 Lyrical and later use them.
+"""The additional keys of topics whose type has an unbounded ``uint8[]`` field, as used by ROS 2 Lyrical and later.
 
-A subscription of such a type with volatile durability may list in its token the memories from which it can read (`Backend`). Its publisher then
-writes to one of two kinds of key below the data key ``K``: ``K/_buf_cpu``, shared by all subscriptions that list the plain CPU memory only,
-or ``K/_buf/<GID>``, of one subscription.
+A volatile subscription of such a type may list in its token the memories from which it can read (`Backend`). Its publisher then writes to
+one of two kinds of keys below the data key ``K``: ``K/_buf_cpu``, shared by all subscriptions that list only plain CPU memory, or
+``K/_buf/<GID>`` for one subscription.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ __all__ = [
 
 
 class Backend(NamedTuple):
-    """A memory from which a subscription can read."""
+    """A kind of memory from which a subscription can read."""
 
     name: str
     metadata: str = ""
 
 
 CPU: Final = (Backend("cpu"),)
-"""What a subscription lists that reads ordinary messages only."""
+"""The list of a subscription that reads only ordinary messages."""
 
 
 class BufferKey(NamedTuple):
@@ -42,7 +42,7 @@ class BufferKey(NamedTuple):
 
     data_key: DataKey
     gid: bytes | None
-    """The subscription that alone reads it; None for the key shared by those that list `CPU`."""
+    """The only subscription that reads the key; None for the key shared by those that list `CPU`."""
 
 
 _PREFIX: Final = "backends:"
@@ -53,7 +53,7 @@ _FORBIDDEN: Final = re.compile(r"[*$?#\ud800-\udfff]")
 
 
 def write_backends(backends: Iterable[Backend]) -> str:
-    """The last part of a token, sorted by name: ``backends:cpu:``. Raises WireFormatError."""
+    """Write the last part of a token, sorted by name: ``backends:cpu:``. Raises WireFormatError."""
     listed = sorted(backends)
     for backend in listed:
         for field in backend:
@@ -67,7 +67,7 @@ def write_backends(backends: Iterable[Backend]) -> str:
 
 
 def parse_backends(text: str) -> tuple[Backend, ...]:
-    """The memories that this part of a token lists, sorted. Raises WireFormatError."""
+    """Parse this part of a token. Returns the memories that it lists, sorted. Raises WireFormatError."""
     if not text.startswith(_PREFIX) or _FORBIDDEN.search(text) or "/" in text:
         raise refuse(text, "a list of backends", "it would read backends:name:metadata, several with ; between them")
     found: list[Backend] = []
@@ -90,7 +90,7 @@ def _unescape(field: str) -> str:
 
 
 def write_buffer_key(key: BufferKey) -> str:
-    """The key expression. Raises WireFormatError."""
+    """Write a buffer key as a key expression. Raises WireFormatError."""
     below = "_buf_cpu"
     if key.gid is not None:
         if len(key.gid) != GID_SIZE:
@@ -100,7 +100,7 @@ def write_buffer_key(key: BufferKey) -> str:
 
 
 def parse_buffer_key(text: str) -> BufferKey:
-    """What this key below a data key says. Raises WireFormatError."""
+    """Parse a key below a data key. Raises WireFormatError."""
     key, _, last = text.rpartition("/")
     if last == "_buf_cpu":
         return BufferKey(parse_key(key), None)

@@ -1,4 +1,4 @@
-"""The one error of this format."""
+"""The error of this format."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ class WireFormatError(ValueError):
 
 
 def refuse(found: object, wanted: str, reason: str) -> WireFormatError:
-    """The error to raise: ``found`` (its start, if it is long) is not ``wanted``, because of ``reason``."""
+    """Return the error to raise: ``found``, shortened if it is long, is not ``wanted``, because of ``reason``."""
     shown = repr(found)
     if len(shown) > 300:
         shown = f"{shown[:300]}..."

@@ -1,7 +1,7 @@
-"""What our own peers tell each other in the bytes behind an attachment, because the format of ROS 2 has no place for it.
+"""Extensions of the attachment, by which processes of this library exchange what the format of ROS 2 has no place for.
 
-Every request of ours carries an extension, also an empty one: by it the server knows that the client reads the errors of `replies`.
-An extension is four bytes, the last of which is the version, and a message in CDR. Other versions, and other peers' bytes, are ignored.
+Every request has an extension, which may be empty: it tells the server that the client can read the errors of `replies`. An extension
+consists of four bytes, the last of which is the version, and a message in CDR. Other versions and the bytes of other peers are ignored.
 """
 
 from __future__ import annotations
@@ -18,26 +18,26 @@ _MARK: Final = b"RBA\x01"
 
 
 class Waiting(Message, frozen=True, kw_only=True):
-    """A node whose handler takes nothing else from its inbox until a call that it made is answered."""
+    """A node whose handler holds the inbox until a call that it has made is answered."""
 
     session: str
-    """The Zenoh id of its process. With ``node_id`` it tells apart nodes of one name on two machines."""
+    """The Zenoh id of its process. Together with ``node_id`` it distinguishes nodes of the same name on two machines."""
     node_id: uint64
     name: str
-    """Its fully qualified name, for the error."""
+    """Its fully qualified name, for errors."""
 
 
 class Extension(Message, frozen=True, kw_only=True):
-    """What stands behind an attachment."""
+    """The content of an extension."""
 
     chain: Many[Waiting] = default()
-    """In a request: the nodes that wait for its answer, the one that waits longest first. A server that is among them would wait for itself."""
+    """In a request: the nodes that wait for its answer, longest wait first. A server on one of them would wait for itself."""
     reason: str = ""
-    """In a reply about a goal: why it was rejected, aborted or canceled."""
+    """In a reply about a goal: why the goal was rejected, aborted or canceled."""
 
 
 def write_extension(extension: Extension) -> bytes:
-    """The bytes. Raises WireFormatError for a text that is not Unicode."""
+    """Write an extension as bytes. Raises WireFormatError for text that is not valid Unicode."""
     try:
         return _MARK + encode(extension)
     except CdrError as error:
@@ -45,7 +45,7 @@ def write_extension(extension: Extension) -> bytes:
 
 
 def parse_extension(data: bytes) -> Extension | None:
-    """What these bytes behind an attachment say; None if they are none of ours. Raises WireFormatError if they are ours and broken."""
+    """Parse the bytes after an attachment. Returns None for bytes of other peers; raises WireFormatError for an invalid extension."""
     if not data.startswith(_MARK):
         return None
     try:

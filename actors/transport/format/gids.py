@@ -1,6 +1,6 @@
-"""The identifier of an endpoint, which its messages carry: the XXH3 128-bit hash of its whole liveliness token.
+"""The identifier of an endpoint, sent with each of its messages: the XXH3 128-bit hash of its complete liveliness token.
 
-Every peer computes it from the token, so a message's sender is found among the endpoints that are known.
+Every peer computes it from the token, and so finds the sender of a message among the known endpoints.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from typing import Final
 __all__ = ["GID_SIZE", "gid_of"]
 
 GID_SIZE: Final = 16
-"""Bytes."""
+"""The size of an identifier, in bytes."""
 
 
 def gid_of(token: str) -> bytes:
-    """The 16 bytes for this token, which must be one that a writer or parser has accepted."""
-    from xxhash import xxh3_128_digest  # only processes on a network need it
+    """Return the 16 bytes for a token, which must have been written or accepted by `tokens`."""
+    from xxhash import xxh3_128_digest  # only needed by processes on a network
 
     return xxh3_128_digest(token.encode())[::-1]

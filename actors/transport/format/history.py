@@ -1,9 +1,9 @@
-"""The keys by which Zenoh's advanced publishers keep messages for late subscriptions, which is how TRANSIENT_LOCAL crosses the network.
+"""The keys by which Zenoh's advanced publishers keep messages for late subscribers. They carry TRANSIENT_LOCAL over the network.
 
-Below the data key ``K`` each side announces itself with a liveliness token ``K/@adv/<pub|sub>/<session>/<id>/_``. A subscription that comes late asks
-with a query for the last messages of all publishers, or of one that came late itself; a reliable publisher puts the number of its last message
-to its own key while it has nothing to say (the heartbeat), so that a subscription sees what it has missed. The ids are those of Zenoh's entities and
-the numbers those of Zenoh's samples, from 0: unrelated to the ids of tokens and to the sequence numbers of attachments.
+Below the data key ``K``, each side declares a liveliness token ``K/@adv/<pub|sub>/<session>/<id>/_``. A late subscription queries the last
+messages of all publishers, or of a publisher that was added after it. While a reliable publisher has nothing to publish, it repeats the
+number of its last message on its own key (the heartbeat), so that subscriptions notice losses. The ids are those of Zenoh's entities, and
+the numbers those of Zenoh's samples, from 0; they are unrelated to the ids of tokens and to the sequence numbers of attachments.
 """
 
 from __future__ import annotations
@@ -45,18 +45,18 @@ class HistoryQuery(NamedTuple):
     data_key: DataKey
     depth: int
     publisher: Presence | None = None
-    """The one that is asked; None asks all."""
+    """The publisher that is queried; None for all."""
 
 
 def write_presence(presence: Presence) -> str:
-    """The key expression, that of a publisher's heartbeats as well. Raises WireFormatError."""
+    """Write the key expression of a presence, which is also that of a publisher's heartbeats. Raises WireFormatError."""
     key = write_key(presence.data_key)
     session = check_session(presence.session)
     return f"{key}{_BELOW}{presence.role}/{session}/{check_number(presence.entity_id, 'an entity id')}/_"
 
 
 def parse_presence(text: str) -> Presence:
-    """Who this key is about. Raises WireFormatError."""
+    """Parse the key expression of a presence. Raises WireFormatError."""
     key, _, below = text.partition(_BELOW)
     role, *parts = below.split("/")
     if len(parts) != 3 or parts[2] != "_":
@@ -70,7 +70,7 @@ def parse_presence(text: str) -> Presence:
 
 
 def write_history_query(query: HistoryQuery) -> str:
-    """The selector. Raises WireFormatError."""
+    """Write a history query as a selector. Raises WireFormatError."""
     if query.publisher is None:
         key = f"{write_key(query.data_key)}{_BELOW}**"
     elif query.publisher.role == "pub" and query.publisher.data_key == query.data_key:
@@ -81,7 +81,7 @@ def write_history_query(query: HistoryQuery) -> str:
 
 
 def parse_history_query(text: str) -> HistoryQuery:
-    """What this selector asks for. Raises WireFormatError."""
+    """Parse the selector of a history query. Raises WireFormatError."""
     key, _, parameters = text.partition("?")
     found = _PARAMETERS.match(parameters)
     if found is None:
@@ -96,14 +96,14 @@ def parse_history_query(text: str) -> HistoryQuery:
 
 
 def write_heartbeat(last: int) -> bytes:
-    """The payload of a heartbeat: the number of the publisher's last message. Raises WireFormatError."""
+    """Write the payload of a heartbeat: the number of the publisher's last message. Raises WireFormatError."""
     if not 0 <= last < 2**32:
         raise refuse(last, "the number of a message", "it has 32 bits")
     return last.to_bytes(4, "little")
 
 
 def parse_heartbeat(payload: bytes) -> int:
-    """The number of the publisher's last message. Raises WireFormatError."""
+    """Parse the payload of a heartbeat. Returns the number of the publisher's last message. Raises WireFormatError."""
     if len(payload) != 4:
         raise refuse(payload, "a heartbeat", "it has 4 bytes")
     return int.from_bytes(payload, "little")

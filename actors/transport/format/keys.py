@@ -1,7 +1,7 @@
-"""The key expression on which the messages of a topic, or the requests and replies of a service, travel.
+"""The key expression for the messages of a topic, or for the requests and replies of a service.
 
-It is ``<domain>/<name without its first slash>/<type>/<type hash>``, always exact and never a wildcard: two endpoints communicate if and only
-if their keys are equal. An action has five keys, those of its three services and two topics (see `actors.names.names.action_names`).
+It is ``<domain>/<name without its first slash>/<type>/<type hash>``, without wildcards. Two endpoints communicate exactly if their keys are
+equal. An action has five keys, those of its three services and two topics (see `actors.names.names.action_names`).
 """
 
 from __future__ import annotations
@@ -16,27 +16,27 @@ __all__ = ["DataKey", "parse_key", "write_key"]
 
 
 class DataKey(NamedTuple):
-    """What a data key says."""
+    """The content of a data key."""
 
     domain_id: int
-    """ROS_DOMAIN_ID: a prefix that keeps systems apart, and no protection."""
+    """ROS_DOMAIN_ID, a prefix that separates systems. It gives no protection."""
     name: str
-    """The full name of the topic or service, ``/robot1/cmd_vel``."""
+    """The full name of the topic or service, such as ``/robot1/cmd_vel``."""
     type: str
     """``package/kind/Name``; for the parts of an action ``package/action/Name_SendGoal`` and so on."""
     type_hash: str
-    """``RIHS01_`` and 64 hex digits, or `NO_TYPE_HASH`. A peer with another definition of the type has another key."""
+    """``RIHS01_`` and 64 hex digits, or `NO_TYPE_HASH`. Peers with another definition of the type use another key."""
 
 
 def write_key(key: DataKey) -> str:
-    """The key expression. Raises WireFormatError."""
+    """Write a data key as a key expression. Raises WireFormatError."""
     domain = check_number(key.domain_id, "a domain id")
     type_hash = check_chunk(key.type_hash, "a type hash")
     return f"{domain}{check_name(key.name)}/{write_type(key.type)}/{type_hash}"
 
 
 def parse_key(text: str) -> DataKey:
-    """What this data key says. Raises WireFormatError, also for the further keys that stand under a data key."""
+    """Parse a data key. Raises WireFormatError, also for the additional keys below a data key."""
     parts = text.split("/")
     if len(parts) < 4:
         raise refuse(text, "a data key", "it has fewer than the parts domain, name, type and type hash")

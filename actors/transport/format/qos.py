@@ -1,7 +1,8 @@
 """Quality of service as text, the last part of an endpoint's token.
 
-``<reliability>:<durability>:<history>,<depth>:<deadline>:<lifespan>:<liveliness>,<lease>``, where a duration is ``<seconds>,<nanoseconds>``.
-A number that equals its default is left out, each for itself: reliable, volatile, keep last 42, automatic, and infinite durations.
+``<reliability>:<durability>:<history>,<depth>:<deadline>:<lifespan>:<liveliness>,<lease>``,
+where a duration is ``<seconds>,<nanoseconds>``.
+Each number that equals its default is left out. The defaults are: reliable, volatile, keep last 42, automatic, infinite durations.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ _LIVELINESS: Final = {
 _DEPTH: Final = 42
 _SECOND: Final = 10**9
 _INFINITE: Final = 2**63 - 1
-"""Nanoseconds. A duration that is not specified is written so, too."""
+"""The nanoseconds written for an infinite or unspecified duration."""
 _BEST_AVAILABLE: Final = _INFINITE - 1
 
 P = TypeVar("P", bound=Policy)
@@ -68,10 +69,10 @@ P = TypeVar("P", bound=Policy)
 
 @lru_cache(maxsize=1024)
 def write_qos(qos: QoS) -> str:
-    """The text of a QoS. Never raises.
+    """Write a QoS as text. Never raises.
 
-    What the format has no text for is written as ROS 2 does: ``system_default`` as the default, a depth of 0 as 42. The depth of a KEEP_ALL
-    history means nothing and is left out; so is ``limit``, which is nobody else's business.
+    Values without a text are written as in ROS 2: ``system_default`` as the default, and a depth of 0 as 42. The depth of a KEEP_ALL
+    history has no meaning and is left out, as is ``limit``, which concerns only this process.
     """
     depth = _DEPTH if qos.keep_all else qos.given_depth or _DEPTH
     policies = (
@@ -87,16 +88,17 @@ def write_qos(qos: QoS) -> str:
 
 @lru_cache(maxsize=1024)
 def parse_qos(text: str) -> QoS:
-    """The QoS of this text; further parts are ignored. Raises WireFormatError.
+    """Parse the text of a QoS; additional parts are ignored. Raises WireFormatError.
 
-    A depth of 0 is 42, a duration of 0 or of 292 years is None. Durations are exact below 50 days, then within the precision of a float.
+    A depth of 0 is read as 42, and a duration of 0 or of 292 years as None. Durations are exact below 50 days, and then have the precision
+    of a float.
     """
     parts = [part.split(",") for part in text.split(":")]
     if [len(part) for part in parts[:6]] != [1, 1, 2, 2, 2, 3]:
         raise refuse(text, "a QoS in a token", "it would have the form of ::,10:,:,:,,")
     (reliability,), (durability,), (history, depth), deadline, lifespan, (liveliness, *lease) = parts[:6]
     kept = _policy(_HISTORY, history, text)
-    with warnings.catch_warnings():  # a peer's odd choice is not for the user of this process to mend
+    with warnings.catch_warnings():  # the user of this process cannot change a peer's profile
         warnings.simplefilter("ignore", QoSWarning)
         return QoS(
             history=kept,
@@ -111,7 +113,7 @@ def parse_qos(text: str) -> QoS:
 
 
 def _number(numbers: dict[str, P], policy: P) -> str:
-    """The number of a policy, the shortest way to write it; of ``system_default`` none."""
+    """The number of a policy in its shortest form; empty for ``system_default``."""
     if policy == "system_default":
         return ""
     return next(number for number, meant in numbers.items() if meant is policy)
@@ -134,7 +136,7 @@ def _write_duration(seconds: float | None) -> str:
         total = _BEST_AVAILABLE
     elif seconds is not None and seconds != math.inf:
         top, bottom = seconds.as_integer_ratio()
-        total = min((2 * top * _SECOND + bottom) // (2 * bottom), _INFINITE)  # rounded without a detour by floats
+        total = min((2 * top * _SECOND + bottom) // (2 * bottom), _INFINITE)  # rounded without floats
     return ",".join(
         "" if part == default else str(part)
         for part, default in zip(divmod(total, _SECOND), divmod(_INFINITE, _SECOND), strict=True)

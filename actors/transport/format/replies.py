@@ -1,7 +1,7 @@
-"""Errors as answers of a service, for clients that are our own peers; a client of ROS 2 would only log them and go on waiting.
+"""Errors as replies of a service, sent only to clients of this library; a client of ROS 2 would log them and go on waiting.
 
-They are the payload of a Zenoh error reply: four bytes, the last of which is the version, and a message in CDR. Zenoh itself answers a query that
-took too long with an error reply whose payload is `TIMED_OUT`.
+An error is the payload of a Zenoh error reply: four bytes, the last of which is the version, and a message in CDR. Zenoh itself answers a
+query that took too long with an error reply whose payload is `TIMED_OUT`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from actors.transport.format.errors import refuse
 __all__ = ["TIMED_OUT", "ReplyError", "parse_reply_error", "write_reply_error"]
 
 ReplyError: TypeAlias = CallCycle | NodeRestarting | NotRunning | ServiceFailed
-"""Why a server of ours could not answer. To the caller it is raised as if the server were in its own process."""
+"""Why a server could not answer. The caller receives it as if the server were in its own process."""
 
 TIMED_OUT: Final = b"Timeout"
 
@@ -24,7 +24,7 @@ _MARK: Final = b"RBE\x01"
 
 
 class Failure(Message, frozen=True, kw_only=True):
-    """Every kind of error in one form; what a kind does not use is empty."""
+    """All kinds of errors in one form. Fields that a kind does not use are empty."""
 
     kind: str
     nodes: Many[str] = default()
@@ -34,7 +34,7 @@ class Failure(Message, frozen=True, kw_only=True):
 
 
 def write_reply_error(error: ReplyError) -> bytes:
-    """The payload. Characters that are not Unicode, as in names of files, are written as escapes. Never raises."""
+    """Write an error as a payload. Characters that are not valid Unicode, as in file names, are escaped. Never raises."""
     return _MARK + encode(_failure(error))
 
 
@@ -58,7 +58,7 @@ def _unicode(text: str) -> str:
 
 
 def parse_reply_error(payload: bytes) -> ReplyError:
-    """The error that this payload tells of. Raises WireFormatError, also for error replies of other peers."""
+    """Parse the payload of an error reply. Raises WireFormatError, also for error replies of other peers."""
     if not payload.startswith(_MARK):
         raise refuse(payload, "an error of one of our peers", "it does not begin as such")
     try:

@@ -1,4 +1,4 @@
-"""Liveliness tokens: key expressions that exist while a node or endpoint does, and from which every peer makes its picture of the graph.
+"""Liveliness tokens: key expressions that exist as long as a node or endpoint, and from which every peer builds its view of the graph.
 
 ::
 
@@ -38,7 +38,7 @@ _ENDPOINT_PARTS: Final = 13
 
 
 class EndpointKind(StrEnum):
-    """What an endpoint does."""
+    """The kind of an endpoint."""
 
     PUBLISHER = "MP"
     SUBSCRIPTION = "MS"
@@ -47,20 +47,20 @@ class EndpointKind(StrEnum):
 
 
 class NodeToken(NamedTuple):
-    """What the token of a node says. Two tokens are of the same node if domain, session and id are equal."""
+    """The content of a node's token. Two tokens are of the same node if domain, session and id are equal."""
 
     domain_id: int
     session: str
-    """The Zenoh id of its process, in hex as Zenoh prints it."""
+    """The Zenoh id of its process, in hex as printed by Zenoh."""
     node_id: int
     name: str
     namespace: str = "/"
     enclave: str = "/"
-    """Its security enclave; ``/`` where there is none."""
+    """The security enclave of the node; ``/`` if it has none."""
 
 
 class EndpointToken(NamedTuple):
-    """What the token of an endpoint says. It says everything about its node as well, whose own token may arrive later."""
+    """The content of an endpoint's token. It includes that of its node, whose own token may arrive later."""
 
     node: NodeToken
     endpoint_id: int
@@ -71,21 +71,21 @@ class EndpointToken(NamedTuple):
     type_hash: str
     qos: QoS
     backends: tuple[Backend, ...] = ()
-    """The memories that a subscription reads, if its type and its distribution of ROS 2 know such (see `buffers`)."""
+    """The memories that a subscription reads, if its type and its distribution of ROS 2 support them (see `buffers`)."""
 
     @property
     def key(self) -> DataKey:
-        """The key on which its messages, or requests and replies, travel."""
+        """The key of its messages, or of its requests and replies."""
         return DataKey(self.node.domain_id, self.name, self.type, self.type_hash)
 
 
 def graph_of(domain_id: int) -> str:
-    """The key expression that all tokens of a domain match. Raises WireFormatError."""
+    """The key expression that matches all tokens of a domain. Raises WireFormatError."""
     return f"{_SPACE}/{check_number(domain_id, 'a domain id')}/**"
 
 
 def write_token(token: NodeToken | EndpointToken) -> str:
-    """The key expression. Raises WireFormatError."""
+    """Write a token as a key expression. Raises WireFormatError."""
     if isinstance(token, NodeToken):
         return _write_node(token, token.node_id, _NODE)
     parts = [
@@ -111,9 +111,9 @@ def _write_node(node: NodeToken, entity_id: int, kind: str) -> str:
 
 
 def parse_token(text: str) -> NodeToken | EndpointToken:
-    """What this token says. Raises WireFormatError.
+    """Parse a token. Raises WireFormatError.
 
-    Parts after the known ones are ignored, and so is the second number of a node, which ROS 2 writes equal to the first.
+    Additional parts are ignored, and so is the second number of a node, which ROS 2 writes equal to the first.
     """
     parts = text.split("/")
     if len(parts) < _NODE_PARTS or parts[0] != _SPACE:

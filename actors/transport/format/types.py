@@ -15,7 +15,7 @@ from actors.transport.format.errors import refuse
 __all__ = ["NO_TYPE_HASH", "parse_type", "write_type"]
 
 NO_TYPE_HASH: Final = "TypeHashNotSupported"
-"""What ROS 2 Humble writes in place of a type hash."""
+"""What ROS 2 Humble writes instead of a type hash."""
 
 _WORD: Final = "[A-Za-z][A-Za-z0-9_]*"
 _ROS: Final = re.compile(rf"({_WORD})/({_WORD})/({_WORD})\Z")
@@ -24,7 +24,7 @@ _DDS: Final = re.compile(rf"({_WORD})::({_WORD})::dds_::({_WORD})_\Z")
 
 @lru_cache(maxsize=1024)
 def write_type(name: str) -> str:
-    """The type ``package/kind/Name`` as part of a key. Raises WireFormatError."""
+    """Write the type ``package/kind/Name`` as part of a key. Raises WireFormatError."""
     found = _ROS.match(name)
     if found is None:
         raise refuse(name, "the name of a type", "write package/kind/Name, as in std_msgs/msg/String")
@@ -33,7 +33,7 @@ def write_type(name: str) -> str:
 
 @lru_cache(maxsize=1024)
 def parse_type(text: str) -> str:
-    """The type ``package/kind/Name`` that is written as this part of a key. Raises WireFormatError."""
+    """Parse a type written as part of a key. Returns ``package/kind/Name``. Raises WireFormatError."""
     found = _DDS.match(text)
     if found is None:
         raise refuse(text, "a type of ROS in a key", "it would read package::kind::dds_::Name_")
