@@ -122,7 +122,7 @@ async def test_A_02_the_states_come_in_order(rig: Rig) -> None:
     handle: Handle = rig.me.start(COUNT, order(2))
     seen = [handle.status]
     assert repr(handle) == "<goal not sent for /count: UNKNOWN>"
-    assert handle.goal_id == b""
+    assert (handle.goal_id, handle.feedback_count, handle.dropped) == (b"", 0, 0)
     assert not handle.done
     await handle.send()
     seen.append(handle.status)

@@ -66,6 +66,7 @@ async def test_the_state_below_a_supervisor_that_does_not_run_is_that_supervisor
     sub = Supervisor("sub", backoff=SLOW, children=[child("a"), child("b")])
     async with running(world, Supervisor("root", children=[sub])) as root:
         assert root.state_of("sub/a") == root.state_of(("sub", "b")) == "running"
+        assert root.state_of("sub") == "running"
         assert root.state_of("sub/nobody") == "stopped"
         below = root.life("sub")
         assert isinstance(below, RunningSupervisor)
@@ -175,12 +176,14 @@ async def test_a_child_that_was_terminated_in_its_first_start_stays_known_whatev
 
 
 @virtual
-async def test_a_child_that_is_being_killed_gets_no_more_time_when_it_ends_by_itself() -> None:
+async def test_a_child_that_is_being_killed_gets_no_more_time_whatever_becomes_of_it_meanwhile() -> None:
     world = World(a=[Script(stubborn=True), Script()])
     async with running(world, Supervisor("root", children=[child("a", stop=100.0)])) as supervisor:
         task = supervisor.incarnation("a")
         assert task is not None
         task.kill()
+        task.fail(OSError("too late"), 100.0)
+        assert task.imposed is None
         task.bound()
         await asyncio.sleep(GRACE + 0.5)
         assert task.state == "stopped"
@@ -206,6 +209,16 @@ def test_there_is_work_as_long_as_a_start_waits_or_is_under_way() -> None:
     assert steps.busy, "a waits for its start"
     assert steps.next_start() is a
     assert steps.busy, "a is being started"
+    steps.current = None
+    assert not steps.busy
+
+
+def test_there_is_work_as_long_as_a_stop_waits() -> None:
+    steps, (a,) = planned("a")
+    a.intent, a.marked = "", True
+    steps.plan([a])
+    assert steps.busy, "a waits for its stop"
+    assert steps.next_stop() is a
     steps.current = None
     assert not steps.busy
 
