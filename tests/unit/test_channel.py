@@ -60,7 +60,7 @@ async def test_calling_a_publisher_publishes_and_counts() -> None:
     out(number(1))
     out.publish(number(2))
     assert values(queue.messages) == [1, 2]
-    assert (out.count, out.subscription_count, queue.received) == (2, 1, 2)
+    assert (out.count, out.subscription_count, queue.received, queue.waiting) == (2, 1, 2, 2)
     assert repr(out) == "<publisher of /numbers [Int32] in /someone: 2 sent>"
 
 
