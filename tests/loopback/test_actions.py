@@ -70,6 +70,8 @@ SELF = "that a node waits for itself is known in its own process only"
 BUSY = "what a node is busy with is known in its own process only"
 LOCAL = {
     "test_an_outcome_can_be_had_as_a_value": REASON,
+    "test_D2_a_canceled_body_that_goes_on_is_canceled_again_after_a_thousand_feedbacks": REASON,
+    "test_a_canceled_body_that_the_framework_unwinds_is_aborted_with_its_node": REASON,
     "test_A_03_and_A_65_a_server_may_reject_a_goal_with_a_reason_before_it_runs": REASON,
     "test_an_acceptance_check_may_take_its_time_and_one_that_fails_rejects": REASON,
     "test_A_05_a_cancel_takes_effect_at_the_await_and_no_feedback_follows": REASON,
