@@ -8,11 +8,9 @@ from hypothesis import settings  # noqa: E402  # after the environment is set
 
 settings.register_profile("repeatable", derandomize=True)
 settings.register_profile("explore", derandomize=False, max_examples=1000)
-settings.load_profile(
-    "repeatable"
-)  # the suite run twice gives the same result; pytest --hypothesis-profile=explore looks further
+# The suite run twice gives the same result; pytest --hypothesis-profile=explore looks further.
+settings.load_profile("repeatable")
 
-if (
-    signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-):  # a shell's background job ignores the interrupt key; a program that is tested does not
+# A shell's background job ignores the interrupt key; a program that is tested does not.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,8 +1,4 @@
-"""Structured logs: each line has an event, fields, the time, the level, the node and its incarnation.
-
-The library only passes records to sinks. The default sink passes them to `structlog` as configured by the program; an application may use
-`console_sink` or `json_sink`. structlog is imported when the first line is written.
-"""
+"""`NodeLog`, the records that it makes, and the sinks that write them. Use them through ``actors.logs``."""
 
 from __future__ import annotations
 

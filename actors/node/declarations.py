@@ -55,11 +55,8 @@ Late: TypeAlias = Literal["skip", "catch_up", "fault"]
 """What a periodic handler does with missed ticks; see `every`."""
 
 
-class PublisherDeclaration(Generic[M]):
-    """``cmd = publishes(CMD_VEL)``: the contract on the class, a `Publisher` on the instance.
-
-    It has no public constructor: `publishes` gives one.
-    """
+class _EndpointDeclaration(Generic[M]):
+    """A class attribute that declares an endpoint of each instance on one topic."""
 
     __slots__ = ("attribute", "qos", "topic")
 
@@ -68,11 +65,20 @@ class PublisherDeclaration(Generic[M]):
         self.qos = qos
         self.attribute = ""
 
-    def __repr__(self) -> str:
-        return f"publishes({self.topic!r})"
-
     def __set_name__(self, owner: type, name: str) -> None:
         self.attribute = name
+
+
+class PublisherDeclaration(_EndpointDeclaration[M]):
+    """``cmd = publishes(CMD_VEL)``: the contract on the class, a `Publisher` on the instance.
+
+    It has no public constructor: `publishes` gives one.
+    """
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return f"publishes({self.topic!r})"
 
     @overload
     def __get__(self, instance: None, owner: type) -> Topic[M]: ...
@@ -90,24 +96,16 @@ class PublisherDeclaration(Generic[M]):
         def __set__(self, instance: object, value: Never) -> NoReturn: ...
 
 
-class StreamDeclaration(Generic[M]):
+class StreamDeclaration(_EndpointDeclaration[M]):
     """``odometry = subscribes(ODOMETRY)``: the contract on the class, a `Stream` on the instance, subscribed from the start on.
 
     It has no public constructor: `subscribes` gives one.
     """
 
-    __slots__ = ("attribute", "qos", "topic")
-
-    def __init__(self, topic: Topic[M], qos: QoS) -> None:
-        self.topic = topic
-        self.qos = qos
-        self.attribute = ""
+    __slots__ = ()
 
     def __repr__(self) -> str:
         return f"subscribes({self.topic!r})"
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.attribute = name
 
     @overload
     def __get__(self, instance: None, owner: type) -> Topic[M]: ...

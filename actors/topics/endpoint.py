@@ -45,11 +45,11 @@ class Endpoint:
     @property
     def status(self) -> Any:
         """The running totals of this endpoint's QoS events."""
-        raise NotImplementedError
+        raise NotImplementedError  # each kind of endpoint has its own
 
     def due(self, now: int) -> int | None:
         """The time, in nanoseconds and later than `now`, of the next event that a lack of messages causes; None if there is none."""
-        raise NotImplementedError
+        raise NotImplementedError  # each kind of endpoint has its own
 
     def keep_events(self) -> EndpointEvents:
         """Return the record of this endpoint's QoS events, creating it at the first call."""

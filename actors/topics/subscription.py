@@ -69,7 +69,7 @@ class Subscription(Endpoint, Generic[M]):
 
     def deliver(self, message: M) -> None:
         """Receive a message from a publisher. Never blocks and never raises."""
-        raise NotImplementedError
+        raise NotImplementedError  # each kind of subscription has its own
 
     def target(self, publisher: PublisherPeer) -> Target:
         """Return the function that `publisher` calls to deliver a message to this subscription."""

@@ -10,7 +10,7 @@ The functions of one leg work on plain floats: four legs cost less that way than
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import acos, atan2, cos, hypot, pi, sin, sqrt, tau
+from math import acos, atan2, cos, pi, sin, sqrt, tau
 from typing import NamedTuple
 
 import numpy as np
@@ -129,8 +129,3 @@ def jacobians(joints: Sequence[float] | Vector) -> Vector:
 def within_limits(joints: Sequence[float] | Vector, margin: float = 0.0) -> bool:
     """Whether all 12 angles lie inside the joint limits, at least `margin` rad from each."""
     return all(low + margin <= angle <= high - margin for angle, (low, high) in zip(joints, JOINT_LIMITS, strict=True))
-
-
-def leg_length(x: float, y: float, z: float) -> float:
-    """Distance (m) from shoulder to foot centre for a foot at (x, y, z) of the hip frame: at most L1 + L2."""
-    return hypot(x, sqrt(max(y * y + z * z - ABDUCTION * ABDUCTION, 0.0)))

@@ -176,7 +176,7 @@ async def test_row_7_a_handler_of_less_than_half_a_second_is_named_with_its_time
         "s", children=[Child(Sleepy), Child(Fast), Child(Careless)]
     )  # Sleepy's ticks wait, and are not lost
     async with run(tree, sinks=(records.append,)) as system:
-        Careless.blocks = staticmethod(lambda: time.sleep(0.15))
+        Careless.blocks = staticmethod(lambda: time.sleep(0.15))  # blocks the loop: it is what must be caught
         state = next(state for state in system.nodes.values() if state.path[-1] == "careless")
         assert state.running is not None
         out = state.node.publisher(NUMBERS)
@@ -199,14 +199,14 @@ async def test_row_7_a_handler_of_less_than_half_a_second_is_named_with_its_time
 async def test_row_7_what_blocks_after_an_await_or_in_a_task_is_caught_by_the_close_look() -> None:
     """On the real clock and with the real thread, which looks closely once a delay has no explanation."""
     records: list[LogRecord] = []
-    Restless.blocks = staticmethod(lambda: time.sleep(0.1))
+    Restless.blocks = staticmethod(lambda: time.sleep(0.1))  # blocks the loop: it is what must be caught
     tree = Supervisor("s", children=[Child(Fast), Child(Restless, restart="permanent")])
     async with run(tree, sinks=(records.append,)) as system:
         core = system.nodes[("s", "restless")].running
         assert core is not None
 
         def pause() -> None:
-            time.sleep(0.1)
+            time.sleep(0.1)  # the same, in a task of its own
 
         async def dig() -> None:
             while True:
@@ -327,7 +327,7 @@ async def test_row_7_a_handler_that_awaits_is_not_blamed_for_the_time_in_which_a
 
     tree = Supervisor("s", children=[Child(Innocent), Child(Careless)])
     async with run(tree, sinks=(records.append,)) as system:
-        Careless.blocks = staticmethod(lambda: time.sleep(0.35))
+        Careless.blocks = staticmethod(lambda: time.sleep(0.35))  # blocks the loop: it is what must be caught
         node = next(state for state in system.nodes.values() if state.path[-1] == "innocent").node  # type: ignore[union-attr]
         begun = node.ticks
         await until(lambda: node.ticks > begun)
