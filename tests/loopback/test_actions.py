@@ -7,8 +7,8 @@ import pytest
 from actors import Done, GoalCanceled, GoalRejected, Node, Reject, Steps
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.testing import Rig
+from tests.actors.actions import test_actions
 from tests.loopback import actions, borrowed, services
-from tests.scenarios import test_actions
 from tests.stage import COUNT, order, result, step
 
 

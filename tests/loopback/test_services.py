@@ -10,8 +10,9 @@ from actors import CallTimeout, Node, Service
 from actors.interfaces.errors import CdrError
 from actors.interfaces.std_srvs.srv import SetBool
 from actors.testing import Rig
+from tests.actors.services import test_services
+from tests.actors.supervision import test_restarts
 from tests.loopback import borrowed, services
-from tests.scenarios import test_restarts, test_services
 
 SWITCH = Service(SetBool, "switch")
 

@@ -7,21 +7,16 @@ from typing import Any
 from actors import Child, Node, QoS, Topic, publishes, qos, subscribes
 from actors.interfaces.std_msgs.msg import Int32
 from actors.testing import Rig
+from tests.actors.graph import test_graph_views
+from tests.actors.lifecycle import test_lifecycle_nodes
+from tests.actors.node import test_nodes, test_standard_services
+from tests.actors.runtime import test_load_of_systems
+from tests.actors.supervision import test_restarts
+from tests.actors.time import test_sim_time
+from tests.actors.topics import test_latched_restarts, test_qos_events, test_topics
 from tests.loopback import borrowed
 from tests.loopback.topics import LoopbackTopic, RemotePublisher, RemoteSubscription
-from tests.scenarios import (
-    test_derived,
-    test_graph_views,
-    test_latched_restarts,
-    test_lifecycle_nodes,
-    test_load,
-    test_nodes,
-    test_qos_events,
-    test_restarts,
-    test_sim_time,
-    test_topics,
-    test_tutorial_topics,
-)
+from tests.robot.tutorials import test_topics as test_tutorial_topics
 from tests.stage import NUMBERS, WORDS, events, number, word
 
 LATCHED = Topic(Int32, "latched", qos.LATCHED.replace(depth=3))
@@ -114,9 +109,9 @@ for module in (
     test_latched_restarts,
     test_tutorial_topics,
     test_restarts,
-    test_derived,
+    test_standard_services,
     test_lifecycle_nodes,
-    test_load,
+    test_load_of_systems,
     test_sim_time,
     test_nodes,
     test_graph_views,

@@ -30,7 +30,7 @@ from actors.supervision.errors import (
 )
 from actors.supervision.reasons import Stop
 from actors.supervision.running import RunningSupervisor
-from tests.unit.supervisor_kit import Script, World, child, launch, node, run_virtual, settle
+from tests.actors.supervision.kit import Script, World, child, launch, node, run_virtual, settle
 
 NAMES = ["a", "b", "c", "d", "e"]
 ids = st.sampled_from(NAMES)

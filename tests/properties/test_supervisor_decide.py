@@ -60,8 +60,8 @@ from actors.supervision.events import (
 )
 from actors.supervision.reasons import Failed, Killed, Leaked, Returned, Stopped, is_abnormal
 from actors.supervision.refs import ChildRef
-from tests.unit.supervisor_books import books, end, life
-from tests.unit.supervisor_kit import child, node
+from tests.actors.supervision.bookkeeping import books, end, life
+from tests.actors.supervision.kit import child, node
 
 NAMES = ["a", "b", "c", "d", "e"]
 BROKEN = Failed(OSError("broken"))

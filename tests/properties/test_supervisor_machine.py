@@ -33,7 +33,7 @@ from actors.supervision.errors import (
 )
 from actors.supervision.reasons import Stop
 from actors.time.virtual_loop import VirtualLoop
-from tests.unit.supervisor_kit import Script, ScriptedLife, World, child, launch, node, settle
+from tests.actors.supervision.kit import Script, ScriptedLife, World, child, launch, node, settle
 
 NAMES = ["a", "b", "c", "d", "e"]
 ids = st.sampled_from(NAMES)

@@ -1,0 +1,96 @@
+"""The page docs/reference.md: that it is what its command writes, that nothing is missing, and that its links lead somewhere."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import actors
+from actors.interfaces import types
+from tests import reference
+from tests.project.test_surface import FACES
+
+
+@pytest.fixture(scope="module")
+def text() -> str:
+    """The page as it would be written."""
+    return reference.page()
+
+
+@pytest.mark.skipif(
+    sys.version_info[:2] != (3, 11), reason="written with Python 3.11; others spell some signatures otherwise"
+)
+def test_the_page_is_what_its_command_writes(text: str) -> None:
+    written = reference.PAGE.read_text(encoding="utf-8")
+    assert written == text, "a docstring or a signature has changed: run `python -m tests.reference`"
+
+
+def test_every_public_name_has_an_entry_and_every_link_leads_to_one(text: str) -> None:
+    found = list(reference.headlines(text))
+    anchors = [anchor for _, _, anchor in found]
+    assert {*actors.__all__} <= {name for _, name, _, face in reference.entries() if face == "actors"}
+    assert {"actors", *reference.SECTIONS.values()} == {*FACES}
+    assert "### qos (module)" in text
+    assert "[GoalStatus](#goalstatus-1)" in text  # Goal.status comes before it
+    assert sorted(anchors) == sorted(set(anchors))
+    assert {*re.findall(r"\]\(#([^)]+)\)", text)} <= {*anchors}
+    words = {headline for _, headline, _ in found}
+    for member in ("Node.call", "Node.log", "System.snapshot", "Rig.advance", "Probe.last", "Supervisor", "Child", "QoS", "Time", "Duration"):  # fmt: skip
+        assert member in words
+
+
+def test_every_entry_has_a_text(text: str) -> None:
+    bare = re.compile(r"^### (\S+)\n+```py\n[^`]*```\n*(?=^##|\Z)", re.MULTILINE)
+    found = {*bare.findall(text)}
+    assert found <= {*types.__all__}, "say in a docstring what it is"  # field types are explained together
+
+
+def test_the_page_is_the_same_wherever_it_is_written(text: str) -> None:
+    assert " at 0x" not in text
+    assert str(Path(__file__).parents[2]) not in text
+
+
+def test_an_entry_has_signature_and_text(text: str) -> None:
+    assert (
+        "#### Node.call\n\n```py\ncall(service: Service[Req, Resp], request: Req, *, timeout: float = 1.0) -> Coroutine[Any, Any, Resp]\n"
+        "```\n\nAsk a service and wait for its answer, `timeout` seconds at most"
+    ) in text
+    assert "[Steps](#steps)" in text
+    assert "Steps = AsyncGenerator[F | Done[R] | Aborted[R], None]\n" in text
+    assert "### transient\n\n```py\ntransient = 'transient'\n```\n\nRestarted only when it fails;" in text
+    assert "### CallTimeout\n\n```py\nclass CallTimeout(ActorError, TimeoutError)\n```" in text
+    assert "`ACCEPTED` = 1, `EXECUTING` = 2" in text
+    assert "#### System.gone" not in text
+
+
+def test_a_new_name_comes_last_until_it_is_put_into_a_group(monkeypatch: pytest.MonkeyPatch) -> None:
+    def brand_new(one: int, /, *rest: str, two: Callable[[], Any] = print, **more: int) -> None:
+        """Does something::
+
+            brand_new(1)
+
+        It is new.
+        """
+
+    monkeypatch.setattr(actors, "brand_new", brand_new, raising=False)
+    monkeypatch.setattr(actors, "__all__", [*actors.__all__, "brand_new"])
+    text = reference.page()
+    assert text.endswith(
+        "## More\n\n### brand_new\n\n```py\n"
+        "brand_new(one: int, /, *rest: str, two: Callable[[], Any] = print, **more: int) -> None\n"
+        "```\n\nDoes something:\n\n    brand_new(1)\n\nIt is new.\n"
+    )
+
+
+def test_the_command_writes_the_page(
+    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(reference, "PAGE", tmp_path / "reference.md")
+    assert reference.main() == 0
+    assert (tmp_path / "reference.md").read_text(encoding="utf-8") == text
+    assert capsys.readouterr().out.startswith("written: reference.md, ")

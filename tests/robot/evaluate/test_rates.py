@@ -1,0 +1,98 @@
+"""What `evaluate rates` and `evaluate odometry` say of a robot, and of how it was measured."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from robot.evaluate import odometry, rates
+from robot.evaluate.rates_run import punctuality
+from robot.run.options import UsageError
+
+ROOT = Path(__file__).parents[3]
+
+
+def evaluate(*words: str) -> tuple[subprocess.CompletedProcess[str], dict[str, Any]]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+    done = subprocess.run(
+        [sys.executable, "-m", "robot", "evaluate", *words, "--json"],
+        cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300.0,
+    )  # fmt: skip
+    return done, json.loads(done.stdout)
+
+
+def test_a_punctual_loop_has_no_error() -> None:
+    found = punctuality([5.0 + 0.005 * k for k in range(1000)], 200.0)
+    assert found.rate == pytest.approx(200.0)
+    assert (found.p50, found.p99) == pytest.approx((0.0, 0.0), abs=1e-6)
+    assert found.missed == 0.0
+
+
+def test_steps_that_come_late_together_are_missed_until_they_have_caught_up() -> None:
+    times = [0.005 * k for k in range(1000)]
+    times[500:504] = [times[503] + 0.0001 * k for k in range(4)]  # held up for 15 ms, then done one after another
+    found = punctuality(times, 200.0)
+    assert found.rate == pytest.approx(200.0)
+    assert found.missed == pytest.approx(0.3)  # they came 15, 10.1 and 5.2 ms late; the fourth was in time
+    assert found.p50 == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_steady_jitter_is_told_by_its_quantiles() -> None:
+    jitter = np.random.default_rng(1).normal(0.0, 0.0002, 20000)
+    found = punctuality((np.arange(20000) * 0.005 + jitter).tolist(), 200.0)
+    assert found.p50 == pytest.approx(1e3 * 0.0002 * np.sqrt(2.0) * 0.6745, rel=0.05)
+    assert found.p99 == pytest.approx(1e3 * 0.0002 * np.sqrt(2.0) * 2.576, rel=0.05)
+
+
+def test_a_loop_that_did_not_run_is_not_punctual() -> None:
+    assert punctuality([], 200.0).missed == 100.0
+
+
+def test_every_row_of_the_rates_is_measured() -> None:
+    names = [metric.name for metric in rates.metrics("kinematic", 1.0)]
+    assert {name[:5] for name in names if name.startswith("RT-")} == {f"RT-0{number}" for number in range(1, 8)}
+    assert len(set(names)) == len(names)
+
+
+def test_the_levels_count_only_walks_of_a_hundred_metres() -> None:
+    short, long = (odometry.metrics(0.004, distance, 60.0)[0] for distance in (20.0, 100.0))
+    assert short.level(0.1) == "no bounds"
+    assert long.level(0.1) == "excellent"
+
+
+def test_rates_has_nothing_quicker_than_a_short_duration() -> None:
+    with pytest.raises(UsageError, match="a short --duration"):
+        rates.main(["--quick"])
+
+
+@pytest.mark.realtime
+def test_RT_07_all_streams_on_the_real_clock_keep_their_rates_or_are_named() -> None:
+    done, result = evaluate("rates", "--duration", "10")
+    streams = [row for row in result["metrics"] if row["name"].startswith("RT-") and row["better"] == "larger"]
+    slow = [row["name"] for row in streams if row["median"] < 98.0]
+    assert len(streams) == 16
+    assert result["backend"] == "physics"
+    assert (result["clock"], result["duration"]) == ("real", 10.0)
+    if slow:
+        assert done.stderr.rstrip().endswith(f"below 98 % of its rate: {'; '.join(slow)}")
+    else:
+        assert "below 98 %" not in done.stderr
+    loop = {row["name"]: row["median"] for row in result["metrics"] if "500 Hz" in row["name"]}
+    assert {"RT-05 at 500 Hz, period error p99", "RT-05 at 500 Hz, deadlines missed"} <= loop.keys()
+
+
+@pytest.mark.slow
+def test_the_pose_on_the_map_is_measured_against_the_truth() -> None:
+    done, result = evaluate("odometry", "--only", "patrol", "--seeds", "1", "--seconds", "10")
+    place, turn, walked = result["metrics"]
+    assert walked["median"] > 3.0
+    assert done.returncode == 0, done.stderr
+    assert 0.0 < place["median"] < 0.03
+    assert 0.0 < turn["median"] < 1.0

@@ -1,0 +1,72 @@
+"""The assembled robot (Y-46, Z-02, Z-04, Z-07): everything answers soon after the start, and nothing is left after the end."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+
+import pytest
+
+from actors import GoalAborted
+from actors.interfaces.std_srvs.srv import SetBool, Trigger
+from actors.testing import Rig
+from robot.contracts import (
+    EMERGENCY_STOP,
+    ENABLE,
+    GET_BATTERY_STATUS,
+    GET_STATUS,
+    JOINT_STATES,
+    MOVE_TO_POSITION,
+    SIT,
+    STAND,
+    WALK,
+)
+from robot.interfaces.my_robot_interfaces.action import MoveToPosition
+from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus
+from tests.robot.nodes.robot_stage import robot
+
+
+async def test_Z_02_within_three_seconds_everything_of_the_robot_answers(rig: Rig) -> None:
+    system = await rig.start(robot())
+    joints = rig.probe(JOINT_STATES)
+    await rig.advance(0.5)
+    battery = await rig.call(GET_BATTERY_STATUS, GetBatteryStatus.Request(robot_id="robot_01"))
+    assert battery.percentage > 50.0
+    assert (await rig.call(STAND, Trigger.Request())).success
+    assert (await rig.call(WALK, Trigger.Request())).success
+    assert (await rig.call(ENABLE, SetBool.Request(data=True))).success
+    assert (await rig.call(EMERGENCY_STOP, SetBool.Request(data=False))).success
+    goal = await rig.start_goal(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=1.0))
+    await rig.advance(2.5)
+    assert rig.now <= 3.0 + 1e-9
+    feedback = await anext(aiter(goal))
+    assert feedback.distance_remaining > 0.0
+    assert len(joints) == pytest.approx(3.0 * 200.0, abs=3)
+    status = await rig.call(GET_STATUS, Trigger.Request())
+    assert "- Battery: 9" in status.message or "- Battery: 8" in status.message
+    assert "- Walking: True" in status.message
+    nodes = {state.identity.name for state in system.nodes.values()}
+    assert {"battery", "navigation", "gait", "proprioception", "lidar", "safety_monitor", "robot_controller"} <= nodes
+    await goal.cancel()
+    await rig.advance(0.2)
+
+
+async def test_a_goal_ends_when_somebody_sits_the_robot_down(rig: Rig) -> None:
+    await rig.start(robot())
+    await rig.call(STAND, Trigger.Request())
+    await rig.advance(3.0)
+    goal = await rig.start_goal(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=4.0))
+    await rig.advance(1.5)
+    await rig.call(SIT, Trigger.Request())
+    with pytest.raises(GoalAborted, match="the robot has stopped walking: its gait is 'sit'"):
+        await goal
+
+
+async def test_Z_07_after_the_end_no_task_and_no_thread_is_left(rig: Rig) -> None:
+    tasks, threads = asyncio.all_tasks(), set(threading.enumerate())
+    await rig.start(robot())
+    await rig.advance(1.0)
+    assert asyncio.all_tasks() > tasks
+    await rig.close()  # raises Leak for whatever outlives it: tasks, threads, endpoints, goals
+    assert asyncio.all_tasks() == tasks
+    assert {thread for thread in set(threading.enumerate()) - threads if "asyncio" not in thread.name} == set()

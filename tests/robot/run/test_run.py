@@ -1,0 +1,381 @@
+"""`python -m robot run` as its users meet it: one process, its words, its report, its exit code."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+
+
+def robot(*words: str, timeout: float = 300.0) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "robot", *words],
+        cwd=ROOT,
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+    )
+
+
+def run(tmp_path: Path, *words: str, timeout: float = 300.0) -> tuple[subprocess.CompletedProcess[str], dict[str, Any]]:
+    file = tmp_path / f"report{len(list(tmp_path.iterdir()))}.json"
+    done = robot("run", "--report", str(file), *words, timeout=timeout)
+    return done, json.loads(file.read_text(encoding="utf-8"))
+
+
+def node(report: dict[str, Any], name: str) -> dict[str, Any]:
+    return next(row for row in report["nodes"] if row["name"] == name)
+
+
+VIRTUAL = ("--clock", "virtual")
+KINEMATIC = (*VIRTUAL, "--backend", "kinematic")
+
+
+# -- the robot walks ------------------------------------------------------------------------------------------------------------
+
+
+def test_the_robot_walks_its_patrol_in_physics(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *VIRTUAL, "--duration", "48", "--seed", "1")
+    assert done.returncode == 0, done.stderr
+    assert report["backend"] == "physics"
+    reached = [goal for goal in report["goals"] if goal["outcome"] == "succeeded"]
+    assert len(reached) >= 3
+    assert all(goal["true_error"] < 0.25 for goal in reached)
+    assert any(goal["behind_obstacle"] for goal in reached)
+    assert report["falls"] == 0
+    assert report["contacts"] == {}
+    assert report["distance_walked"] > 15.0
+    assert report["battery"]["end_percent"] < report["battery"]["start_percent"]
+    assert all(abs(timer["rate"] / timer["hz"] - 1.0) < 0.01 for timer in report["timers"])
+    assert report["last"]["body_height"] < 0.22
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_two_minutes_of_patrol_with_every_seed(tmp_path: Path, seed: int) -> None:
+    done, report = run(tmp_path, *VIRTUAL, "--duration", "120", "--seed", str(seed), timeout=600.0)
+    assert done.returncode == 0, done.stderr
+    reached = [goal for goal in report["goals"] if goal["outcome"] == "succeeded" and goal["true_error"] < 0.25]
+    assert len(reached) >= 3
+    assert (report["falls"], report["contacts"]) == (0, {})
+    assert report["distance_walked"] > 15.0
+
+
+@pytest.mark.slow
+def test_a_low_battery_takes_the_robot_to_its_dock(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *VIRTUAL, "--duration", "60", "--battery", "12", "--seed", "1")
+    assert done.returncode == 0, done.stderr
+    assert report["battery"]["charging"]
+    assert report["falls"] == 0
+
+
+def test_the_same_run_gives_the_same_report(tmp_path: Path) -> None:
+    reports = [run(tmp_path, *VIRTUAL, "--duration", "6", "--seed", "3")[1] for _ in range(2)]
+    for report in reports:
+        del report["wall_seconds"]
+    assert reports[0] == reports[1]
+
+
+def test_the_kinematic_body_says_what_it_is(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *KINEMATIC, "--duration", "3")
+    assert report["backend"] == "kinematic"
+    assert "cannot fall" in done.stderr
+    assert done.stderr.rstrip().splitlines()[-1].startswith("kinematic body:")
+
+
+def test_one_goal_is_walked_to_and_ends_the_run(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *KINEMATIC, "--goal", "2", "1", "1.57", "--duration", "60")
+    assert done.returncode == 0, done.stderr
+    (goal,) = report["goals"]
+    assert (goal["name"], goal["outcome"]) == ("goal", "succeeded")
+    assert report["failure"] is None
+    assert report["simulated_seconds"] < 40.0
+    assert report["last"]["body_height"] < 0.22
+
+
+@pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="there is no device that is always full")
+def test_a_report_that_cannot_be_written_is_one_line_and_exit_code_1() -> None:
+    done = robot("run", *KINEMATIC, "--duration", "0.5", "--report", "/dev/full")
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert done.stderr.splitlines()[-1] == "robot run: --report /dev/full: not written: No space left on device"
+
+
+def test_a_goal_that_is_not_reached_by_the_end_of_the_duration_is_exit_code_1_and_one_line(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *KINEMATIC, "--goal", "8.8", "6", "--duration", "5")
+    assert done.returncode == 1
+    failure = "--goal 8.8 6: not reached: the robot was 9.2 m away from it when the run ended"
+    assert done.stderr.splitlines()[-1] == f"robot run: {failure}"
+    assert report["failure"] == failure
+
+
+def test_the_help_names_every_world() -> None:
+    done = robot("run", "--help")
+    assert "warehouse, empty, corridor, pillars, kitchen (default warehouse)" in " ".join(done.stdout.split())
+
+
+def test_the_run_publishes_its_time_for_those_who_follow_it(tmp_path: Path) -> None:
+    file = tmp_path / "follow.yaml"
+    file.write_text("/battery:\n  ros__parameters:\n    use_sim_time: true\n", encoding="utf-8")
+    done, report = run(tmp_path, *KINEMATIC, "--duration", "5", "--publish-clock", "50", "--params", str(file))
+    assert done.returncode == 0, done.stderr
+    (clock,) = [topic for topic in report["topics"] if topic["name"] == "/clock"]
+    assert clock["rate"] == pytest.approx(50.0, rel=0.02)
+    ticking = [timer for timer in report["timers"] if timer["node"] == "/battery"]
+    assert ticking
+    assert all(timer["missed"] == 0 and timer["rate"] == pytest.approx(timer["hz"], rel=0.02) for timer in ticking)
+
+
+def test_E_11_only_some_nodes_run_and_the_report_names_them(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *KINEMATIC, "--duration", "2", "--only", "navigation,localizer", "map_server")
+    assert done.returncode == 0, done.stderr
+    names = [row["name"] for row in report["nodes"] if row["path"].startswith("robot/")]
+    assert names == ["/map_server", "/localizer", "/navigation"]
+    assert report["only"] == ["navigation", "localizer", "map_server"]
+    assert all(row["incarnation"] == 1 for row in report["nodes"])
+
+
+def test_the_report_says_who_drove_and_that_nothing_stopped_the_robot(tmp_path: Path) -> None:
+    _, report = run(tmp_path, *KINEMATIC, "--duration", "8")
+    assert report["drove"].keys() == {"autonomy"}
+    assert report["drove"]["autonomy"] > 3.0
+    assert report["safety_stops"] == []
+
+
+# -- failures -------------------------------------------------------------------------------------------------------------------
+
+
+def test_F_01_a_crash_of_navigation_is_survived_and_the_patrol_goes_on(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *KINEMATIC, "--duration", "25", "--crash", "navigation@6")
+    assert done.returncode == 0, done.stderr
+    assert node(report, "/navigation")["incarnation"] == 2
+    assert "crashed on request" in node(report, "/navigation")["restarts"][0]["reason"]
+    assert node(report, "/gait")["incarnation"] == 1
+    targets = next(topic for topic in report["topics"] if topic["name"] == "/joint_states")
+    assert abs(targets["rate"] - 200.0) < 2.0
+    assert [goal["outcome"] for goal in report["goals"]][-1] == "succeeded"
+
+
+def test_F_06_more_crashes_than_allowed_end_in_a_safe_stop(tmp_path: Path) -> None:
+    crashes = [word for at in (4.0, 4.5, 5.0, 5.5) for word in ("--crash", f"navigation@{at}")]
+    done, report = run(tmp_path, *VIRTUAL, "--duration", "20", *crashes)
+    assert done.returncode == 3
+    assert "Traceback" not in done.stderr
+    reason = [line for line in done.stderr.splitlines() if line.startswith("robot run:")]
+    assert len(reason) == 1
+    assert "navigation" in reason[0]
+    assert report["last"]["body_height"] < 0.22
+    assert not report["last"]["fallen"]
+
+
+def test_the_motors_sit_the_robot_down_when_the_gait_is_gone(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *VIRTUAL, "--duration", "9", "--crash", "gait@6")
+    assert done.returncode == 0, done.stderr
+    assert report["falls"] == 0
+    assert node(report, "/motors")["incarnation"] == 1
+
+
+# -- mistakes -------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (("--world", "warehose"), "warehouse"),
+        (("--goal", "2.5", "2.1"), "(2.50, 2.10)"),
+        (("--goal", "nan", "1"), "not a finite number"),
+        (("--goal", "1"), "X Y"),
+        (("--goal", "900", "1"), "outside"),
+        (("--params", "no/such/file.yaml"), "No such file"),
+        (("--crash", "navigation"), "NODE@SECONDS"),
+        (("--crash", "nose@1"), "navigation"),
+        (("--battery", "120"), "0 to 100"),
+        (("--publish-clock", "0"), "0.1 to 1000 Hz"),
+        (("--report", "no/such/folder/r.json"), "no folder"),
+        (("--duration", "-1"), "positive"),
+        (("--duration", "soon"), "soon is not a positive number of seconds (see python -m robot run --help)"),
+        (("--bogus",), "robot run: unrecognized arguments: --bogus (see python -m robot run --help)"),
+        (("--world", "nowhere"), "there are: warehouse, empty, corridor, pillars"),
+        (("--goal", "100", "100"), "outside of the world 'warehouse', where x is -2 to 10 m and y is -3.2 to 7.2 m"),
+        (("--crash", "gait@50", "--duration", "20"), "the run ends at 20 s, before that; give a longer --duration"),
+        (("--crash", "gait@130", "--clock", "virtual"), "the run ends at 120 s"),
+        (("--backend", "kinematic", "--only", "navigatoin"), "no node 'navigatoin'; did you mean navigation"),
+        (("--backend", "kinematic", "--only", "gait,xyzzy"), "no node 'xyzzy'; there are: motors, "),
+        (("--only", ","), "name at least one node"),
+        (("--backend", "kinematic", "--goal", "1", "0", "--only", "gait"), "it is the patrol who walks there"),
+        (("--backend", "kinematic", "--only", "arm"), "those of the arm come with --arm"),
+        (("--seed", "-1"), "argument --seed: -1 is no seed: give a whole number of at least 0"),
+        (("--seed", "1.5"), "1.5 is no seed"),
+        (("--report", ""), "--report: name a file"),
+        (("--report", "/"), "that is a folder"),
+        (("--flight-record", "/dev/null"), "--flight-record /dev/null: that is no regular file"),
+        (("--backend", "kinematic", "--crash", "navigaton@1"), "no node 'navigaton'; did you mean navigation"),
+        (("--durtion", "3"), "unrecognized arguments: --durtion 3; did you mean --duration?"),
+        (("--log-level", "verbose"), "invalid choice: 'verbose'"),
+    ],
+)
+def test_a_mistake_is_one_clear_line_and_exit_code_2(words: tuple[str, ...], hint: str) -> None:
+    done = robot("run", *words)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("robot run: ")
+    assert hint in line
+
+
+def test_a_crash_that_the_end_of_the_mission_forestalls_does_not_hit_the_sitting_robot(tmp_path: Path) -> None:
+    words = ("--goal", "1", "0", "--duration", "60", "--crash", "battery@9.0")
+    done, report = run(tmp_path, *KINEMATIC, *words)
+    assert done.returncode == 0, done.stderr
+    assert report["simulated_seconds"] < 9.0
+    (line,) = [line for line in done.stderr.splitlines() if "crash not made: the run had ended" in line]
+    assert "battery@9" in line
+    assert "crashed on request" not in done.stderr
+
+
+def test_the_status_lines_say_that_the_heading_is_in_degrees(tmp_path: Path) -> None:
+    done, _ = run(tmp_path, *KINEMATIC, "--duration", "6")
+    assert "heading_deg=" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("gait:\n  ros__parameters:\n    x: [1, 2\n", "bad.yaml:4: not valid YAML: "),
+        ("gait:\n\tros__parameters: 1\n", "bad.yaml:2: not valid YAML: "),
+        ("gait:\n  ros__parameters:\n    x: 1\n   y: 2\n", "bad.yaml:4: not valid YAML: "),
+        ("gait:\n  x: \x01\n", "bad.yaml:2: not valid YAML: the character U+0001 is not allowed"),
+    ],
+)
+def test_a_parameter_file_that_is_no_yaml_names_file_and_line(text: str, place: str, tmp_path: Path) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text(text, encoding="utf-8")
+    done = robot("run", "--params", str(file))
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("robot run: --params: ")
+    assert place in line
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (
+            ("walk", "--only", "nothing"),
+            "robot evaluate walk: --only nothing: no metric's name contains that; there are: ",
+        ),
+        (
+            ("walk", "--bogus"),
+            "robot evaluate walk: unrecognized arguments: --bogus (see python -m robot evaluate walk --help)",
+        ),
+        (
+            ("maps",),
+            "robot evaluate maps: the following arguments are required: folder (see python -m robot evaluate maps",
+        ),
+        (("maps", "no/folder"), "robot evaluate maps: there is no no/folder"),
+        (
+            ("walk", "--seeds", "-1"),
+            "argument --seeds: -1 is no seed: give a whole number of at least 0",
+        ),
+        (("walk", "--delay", "-5"), "argument --delay: -5: give 0 to 20 milliseconds"),
+        (("walk", "--delay", "nan"), "argument --delay: nan: give 0 to 20 milliseconds"),
+        (("walk", "--minutes", "0"), "argument --minutes: 0: give 0.1 to 600 minutes"),
+        (("odometry", "--distance", "-1"), "argument --distance: -1: give 1 to 10000 metres"),
+        (("odometry", "--seconds", "0"), "argument --seconds: 0: give 1 to 3600 seconds"),
+        (("walks",), "did you mean walk?"),
+    ],
+)
+def test_a_measurement_that_cannot_be_made_is_one_line_and_exit_code_2(words: tuple[str, ...], hint: str) -> None:
+    done = robot("evaluate", *words)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert hint in line
+    if "walk" in words and "--only" in words:
+        assert "'top speed held 20 s'" in line
+
+
+def test_evaluate_maps_calls_itself_what_was_typed() -> None:
+    done = robot("evaluate", "maps", "--help")
+    assert done.stdout.startswith("usage: python -m robot evaluate maps ")
+
+
+def test_a_pattern_for_all_nodes_sets_what_they_have_and_leaves_the_others_alone(tmp_path: Path) -> None:
+    file = tmp_path / "all.yaml"
+    file.write_text("/**:\n  ros__parameters:\n    max_speed: 0.6\n", encoding="utf-8")
+    done, _ = run(tmp_path, *KINEMATIC, "--params", str(file), "--duration", "1")
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_malformed_parameter_file_names_file_line_and_key(tmp_path: Path) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text("/navigation:\n  ros__parameters:\n    max_speed: [1, two]\n", encoding="utf-8")
+    done = robot("run", "--params", str(file))
+    assert done.returncode == 2
+    (line,) = done.stderr.strip().splitlines()
+    assert "bad.yaml" in line
+    assert "3" in line
+    assert "max_speed" in line
+
+
+def test_a_parameter_out_of_its_bounds_names_the_node_and_the_bounds(tmp_path: Path) -> None:
+    file = tmp_path / "fast.yaml"
+    file.write_text("/navigation:\n  ros__parameters:\n    max_speed: 99.0\n", encoding="utf-8")
+    done = robot("run", *KINEMATIC, "--params", str(file), "--duration", "1")
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert "max_speed" in done.stderr.splitlines()[-1]
+
+
+def test_without_mujoco_the_remedy_is_named() -> None:
+    code = "import sys; sys.modules['mujoco'] = None\nfrom robot.__main__ import main\nsys.exit(main(['run', '--duration', '1']))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 2
+    (line,) = done.stderr.strip().splitlines()
+    assert "mujoco-core" in line
+    assert "kinematic" in line
+
+
+# -- the real clock -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.realtime
+def test_thirty_seconds_of_real_time_at_every_rate(tmp_path: Path) -> None:
+    done, report = run(tmp_path, "--clock", "real", "--duration", "30")
+    assert done.returncode == 0, done.stderr
+    assert all(abs(timer["rate"] / timer["hz"] - 1.0) < 0.02 for timer in report["timers"]), report["timers"]
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_brakes_sits_and_leaves_nothing(tmp_path: Path, number: signal.Signals, code: int) -> None:
+    file = tmp_path / "report.json"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "robot", "run", "--report", str(file)],
+        cwd=ROOT, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    assert process.stderr is not None
+    for line in process.stderr:
+        if "gait=walk" in line:
+            break
+    begun = time.monotonic()
+    process.send_signal(number)
+    rest = process.stderr.read()
+    process.stderr.close()
+    assert process.wait(timeout=10.0) == code
+    assert time.monotonic() - begun < 3.0
+    assert "Traceback" not in rest
+    assert json.loads(file.read_text(encoding="utf-8"))["last"]["body_height"] < 0.22
+    with pytest.raises(ProcessLookupError):
+        os.killpg(process.pid, 0)
