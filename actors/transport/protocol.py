@@ -1,0 +1,235 @@
+"""The Protocol of a transport: keys and bytes between the processes of one ROS 2 domain.
+
+A transport knows neither nodes nor messages. It announces texts (the liveliness tokens of `actors.transport.format.tokens`), carries payloads
+by key, and asks questions by key. `actors.transport.bridge` connects it with the graph, so that everything about ROS 2 is done once, above
+this Protocol, and every implementation carries it: `actors.transport.zenoh` over a network, `actors.transport.simulated` on a virtual loop.
+
+**Calls.** All methods and all callbacks run on the event loop's thread. No method but `open` and `close` waits. None raises because of
+the network: what cannot be sent is lost, as the `Delivery` permits, and counted in `report`. No callback is called from within a method;
+callbacks come from the loop, and must not raise. After the `close` of a handle its callback is not called again.
+
+**Order.** The samples of one outlet reach one subscription in the order of their `put`, each at most once. `Events.appeared` comes before
+`Events.vanished` for a token, each once in a life of the token. A sample may arrive before the token of its sender has appeared.
+
+**Own traffic.** What this transport announces, puts, serves and asks never comes back to itself.
+
+**Loss of a process.** When a process has ended, has been cut off, or is silent for longer than its lease, `Events.link` is called first,
+then `Events.vanished` for each of its tokens, and then its unanswered questions end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias
+
+__all__ = [
+    "Answer",
+    "Delivery",
+    "Events",
+    "Failed",
+    "Handle",
+    "Link",
+    "NoAnswer",
+    "Outlet",
+    "Query",
+    "Replied",
+    "Sample",
+    "Transport",
+    "WireUnavailable",
+]
+
+
+class WireUnavailable(Exception):
+    """The transport cannot be opened; the text is one line that says why and what to do. The local system can go on without it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """What a transport must know of a quality of service."""
+
+    reliable: bool = True
+    """Send again what was lost on the link. Without it, a sample may be lost anywhere."""
+
+    keep_all: bool = False
+    """A full queue holds the sender back instead of dropping the oldest sample. Only with `reliable`."""
+
+    depth: int = 1
+    """How many samples a queue keeps for one subscription, at least 1."""
+
+    history: int = 0
+    """How many samples are kept for subscriptions that come later (an outlet), or are wanted of those kept (a subscription); 0: none."""
+
+    priority: int = 5
+    """1 (real time) to 7 (background), as in Zenoh: a sample of a lower number overtakes those of higher numbers on every link."""
+
+    express: bool = False
+    """Send at once, instead of together with what comes within the next moment."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One message of a topic, as it has arrived."""
+
+    key: str
+    payload: bytes
+    attachment: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Replied:
+    """A question was answered."""
+
+    payload: bytes
+    attachment: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """A question was answered with an error."""
+
+    payload: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class NoAnswer:
+    """A question was not answered: nobody serves its key, who served it has gone or dropped it, or its time is over."""
+
+    timed_out: bool
+    """Whether its time is over; otherwise nobody is left who could answer."""
+
+
+Answer: TypeAlias = Replied | Failed | NoAnswer
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """What has been exchanged with one other process."""
+
+    session: str
+    """The identity of the other process: 32 lower-case hexadecimal digits at most."""
+
+    host: str
+    """The name or address of its machine; empty if it is not known."""
+
+    process: int
+    """Its process id on that machine; 0 if it is not known."""
+
+    sent_bytes: int
+    received_bytes: int
+
+    dropped: int
+    """The number of samples for it or from it that this side has dropped."""
+
+
+class Handle(Protocol):
+    """Something declared to the transport, until it is closed."""
+
+    def close(self) -> None:
+        """Withdraw it. Calling it twice is harmless."""
+        ...
+
+
+class Outlet(Handle, Protocol):
+    """The sending end of one key."""
+
+    @property
+    def wanted(self) -> bool:
+        """Whether a subscription of another process is known for the key. Reading it costs nothing."""
+        ...
+
+    def put(self, payload: bytes, attachment: bytes) -> None:
+        """Send one sample to all subscriptions of the key in other processes. With `Delivery.history`, keep it for later ones."""
+        ...
+
+
+class Query(Protocol):
+    """A question that has arrived. It must be ended by exactly one of its methods; ending it again does nothing."""
+
+    @property
+    def payload(self) -> bytes: ...
+
+    @property
+    def attachment(self) -> bytes: ...
+
+    def reply(self, payload: bytes, attachment: bytes) -> None:
+        """Answer it."""
+        ...
+
+    def fail(self, payload: bytes) -> None:
+        """Answer it with an error."""
+        ...
+
+    def drop(self) -> None:
+        """Leave it without an answer: whoever asked gets `NoAnswer` if nobody else answers."""
+        ...
+
+
+class Events(Protocol):
+    """What a transport tells its owner."""
+
+    def appeared(self, token: str) -> None:
+        """A token has been announced by another process, now or before the transport was opened."""
+        ...
+
+    def vanished(self, token: str) -> None:
+        """A token that had appeared has been withdrawn, or its process is lost."""
+        ...
+
+    def wanted(self, outlet: Outlet) -> None:
+        """`Outlet.wanted` has changed."""
+        ...
+
+    def link(self, session: str, up: bool) -> None:
+        """Another process has been found, or is lost."""
+        ...
+
+
+class Transport(Protocol):
+    """The connection with the other processes of one domain."""
+
+    @property
+    def session(self) -> str:
+        """The identity of this process on the network: lower-case hexadecimal digits, without leading zeros. Known before `open`."""
+        ...
+
+    async def open(self, tokens: str, events: Events) -> None:
+        """Connect, and watch for all tokens that match the key expression `tokens`, beginning with those that are there already.
+
+        Returns when declarations can be made; other processes may be found later, in any order. Raises `WireUnavailable` if it cannot
+        be opened at all. A router or peer that is lost or not there is no error: it is looked for until `close`.
+        """
+        ...
+
+    async def close(self) -> None:
+        """Withdraw everything and disconnect; other processes learn of it at once. No callback is called afterwards. Never raises."""
+        ...
+
+    def announce(self, token: str) -> Handle:
+        """Show `token` to all other processes for as long as the handle is open and this process lives."""
+        ...
+
+    def outlet(self, key: str, delivery: Delivery) -> Outlet:
+        """Open the sending end of `key`."""
+        ...
+
+    def subscribe(self, key: str, delivery: Delivery, take: Callable[[Sample], None]) -> Handle:
+        """Call `take` with each sample that other processes put on `key`, those kept for later subscriptions first."""
+        ...
+
+    def serve(self, key: str, take: Callable[[Query], None]) -> Handle:
+        """Call `take` with each question that other processes ask on `key`."""
+        ...
+
+    def ask(
+        self, key: str, payload: bytes, attachment: bytes, timeout: float | None, done: Callable[[Answer], None]
+    ) -> Handle:
+        """Ask the other processes a question; the first answer counts. `done` is called exactly once, unless the handle is closed first.
+
+        `timeout` is in seconds of the transport's clock; None: until it is answered or nobody is left who could.
+        """
+        ...
+
+    def report(self) -> tuple[Link, ...]:
+        """What has been exchanged with each process that is connected now."""
+        ...
