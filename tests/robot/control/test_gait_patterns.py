@@ -14,19 +14,19 @@ from robot.control.gait_controller import GaitController
 from robot.control.gaits import GAITS, GaitClock
 from robot.control.sway import sway
 from robot.estimation.leg_odometry import Estimator
-from robot.evaluate.trial import PERIOD, Trial
 from robot.geometry.planar import Pose2
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.model.kinematics import inverse
 from robot.model.parameters import GRAVITY, STAND_HEIGHT
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Box, Scene
+from robot.testing import PERIOD, Conditions, Trial
 
 SLOW = pytest.mark.slow
 
 
-def walking(gait: str = "trot", speed: float = 0.0, seconds: float = 2.5, **body: float) -> Trial:
-    trial = Trial(1, gait=gait, **body)  # type: ignore[arg-type]
+def walking(gait: str = "trot", speed: float = 0.0, seconds: float = 2.5, friction: float = 0.8) -> Trial:
+    trial = Trial(1, conditions=Conditions(friction=friction), gait=gait)
     trial.stand_up()
     trial.run(seconds, (speed, 0.0, 0.0))
     return trial
@@ -214,7 +214,7 @@ def test_a_foot_that_touches_late_in_its_swing_stands_at_once() -> None:
         contact[0] = contact[0] or touched
         return imu, JointSample(joints.position, joints.velocity, joints.effort, contact)
 
-    trial.spoil = touch
+    trial.spoil(touch)
     for _ in range(200):
         trial.step()
         assert listener.targets is not None
@@ -229,7 +229,7 @@ def test_a_foot_that_finds_no_ground_goes_on_downwards() -> None:
     """Down from a step: the ground comes later than expected."""
     step = Box(1.6, 0.0, 1.6, 4.0, height=0.1)
     scene = Scene("step", (-9.0, -9.0, 9.0, 9.0), (step,), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
-    trial = Trial(2, scene=scene)
+    trial = Trial(2, scene)
     trial.stand_up()
     for _ in range(40):
         trial.run(0.2, (0.5, 0.0, -0.8 * trial.pose()[2]))

@@ -20,7 +20,6 @@ from robot.evaluate.field_worlds import field_world
 from robot.evaluate.sensitivity import LEFT_OUT, THRESHOLDS, difference, main, scaled, value_of, wilson
 from robot.run.options import UsageError
 
-
 stats: Any = importlib.import_module("scipy.stats")  # it has no types
 
 

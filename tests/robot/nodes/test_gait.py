@@ -24,7 +24,6 @@ from robot.contracts import (
     WALK,
 )
 from robot.control.gait_controller import GaitController
-from robot.evaluate.trial import FLAT
 from robot.hardware.body import JOINT_NAMES, Body, ImuSample, JointSample
 from robot.interfaces.robactor_msgs.msg import FootContacts, GaitStatus
 from robot.model.parameters import GRAVITY
@@ -32,6 +31,7 @@ from robot.nodes.gait import Gait
 from robot.nodes.motors import Motors
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
+from robot.testing import FLAT
 
 DELAY = 0.008
 
