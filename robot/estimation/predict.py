@@ -16,10 +16,10 @@ from robot.geometry.vectors import Rows, Triple, to_ground
 from robot.hardware.body import JointSample
 from robot.model.legs import Limbs, limbs
 
-__all__ = ["Ahead"]
+__all__ = ["PredictedState"]
 
 
-class Ahead:
+class PredictedState:
     """Body and legs `lead` seconds after the estimate; odom axes unless said otherwise."""
 
     __slots__ = (

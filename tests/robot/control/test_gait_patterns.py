@@ -263,7 +263,7 @@ def test_a_standing_foot_that_slides_is_noticed() -> None:
 @given(share=st.floats(0.15, 1.0), fx=st.floats(-500.0, 500.0), fy=st.floats(-500.0, 500.0))
 def test_a_foot_that_slid_is_asked_for_less(share: float, fx: float, fy: float) -> None:
     arms = [(0.3, 0.16, -0.5), (-0.3, -0.16, -0.5)]
-    first, second = distribute(arms, (fx, fy, 320.0, 0.0, 0.0, 0.0), grips=(share, 1.0))
+    first, second = distribute(arms, (fx, fy, 320.0, 0.0, 0.0, 0.0), friction_shares=(share, 1.0))
     assert np.hypot(first[0], first[1]) <= share * FRICTION * first[2] + 1e-9
     assert np.hypot(second[0], second[1]) <= FRICTION * second[2] + 1e-9
 
