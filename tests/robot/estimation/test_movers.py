@@ -95,10 +95,10 @@ def test_what_left_is_forgotten_when_scans_stop_coming() -> None:
 def test_the_surroundings_forget_a_pedestrian_who_vanishes_from_an_otherwise_empty_view() -> None:
     around = Surroundings(Grid.from_scene(EMPTY))
     for scan in range(WALK):
-        around.look(0.1 * scan, HERE, cast(pedestrian(0.1 * scan), 0.0, 0.0, 0.0))
+        around.integrate_scan(0.1 * scan, HERE, cast(pedestrian(0.1 * scan), 0.0, 0.0, 0.0))
     assert len(around.movers.moving) == 1
     for scan in range(WALK, WALK + 20):
-        around.look(0.1 * scan, HERE, cast(EMPTY, 0.0, 0.0, 0.0))
+        around.integrate_scan(0.1 * scan, HERE, cast(EMPTY, 0.0, 0.0, 0.0))
     assert not around.marked.any()
     assert around.movers.moving == ()
 

@@ -12,7 +12,7 @@ from robot.control.gaits import GAITS
 from robot.control.walk import Walker
 from robot.control.walk_config import WalkConfig
 from robot.estimation.leg_odometry import Estimator
-from robot.estimation.predict import Ahead
+from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.geometry.planar import Pose2
 from robot.hardware.body import ImuSample, JointSample
@@ -56,13 +56,13 @@ def test_a_tall_walk_on_the_spot_sets_its_feet_below_the_centre_of_mass_of_that_
     imu = ImuSample(np.zeros(3), np.array((0.0, 0.0, GRAVITY)))
     estimate, terrain = Estimator(), TerrainPlane()
     estimate.update(0.005, imu, joints)
-    walker = Walker(GAITS["trot"], Ahead(estimate, joints, 0.0, (0.0, 0.0, 0.0)))
+    walker = Walker(GAITS["trot"], PredictedState(estimate, joints, 0.0, (0.0, 0.0, 0.0)))
     landing: list[float] = []
     for step in range(600):
         joints.contact[:] = [walker.swing(leg) < 0.0 for leg in range(4)]
         estimate.update(0.005, imu, joints)
         terrain.update(0.005, estimate.contacts)
-        ahead = Ahead(estimate, joints, 0.0, (0.0, 0.0, 0.0))
+        ahead = PredictedState(estimate, joints, 0.0, (0.0, 0.0, 0.0))
         targets = walker.step(0.005, estimate, ahead, terrain, (0.0, 0.0, 0.0))
         if step > 300 and walker.swing(0) > 0.97:
             landing.append(float(feet(targets.position)[0, 0]))
