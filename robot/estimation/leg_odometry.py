@@ -133,6 +133,7 @@ class Estimator:
         if still and not any(self.contact):
             self._rest()
         self._pin_height(dt)
+        self._publish()
         self._watch_acceleration(dt, measured_velocity)
         self._watch_heading(dt, arms, roll, leaving)
 
@@ -207,7 +208,6 @@ class Estimator:
                 self.contacts[leg] = (x, y, z)
             else:
                 state[leg + 2] = [a + b for a, b in zip(state[0], arms[leg], strict=True)]
-        self._publish()
 
     def _kalman_update(self, cross: list[float], variance: float, x: float, y: float, z: float) -> None:
         """Scalar Kalman update for each axis: `cross` = P H', `variance` = H P H' + R, (x, y, z) = innovation."""
@@ -229,10 +229,6 @@ class Estimator:
             row = covariance[i]
             for j in range(i):
                 row[j] = covariance[j][i] = 0.5 * (row[j] + covariance[j][i])
-
-    def _publish(self) -> None:
-        (px, py, pz), (vx, vy, vz) = self._state[0], self._state[1]
-        self.position, self.velocity = (px, py, pz), (vx, vy, vz)
 
     def _land(self, leg: int, arm: Triple) -> None:
         """A foot touches down: its position is where the leg has it, its covariance that of the body's position plus `LANDING_NOISE`."""
@@ -261,7 +257,10 @@ class Estimator:
         for row in self._covariance:
             row[1] = 0.0
         self._covariance[1] = [0.0, _UNSURE, 0.0, 0.0, 0.0, 0.0]
-        self.velocity = _NOWHERE
+
+    def _publish(self) -> None:
+        (px, py, pz), (vx, vy, vz) = self._state[0], self._state[1]
+        self.position, self.velocity = (px, py, pz), (vx, vy, vz)
 
     def _watch_acceleration(self, dt: float, measured_velocity: list[Triple]) -> None:
         """Own acceleration from the velocity by the feet alone: the filtered one contains the accelerometer and would agree with it.
