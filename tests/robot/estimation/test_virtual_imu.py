@@ -124,3 +124,31 @@ def test_half_of_the_samples_of_an_imu_will_do() -> None:
     record = trial.run(4.0, (0.6, 0.0, 0.3))
     assert record.tilt.max() < radians(3.0)
     assert record.velocity[-200:].mean(axis=0) == pytest.approx((0.6, 0.0, 0.3), abs=0.05)
+
+
+@given(seed=st.integers(0, 1000), contact=st.sampled_from([ALL, (True, True, False, True), (False, True, True, False)]))
+def test_the_turn_is_the_least_squares_of_all_standing_feet_with_tikhonovs_term(
+    seed: int, contact: tuple[bool, ...]
+) -> None:
+    """Feet that move at random, as no rigid body would have it: each row says way = arm x turn, and a last one turn = 0."""
+    random = np.random.default_rng(seed)
+    angles = inverse(standing(attitude(0.0, 0.0)) + random.normal(0.0, 0.02, (4, 3))).joints
+    joints = JointSample(angles, random.normal(0.0, 0.3, 12), np.zeros(12), np.array(contact))
+    legs = leg_state(angles.tolist(), LEVEL)
+    moving, rolling = foot_velocities(legs, angles.tolist(), joints.velocity.tolist(), (0.0, 0.0, 0.0), LEVEL)
+    stands = np.array(contact)
+    arms, ways = np.array(legs.feet)[stands], (np.array(moving) - np.array(rolling))[stands]
+    arms, ways = arms - arms.mean(axis=0), ways - ways.mean(axis=0)
+    rows_ = [np.cross(arm, np.eye(3)).T for arm in arms]
+    matrix = np.vstack((*rows_, 1e-3**0.5 * np.eye(3)))
+    turn = np.linalg.lstsq(matrix, np.concatenate((ways.ravel(), np.zeros(3))), rcond=None)[0]
+    shown = virtual_imu(legs, joints, UPRIGHT, FLAT).gyro
+    vertical = shown - np.clip(turn, -2.0, 2.0)
+    assert vertical[2] == pytest.approx(0.0, abs=1e-9), "the correction of the horizon never turns the heading"
+    if not all(contact):
+        assert shown == pytest.approx(np.clip(turn, -2.0, 2.0), abs=1e-9)
+
+
+def test_feet_that_bounce_show_no_more_than_two_rad_per_s() -> None:
+    legs, joints = sample(standing(attitude(0.0, 0.0)), np.array((0.0, 0.0, -7.0)))
+    assert virtual_imu(legs, joints, UPRIGHT, FLAT).gyro[2] == -2.0
