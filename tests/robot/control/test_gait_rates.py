@@ -14,7 +14,7 @@ from robot.estimation.plausibility import ContactWatch
 from robot.geometry.planar import Pose2
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.kinematics import inverse
-from robot.model.legs import LEVEL, limbs
+from robot.model.legs import LEVEL, leg_state
 from robot.model.parameters import GRAVITY, STAND_HEIGHT
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Scene
@@ -87,7 +87,7 @@ class _Swinging:
 @pytest.mark.parametrize("hz", RATES)
 def test_a_contact_that_is_closed_through_a_quick_swing_is_not_believed(hz: float) -> None:
     watch = ContactWatch()
-    legs = limbs(STANDING.tolist(), LEVEL)
+    legs = leg_state(STANDING.tolist(), LEVEL)
     closed = JointSample(STANDING, np.zeros(12), np.zeros(12), np.ones(4, dtype=np.bool_))
     for _ in range(round(0.03 * hz)):
         watch.check(1.0 / hz, closed, legs, _Swinging(0.2), silent=False)
@@ -98,7 +98,7 @@ def test_a_contact_that_is_closed_through_a_quick_swing_is_not_believed(hz: floa
 @pytest.mark.parametrize("hz", RATES)
 def test_a_contact_that_is_open_is_not_believed_once_the_leg_has_borne_weight_for_a_while(hz: float) -> None:
     watch = ContactWatch()
-    legs = limbs(STANDING.tolist(), LEVEL)
+    legs = leg_state(STANDING.tolist(), LEVEL)
     bearing = np.array(legs.weight)
     bearing[:3] -= np.array(legs.jacobians[0]).T @ np.array((0.0, 0.0, 80.0))
     contact = np.array((False, True, True, True))
