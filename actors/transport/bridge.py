@@ -14,10 +14,13 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.tokens import EndpointKind, EndpointToken, graph_of
+from actors.transport.local_clients import Clients
+from actors.transport.local_services import Services
 from actors.transport.local_side import LocalSide
 from actors.transport.local_topics import LocalPublisher, Topics
 from actors.transport.protocol import Outlet, Transport, WireUnavailable
 from actors.transport.remote_graph import RemoteGraph
+from actors.transport.standard_names import standard_publishers, standard_services
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,6 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Bridge", "connect"]
 
+TOPICS: Final = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
 MOST_DOMAIN: Final = 232
 """The highest number of a domain in ROS 2."""
 
@@ -83,6 +87,8 @@ class Bridge:
         self._endpoints: dict[str, EndpointToken] = {}
         """The endpoints of other processes, by token."""
         self._topics = Topics(side)
+        self._clients = Clients(side)
+        self._services = Services(side, self._clients)
         self._open = False
         self._early: list[tuple[Callable[[str], None], str]] = []
 
@@ -100,6 +106,8 @@ class Bridge:
                 self.publisher_joined(publisher)
             for subscription in topic.subscriptions:
                 self.subscription_joined(subscription)
+        for service in list(graph.services.values()):
+            self.server_changed(service)
         for record in self._runtime.directory.records.values():
             if record.running is not None:
                 self._ready(record.running)
@@ -140,14 +148,20 @@ class Bridge:
         self._topics.subscription_left(subscription)
 
     def server_changed(self, entry: ServerEntry[Any]) -> None:
-        pass
+        with self._representable("" if entry.local is None else entry.local.host, entry.name):
+            self._services.server_changed(entry)
 
     def _ready(self, life: Incarnation) -> None:
         with self._representable(life.fqn, life.fqn):
             self._side.node(life.fqn)
+            for service in standard_services(life):
+                self._services.promise(life.fqn, *service)
+            for topic in standard_publishers():
+                self._topics.promise(life.fqn, *topic)
 
     def _dismissed(self, record: NodeRecord) -> None:
-        self._side.forget(record.identity.fqn)
+        for part in (self._topics, self._services, self._clients, self._side):
+            part.forget(record.identity.fqn)
 
     @contextmanager
     def _representable(self, node: str, name: str) -> Generator[None]:
@@ -173,8 +187,8 @@ class Bridge:
             self._graph.changed()
         else:
             self._endpoints[token] = endpoint
-            if endpoint.kind in (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION):
-                self._topics.appeared(node, endpoint, token)
+            part = self._topics if endpoint.kind in TOPICS else self._services
+            part.appeared(node, endpoint, token)
 
     def vanished(self, token: str) -> None:
         """See `Events.vanished`."""
@@ -185,8 +199,9 @@ class Bridge:
 
     def _gone(self, token: str) -> None:
         endpoint = self._endpoints.pop(token, None)
-        if endpoint is not None and endpoint.kind in (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION):
-            self._topics.vanished(token)
+        if endpoint is not None:
+            part = self._topics if endpoint.kind in TOPICS else self._services
+            part.vanished(endpoint, token)
         if self._remote.vanished(token):
             self._graph.changed()
 

@@ -120,6 +120,8 @@ class Topics:
         self._graph = side.runtime.graph
         self._senders: dict[PublisherPeer, _Sender] = {}
         self._by_outlet: dict[Outlet, _Sender] = {}
+        self._promised: dict[tuple[str, str], Endpoint] = {}
+        """(node, topic) -> a standard publisher that is shown and not open."""
         self._receivers: dict[object, _Receiver] = {}
         self._fed_by: dict[SubscriptionPeer, object] = {}
         self._remote: dict[str, RemotePublisher | RemoteSubscription] = {}
@@ -130,13 +132,28 @@ class Topics:
 
     def publisher_joined(self, publisher: LocalPublisher) -> None:
         """Show a publisher. Raises WireFormatError."""
-        type, qos = described_type(publisher.type), publisher.qos
-        endpoint = self._side.endpoint(publisher.node.fqn, EndpointKind.PUBLISHER, publisher.entry.name, type, qos)
+        node, name, qos = publisher.node.fqn, publisher.entry.name, publisher.qos
+        endpoint = self._promised.pop((node, name), None)
+        if endpoint is None:
+            endpoint = self._side.endpoint(node, EndpointKind.PUBLISHER, name, described_type(publisher.type), qos)
         outlet = self._side.transport.outlet(write_key(endpoint.token.key), delivery_of(qos))
         sender = _Sender(self._side, publisher, endpoint, outlet)
         self._senders[publisher] = self._by_outlet[outlet] = sender
         endpoint.show()
         sender.listen(outlet.wanted)
+
+    def promise(self, node: str, name: str, type: Any, qos: QoS) -> None:
+        """Show a standard publisher of a node, which is opened when somebody subscribes. Raises WireFormatError."""
+        opened = any((each.node.fqn, each.entry.name) == (node, name) for each in self._senders)
+        if not opened and (node, name) not in self._promised:
+            endpoint = self._side.endpoint(node, EndpointKind.PUBLISHER, name, described_type(type), qos)
+            self._promised[node, name] = endpoint
+            endpoint.show()
+
+    def forget(self, node: str) -> None:
+        """Withdraw the standard publishers of a node that has ended for good."""
+        for key in [key for key in self._promised if key[0] == node]:
+            self._promised.pop(key).close()
 
     def publisher_left(self, publisher: PublisherPeer) -> None:
         sender = self._senders.pop(publisher, None)
@@ -223,10 +240,10 @@ class Topics:
             self._remote[text] = subscription
             entry.add_subscription(subscription)
 
-    def vanished(self, text: str) -> None:
+    def vanished(self, token: EndpointToken, text: str) -> None:
         """Undo `appeared`."""
         endpoint = self._remote.pop(text)
-        entry = self._graph.topic(endpoint.entry.name)
+        entry = self._graph.topic(token.name)
         if isinstance(endpoint, RemotePublisher):
             del self._by_gid[gid_of(text)]
             entry.remove_publisher(endpoint)
