@@ -17,7 +17,7 @@ from robot.estimation.leg_odometry import Estimator
 from robot.estimation.plausibility import ContactWatch, ImuWatch, JointWatch
 from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
-from robot.estimation.virtual_imu import felt
+from robot.estimation.virtual_imu import virtual_imu
 from robot.geometry.vectors import Vector
 from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
 from robot.model.kinematics import inverse
@@ -219,7 +219,7 @@ class GaitController:
         imu = self._imu_watch.check(dt, imu)
         if imu is None:
             slope = (self._terrain.slope_x, self._terrain.slope_y)
-            imu = felt(estimate.legs, joints, estimate.rotation, slope)
+            imu = virtual_imu(estimate.legs, joints, estimate.rotation, slope)
         if self._safe is None and self._mode != Mode.SIT and estimate.rotation[2][2] < UPRIGHT:
             self._crouch()
         targets = self._act(dt, imu, joints)

@@ -76,7 +76,7 @@ class Navigator:
         self._planned, self._narrow, self._recovered = Planned(), NarrowSearches(), Recoveries()
         self._stepped_at: float | None = None
         self._straight = False
-        self.around.reopen()
+        self.around.unblock_all()
         self.failure = None
         self._enter(State.IDLE)
 
@@ -148,7 +148,7 @@ class Navigator:
         effect.
         """
         if scan is not None:
-            self.around.look(now, pose, scan)
+            self.around.integrate_scan(now, pose, scan)
         self.around.advance(now)
         if not self.state.running:
             return self._motion(ZERO_TWIST)
@@ -199,11 +199,11 @@ class Navigator:
         assert self.goal is not None
         forced = self._planned.again
         self._planned = Planned(now.time, self.around.changes, again=False, failure=self._planned.failure)
-        extra = self.around.extra()
+        extra = self.around.clearance_to_unmapped()
         try:
             path = self.planner.plan(now.pose, self.goal, extra)
         except NavigationError as error:
-            if self.around.reopen():
+            if self.around.unblock_all():
                 return self._replan(now)
             self._planned.failure = error
             if self.state is not State.WAITING:
@@ -242,7 +242,7 @@ class Navigator:
         clearance, x, y = follower.narrowest(now.field, follower.config.offered_over)
         if narrow.misfits >= config.misfits and clearance < config.contact:
             narrow.misfits, self._planned.again = 0, True
-            self.around.close(x, y)
+            self.around.block(x, y)
 
     def _follow(self, now: Instant, dt: float) -> Motion:
         config, recovered = self.config, self._recovered

@@ -10,12 +10,12 @@ import pytest
 from robot.control.gaits import GAITS
 from robot.estimation.leg_odometry import Estimator
 from robot.evaluate.trial import PERIOD, Trial
-from robot.geometry.planar import Pose2
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.model.kinematics import inverse
 from robot.model.parameters import GRAVITY, STAND_HEIGHT
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Box, Scene
+from robot.scenes.scene import Box
+from tests.robot.stage import floor
 
 SLOW = pytest.mark.slow
 
@@ -188,7 +188,7 @@ def test_a_foot_that_touches_late_in_its_swing_stands_at_once() -> None:
 def test_a_foot_that_finds_no_ground_goes_on_downwards() -> None:
     """Down from a step: the ground comes later than expected."""
     step = Box(1.6, 0.0, 1.6, 4.0, height=0.1)
-    scene = Scene("step", (-9.0, -9.0, 9.0, 9.0), (step,), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
+    scene = floor(step)
     trial = Trial(2, scene=scene)
     trial.stand_up()
     for _ in range(40):

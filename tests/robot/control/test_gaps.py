@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -94,7 +95,7 @@ def test_an_unknown_field_of_posts_is_crossed_by_lidar_alone() -> None:
     walls = (Box(-2.45, 4.0, 0.1, 12.0), Box(2.45, 4.0, 0.1, 12.0))
     floor = (-2.4, -2.0, 2.4, 10.0)
     scene = Scene("posts", floor, (*walls, *posts), Pose2(0.0, -0.5, math.pi / 2), Pose2(0.0, 9.0, math.pi / 2))
-    empty = Scene("unknown", floor, (), scene.start, scene.dock)
+    empty = replace(scene, obstacles=())
     navigator, walker = Navigator(Grid.from_scene(empty)), Walker(scene, scene.start, seed=3)
     navigator.set_goal(scene.dock, walker.pose)
     record = walk(navigator, walker)

@@ -14,23 +14,21 @@ from robot.control.walk_config import WalkConfig
 from robot.estimation.leg_odometry import Estimator
 from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
-from robot.geometry.planar import Pose2
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.kinematics import feet, inverse
 from robot.model.mass import standing_mass
 from robot.model.parameters import GRAVITY, MASS, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
-from robot.scenes.scene import Scene
 from robot.sim.mjcf import Ground, write_model
+from tests.robot.stage import floor
 
 WALK_HEIGHT = WalkConfig().height
-FLAT = Scene("flat", (-5.0, -5.0, 5.0, 5.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
 engine: Any = mujoco
 
 
 @pytest.mark.parametrize("height", [0.30, STAND_HEIGHT, 0.48, WALK_HEIGHT])
 def test_it_is_what_mujoco_adds_up(height: float) -> None:
-    model = engine.MjModel.from_xml_string(write_model(FLAT, Ground(), 0.0025))
+    model = engine.MjModel.from_xml_string(write_model(floor(), Ground(), 0.0025))
     data = engine.MjData(model)
     data.qpos[:7] = (0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0)
     data.qpos[7:] = inverse(nominal_feet(height)).joints
