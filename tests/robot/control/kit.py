@@ -20,13 +20,14 @@ from robot.geometry.vectors import Floats, Rows, Triple, Vector, to_ground
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.footprint import Footprint
 from robot.model.kinematics import inverse
-from robot.model.legs import limbs
+from robot.model.legs import leg_state
 from robot.model.mass import standing_mass
 from robot.model.parameters import GRAVITY
 from robot.model.stance import nominal_feet
 from robot.planning.grid import Grid
 from robot.planning.path import Path
-from robot.scenes.scene import Obstacle, Scene
+from robot.scenes.scene import Obstacle
+from tests.robot.stage import floor
 
 HEIGHT = 0.5
 DT = 0.005
@@ -81,7 +82,7 @@ def predicted(
     state.rotation = rows(Rotation.from_euler("ZYX", (yaw, pitch, roll)).as_matrix())
     state.roll, state.pitch, state.yaw = rpy
     state.position, state.velocity, state.turn = position, velocity, turn
-    state.legs = limbs(state.angles, state.rotation[2])
+    state.legs = leg_state(state.angles, state.rotation[2])
     state.feet = [to_ground(state.rotation, foot) for foot in state.legs.feet]
     return state
 
@@ -113,14 +114,11 @@ def turned_about_z(vector: Sequence[float], yaw: float) -> Vector:
     return Rotation.from_euler("z", yaw).apply(np.reshape(vector, (-1, 3))).ravel()
 
 
-def scene(*obstacles: Obstacle, half: float = 10.0) -> Scene:
-    """A square floor around the origin."""
-    return Scene("test", (-half, -half, half, half), obstacles, Pose2(0.0, 0.0), Pose2(0.0, 0.0))
-
-
 def field(*obstacles: Obstacle, at: Pose2 | None = None, footprint: Footprint | None = None) -> LocalField:
     """The distances around a robot at the origin (or elsewhere) among these things."""
-    return Surroundings(Grid.from_scene(scene(*obstacles)), footprint or Footprint()).local_field(at or Pose2(0.0, 0.0))
+    return Surroundings(Grid.from_scene(floor(*obstacles, half=10.0)), footprint or Footprint()).local_field(
+        at or Pose2(0.0, 0.0)
+    )
 
 
 def line(*points: tuple[float, float]) -> Path:

@@ -14,9 +14,9 @@ from scipy.integrate import quad
 from robot.control.safe_stop import SafeStop
 from robot.geometry.vectors import Floats, Vector
 from robot.hardware.body import JointSample, MotorTargets
-from robot.model.kinematics import feet, inverse, jacobians
-from robot.model.legs import LEVEL, limbs
-from robot.model.parameters import FOOT_RADIUS, GRAVITY, MASS, SIT_HEIGHT
+from robot.model.kinematics import feet, inverse, leg_jacobian
+from robot.model.legs import LEVEL, leg_state
+from robot.model.parameters import FOOT_RADIUS, GRAVITY, MASS, SIDES, SIT_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
 from tests.robot.control.kit import DT, HEIGHT, MIRRORED, joints_at, standing
 
@@ -28,9 +28,8 @@ def walking(velocity: tuple[float, float], contact: Sequence[bool] = ALL, places
     """The joints of a level robot whose body goes at `velocity` over its feet."""
     at = nominal_feet(HEIGHT) if places is None else places
     angles = inverse(at).joints
-    speeds = np.concatenate(
-        [np.linalg.solve(jacobian, (-velocity[0], -velocity[1], 0.0)) for jacobian in jacobians(angles)]
-    )
+    legs = [leg_jacobian(side, *angles[3 * leg : 3 * leg + 3]) for leg, side in enumerate(SIDES)]
+    speeds = np.concatenate([np.linalg.solve(jacobian, (-velocity[0], -velocity[1], 0.0)) for jacobian in legs])
     return joints_at(at, contact, speeds)
 
 
@@ -46,7 +45,7 @@ def places(targets: MotorTargets) -> Floats:
 
 def loads(sample: JointSample, targets: MotorTargets) -> Floats:
     """The forces that the torques push with, body axes, shape (4, 3)."""
-    legs = limbs(sample.position.tolist(), LEVEL)
+    legs = leg_state(sample.position.tolist(), LEVEL)
     beyond = np.array(legs.weight).reshape(4, 3) - targets.effort.reshape(4, 3)
     return np.array([np.linalg.solve(np.array(j).T, row) for j, row in zip(legs.jacobians, beyond, strict=True)])
 
@@ -200,7 +199,7 @@ def test_the_standing_legs_carry_half_of_the_weight_and_one_alone_a_quarter(
 def test_four_feet_carry_it_without_tilting_the_body() -> None:
     sample = standing()
     pushes = loads(sample, SafeStop().step(DT, sample))
-    legs = limbs(sample.position.tolist(), LEVEL)
+    legs = leg_state(sample.position.tolist(), LEVEL)
     arms = np.array(legs.feet) - legs.centre - (0.0, 0.0, FOOT_RADIUS)
     assert np.cross(arms, pushes).sum(axis=0) == pytest.approx((0.0, 0.0, 0.0), abs=0.02)
 
