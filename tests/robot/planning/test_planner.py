@@ -56,7 +56,8 @@ def cheapest(grid: Grid, start: Cell, goal: Cell) -> float:
         b = np.s_[up:, max(0, right) : weights.shape[1] + min(0, right)]
         price = math.hypot(up, right) * (weights[a] + weights[b]) / 2
         if up and right:
-            beside = weights[up:, max(0, -right) : weights.shape[1] - max(0, right)], weights[: -up, max(0, right) : weights.shape[1] + min(0, right)]  # fmt: skip
+            left, right_ = max(0, -right), weights.shape[1] - max(0, right)
+            beside = weights[up:, left:right_], weights[:-up, max(0, right) : weights.shape[1] + min(0, right)]
             price = np.where(np.isinf(beside[0]) | np.isinf(beside[1]), np.inf, price)
         free = np.isfinite(price)
         rows.append(cells[a][free])

@@ -58,7 +58,7 @@ def test_the_place_lies_on_the_straight_way_facing_the_thing(spot: Spot, robot: 
         assert (math.cos(place.yaw), math.sin(place.yaw)) == pytest.approx(tuple(along / np.linalg.norm(along)))
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=25)
 @given(spot=spots, robot=robots, turn=st.floats(-3.0, 3.0))
 def test_a_turned_world_has_the_same_places_turned(spot: Spot, robot: Pose2, turn: float) -> None:
     about = Rotation.from_euler("z", turn)

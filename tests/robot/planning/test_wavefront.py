@@ -24,7 +24,7 @@ def graph(seed: int) -> tuple[np.ndarray, np.ndarray]:
     return edges, random.integers(0, NODES, (NODES, DEGREE))
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=25)
 @given(
     seed=st.integers(0, 10_000), source=st.integers(0, NODES - 1), goals=st.sets(st.integers(0, NODES - 1), max_size=4)
 )
