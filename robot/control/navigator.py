@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from robot.control.follow import Follower, Phase, Step
-from robot.control.gaps import thread
+from robot.control.gaps import plan_through_gap
 from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion, State
 from robot.control.navigator_config import NavigatorConfig
@@ -223,7 +223,7 @@ class Navigator:
         rest = self.planner.price(self.follower.ahead(math.inf), extra)
         return self.planner.price(path.spaced(self.follower.config.spacing).points, extra) < self.config.gain * rest
 
-    def _thread(self, now: Instant) -> None:
+    def _plan_through_gap(self, now: Instant) -> None:
         """Where it is too narrow to follow the path with the body's middle, plan the heading too."""
         assert self.path is not None
         assert self.goal is not None
@@ -233,10 +233,10 @@ class Navigator:
         if not follower.is_tight(now.pose, now.field):
             return
         narrow.tried_at = now.time
-        poses = thread(now.pose, self.path, follower.along, self.goal, now.field, follower.limits)
+        poses = plan_through_gap(now.pose, self.path, follower.along, self.goal, now.field, follower.limits)
         if poses is not None:
             narrow.misfits = 0
-            follower.thread(poses)
+            follower.follow_poses(poses)
             return
         narrow.misfits += 1
         clearance, x, y = follower.narrowest(now.field, follower.config.offered_over)
@@ -247,7 +247,7 @@ class Navigator:
     def _follow(self, now: Instant, dt: float) -> Motion:
         config, recovered = self.config, self._recovered
         if not self._straight:
-            self._thread(now)
+            self._plan_through_gap(now)
         step = self.follower.step(now.pose, now.field, dt)
         if step.phase is Phase.ARRIVED:
             self._enter(State.ARRIVED)
@@ -259,7 +259,7 @@ class Navigator:
             recovered.at = None
         blocked = self._blocked_for(now.time, step)
         if blocked > config.release:
-            self.follower.unthread()
+            self.follower.drop_poses()
         if blocked > config.held or self._progress.stuck(now.time, now.pose):
             return self._start_recovery(now)
         return self._motion(step.command, step)

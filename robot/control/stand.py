@@ -18,7 +18,7 @@ from robot.model.legs import torques
 from robot.model.mass import standing_mass
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, STAND_HEIGHT
 
-__all__ = ["Planted"]
+__all__ = ["StandController"]
 
 SPRING, DAMPER = 120.0, 4.0
 """Joint gains, N m/rad and N m s/rad."""
@@ -33,7 +33,7 @@ CENTRING = 0.6
 """Seconds over which the body moves above the middle of its feet."""
 
 
-class Planted:
+class StandController:
     """A stance captured once; the body's height over it then follows a half-cosine to wherever it is sent."""
 
     def __init__(self, ahead: PredictedState, weight: float = 1.0) -> None:

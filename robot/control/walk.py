@@ -27,7 +27,7 @@ from robot.model.mass import standing_mass
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, STAND_HEIGHT
 from robot.model.stance import NOMINAL
 
-__all__ = ["Walker"]
+__all__ = ["WalkController"]
 
 STILL: Sway = (0.0, 0.0, 0.0)
 
@@ -50,7 +50,7 @@ class _Leg:
         """How much the foot is lifted because it hit something on its way, m; negative: it has not."""
 
 
-class Walker:
+class WalkController:
     """One walk, from all feet on the ground on. Call `step` at every control step."""
 
     def __init__(self, gait: Gait, ahead: PredictedState, config: WalkConfig | None = None) -> None:
@@ -226,8 +226,8 @@ class Walker:
         x, y, z = to_ground(ahead.rotation, ahead.legs.centre)
         z += FOOT_RADIUS
         arms = [(fx - x, fy - y, fz - z) for fx, fy, fz in (ahead.feet[leg] for leg in standing)]
-        grips = [self._legs[leg].grip for leg in standing]
-        forces = distribute(arms, wrench, (terrain.slope_x, terrain.slope_y), grips)
+        friction_shares = [self._legs[leg].grip for leg in standing]
+        forces = distribute(arms, wrench, (terrain.slope_x, terrain.slope_y), friction_shares)
         fx, fy, fz = (sum(column) / MASS for column in zip(*forces, strict=True))
         self.acceleration = (fx, fy, fz - GRAVITY)
         wx, wy, wz = to_body(ahead.rotation, (*step.wanted, 0.0))

@@ -13,8 +13,8 @@ so that an estimator finds what it expects.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from math import cos, exp, isfinite, sin
 
 import numpy as np
@@ -30,7 +30,7 @@ from robot.model.modes import GOALS, Mode
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.power import STANDING, typical_motor_power
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Scene
+from robot.scenes.scene import Obstacle, Scene
 from robot.sim.following import chase, pushed_body
 from robot.sim.kinematic_arm import KinematicArm
 from robot.sim.rays import cast
@@ -193,6 +193,14 @@ class KinematicBody(BodyShell):
         self._commanded = self._ticks
         if self._arm is not None:
             self._arm.reset()
+
+    def set_obstacles(self, obstacles: Iterable[Obstacle]) -> None:
+        """Replace what stands on the floor, from this instant on: LiDAR, camera and `Truth.touching` show the new obstacles.
+
+        `scene` is a new value with these obstacles; start, dock, places and things stay. A map made of the scene before does not change.
+        """
+        self._scene = replace(self._scene, obstacles=tuple(obstacles))
+        self._outline = Outline(self._scene)
 
     def close(self) -> None:
         """Nothing is held that Python would not free."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,17 +19,17 @@ from robot.geometry.planar import Pose2, Twist2
 from robot.model.footprint import Footprint
 from robot.planning.grid import Grid
 from robot.planning.path import Path
-from robot.scenes.scene import Box, Scene
+from robot.scenes.scene import Box
 from robot.scenes.worlds import get_world
 from robot.sim.rays import cast
 from tests.robot.control.navigation_sim import Walker
+from tests.robot.stage import floor
 
 LIMITS = Limits()
 
 
 def field(*obstacles: Box) -> LocalField:
-    scene = Scene("test", (-10, -10, 10, 10), obstacles, Pose2(0, 0), Pose2(0, 0))
-    return Surroundings(Grid.from_scene(scene)).local_field(Pose2(0, 0))
+    return Surroundings(Grid.from_scene(floor(*obstacles, half=10.0))).local_field(Pose2(0, 0))
 
 
 def straight(*points: tuple[float, float]) -> Path:
@@ -206,7 +207,7 @@ def test_a_walking_cylinder_is_seen_to_move_and_a_standing_one_is_not() -> None:
         t = 0.1 * tick
         pose = Pose2(0.05 * tick, 0.0)
         obstacles = (Cylinder(4.0, 2.0 - 0.5 * t, 0.25), Cylinder(2.0, -1.5, 0.25), Box(3.0, -3.0, 0.5, 0.5))
-        world = Scene("moving", scene.bounds, obstacles, scene.start, scene.dock)
+        world = replace(scene, obstacles=obstacles)
         around.integrate_scan(t, pose, cast(world, pose.x, pose.y, pose.yaw))
     (mover,) = around.movers.moving
     assert mover.vy == pytest.approx(-0.5, abs=0.1)

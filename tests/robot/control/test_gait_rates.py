@@ -11,14 +11,13 @@ from robot.control.gait_controller import GaitController
 from robot.estimation.gyro_bias import FootLine, GyroBias
 from robot.estimation.leg_odometry import Estimator
 from robot.estimation.plausibility import ContactWatch
-from robot.geometry.planar import Pose2
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.kinematics import inverse
 from robot.model.legs import LEVEL, leg_state
 from robot.model.parameters import GRAVITY, STAND_HEIGHT
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Scene
 from robot.sim.physics import PhysicsBody
+from tests.robot.stage import floor
 
 RATES = (100.0, 200.0, 500.0)
 STANDING = inverse(nominal_feet(STAND_HEIGHT)).joints
@@ -113,8 +112,7 @@ def test_a_contact_that_is_open_is_not_believed_once_the_leg_has_borne_weight_fo
 
 @pytest.mark.parametrize("hz", [100.0, 500.0])
 def test_it_walks_at_either_end_of_the_rates_it_promises(hz: float) -> None:
-    flat = Scene("flat", (-50.0, -50.0, 50.0, 50.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
-    body, gait = PhysicsBody(flat, seed=3), GaitController()
+    body, gait = PhysicsBody(floor(), seed=3), GaitController()
     gait.request("walk")
     for step in range(round(9.0 * hz)):
         if gait.mode == "walk":

@@ -16,6 +16,7 @@ from robot.sim.kinematic import KinematicBody
 from robot.sim.mjcf import Ground, write_model
 from robot.sim.physics import PhysicsBody
 from robot.sim.things import Things, centre, tool_point
+from tests.robot.stage import floor
 
 engine: Any = mujoco
 TABLE = Box(0.95, 0.0, 0.3, 0.3, yaw=0.4, height=0.3)
@@ -38,7 +39,7 @@ def test_only_a_thing_within_two_centimeters_of_the_tip_is_near() -> None:
     assert things.near(centre(CUP) + over(0.0199)) == 0
     assert things.near(centre(CUP) + over(0.0201)) is None
     assert things.near(centre(BRICK)) == 1
-    assert Things(Scene("bare", (0.0, 0.0, 1.0, 1.0), (), Pose2(0, 0), Pose2(0, 0))).near(np.zeros(3)) is None
+    assert Things(floor()).near(np.zeros(3)) is None
 
 
 def test_jaws_close_on_the_thinner_side() -> None:
