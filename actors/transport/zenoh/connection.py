@@ -15,8 +15,9 @@ from actors.transport.format.keys import write_key
 from actors.transport.format.tokens import EndpointKind, EndpointToken, parse_token
 from actors.transport.protocol import Answer, Delivery, Events, Link, NoAnswer, Query, Sample
 from actors.transport.zenoh import objects
+from actors.transport.zenoh.contact import Source
 from actors.transport.zenoh.heartbeat import Heartbeat
-from actors.transport.zenoh.history import declare_publishers, declare_subscriber
+from actors.transport.zenoh.history import ask_history, declare_publishers, declare_subscriber
 from actors.transport.zenoh.library import direct, import_zenoh
 from actors.transport.zenoh.outlets import Outlet
 from actors.transport.zenoh.presence import Presence, Process, scope_of
@@ -37,7 +38,7 @@ class Connection:
     """An open session, and everything that was declared with it. All methods are called on the loop's thread.
 
     Invariants: an own token is in `_own` while Zenoh may report it; what has not been closed is in `_handles`, because Zenoh withdraws what
-    nobody refers to; after `close` no callback is called. Questions to be ended and tokens to be reported wait for the timer `_settling`.
+    nobody refers to; after `close` no callback is called. Vanished tokens, and the calls of `_afterwards`, wait for the timer `_settling`.
     """
 
     def __init__(
@@ -54,7 +55,7 @@ class Connection:
         self._traffic = Traffic()
         self._presence = Presence(events, self._traffic.begin)
         self._questions: dict[Question, None] = {}
-        self._unanswered: list[Question] = []
+        self._afterwards: list[Callable[[], None]] = []
         self._settling: Any = None
         own = Process(scope_of(tokens), str(session.zid()), os.getpid(), socket.gethostname())
         self._process = self._declare_token(own.token)
@@ -87,17 +88,37 @@ class Connection:
         """Open the sending end of `key`."""
         publishers = declare_publishers(self._session, key, delivery)
         forget = self._handles.discard
-        outlet = Outlet(delivery, publishers, self.wakeup, self._worker, self._traffic, self._events.wanted, forget)
+        outlet = Outlet(
+            delivery,
+            publishers,
+            self.wakeup,
+            self._worker,
+            self._traffic,
+            self._events.wanted,
+            self._settle_soon,
+            forget,
+        )
         self._handles.add(outlet)
         return outlet
 
     def subscribe(self, key: str, delivery: Delivery, take: Callable[[Sample], None]) -> Subscription:
         """Open the receiving end of `key`."""
 
-        def declare(subscription: Subscription) -> Any:
+        def declare(subscription: Subscription) -> objects.Declared:
             return declare_subscriber(self._session, key, delivery, subscription.arrived)
 
-        subscription = Subscription(key, delivery, take, self.wakeup, self._traffic, declare, self._handles.discard)
+        def ask(subscription: Subscription, source: Source) -> None:
+            def answered(sample: objects.Sample) -> None:
+                self.wakeup.post(lambda kept: subscription.answered(source, kept), sample)
+
+            def complete() -> None:
+                self.wakeup.post(subscription.complete, source)
+
+            self._answers.do(lambda: ask_history(self._session, key, delivery.history, source, answered, complete))
+
+        subscription = Subscription(
+            key, delivery, take, self.wakeup, self._traffic, declare, ask, self._handles.discard
+        )
         self._handles.add(subscription)
         return subscription
 
@@ -113,7 +134,7 @@ class Connection:
         """Ask the others."""
         question = Question(key, timeout, done, self._questions.pop, self._loop)
         self._questions[question] = None
-        question.ask(self._session, payload, attachment, self.wakeup, self._answers, self._end_soon)
+        question.ask(self._session, payload, attachment, self.wakeup, self._answers, self._unanswered)
         return question
 
     def report(self) -> tuple[Link, ...]:
@@ -174,25 +195,25 @@ class Connection:
 
     def _vanished(self, token: str) -> None:
         self._presence.vanish(token)
-        self._settle_soon()
+        self._settle_soon(lambda: None)
 
     # Lost processes, and the questions that they leave ---------------------------------------------------------------------------
 
-    def _settle_soon(self) -> None:
+    def _settle_soon(self, afterwards: Callable[[], None]) -> None:
+        """Report soon what has vanished, and then call `afterwards`."""
+        self._afterwards.append(afterwards)
         if self._settling is None:
             self._settling = self._loop.call_later(_SETTLING, self._settle)
 
     def _settle(self) -> None:
         self._settling = None
         self._presence.settle()
-        unanswered, self._unanswered = self._unanswered, []
-        for question in unanswered:
-            question.end(NoAnswer(timed_out=False))
+        afterwards, self._afterwards = self._afterwards, []
+        for call in afterwards:
+            call()
 
-    def _end_soon(self, question: Question) -> None:
-        if question in self._questions:
-            self._unanswered.append(question)
-            self._settle_soon()
+    def _unanswered(self, question: Question) -> None:
+        self._settle_soon(lambda: question.end(NoAnswer(timed_out=False)))
 
     def _send_beat(self) -> None:
         with suppress(import_zenoh().ZError):
@@ -212,13 +233,14 @@ class Connection:
         """A process is lost whose links are open. Its questions end unless somebody else serves them, too."""
         tokens = self._presence.tokens(session)
         self._presence.silence(session)
-        lost = set(filter(None, map(_served_key, tokens)))
+        lost = {_served_key(token) for token in tokens} - {""}
         asked = [question for question in self._questions if question.key in lost]
         if asked:
-            others = (token for other in self._presence.shown for token in self._presence.tokens(other))
-            served = set(filter(None, map(_served_key, others)))
-            self._unanswered += [question for question in asked if question.key not in served]
-            self._settle_soon()
+            others = [token for other in self._presence.shown for token in self._presence.tokens(other)]
+            served = {_served_key(token) for token in others}
+            for question in asked:
+                if question.key not in served:
+                    self._unanswered(question)
 
 
 class Announcement:

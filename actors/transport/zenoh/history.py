@@ -7,13 +7,17 @@ from typing import Any, Final
 
 from actors.transport.protocol import Delivery
 from actors.transport.zenoh import objects
+from actors.transport.zenoh.contact import Source
 from actors.transport.zenoh.library import direct, import_ext, import_zenoh
 from actors.transport.zenoh.outlets import Publishers
 
-__all__ = ["declare_publishers", "declare_subscriber"]
+__all__ = ["ask_history", "declare_publishers", "declare_subscriber"]
 
 _HEARTBEAT: Final = 0.5
 """Seconds after which an advanced publisher tells the number of its last sample, so that the loss of the last one is noticed."""
+
+_PATIENCE: Final = 5.0
+"""Seconds within which a publisher must tell what it keeps."""
 
 _PRIORITIES: Final = (
     "REAL_TIME",
@@ -71,6 +75,34 @@ def declare_subscriber(
         subscriber_detection=True,
     )
     return subscriber
+
+
+def ask_history(
+    session: objects.Session,
+    key: str,
+    most: int,
+    source: Source,
+    answered: Callable[[objects.Sample], None],
+    complete: Callable[[], None],
+) -> None:
+    """Ask one advanced publisher for the last `most` samples that it keeps. `complete` is called in any case; both on Zenoh's threads."""
+    zenoh = import_zenoh()
+
+    def replied(reply: objects.Reply) -> None:
+        if reply.ok is not None:
+            answered(reply.ok)
+
+    try:
+        session.get(
+            f"{key}/@adv/pub/{source[0]}/{source[1]}/**?_max={most};_anyke",
+            direct(replied, complete),
+            target=zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=_PATIENCE,
+            allowed_destination=zenoh.Locality.REMOTE,
+        )
+    except zenoh.ZError:  # the session has been closed
+        complete()
 
 
 def _of_others(session: objects.Session, arrived: Callable[[objects.Sample], None]) -> Callable[[objects.Sample], None]:

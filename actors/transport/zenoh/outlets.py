@@ -49,13 +49,18 @@ class Outlet:
         worker: Worker,
         traffic: Traffic,
         wanted: Callable[[Outlet], None],
+        soon: Callable[[Callable[[], None]], None],
         forget: Callable[[Outlet], None],
     ) -> None:
-        """`wanted` is called on the loop when `Outlet.wanted` has changed, `forget` when the outlet is closed."""
+        """`wanted` is called on the loop when `Outlet.wanted` has changed, `forget` when the outlet is closed.
+
+        `soon` calls what it is given when the loss of a process, if that is why nobody listens, has been reported.
+        """
         self._publishers = publishers
         self._worker = worker
         self._traffic = traffic
         self._tell = wanted
+        self._soon = soon
         self._forget = forget
         self._keep_all = delivery.keep_all
         self._depth = delivery.depth
@@ -63,7 +68,8 @@ class Outlet:
         self._handed = 0
         self._done = 0
         self._closed = False
-        self._wanted: bool = publishers.plain.matching_status.matching
+        self._matching: bool = publishers.plain.matching_status.matching
+        self._wanted = self._matching
         handler = direct(lambda status: wakeup.post(self._matched, status.matching))
         self._listener = publishers.plain.declare_matching_listener(handler)
 
@@ -94,8 +100,15 @@ class Outlet:
             self._forget(self)
 
     def _matched(self, matching: bool) -> None:
-        if matching != self._wanted and not self._closed:
-            self._wanted = matching
+        self._matching = matching
+        if matching:
+            self._show()
+        else:
+            self._soon(self._show)
+
+    def _show(self) -> None:
+        if self._wanted != self._matching and not self._closed:
+            self._wanted = self._matching
             self._tell(self)
 
     def _hand_over(self, payload: bytes, attachment: bytes) -> None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Final
 
 from actors.transport.protocol import Delivery, Sample
 from actors.transport.zenoh import objects
+from actors.transport.zenoh.contact import Contacts, Source
 from actors.transport.zenoh.traffic import Traffic
 from actors.transport.zenoh.wakeup import Wakeup
 
@@ -37,21 +38,26 @@ class Subscription:
         take: Callable[[Sample], None],
         wakeup: Wakeup,
         traffic: Traffic,
-        declare: Callable[[Subscription], Any],
+        declare: Callable[[Subscription], objects.Declared],
+        ask: Callable[[Subscription, Source], None],
         forget: Callable[[Subscription], None],
     ) -> None:
-        """`declare` makes Zenoh's subscriber, which calls `arrived`; `forget` is called when the subscription is closed."""
+        """`declare` makes Zenoh's subscriber, which calls `arrived`; `ask` asks a publisher for its history, as `Contacts` wants it;
+        `forget` is called when the subscription is closed."""
         self._key = key
         self._take = take
         self._wakeup = wakeup
         self._traffic = traffic
         self._queue: deque[objects.Sample] = deque()
         self._holds_back = delivery.keep_all
-        self._most = max(delivery.depth, _KEEP_ALL) if delivery.keep_all else 2 * delivery.depth
+        self._most = max(delivery.depth, _KEEP_ALL) if delivery.keep_all else 2 * delivery.depth + delivery.history
         self._room = threading.Event()
         self._hangs = False
         self._closed = False
         self._forget = forget
+        contacts = Contacts(lambda source: ask(self, source), self._pass)
+        self.answered, self.complete = contacts.answered, contacts.complete
+        self._next = contacts.take if delivery.history else self._pass
         self._subscriber = declare(self)
 
     def arrived(self, sample: objects.Sample) -> None:
@@ -95,6 +101,11 @@ class Subscription:
             return
         if self._holds_back:
             self._make_room()
+        self._next(sample)
+
+    def _pass(self, sample: objects.Sample) -> None:
+        if self._closed:
+            return
         payload = sample.payload.to_bytes()
         attached = sample.attachment
         attachment = b"" if attached is None else attached.to_bytes()
