@@ -92,14 +92,18 @@ class Bridge:
         self._clients = Clients(side)
         self._services = Services(side, self._clients)
         self._actions = Actions(side, self._topics, self._services, self._clients)
+        self._begun = False
+        """Whether the transport has to be closed."""
         self._open = False
         self._early: list[tuple[Callable[[str], None], str]] = []
 
     async def open(self) -> None:
         """Open the transport, and show what is there. Logs it if that is not possible."""
+        self._begun = True
         try:
             await self._transport.open(graph_of(self._domain_id), self)
         except WireUnavailable as error:
+            self._begun = False
             self._runtime.log.error("no connection with other processes", because=str(error))
             return
         self._open = True
@@ -125,11 +129,11 @@ class Bridge:
 
     async def close(self) -> None:
         """Withdraw everything, and close the transport. The other processes learn of it at once."""
-        if not self._open:
-            return
+        if self._open:
+            self._graph.watchers.remove(self)
         self._open = False
-        self._graph.watchers.remove(self)
-        await self._transport.close()
+        if self._begun:
+            await self._transport.close()
         for token in list(self._endpoints):
             self._gone(token)
         self._graph.elsewhere = tuple
