@@ -226,7 +226,7 @@ class RemoteGoal:
         server, response = self.server, _decoded(self._service.Response, answer)
         if response is None:
             if isinstance(answer, Replied):
-                failure = ServiceFailed(server.host, "CdrError", "its answer to the goal cannot be read")
+                failure: Exception = ServiceFailed(server.host, "CdrError", "its answer to the goal cannot be read")
             else:
                 failure = failure_of(server, answer) or ActionUnavailable(server.unanswered(math.inf))
             self._not_accepted(failure)
