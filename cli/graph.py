@@ -10,6 +10,7 @@ from contextlib import AsyncExitStack, asynccontextmanager
 
 from actors import Child, Node, System, run
 from actors.logs import ERROR, LogRecord
+from actors.transport.environment import transport_from_environment
 from actors.transport.protocol import WireUnavailable
 from cli.command import CommandFailed
 
@@ -51,8 +52,6 @@ class Seen:
 @asynccontextmanager
 async def seen(options: argparse.Namespace) -> AsyncGenerator[Seen]:
     """Take part in the graph of ROS_DOMAIN_ID as the options say. Raises `CommandFailed` if that is not possible."""
-    from actors.transport.zenoh import ZenohConfig, ZenohTransport
-
     refused: list[str] = []
 
     def alone(record: LogRecord) -> None:
@@ -62,10 +61,10 @@ async def seen(options: argparse.Namespace) -> AsyncGenerator[Seen]:
     name = f"_robactor_cli_{os.getpid()}"
     async with AsyncExitStack() as stack:
         try:
-            config = ZenohConfig.from_environment(
-                os.environ, connect=tuple(options.connect), listen=tuple(options.listen)
+            transport = transport_from_environment(
+                os.environ, listen=tuple(options.listen), connect=tuple(options.connect)
             )
-            whole = run(Child(Node, name=name), transport=ZenohTransport(config), signals=False, sinks=(alone,))
+            whole = run(Child(Node, name=name), transport=transport, signals=False, sinks=(alone,))
             system = await stack.enter_async_context(whole)
         except (WireUnavailable, ValueError) as error:
             raise CommandFailed(str(error)) from error
