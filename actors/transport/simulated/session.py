@@ -95,8 +95,6 @@ class SimulatedTransport:
         self.host = host
         self.process = process
         self.closed = False
-        self.killed = False
-        """Whether it has ended without a farewell."""
         self._session = session
         self._surroundings = surroundings
         self._events: Events = _Nobody()
@@ -165,7 +163,7 @@ class SimulatedTransport:
                 process=peer.transport.process,
                 sent_bytes=peer.outgoing.sent,
                 received_bytes=peer.incoming.received,
-                dropped=peer.outgoing.dropped + peer.incoming.dropped,
+                dropped=peer.outgoing.displaced + peer.incoming.late,
             )
             for peer in self._peers.values()
         )
@@ -228,8 +226,8 @@ class SimulatedTransport:
 
     def kill(self) -> None:
         """End at once, without a farewell."""
-        self.killed = not self.closed
-        self._end()
+        if not self.closed:
+            self._end()
 
     def _end(self) -> None:
         self.closed = True
