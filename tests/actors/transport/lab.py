@@ -79,9 +79,6 @@ class Lab:
 
         return heard, party.transport.subscribe(key, delivery, take)
 
-    async def sleep_until(self, when: float) -> None:
-        await asyncio.sleep(when - self.loop.time())
-
 
 def numbered(number: int, size: int = 4) -> bytes:
     """A payload that says its number."""
