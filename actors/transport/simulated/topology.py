@@ -83,9 +83,7 @@ class Topology:
         return (self.link(source.name, target.name),)
 
     def can_meet(self, one: Host, other: Host) -> bool:
-        """Whether processes of the two can find each other and connect now."""
-        if not (one.up and other.up):
-            return False
+        """Whether processes of the two, which are up, can find each other and connect now."""
         needed = [*self.route(one, other), *self.route(other, one)]
         if self.router is not None:
             if not (self.router.up and self.routes):

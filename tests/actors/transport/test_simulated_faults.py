@@ -368,6 +368,68 @@ async def test_without_any_router_peers_find_each_other_and_clients_nobody() -> 
     assert kinds(peer) == ["up"]
 
 
+# Moments -------------------------------------------------------------------------------------------------------------------
+
+
+async def test_a_question_that_arrives_when_its_server_has_closed_ends_without_answer() -> None:
+    lab = Lab()
+    a, b = await lab.parties("a", "b")
+    server = b.transport.serve("7/add/T/H", lambda query: query.reply(b"", b""))
+    await b.told_to(a)
+
+    server.close()
+    server.close()
+
+    assert await a.answer("7/add/T/H") == NoAnswer(timed_out=False)
+
+
+async def test_an_answer_to_a_process_that_has_gone_reaches_nobody() -> None:
+    lab = Lab()
+    a, b = await lab.parties("a", "b")
+    queries = b.serve("7/add/T/H")
+    await b.told_to(a)
+    answers, _ = a.ask("7/add/T/H")
+    await lab.until(lambda: queries, "it is asked")
+    lab.network.kill(a.transport)
+    await lab.unlinked(b, a)
+
+    queries[0].reply(b"", b"")
+    await asyncio.sleep(1.0)
+
+    assert answers == []
+
+
+async def test_a_process_that_dies_while_it_is_found_is_lost_again() -> None:
+    lab = Lab()
+    for name in ("a", "b"):
+        lab.network.add_host(name)
+    a, b = await lab.party("a"), await lab.party("b")
+    write = b._write
+
+    def kill(kind: str, of: object) -> None:
+        write(kind, of)
+        lab.network.kill(a.transport)
+
+    b._write = kill  # type: ignore[method-assign]
+    await lab.until(lambda: b.log, "it is found")
+    await lab.unlinked(b, a)
+
+    assert kinds(b) == ["up", "down"]
+    assert a.log == []
+
+
+async def test_tokens_that_are_not_watched_for_do_not_vanish_either() -> None:
+    lab = Lab()
+    a, b = await lab.parties("a", "b")
+    other = a.transport.announce("@ros2_lv/8/other")
+    await a.told_to(b)
+
+    other.close()
+    await a.told_to(b)
+
+    assert kinds(b, "vanished") == []
+
+
 # What is the same for all --------------------------------------------------------------------------------------------------
 
 
