@@ -123,7 +123,7 @@ class SimulatedTransport:
         if not self.closed:
             for peer in self._peers.values():
                 peer.outgoing.send(_Call(peer.outgoing, 0, _FAREWELL, partial(peer.transport.lose, peer.outgoing)))
-            self._end()
+            self.kill()
 
     def announce(self, token: str) -> Handle:
         return self._declare(Announcement(token, self._withdraw))
@@ -226,10 +226,6 @@ class SimulatedTransport:
 
     def kill(self) -> None:
         """End at once, without a farewell."""
-        if not self.closed:
-            self._end()
-
-    def _end(self) -> None:
         self.closed = True
         self._events = _Nobody()
         for declared in self._declared:

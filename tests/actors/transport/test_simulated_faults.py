@@ -6,7 +6,8 @@ import asyncio
 
 import pytest
 
-from actors.transport.protocol import NoAnswer, WireUnavailable
+from actors.time.virtual_loop import Deadlock, VirtualLoop
+from actors.transport.protocol import NoAnswer, Replied, WireUnavailable
 from actors.transport.simulated import LAN, LOOPBACK, Conditions, Host
 from tests.actors.transport.contract.parties import ALL_OF_IT, token
 from tests.actors.transport.lab import BEST_EFFORT, KEY, Lab, Timed, numbered
@@ -130,7 +131,7 @@ async def test_a_farewell_waits_for_the_end_of_a_cut() -> None:
 
 async def test_what_was_put_before_the_farewell_arrives_before_it() -> None:
     lab = Lab()
-    a, b = await lab.parties("a", "b")
+    a, b, _ = await lab.parties("a", "b", "c")
     heard, _ = lab.hear(b)
     outlet = await a.outlet(KEY)
     lab.network.set_conditions("a", "b", Conditions(bandwidth=1000.0))
@@ -138,9 +139,28 @@ async def test_what_was_put_before_the_farewell_arrives_before_it() -> None:
     for number in range(3):
         outlet.put(numbered(number), b"")
     await a.transport.close()
+    lab.network.cut("b", "c")  # elsewhere
     await lab.unlinked(b, a)
 
     assert [number for _, number in heard] == [0, 1, 2]
+
+
+async def test_what_waits_when_two_lose_each_other_does_not_come_when_they_find_each_other() -> None:
+    lab = Lab(lease=4.0)
+    a, b = await lab.parties("a", "b")
+    heard, _ = lab.hear(b)
+    outlet = await a.outlet(KEY)
+
+    lab.network.cut("a", "b")
+    outlet.put(numbered(1), b"")
+    await lab.unlinked(a, b)
+    await lab.unlinked(b, a)
+    lab.network.heal("a", "b")
+    await lab.until(lambda: outlet.wanted, "they have found each other")
+    outlet.put(numbered(2), b"")
+    await lab.until(lambda: heard, "a sample arrives")
+
+    assert [number for _, number in heard] == [2]
 
 
 # Machines and processes ----------------------------------------------------------------------------------------------------
@@ -302,7 +322,9 @@ async def test_when_the_machine_of_the_router_crashes_clients_notice_its_silence
     lab.network.start_router()  # in vain: its machine is down
     await lab.unlinked(client, other)
     await lab.unlinked(peer, client)
+    await asyncio.sleep(10.0)
 
+    assert client.transport.report() == ()
     assert crashed + 3.0 <= client.when("down", other.session) <= crashed + 4.0
     assert peer.is_linked(second.session)
     lab.network.reboot("hub")
@@ -331,6 +353,7 @@ async def test_what_is_on_its_way_to_a_router_that_stops_is_lost() -> None:
     outlet = await client.outlet(KEY)
 
     outlet.put(numbered(1), b"")
+    await asyncio.sleep(LAN.delay / 2)
     lab.network.stop_router()
     lab.network.start_router()
     await lab.unlinked(client, other)
@@ -340,6 +363,21 @@ async def test_what_is_on_its_way_to_a_router_that_stops_is_lost() -> None:
     await lab.until(lambda: heard, "the new one arrives")
 
     assert [number for _, number in heard] == [2]
+
+
+async def test_what_is_doubled_before_the_router_arrives_once() -> None:
+    lab = Lab()
+    client, other, _, _ = await routed(lab)
+    heard, _ = lab.hear(other)
+    outlet = await client.outlet(KEY, BEST_EFFORT)
+    lab.network.set_conditions("client1", "hub", Conditions(duplication=0.9))
+
+    for number in range(50):
+        outlet.put(numbered(number), b"")
+        await asyncio.sleep(0.1)
+
+    assert [number for _, number in heard] == list(range(50))
+    assert other.dropped(client) > 30
 
 
 async def test_a_client_that_is_cut_off_from_the_router_loses_everybody() -> None:
@@ -353,6 +391,23 @@ async def test_a_client_that_is_cut_off_from_the_router_loses_everybody() -> Non
     assert other.is_linked(peer.session)
     lab.network.heal("client1", "hub")
     await lab.linked(client, other, peer, second)
+
+
+async def test_a_peer_that_does_not_reach_the_router_finds_nobody_new_and_keeps_whom_it_knows() -> None:
+    lab = Lab(lease=4.0)
+    lab.network.add_host("hub", router=True)
+    a, b = await lab.parties("a", "b")
+
+    lab.network.cut("a", "hub", one_way=True)
+    lab.network.add_host("c")
+    c = await lab.party("c")
+    await lab.linked(b, c)
+    await asyncio.sleep(10.0)
+    assert kinds(a) == ["up"]
+    lab.network.heal("a", "hub")
+    await lab.linked(a, b, c)
+
+    assert kinds(a) == ["up", "up"]
 
 
 async def test_without_any_router_peers_find_each_other_and_clients_nobody() -> None:
@@ -381,6 +436,59 @@ async def test_a_question_that_arrives_when_its_server_has_closed_ends_without_a
     server.close()
 
     assert await a.answer("7/add/T/H") == NoAnswer(timed_out=False)
+
+
+async def test_one_of_two_servers_in_a_process_may_leave_a_question_to_the_other() -> None:
+    lab = Lab()
+    a, b = await lab.parties("a", "b")
+    first, second = b.serve("7/add/T/H"), b.serve("7/add/T/H")
+    await b.told_to(a)
+    answers, _ = a.ask("7/add/T/H")
+    await lab.until(lambda: first and second, "both are asked")
+
+    first[0].drop()
+    first[0].drop()
+    await asyncio.sleep(1.0)
+    assert answers == []
+    second[0].reply(b"mine", b"")
+    await lab.until(lambda: answers, "it is answered")
+
+    assert answers == [Replied(b"mine", b"")]
+
+
+def test_a_question_that_has_ended_leaves_no_timer() -> None:
+    async def main() -> None:
+        lab = Lab()
+        a, b = await lab.parties("a", "b")
+        b.serve("7/add/T/H", lambda query: query.reply(b"", b""))
+        await b.told_to(a)
+        await a.answer("7/add/T/H", timeout=3600.0)
+        await asyncio.Event().wait()
+
+    with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+        with pytest.raises(Deadlock):
+            runner.run(main())
+        assert runner.get_loop().time() < 10.0
+
+
+async def test_a_process_that_dies_while_it_is_told_of_a_loss_hears_no_more_of_it() -> None:
+    lab = Lab()
+    a, b = await lab.parties("a", "b")
+    b.transport.announce(token("of_b"))
+    await b.told_to(a)
+    write = a._write
+
+    def die(kind: str, of: object) -> None:
+        write(kind, of)
+        if kind == "down":
+            lab.network.kill(a.transport)
+
+    a._write = die  # type: ignore[method-assign]
+    lab.network.kill(b.transport)
+    await lab.unlinked(a, b)
+    await asyncio.sleep(1.0)
+
+    assert a.log[-1] == ("down", b.session)
 
 
 async def test_an_answer_to_a_process_that_has_gone_reaches_nobody() -> None:
