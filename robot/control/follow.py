@@ -98,17 +98,17 @@ class Follower:
             if around is None or float(around.body_clearance(*rest).min()) < self.config.squeeze:
                 self._poses = None
 
-    def unthread(self) -> None:
-        """Give up the poses of `thread`."""
+    def drop_poses(self) -> None:
+        """Give up the poses of `follow_poses`."""
         self._poses = None
 
-    def thread(self, poses: Floats) -> None:
+    def follow_poses(self, poses: Floats) -> None:
         """Go through these poses (n, 3) next, heading and all, then on along the path."""
         self._poses, self._passed = poses, 0
 
     @property
     def threading(self) -> bool:
-        """Whether poses of `thread` are still ahead."""
+        """Whether poses of `follow_poses` are still ahead."""
         return self._poses is not None
 
     @property
@@ -183,7 +183,7 @@ class Follower:
             wish, phase = self._toward(pose, self._goal, config.approach_speed), Phase.APPROACHING
         else:
             wish, phase = self._pursue(pose, clearance)
-        command, phase = self._checked(wish, phase, pose, around, clearance, aim)
+        command, phase = self._avoid_collision(wish, phase, pose, around, clearance, aim)
         self._avoiding = phase == Phase.AVOIDING
         command = self.limits.ramp(command, self._last, dt)
         self._last = command
@@ -249,7 +249,7 @@ class Follower:
 
     # --- what it may ------------------------------------------------------------------------------------------------
 
-    def _checked(
+    def _avoid_collision(
         self, wish: Twist2, phase: Phase, pose: Pose2, around: LocalField, clearance: float, aim: Pose2 | None
     ) -> tuple[Twist2, Phase]:
         """The wish itself if it keeps clear, else the best command of the fan; a stop when there is none."""
@@ -257,7 +257,7 @@ class Follower:
         threading = phase == Phase.THREADING
         touch = config.touch if aim is None else config.squeeze
         if aim is None:
-            comfort = self._offered(around)
+            comfort = self._required_clearance(around)
         elif threading:
             comfort = touch + config.ease
         else:
@@ -282,7 +282,7 @@ class Follower:
             standing = clear[:, : len(instants)].min(axis=1)
             room = np.where(standing >= min(touch, clearance - config.rounding), least, -np.inf)
             return self.limits.clip(*(float(v) for v in fan[int(room.argmax())])), Phase.EVADING
-        price = self._price(x[:, -1], y[:, -1], yaw[:, -1], aim)
+        price = self._score(x[:, -1], y[:, -1], yaw[:, -1], aim)
         price += config.closeness_price * (np.maximum(comfort - least, 0.0) / comfort) ** 2
         last = self._last
         price += config.change_price * np.abs(fan - tried).sum(axis=1)
@@ -294,7 +294,7 @@ class Follower:
             return ZERO_TWIST, Phase.BLOCKED
         return chosen, phase if best == 0 else Phase.AVOIDING
 
-    def _offered(self, around: LocalField) -> float:
+    def _required_clearance(self, around: LocalField) -> float:
         """Clearance required of a command, m: the least that a body has which slides along the path ahead, less `insistence`,
         within [`touch` + `ease`, `comfort`].
 
@@ -309,7 +309,7 @@ class Follower:
         offered = float(around.body_clearance(points[:-1, 0], points[:-1, 1], yaw).min())
         return min(max(offered - config.insistence, config.ease + config.touch), config.comfort)
 
-    def _price(self, x: Floats, y: Floats, yaw: Floats, aim: Pose2 | None) -> Floats:
+    def _score(self, x: Floats, y: Floats, yaw: Floats, aim: Pose2 | None) -> Floats:
         """What it costs to end up at each pose: distance from the aim or, without one, path left and distance from it."""
         config = self.config
         if aim is not None:

@@ -23,7 +23,7 @@ from robot.estimation.leg_odometry import (
     SPEED_NOISE,
     Estimator,
 )
-from robot.estimation.predict import Ahead
+from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats, Triple
@@ -65,7 +65,7 @@ def test_a_turn_moves_the_foothold_outwards_by_v_cross_w(turn: float) -> None:
     def landing(rate: float) -> Floats:
         estimate = Estimator()
         estimate.update(0.005, ImuSample(np.zeros(3), LEVEL), still())
-        ahead = Ahead(estimate, still(), 0.0, (0.0, 0.0, 0.0))
+        ahead = PredictedState(estimate, still(), 0.0, (0.0, 0.0, 0.0))
         ahead.velocity = (0.8, 0.3, 0.0)
         rest = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         step = Step(0.005, ahead, TerrainPlane(), (0.8, 0.3), rate, rest, HEIGHT, standing_mass(HEIGHT))

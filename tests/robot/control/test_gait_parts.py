@@ -17,7 +17,7 @@ from robot.control.swing import swing_path
 from robot.estimation.attitude import AttitudeFilter
 from robot.estimation.terrain import TerrainPlane
 from robot.model.kinematics import feet, inverse, leg_forward, leg_jacobian
-from robot.model.legs import foot_velocities, limbs, torques
+from robot.model.legs import foot_velocities, leg_state, torques
 from robot.model.parameters import GRAVITY, MASS, SIDES
 from robot.model.stance import nominal_feet
 
@@ -107,7 +107,7 @@ def test_a_command_that_is_not_a_number_is_refused_and_counted(bad: float) -> No
 
 def test_legs_in_one_pass_agree_with_the_leg_functions() -> None:
     angles = [0.2, 0.9, -1.5, -0.1, 0.7, -1.2, 0.0, 1.1, -1.9, 0.3, 0.4, -0.8]
-    legs = limbs(angles, (0.0, 0.0, 1.0))
+    legs = leg_state(angles, (0.0, 0.0, 1.0))
     np.testing.assert_allclose(legs.feet, feet(angles), atol=1e-12)
     for leg, side in enumerate(SIDES):
         np.testing.assert_allclose(legs.jacobians[leg], leg_jacobian(side, *angles[3 * leg : 3 * leg + 3]), atol=1e-12)
@@ -119,14 +119,14 @@ def test_weight_torques_are_the_derivative_of_the_potential_energy() -> None:
     step = 1e-6
 
     def energy(q: list[float]) -> float:
-        return MASS * GRAVITY * sum(a * b for a, b in zip(limbs(q, up).centre, up, strict=True))
+        return MASS * GRAVITY * sum(a * b for a, b in zip(leg_state(q, up).centre, up, strict=True))
 
     for joint in range(12):
         high, low = list(angles), list(angles)
         high[joint] += step
         low[joint] -= step
         expected = (energy(high) - energy(low)) / (2 * step)
-        assert limbs(angles, up).weight[joint] == pytest.approx(expected, abs=1e-6)
+        assert leg_state(angles, up).weight[joint] == pytest.approx(expected, abs=1e-6)
 
 
 def test_torques_and_speeds_are_the_jacobian_both_ways() -> None:
@@ -143,7 +143,7 @@ def test_a_rolling_foot_moves_with_its_calf() -> None:
     angles = inverse(nominal_feet(0.45)).joints.tolist()
     speeds = [0.0, 0.4, 0.6] * 4
     up = (0.0, 0.0, 1.0)
-    moving, rolling = foot_velocities(limbs(angles, up), angles, speeds, (0.0, 0.0, 0.0), up)
+    moving, rolling = foot_velocities(leg_state(angles, up), angles, speeds, (0.0, 0.0, 0.0), up)
     for leg in range(4):
         assert rolling[leg] == pytest.approx((0.036 * 1.0, 0.0, 0.0))
     step = 1e-6

@@ -15,12 +15,12 @@ from robot.control.gaits import GAITS, GaitClock
 from robot.control.sway import sway
 from robot.estimation.leg_odometry import Estimator
 from robot.evaluate.trial import PERIOD, Trial
-from robot.geometry.planar import Pose2
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.model.kinematics import inverse
 from robot.model.parameters import GRAVITY, STAND_HEIGHT
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Box, Scene
+from robot.scenes.scene import Box
+from tests.robot.stage import floor
 
 SLOW = pytest.mark.slow
 
@@ -228,7 +228,7 @@ def test_a_foot_that_touches_late_in_its_swing_stands_at_once() -> None:
 def test_a_foot_that_finds_no_ground_goes_on_downwards() -> None:
     """Down from a step: the ground comes later than expected."""
     step = Box(1.6, 0.0, 1.6, 4.0, height=0.1)
-    scene = Scene("step", (-9.0, -9.0, 9.0, 9.0), (step,), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
+    scene = floor(step)
     trial = Trial(2, scene=scene)
     trial.stand_up()
     for _ in range(40):
@@ -263,7 +263,7 @@ def test_a_standing_foot_that_slides_is_noticed() -> None:
 @given(share=st.floats(0.15, 1.0), fx=st.floats(-500.0, 500.0), fy=st.floats(-500.0, 500.0))
 def test_a_foot_that_slid_is_asked_for_less(share: float, fx: float, fy: float) -> None:
     arms = [(0.3, 0.16, -0.5), (-0.3, -0.16, -0.5)]
-    first, second = distribute(arms, (fx, fy, 320.0, 0.0, 0.0, 0.0), grips=(share, 1.0))
+    first, second = distribute(arms, (fx, fy, 320.0, 0.0, 0.0, 0.0), friction_shares=(share, 1.0))
     assert np.hypot(first[0], first[1]) <= share * FRICTION * first[2] + 1e-9
     assert np.hypot(second[0], second[1]) <= FRICTION * second[2] + 1e-9
 

@@ -11,14 +11,13 @@ from robot.control.gait_controller import GaitController
 from robot.estimation.gyro_bias import FootLine, GyroBias
 from robot.estimation.leg_odometry import Estimator
 from robot.estimation.plausibility import ContactWatch
-from robot.geometry.planar import Pose2
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.kinematics import inverse
-from robot.model.legs import LEVEL, limbs
+from robot.model.legs import LEVEL, leg_state
 from robot.model.parameters import GRAVITY, STAND_HEIGHT
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Scene
 from robot.sim.physics import PhysicsBody
+from tests.robot.stage import floor
 
 RATES = (100.0, 200.0, 500.0)
 STANDING = inverse(nominal_feet(STAND_HEIGHT)).joints
@@ -87,7 +86,7 @@ class _Swinging:
 @pytest.mark.parametrize("hz", RATES)
 def test_a_contact_that_is_closed_through_a_quick_swing_is_not_believed(hz: float) -> None:
     watch = ContactWatch()
-    legs = limbs(STANDING.tolist(), LEVEL)
+    legs = leg_state(STANDING.tolist(), LEVEL)
     closed = JointSample(STANDING, np.zeros(12), np.zeros(12), np.ones(4, dtype=np.bool_))
     for _ in range(round(0.03 * hz)):
         watch.check(1.0 / hz, closed, legs, _Swinging(0.2), silent=False)
@@ -98,7 +97,7 @@ def test_a_contact_that_is_closed_through_a_quick_swing_is_not_believed(hz: floa
 @pytest.mark.parametrize("hz", RATES)
 def test_a_contact_that_is_open_is_not_believed_once_the_leg_has_borne_weight_for_a_while(hz: float) -> None:
     watch = ContactWatch()
-    legs = limbs(STANDING.tolist(), LEVEL)
+    legs = leg_state(STANDING.tolist(), LEVEL)
     bearing = np.array(legs.weight)
     bearing[:3] -= np.array(legs.jacobians[0]).T @ np.array((0.0, 0.0, 80.0))
     contact = np.array((False, True, True, True))
@@ -113,8 +112,7 @@ def test_a_contact_that_is_open_is_not_believed_once_the_leg_has_borne_weight_fo
 
 @pytest.mark.parametrize("hz", [100.0, 500.0])
 def test_it_walks_at_either_end_of_the_rates_it_promises(hz: float) -> None:
-    flat = Scene("flat", (-50.0, -50.0, 50.0, 50.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
-    body, gait = PhysicsBody(flat, seed=3), GaitController()
+    body, gait = PhysicsBody(floor(), seed=3), GaitController()
     gait.request("walk")
     for step in range(round(9.0 * hz)):
         if gait.mode == "walk":

@@ -11,7 +11,7 @@ import pytest
 from robot.control.walk_config import WalkConfig
 from robot.control.walk_law import AT_REST, Step, WalkState, body_wrench, foothold, has_lost_balance, track
 from robot.estimation.leg_odometry import Estimator
-from robot.estimation.predict import Ahead
+from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.kinematics import inverse
@@ -30,7 +30,7 @@ def step(velocity: tuple[float, float] = (0.0, 0.0), *, wanted: tuple[float, flo
     estimate, terrain = Estimator(), TerrainPlane()
     estimate.update(0.005, ImuSample(np.zeros(3), np.array((0.0, 0.0, GRAVITY))), feet)
     terrain.update(inf, estimate.contacts)
-    ahead = Ahead(estimate, feet, 0.0, STILL)
+    ahead = PredictedState(estimate, feet, 0.0, STILL)
     ahead.velocity = (*velocity, 0.0)
     return Step(0.005, ahead, terrain, wanted, turn, (STILL, STILL), height, standing_mass(height))
 
