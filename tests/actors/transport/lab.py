@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from actors.transport.protocol import Delivery, Handle, Sample
-from actors.transport.simulated import Network
+from actors.transport.simulated.network import Network
 from tests.actors.transport.contract.parties import ALL_OF_IT, Changes, Party
 
 __all__ = ["BEST_EFFORT", "KEY", "Lab", "Timed", "numbered"]

@@ -8,7 +8,8 @@ import pytest
 
 from actors.time.virtual_loop import Deadlock, VirtualLoop
 from actors.transport.protocol import NoAnswer, Replied, WireUnavailable
-from actors.transport.simulated import LAN, LOOPBACK, Conditions, Host
+from actors.transport.simulated.conditions import LAN, LOOPBACK, Conditions
+from actors.transport.simulated.topology import Host
 from tests.actors.transport.contract.parties import ALL_OF_IT, token
 from tests.actors.transport.lab import BEST_EFFORT, KEY, Lab, Timed, numbered
 
@@ -372,11 +373,14 @@ async def test_what_is_doubled_before_the_router_arrives_once() -> None:
     outlet = await client.outlet(KEY, BEST_EFFORT)
     lab.network.set_conditions("client1", "hub", Conditions(duplication=0.9))
 
+    put: list[float] = []
     for number in range(50):
+        put.append(lab.loop.time())
         outlet.put(numbered(number), b"")
         await asyncio.sleep(0.1)
 
     assert [number for _, number in heard] == list(range(50))
+    assert [at - put[number] for at, number in heard] == [pytest.approx(2 * LAN.delay)] * 50
     assert other.dropped(client) > 30
 
 
