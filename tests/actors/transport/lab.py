@@ -31,6 +31,10 @@ class Timed(Party):
         """The last time it was told so."""
         return [time for time, told, what in self.times if (told, what) == (kind, of)][-1]
 
+    def kinds(self, *told: str) -> list[str]:
+        """What it was told, of these kinds; without any, of links."""
+        return [one.kind for one in self.told(*told or ("up", "down"))]
+
     def dropped(self, other: Party) -> int:
         return next(link.dropped for link in self.transport.report() if link.session == other.session)
 
