@@ -158,8 +158,13 @@ class Follower:
     def ahead(self, reach: float) -> Floats:
         """Points (n, 2) of the path from here to `reach` metres ahead."""
         assert self.path is not None
+        return self.path.points[self._stretch(reach)]
+
+    def _stretch(self, reach: float) -> slice:
+        """Which points those are."""
+        assert self.path is not None
         low, high = np.searchsorted(self.path.arc, (self._along, self._along + reach))
-        return self.path.points[low : max(int(high), int(low) + 1)]
+        return slice(int(low), max(int(high), int(low) + 1))
 
     def step(self, pose: Pose2, around: LocalField, dt: float) -> Step:
         """The command for the next `dt` seconds; `around`: the distances near the pose."""
@@ -212,7 +217,7 @@ class Follower:
         return self.limits.clip(vx, config.side_gain * left, wz), Phase.FOLLOWING
 
     def _next_pose(self, pose: Pose2) -> Pose2 | None:
-        """The pose to thread toward: some 25 cm (or as much turning) ahead. None, and done with them, at the last one."""
+        """The pose to go to next through a gap: some 25 cm (or as much turning) ahead. None, and done with them, at the last one."""
         if self._poses is None:
             return None
         config = self.config
@@ -316,13 +321,15 @@ class Follower:
             turn = np.abs(wrap_all(aim.yaw - yaw))
             return np.asarray(np.hypot(aim.x - x, aim.y - y) + config.yaw_length * turn, dtype=np.float64)
         assert self.path is not None
-        points = self.ahead(config.price_over)
+        stretch = self._stretch(config.price_over)
+        points, arc = self.path.points[stretch], self.path.arc[stretch]
         gaps = np.hypot(points[:, 0] - x[:, None], points[:, 1] - y[:, None])
         nearest = gaps.argmin(axis=1)
-        target = points[np.minimum(nearest + config.price_ahead, len(points) - 1)]
+        farther = np.searchsorted(arc, arc[nearest] + config.price_ahead)
+        target = points[np.minimum(farther, len(points) - 1)]
         bearing = np.arctan2(target[:, 1] - y, target[:, 0] - x) - yaw
         turn = np.abs(wrap_all(bearing))
-        left = config.spacing * (len(points) - 1 - nearest)
+        left = arc[-1] - arc[nearest]
         return np.asarray(
             left + config.off_price * gaps[np.arange(len(x)), nearest] + config.turn_price * turn, dtype=np.float64
         )

@@ -55,7 +55,10 @@ class WalkController:
 
     def __init__(self, gait: Gait, ahead: PredictedState, config: WalkConfig | None = None) -> None:
         self._config = config or WalkConfig()
-        self._low, self._high = standing_mass(STAND_HEIGHT), standing_mass(self._config.height)
+        lowest = min(STAND_HEIGHT, self._config.height - self._config.crouch)
+        self._heights = (lowest, max(STAND_HEIGHT, self._config.height))
+        """Between which the hip plane stays over the feet, m."""
+        self._low, self._high = (standing_mass(height) for height in self._heights)
         self.clock = GaitClock(gait)
         self.clock.restart(settle=self._config.sway_time if gait.sway else 0.0)
         self.acceleration: Triple = (0.0, 0.0, 0.0)
@@ -65,7 +68,7 @@ class WalkController:
         self._tracking = AT_REST
         """Of the latest step with a foot on the ground: a body in the air is not steered."""
         self.height = STAND_HEIGHT
-        self._mass = self._low
+        self._mass = standing_mass(STAND_HEIGHT)
         """How the mass lies at that height."""
         self.caution = 0.0
         """How much higher feet are lifted since one stumbled, m."""
@@ -158,7 +161,9 @@ class WalkController:
         height = config.height - config.crouch * max(0.0, min(1.0, (speed - low) / (high - low)))
         most = config.rise_speed * dt
         self.height += max(-most, min(most, height - self.height))
-        self._mass = self._low.between(self._high, (self.height - STAND_HEIGHT) / (config.height - STAND_HEIGHT))
+        lowest, highest = self._heights
+        share = (self.height - lowest) / (highest - lowest) if highest > lowest else 0.0
+        self._mass = self._low.between(self._high, share)
 
     def _lean_over(self, dt: float, ahead: PredictedState) -> None:
         """Where the gait's sway is at the moment the motors act; it grows from nothing while all feet stand."""
