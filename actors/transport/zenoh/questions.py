@@ -93,9 +93,9 @@ class Question:
     def _replied(self, reply: objects.Reply) -> None:
         if not self._open:
             return
-        sample, error = reply.ok, reply.err
-        if sample is not None:
-            attached = sample.attachment
-            self.end(Replied(sample.payload.to_bytes(), b"" if attached is None else attached.to_bytes()))
-        elif error is not None:
-            self.end(Failed(error.payload.to_bytes()))
+        sample = reply.ok
+        if sample is None:
+            self.end(Failed(reply.err.payload.to_bytes()))
+            return
+        attached = sample.attachment
+        self.end(Replied(sample.payload.to_bytes(), b"" if attached is None else attached.to_bytes()))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-__all__ = ["FakePublisher", "FakeText", "numbered", "sample"]
+__all__ = ["FakePublisher", "FakeReply", "FakeSample", "FakeText", "numbered", "sample"]
 
 
 @dataclass
@@ -44,6 +44,12 @@ class FakeSample:
     timestamp: Timestamp | None = None
     key_expr: str = "7/chatter/T/H"
     kind: object = None
+
+
+@dataclass
+class FakeReply:
+    ok: FakeSample | None
+    err: object = None
 
 
 def sample(payload: bytes, *, attachment: bytes | None = None, sender: str = "") -> FakeSample:
