@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, Final
 
 from actors.transport.protocol import Delivery
@@ -88,7 +89,7 @@ def ask_history(
     """Ask one advanced publisher for the last `most` samples that it keeps. `complete` is called in any case; both on Zenoh's threads."""
     zenoh = import_zenoh()
 
-    try:
+    with suppress(zenoh.ZError):  # the session has been closed; `complete` is called nevertheless
         session.get(
             f"{key}/@adv/pub/{source[0]}/{source[1]}/**?_max={most};_anyke",
             direct(answered, complete),
@@ -97,5 +98,3 @@ def ask_history(
             timeout=_PATIENCE,
             allowed_destination=zenoh.Locality.REMOTE,
         )
-    except zenoh.ZError:  # the session has been closed
-        complete()

@@ -83,9 +83,8 @@ class Subscription:
     def _wait_for_room(self) -> None:
         if not self._hangs:
             self._room.clear()
-            # Again, because room may have been made just before.
-            if len(self._queue) >= self._most and not self._closed:
-                self._hangs = not self._room.wait(_PATIENCE)
+            still_full = len(self._queue) >= self._most and not self._closed  # room may have been made just before
+            self._hangs = still_full and not self._room.wait(_PATIENCE)
 
     def _drop_oldest(self) -> None:
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import threading
 from collections.abc import AsyncIterator, Iterator
 from contextlib import closing
 
@@ -13,7 +14,13 @@ import zenoh.ext
 
 from actors.transport.protocol import Delivery, Link, NoAnswer, Query, Replied
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh.history import ask_history
+from actors.transport.zenoh.queries import Server
+from actors.transport.zenoh.questions import Question
+from actors.transport.zenoh.wakeup import Wakeup
+from actors.transport.zenoh.worker import Worker
 from tests.actors.transport.contract.parties import TOKENS, Changes, Party
+from tests.actors.transport.zenoh.fakes import FakeQuery, FakeSession
 from tests.actors.transport.zenoh.wires import free_port
 
 KEY = "7/b/a::srv::dds_::B_/H"
@@ -85,10 +92,11 @@ async def test_the_questions_to_a_process_that_has_fallen_silent_end_unless_anot
         other.liveliness().declare_token(of_server(session)),
         other.liveliness().declare_token(of_server(session).replace("%b", "%both")),
         other.liveliness().declare_token(of_server(session).replace("SS", "SX")),
+        other.liveliness().declare_token(of_server(session).replace("SS", "MP")),
         other.liveliness().declare_token(of_server("c3").replace("%b", "%both")),
         other.liveliness().declare_token(f"{scope}/{session}/4711/lab"),
     ]
-    await a.until(lambda: len(a.told("appeared")) == 4, "all tokens appear")
+    await a.until(lambda: len(a.told("appeared")) == 5, "all tokens appear")
     (lost, _), (waiting, _), (elsewhere, _) = a.ask(KEY), a.ask(both), a.ask("7/else/T/H", timeout=60)
     await a.until(lambda: lost, "the question ends")
 
@@ -100,13 +108,9 @@ async def test_the_questions_to_a_process_that_has_fallen_silent_end_unless_anot
 
     other.put(f"{scope}/alive/{session}", b"")
     await a.until(lambda: a.is_linked(session), "it is heard again")
-    assert a.told("appeared")[-1].of in {of_server(session).replace("SS", "SX"), of_server(session), *_both(session)}
+    assert {one.of for one in a.told("appeared")[5:]} == {one.of for one in a.told("vanished")}
     assert [(one.host, one.process) for one in a.transport.report() if one.session == session] == [("lab", 4711)]
-    assert len(kept) == 7
-
-
-def _both(session: str) -> set[str]:
-    return {of_server(session).replace("%b", "%both")}
+    assert len(kept) == 8
 
 
 async def test_a_question_of_a_plain_session_without_payload_is_answered(a: Party, other: zenoh.Session) -> None:
@@ -201,3 +205,74 @@ async def test_a_transport_is_opened_once_and_used_while_it_is_open() -> None:
 
     with pytest.raises(RuntimeError, match="the transport is not open"):
         one.listen("7/a/T/H")
+
+
+async def test_a_token_that_is_announced_twice_is_never_told_to_its_own_transport(
+    a: Party, other: zenoh.Session
+) -> None:
+    text = "@ros2_lv/7/talker"
+    first, second = a.transport.announce(text), a.transport.announce(text)
+    first.close()
+    second.close()
+    token = other.liveliness().declare_token("@ros2_lv/7/listener")
+    await a.until(lambda: a.told("appeared"), "the other's token appears")
+
+    assert [one.of for one in a.log] == ["@ros2_lv/7/listener"]
+    token.undeclare()
+
+
+async def test_an_opening_that_is_cancelled_leaves_no_session() -> None:
+    port = free_port()
+    config = ZenohConfig(listen=(f"tcp/127.0.0.1:{port}",), gossip_port=free_port())
+    one = Party(ZenohTransport(config), Changes())
+    opening = asyncio.create_task(one.open())
+    await asyncio.sleep(0)
+    opening.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await opening
+    while [thread for thread in threading.enumerate() if thread.name == "zenoh worker"]:
+        await asyncio.sleep(0.01)
+
+    again = Party(ZenohTransport(config), Changes())
+    await again.open()
+    await again.transport.close()
+
+
+async def test_questions_of_a_session_that_was_closed_end() -> None:
+    session = zenoh.open(
+        zenoh.Config.from_json5("{scouting: {multicast: {enabled: false}, delay: 0}, listen: {endpoints: []}}")
+    )
+    session.close()
+    changes, loop = Changes(), asyncio.get_running_loop()
+    ended: list[object] = []
+    worker = Worker("test")
+    question = Question("7/a/T/H", None, print, print, loop)
+
+    ask_history(session, "7/map/T/H", 1, ("a1", 1), print, lambda: ended.append("history"))  # type: ignore[arg-type]
+
+    def unanswered(one: Question) -> None:
+        ended.append(one)
+        changes.note()
+
+    question.ask(session, b"", b"", Wakeup(loop), worker, unanswered)  # type: ignore[arg-type]
+    await changes.until(lambda: len(ended) == 2, "the question ends")
+    worker.close()
+
+    assert ended == ["history", question]
+
+
+async def test_a_question_that_comes_to_a_closed_server_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.queries.direct", lambda call: call)
+    session, query, worker = FakeSession(), FakeQuery(), Worker("test")
+    forgotten: list[Server] = []
+    take = pytest.fail
+    server = Server(session, "7/a/T/H", take, Wakeup(asyncio.get_running_loop()), worker, forgotten.append)  # type: ignore[arg-type]
+
+    session.handler(query)
+    server.close()
+    server.close()
+    await asyncio.sleep(0.01)
+    worker.close()
+
+    assert query.dropped == 1
+    assert forgotten == [server]
