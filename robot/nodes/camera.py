@@ -49,7 +49,7 @@ class Camera(Node):
 
     def __init__(self, body: Body) -> None:
         self._body = body
-        self._view = View(body.scene)
+        self._scene, self._view = body.scene, View(body.scene)
         self._clouds = 0
         """How many clouds were due until now: one is not lost with a tick that was skipped."""
 
@@ -88,6 +88,8 @@ class Camera(Node):
         """What a camera does: it takes in the true world of this instant."""
         now = self.clock.now()
         self._body.advance(now)
+        if self._body.scene is not self._scene:  # its obstacles have changed
+            self._scene, self._view = self._body.scene, View(self._body.scene)
         return self._view.look(eye_of(self._body), self._body.things()), self.clock.stamp(now)
 
 

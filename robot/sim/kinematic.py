@@ -13,8 +13,8 @@ so that an estimator finds what it expects.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from math import cos, exp, isfinite, sin
 
 import numpy as np
@@ -25,12 +25,12 @@ from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
 from robot.geometry.vectors import Triple, Vector
 from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Truth
 from robot.model.kinematics import feet, inverse, leg_forward, leg_inverse, leg_jacobian, within_limits
-from robot.model.legs import limbs, torques
+from robot.model.legs import leg_state, torques
 from robot.model.modes import GOALS, Mode
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.power import STANDING, typical_motor_power
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Scene
+from robot.scenes.scene import Obstacle, Scene
 from robot.sim.following import chase, pushed_body
 from robot.sim.kinematic_arm import KinematicArm
 from robot.sim.rays import cast
@@ -194,6 +194,14 @@ class KinematicBody(BodyShell):
         if self._arm is not None:
             self._arm.reset()
 
+    def set_obstacles(self, obstacles: Iterable[Obstacle]) -> None:
+        """Replace what stands on the floor, from this instant on: LiDAR, camera and `Truth.touching` show the new obstacles.
+
+        `scene` is a new value with these obstacles; start, dock, places and things stay. A map made of the scene before does not change.
+        """
+        self._scene = replace(self._scene, obstacles=tuple(obstacles))
+        self._outline = Outline(self._scene)
+
     def close(self) -> None:
         """Nothing is held that Python would not free."""
 
@@ -339,7 +347,7 @@ class KinematicBody(BodyShell):
 
     def _static_torque(self) -> Vector:
         """Torques that hold the robot still: its weight in equal shares on the standing feet, and the links' own."""
-        now = limbs(self._joints.tolist(), LEVEL)
+        now = leg_state(self._joints.tolist(), LEVEL)
         share = MASS * GRAVITY / max(1, sum(self._contact))
         effort = np.array(now.weight)
         for leg, stands in enumerate(self._contact):

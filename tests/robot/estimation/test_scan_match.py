@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from robot.planning.grid import Grid
 from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import get_world
 from robot.sim.rays import cast
+from tests.robot.stage import apart, floor
 
 Scan = np.ndarray
 
@@ -35,10 +37,6 @@ def moved(pose: Pose2, rng: np.random.Generator, by: float = 0.1, turn: float = 
     return Pose2(pose.x + by * math.cos(way), pose.y + by * math.sin(way), pose.yaw + turn * rng.choice([-1.0, 1.0]))
 
 
-def error(a: Pose2, b: Pose2) -> float:
-    return math.hypot(a.x - b.x, a.y - b.y)
-
-
 @pytest.mark.parametrize("source", ["scene", "message"])
 def test_in_the_warehouse_the_median_is_under_5_mm_and_95_percent_under_15_mm(source: str) -> None:
     scene, rng = get_world("warehouse"), np.random.default_rng(3)
@@ -50,7 +48,7 @@ def test_in_the_warehouse_the_median_is_under_5_mm_and_95_percent_under_15_mm(so
     for truth in free_poses(grid, 300, rng):
         pose, quality = matcher.correct(moved(truth, rng), scan_at(scene, truth, rng))
         assert quality >= 0.9
-        errors.append(error(pose, truth))
+        errors.append(apart(pose, truth))
         turns.append(abs(wrap(pose.yaw - truth.yaw)))
     assert np.median(errors) <= 0.005
     assert np.quantile(errors, 0.95) <= 0.015
@@ -62,7 +60,7 @@ def test_a_good_prior_is_not_made_worse_than_the_noise() -> None:
     grid = Grid.from_scene(scene)
     for truth in free_poses(grid, 50, rng):
         pose, _ = ScanMatcher(grid).correct(truth, scan_at(scene, truth, rng))
-        assert error(pose, truth) < 0.01
+        assert apart(pose, truth) < 0.01
 
 
 def test_unmapped_boxes_do_not_pull_the_pose_away() -> None:
@@ -74,12 +72,12 @@ def test_unmapped_boxes_do_not_pull_the_pose_away() -> None:
     )
     pose, quality = matcher.correct(moved(truth, rng), scan_at(cluttered, truth, rng))
     assert ACCEPTED <= quality < 0.9
-    assert error(pose, truth) < 0.02
+    assert apart(pose, truth) < 0.02
 
 
 def test_along_a_bare_corridor_the_prior_holds_and_across_it_the_walls_do() -> None:
     walls = (Box(0.0, 1.05, 100.0, 0.1), Box(0.0, -1.05, 100.0, 0.1))
-    scene = Scene("bare", (-50.0, -1.0, 50.0, 1.0), walls, Pose2(0.0, 0.0), Pose2(0.0, 0.0))
+    scene = replace(floor(*walls), bounds=(-50.0, -1.0, 50.0, 1.0))
     rng = np.random.default_rng(6)
     pose, quality = ScanMatcher(Grid.from_scene(scene)).correct(
         Pose2(0.1, 0.1, 0.03), scan_at(scene, Pose2(0.0, 0.0), rng)
@@ -121,4 +119,4 @@ def test_beams_that_return_nothing_are_left_out() -> None:
     scan[1::7] = 10.0
     pose, quality = ScanMatcher(Grid.from_scene(scene)).correct(moved(truth, rng), scan)
     assert quality > 0.9
-    assert error(pose, truth) < 0.015
+    assert apart(pose, truth) < 0.015

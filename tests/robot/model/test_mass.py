@@ -9,28 +9,26 @@ import numpy as np
 import pytest
 
 from robot.control.gaits import GAITS
-from robot.control.walk import Walker
+from robot.control.walk import WalkController
 from robot.control.walk_config import WalkConfig
 from robot.estimation.leg_odometry import Estimator
-from robot.estimation.predict import Ahead
+from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
-from robot.geometry.planar import Pose2
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.kinematics import feet, inverse
 from robot.model.mass import standing_mass
 from robot.model.parameters import GRAVITY, MASS, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
-from robot.scenes.scene import Scene
 from robot.sim.mjcf import Ground, write_model
+from tests.robot.stage import floor
 
 WALK_HEIGHT = WalkConfig().height
-FLAT = Scene("flat", (-5.0, -5.0, 5.0, 5.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
 engine: Any = mujoco
 
 
 @pytest.mark.parametrize("height", [0.30, STAND_HEIGHT, 0.48, WALK_HEIGHT])
 def test_it_is_what_mujoco_adds_up(height: float) -> None:
-    model = engine.MjModel.from_xml_string(write_model(FLAT, Ground(), 0.0025))
+    model = engine.MjModel.from_xml_string(write_model(floor(), Ground(), 0.0025))
     data = engine.MjData(model)
     data.qpos[:7] = (0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0)
     data.qpos[7:] = inverse(nominal_feet(height)).joints
@@ -56,13 +54,13 @@ def test_a_tall_walk_on_the_spot_sets_its_feet_below_the_centre_of_mass_of_that_
     imu = ImuSample(np.zeros(3), np.array((0.0, 0.0, GRAVITY)))
     estimate, terrain = Estimator(), TerrainPlane()
     estimate.update(0.005, imu, joints)
-    walker = Walker(GAITS["trot"], Ahead(estimate, joints, 0.0, (0.0, 0.0, 0.0)))
+    walker = WalkController(GAITS["trot"], PredictedState(estimate, joints, 0.0, (0.0, 0.0, 0.0)))
     landing: list[float] = []
     for step in range(600):
         joints.contact[:] = [walker.swing(leg) < 0.0 for leg in range(4)]
         estimate.update(0.005, imu, joints)
         terrain.update(0.005, estimate.contacts)
-        ahead = Ahead(estimate, joints, 0.0, (0.0, 0.0, 0.0))
+        ahead = PredictedState(estimate, joints, 0.0, (0.0, 0.0, 0.0))
         targets = walker.step(0.005, estimate, ahead, terrain, (0.0, 0.0, 0.0))
         if step > 300 and walker.swing(0) > 0.97:
             landing.append(float(feet(targets.position)[0, 0]))
@@ -70,3 +68,12 @@ def test_a_tall_walk_on_the_spot_sets_its_feet_below_the_centre_of_mass_of_that_
     assert landing
     behind = standing_mass(WALK_HEIGHT).behind
     assert landing == pytest.approx([NOMINAL[0][0] - behind] * len(landing), abs=1e-3)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
+def test_between_two_heights_each_part_is_interpolated_by_itself(share: float) -> None:
+    low, high = standing_mass(STAND_HEIGHT), standing_mass(WALK_HEIGHT)
+    found = low.between(high, share)
+    assert found.behind == pytest.approx(np.interp(share, (0.0, 1.0), (low.behind, high.behind)))
+    for mine, ends in zip(found.inertia, zip(low.inertia, high.inertia, strict=True), strict=True):
+        assert mine == pytest.approx(np.interp(share, (0.0, 1.0), ends))

@@ -15,7 +15,6 @@ from robot.contracts import (
     BATTERY_STATE,
     BATTERY_STATUS,
     CMD_VEL,
-    GET_BATTERY_STATUS,
     MOTOR_POWER,
     NAVIGATE_TO_GOAL,
     STAND,
@@ -23,20 +22,15 @@ from robot.contracts import (
 from robot.evaluate.battery import CONTRACT
 from robot.geometry.messages import pose_stamped
 from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
-from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus, GetBatteryStatus_Response
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
 from robot.nodes.battery import Battery
 from robot.planning.energy import EnergyGuard, walking_energy
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
-from tests.robot.nodes.robot_stage import ahead, robot
+from tests.robot.stage import ahead, battery_status, robot
 
 WALKING = 304.0
 """W of motor power at 1.0 m/s."""
-
-
-async def ask(rig: Rig, robot_id: str = "robot_01") -> GetBatteryStatus_Response:
-    return await rig.call(GET_BATTERY_STATUS, GetBatteryStatus.Request(robot_id=robot_id))
 
 
 async def draw(rig: Rig, watts: float, seconds: float, *, charger: bool = False) -> None:
@@ -64,7 +58,7 @@ async def test_S_10_S_11_S_12_the_service_answers_the_tutorials_formula(
     pack = node.args[0]
     assert isinstance(pack, Pack)
     pack.state = replace(pack.state, voltage=voltage)
-    reply = await ask(rig)
+    reply = await battery_status(rig)
     assert reply.voltage == pytest.approx(voltage, abs=1e-6)
     assert reply.percentage == pytest.approx(percent, abs=1e-4)
     assert reply.estimated_runtime_minutes == pytest.approx(1.2 * percent, abs=1e-3)
@@ -73,20 +67,20 @@ async def test_S_10_S_11_S_12_the_service_answers_the_tutorials_formula(
 
 async def test_S_13_another_robots_battery_is_not_known(rig: Rig) -> None:
     await rig.start(battery(90.0))
-    assert (await ask(rig)).percentage > 0.0
+    assert (await battery_status(rig)).percentage > 0.0
     with pytest.raises(ServiceFailed, match=r"'robot_99'.*'robot_01'"):
-        await ask(rig, "robot_99")
+        await battery_status(rig, "robot_99")
 
 
 async def test_S_14_S_15_it_falls_under_load_and_rises_on_the_charger(rig: Rig) -> None:
     await rig.start(battery(60.0))
-    rest = (await ask(rig)).voltage
+    rest = (await battery_status(rig)).voltage
     await draw(rig, WALKING, 10.0)
-    walking = await ask(rig)
+    walking = await battery_status(rig)
     assert walking.voltage < rest
     assert not walking.is_charging
     await draw(rig, 0.0, 10.0, charger=True)
-    charging = await ask(rig)
+    charging = await battery_status(rig)
     assert charging.voltage > rest
     assert charging.is_charging
     state = rig.probe(BATTERY_STATE).last

@@ -3,34 +3,26 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine
 from typing import TypeVar
 
 import numpy as np
 import pytest
 
 from actors import Child, Supervisor
-from actors.interfaces.geometry_msgs.msg import Twist, Vector3
+from actors.interfaces.geometry_msgs.msg import Vector3
 from actors.interfaces.sensor_msgs.msg import Imu
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
 from robot.contracts import CALIBRATE_SENSOR, CMD_VEL, IMU, IMU_CALIBRATION, STAND, WALK
 from robot.interfaces.your_package.srv import SensorCalibration
 from robot.nodes.calibration import Calibration
-from robot.nodes.gait import Gait
-from robot.nodes.motors import Motors
 from robot.nodes.proprioception import Proprioception
 from robot.scenes.worlds import get_world
 from robot.sim.kinematic import KinematicBody
+from robot.tree import only
+from tests.robot.stage import done, robot_around, twist
 
 T = TypeVar("T")
-
-
-async def done(rig: Rig, call: Coroutine[object, object, T], seconds: float = 4.0) -> T:
-    """What a call gives that takes simulated time."""
-    task = asyncio.ensure_future(call)
-    await rig.until(task.done, within=seconds)
-    return await task
 
 
 async def calibrate(rig: Rig, name: str, *, reset_only: bool = False) -> SensorCalibration.Response:
@@ -40,14 +32,8 @@ async def calibrate(rig: Rig, name: str, *, reset_only: bool = False) -> SensorC
 
 async def standing(rig: Rig, seed: int = 1) -> KinematicBody:
     """A robot that stands still in an empty hall."""
-    body = KinematicBody(get_world("empty"), seed=seed)
-    nodes = [
-        Child(Motors, args=(body,), stop=5.0),
-        Child(Proprioception, args=(body,)),
-        Child(Gait, parameters={"backend": "kinematic"}),
-        Child(Calibration),
-    ]
-    await rig.start(Supervisor("robot", children=nodes))
+    body = KinematicBody(get_world("empty"), seed=1)
+    await rig.start(only(robot_around(body), ["motors", "proprioception", "gait", "calibration"]))
     await done(rig, rig.call(STAND, Trigger.Request()))
     await rig.advance(3.0)
     return body
@@ -94,7 +80,7 @@ async def test_S_20_a_robot_that_walks_is_refused_with_the_reason(rig: Rig) -> N
     await done(rig, rig.call(WALK, Trigger.Request()))
     asked = asyncio.ensure_future(rig.call(CALIBRATE_SENSOR, SensorCalibration.Request(sensor_name="imu"), timeout=6.0))
     while not asked.done():
-        rig.publish(CMD_VEL, Twist(linear=Vector3(x=0.3)))
+        rig.publish(CMD_VEL, twist(0.3))
         await rig.advance(0.1)
     answer = await asked
     assert not answer.success

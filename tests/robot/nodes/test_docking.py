@@ -16,14 +16,15 @@ from robot.geometry.planar import Pose2, compose
 from robot.interfaces.robactor_msgs.action import Dock
 from robot.scenes.dock import station
 from robot.scenes.worlds import get_world
+from robot.sim.kinematic import KinematicBody
 from robot.sim.rays import cast
-from tests.robot.nodes.navigation_stage import ChangingBody, navigate, speed, standing_robot, true_pose
+from tests.robot.stage import Legs, apart, navigate, speed, standing_robot, take_station_away, true_pose
 
 
-def off_dock(body: ChangingBody) -> tuple[float, float]:
+def off_dock(body: KinematicBody) -> tuple[float, float]:
     """How far the true body is from its dock, m and rad."""
     here, dock = true_pose(body), body.scene.dock
-    return math.hypot(here.x - dock.x, here.y - dock.y), abs(wrap(here.yaw - dock.yaw))
+    return apart(here, dock), abs(wrap(here.yaw - dock.yaw))
 
 
 async def test_the_robot_docks_within_centimeters_charges_and_leaves_again(rig: Rig) -> None:
@@ -44,12 +45,12 @@ async def test_the_robot_docks_within_centimeters_charges_and_leaves_again(rig: 
     assert off_dock(body)[0] == pytest.approx(0.8, abs=0.1)
     await rig.advance(1.0)
     assert [state.state for state in states] == ["UNDOCKED", "DOCKING", "DOCKED", "UNDOCKED"]
-    assert body.touched == set()
+    assert rig.node(Legs).touched == set()
 
 
 async def test_a_dock_that_is_away_is_not_found(rig: Rig) -> None:
     body = await standing_robot(rig)
-    body.hidden = lambda time: True
+    take_station_away(body)
     going = await rig.start_goal(DOCK, Dock.Goal())
     with pytest.raises(
         GoalAborted, match="dock not found: no station seen within 3 s where the map has the dock"
@@ -64,7 +65,7 @@ async def test_a_dock_that_vanishes_during_the_approach_is_lost_and_the_robot_st
     async for feedback in going:
         if feedback.stage == "approaching" and feedback.distance_remaining < 0.6:
             break
-    body.hidden = lambda time: True
+    take_station_away(body)
     with pytest.raises(GoalAborted, match="dock lost: the station has been out of sight for 1 s"):
         await going
     await rig.advance(1.0)
@@ -72,8 +73,8 @@ async def test_a_dock_that_vanishes_during_the_approach_is_lost_and_the_robot_st
 
 
 async def test_contacts_that_do_not_close_are_tried_again_and_then_called_misaligned(rig: Rig) -> None:
-    body = await standing_robot(rig)
-    body.charger_works = False
+    await standing_robot(rig)
+    rig.node(Legs).charger_works = False
     going = await rig.start_goal(DOCK, Dock.Goal())
     stages = [feedback.stage async for feedback in going]
     with pytest.raises(GoalAborted, match="misaligned: the charger's contacts did not close in 3 approaches"):

@@ -7,12 +7,12 @@ from typing import Any, cast
 import pytest
 
 from actors import Child, Done, Node, Steps, SupervisorGaveUp, publishes
-from actors.interfaces.geometry_msgs.msg import Twist, Vector3
+from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
 from robot.contracts import CMD_VEL, GAIT_STATUS, IMU, JOINT_STATES, SAFETY_STATE, STAND, TELEOP_CMD
 from robot.tree import UnknownNode, only
-from tests.robot.nodes.robot_stage import robot, whole
+from tests.robot.stage import robot, twist, whole
 
 NAMES = [child.name for child in whole().children]
 
@@ -172,7 +172,7 @@ async def test_F_06_more_failures_than_allowed_end_the_tree_and_the_robot_sits(r
     await rig.call(STAND, Trigger.Request())
     await rig.advance(3.0)
     cmd = rig.probe(CMD_VEL)
-    rig.publish(TELEOP_CMD, Twist(linear=Vector3(x=0.3)))
+    rig.publish(TELEOP_CMD, twist(0.3))
     await rig.quiet()
     assert cmd.last != Twist()
     with rig.expect_failure(SupervisorGaveUp):

@@ -38,7 +38,7 @@ from robot.model.arm import STOWED
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
 from robot.sim.things import centre
-from tests.robot.nodes.kitchen import CUP, KITCHEN, OTHER_TABLE, at, awake, upon
+from tests.robot.stage import CUP, KITCHEN, OTHER_TABLE, at, awake, upon
 
 STAGES = ["calibrate", "confirm", "navigate", "grab"]
 

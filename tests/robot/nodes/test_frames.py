@@ -12,7 +12,8 @@ from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import TransformStamped
 from actors.testing import Rig
 from robot.contracts import TF, TF_STATIC
-from robot.frames import Extrapolation, StaticTfBroadcaster, TfBroadcaster, TfListener, Transform, UnknownFrame, stamped
+from robot.frames import Extrapolation, StaticTfBroadcaster, TfBroadcaster, Transform, UnknownFrame, stamped
+from tests.robot.stage import Eyes
 
 ARM = Transform.planar(0.3, 0.0, 0.0)
 HEAD = Transform((0.0, 0.0, 0.2))
@@ -46,20 +47,15 @@ class Lamp(Node):
         StaticTfBroadcaster(self).send(stamped("head", "lamp", HEAD, Time()))
 
 
-class Watcher(Node):
-    async def on_start(self) -> None:
-        self.tf = TfListener(self)
-
-
 def lab(*nodes: type[Node]) -> Supervisor:
     return Supervisor("lab", children=[Child(node) for node in nodes])
 
 
 async def test_a_moving_frame_is_found_between_two_of_its_transforms(rig: Rig) -> None:
-    system = await rig.start(lab(Watcher, Turntable, Mounts))
+    system = await rig.start(lab(Eyes, Turntable, Mounts))
     await rig.advance(1.0)
     at = system.clock.stamp(0.475)  # half way between two tellings
-    there = rig.node(Watcher).tf.lookup("world", "arm", at)
+    there = rig.node(Eyes).tf.lookup("world", "arm", at)
     turned = Transform.planar(0.0, 0.0, pi * 0.475) @ ARM
     assert there.translation == pytest.approx(turned.translation, abs=1e-9)
     assert there.rotation == pytest.approx(turned.rotation, abs=1e-9)
@@ -68,26 +64,26 @@ async def test_a_moving_frame_is_found_between_two_of_its_transforms(rig: Rig) -
 async def test_a_late_joiner_gets_all_static_transforms_of_all_broadcasters(rig: Rig) -> None:
     system = await rig.start(lab(Mounts, Lamp))
     await rig.advance(5.0)
-    await system.join(Child(Watcher))
+    await system.join(Child(Eyes))
     await rig.quiet()
-    tf = rig.node(Watcher).tf
+    tf = rig.node(Eyes).tf
     assert tf.tree.frames == ("arm", "head", "lamp", "table")
     assert tf.lookup("table", "lamp").translation == pytest.approx((0.0, 0.0, 0.4))
 
 
 async def test_a_restarted_listener_knows_the_static_transforms_again(rig: Rig) -> None:
-    await rig.start(lab(Mounts, Lamp, Watcher))
+    await rig.start(lab(Mounts, Lamp, Eyes))
     await rig.advance(1.0)
-    rig.crash(Watcher)
-    await rig.until(lambda: rig.incarnation(Watcher) == 2)
+    rig.crash(Eyes)
+    await rig.until(lambda: rig.incarnation(Eyes) == 2)
     await rig.quiet()
-    assert rig.node(Watcher).tf.lookup("table", "lamp").translation == pytest.approx((0.0, 0.0, 0.4))
+    assert rig.node(Eyes).tf.lookup("table", "lamp").translation == pytest.approx((0.0, 0.0, 0.4))
 
 
 async def test_a_listener_waits_for_what_has_not_come_yet(rig: Rig) -> None:
-    system = await rig.start(lab(Watcher, Turntable))
+    system = await rig.start(lab(Eyes, Turntable))
     await rig.advance(0.5)
-    tf = rig.node(Watcher).tf
+    tf = rig.node(Eyes).tf
     soon = system.clock.stamp(0.62)
     with pytest.raises(Extrapolation, match="after the last known transform"):
         tf.lookup("world", "table", soon)
@@ -102,14 +98,14 @@ async def test_a_listener_waits_for_what_has_not_come_yet(rig: Rig) -> None:
 
 
 async def test_a_transform_that_cannot_be_is_left_out_and_told_once(rig: Rig) -> None:
-    system = await rig.start(lab(Watcher, Mounts))
+    system = await rig.start(lab(Eyes, Mounts))
     for _ in range(3):
         rig.publish(TF, _message(stamped("arm", "table", ARM, Time(sec=1))))
     await rig.quiet()
     told = [record for record in system.records if record.event == "a transform was left out"]
     assert len(told) == 1
     assert "loop: table in arm in table" in str(told[0].fields["reason"])
-    assert rig.node(Watcher).tf.tree.parent("arm") == "table"
+    assert rig.node(Eyes).tf.tree.parent("arm") == "table"
 
 
 async def test_static_transforms_are_one_latched_message_of_each_broadcaster(rig: Rig) -> None:

@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 
 from actors import Child, Node, Supervisor, every, publishes
-from actors.interfaces.geometry_msgs.msg import Twist, Vector3
+from actors.interfaces.geometry_msgs.msg import Vector3
 from actors.interfaces.sensor_msgs.msg import Imu, JointState
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
+from robot import Robot
 from robot.contracts import (
     CMD_VEL,
     CONTACTS,
     GAIT_STATUS,
-    IMU,
+    IMU_RAW,
     JOINT_STATES,
     MOTOR_TARGETS,
     ODOMETRY,
@@ -29,9 +30,9 @@ from robot.hardware.body import JOINT_NAMES, Body, ImuSample, JointSample
 from robot.interfaces.robactor_msgs.msg import FootContacts, GaitStatus
 from robot.model.parameters import GRAVITY
 from robot.nodes.gait import Gait
-from robot.nodes.motors import Motors
-from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
+from robot.tree import only
+from tests.robot.stage import floor, said, twist
 
 DELAY = 0.008
 
@@ -39,7 +40,7 @@ DELAY = 0.008
 class Senses(Node):
     """IMU, contacts and encoders at 200 Hz, each of which can be silenced."""
 
-    imu = publishes(IMU)
+    imu = publishes(IMU_RAW)
     contacts = publishes(CONTACTS)
     joints = publishes(JOINT_STATES)
 
@@ -72,15 +73,12 @@ class Senses(Node):
 class Stage:
     """Body, motors, senses and gait; nobody else."""
 
-    def __init__(self, rig: Rig, body: Body) -> None:
-        self.rig, self.body = rig, body
-        self.command: Twist | None = None
+    def __init__(self, rig: Rig, robot: Robot) -> None:
+        self.rig, self.robot, self.body = rig, robot, robot.body
 
     async def begin(self) -> None:
-        body = self.body
-        settings = {"backend": body.backend, "motor_delay": DELAY if body.backend == "physics" else 0.0}
-        children = [Child(Motors, args=(body,)), Child(Senses, args=(body,)), Child(Gait, parameters=settings)]
-        await self.rig.start(Supervisor("legs", children=children))
+        motors, gait = only(self.robot.tree, ["motors", "gait"]).children
+        await self.rig.start(Supervisor("legs", children=[motors, Child(Senses, args=(self.body,)), gait]))
         self.status = self.rig.probe(GAIT_STATUS)
         self.odometry = self.rig.probe(ODOMETRY)
         await self.rig.advance(0.15)
@@ -103,7 +101,7 @@ class Stage:
         if self.now().goal != "walk":
             assert (await self.rig.call(WALK, Trigger.Request())).success
         for _ in range(round(seconds / 0.2)):
-            self.rig.publish(CMD_VEL, Twist(linear=Vector3(x=vx), angular=Vector3(z=wz)))
+            self.rig.publish(CMD_VEL, twist(vx, wz=wz))
             await self.rig.advance(0.2)
 
     async def speed(self, seconds: float) -> tuple[float, float]:
@@ -116,20 +114,17 @@ class Stage:
             float(np.mean([twist.angular.z for twist in twists])),
         )
 
-    def said(self) -> list[str]:
-        return [record.event for record in self.rig.logs if record.node == "/gait"]
-
 
 @pytest.fixture
 async def physics(rig: Rig) -> Stage:
-    stage = Stage(rig, PhysicsBody(FLAT, seed=1, delay=DELAY))
+    stage = Stage(rig, Robot(floor(), seed=1, motor_delay=DELAY))
     await stage.begin()
     return stage
 
 
 @pytest.fixture
 async def kinematic(rig: Rig) -> Stage:
-    stage = Stage(rig, KinematicBody(FLAT, seed=1))
+    stage = Stage(rig, Robot(floor(), body="kinematic", seed=1, motor_delay=0.0))
     await stage.begin()
     return stage
 
@@ -196,9 +191,9 @@ async def test_x_08b_velocity_is_forgotten_on_leaving_walk(rig: Rig, kinematic: 
 async def test_x_08b_commands_outside_walk_are_ignored_with_a_warning_once(rig: Rig, kinematic: Stage) -> None:
     await kinematic.stand()
     for _ in range(3):
-        rig.publish(CMD_VEL, Twist(linear=Vector3(x=0.5)))
+        rig.publish(CMD_VEL, twist(0.5))
         await rig.advance(0.1)
-    assert kinematic.said().count("Not in walk mode, ignoring cmd_vel") == 1
+    assert said(rig, "gait").count("Not in walk mode, ignoring cmd_vel") == 1
     assert abs((await kinematic.speed(0.5))[0]) < 0.01
 
 
@@ -268,12 +263,12 @@ async def test_f_07_a_silent_imu_makes_a_walk_stand_and_warn_and_it_recovers(rig
     await physics.walk(1.6, 0.5)
     assert physics.now().mode == "stand"
     assert not physics.now().sensors_ok
-    assert sum("IMU is silent or cannot be believed: standing without it" in event for event in physics.said()) == 1
+    assert sum("IMU is silent or cannot be believed: standing without it" in event for event in said(rig, "gait")) == 1
     refused = await rig.call(WALK, Trigger.Request())
     assert (refused.success, refused.message) == (False, "no IMU: refusing to walk")
     physics.silent.clear()
     await physics.walk(1.6, 0.3)
-    assert "IMU is back" in physics.said()
+    assert "IMU is back" in said(rig, "gait")
     assert physics.now().mode == "walk"
     assert physics.now().sensors_ok
     assert not physics.body.truth().fallen
@@ -282,7 +277,7 @@ async def test_f_07_a_silent_imu_makes_a_walk_stand_and_warn_and_it_recovers(rig
 async def test_x_08b_stand_without_imu_reaches_the_neutral_pose_and_warns(rig: Rig, physics: Stage) -> None:
     physics.silent.add("imu")
     await physics.stand()
-    assert any("IMU is silent" in event for event in physics.said())
+    assert any("IMU is silent" in event for event in said(rig, "gait"))
     await rig.advance(0.5)
     assert physics.body.truth().position[2] == pytest.approx(0.486, abs=0.01)
     assert not physics.body.truth().fallen
@@ -296,7 +291,7 @@ async def test_silent_encoders_sit_the_robot_down_from_a_walk(rig: Rig, physics:
         await rig.advance(0.1)
         assert not physics.body.truth().fallen
     assert physics.body.truth().position[2] < 0.22
-    assert any("joint encoders are silent" in event for event in physics.said())
+    assert any("joint encoders are silent" in event for event in said(rig, "gait"))
     assert not physics.now().sensors_ok
     physics.silent.clear()
     await rig.advance(1.6)
@@ -331,7 +326,7 @@ async def test_a_joint_that_is_no_number_sits_the_robot_down(
     monkeypatch.setattr(rig.node(Senses), "_body", _Broken(physics.body, broken))
     await rig.advance(1.8)
     assert physics.now().mode == "sit"
-    assert any("a joint encoder is silent or cannot be believed: sitting down" in event for event in physics.said())
+    assert any("a joint encoder is silent or cannot be believed: sitting down" in event for event in said(rig, "gait"))
     assert not physics.body.truth().fallen
 
 

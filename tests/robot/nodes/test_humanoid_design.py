@@ -32,7 +32,7 @@ from robot.interfaces.your_package.action import HumanoidNav
 from robot.interfaces.your_package.srv import SensorCalibration
 from robot.sim.kinematic import KinematicBody
 from robot.tutorials.motor_controller import MotorController
-from tests.robot.nodes.kitchen import KITCHEN, at, awake
+from tests.robot.stage import KITCHEN, at, awake
 
 Request = SensorCalibration.Request
 

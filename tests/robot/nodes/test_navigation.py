@@ -30,14 +30,14 @@ from robot.interfaces.proposed_interfaces.srv import GetRobotPose
 from robot.interfaces.robactor_msgs.srv import GetPlace
 from robot.interfaces.your_package.action import HumanoidNav
 from robot.nodes.camera import Camera
-from tests.robot.nodes.navigation_stage import (
+from tests.robot.stage import (
     humanoid,
+    localized_robot,
     move,
     navigate,
     speed,
     standing_robot,
     true_pose,
-    whole_robot,
 )
 
 BEST_EFFORT = QoS(depth=1000, reliability=Reliability.BEST_EFFORT)
@@ -149,7 +149,7 @@ async def test_A_65_a_goal_inside_a_shelf_is_refused_by_name_within_two_seconds(
 
 @pytest.mark.parametrize("which", range(3))
 async def test_A_05_cancel_commands_zero_within_a_tenth_of_a_second_and_the_robot_stops(rig: Rig, which: int) -> None:
-    body, topic = (await standing_robot(rig), AUTONOMY_CMD) if which else (await whole_robot(rig), CMD_VEL)
+    body, topic = (await standing_robot(rig), AUTONOMY_CMD) if which else (await localized_robot(rig), CMD_VEL)
     action, goal = ACTIONS[which]
     going = await rig.start_goal(action, goal(8.8, 0.5))
     await rig.advance(6.0)
@@ -260,7 +260,7 @@ class Metronome(Node):
 
 
 async def test_A_60_A_64_during_a_walk_topics_keep_their_rates_and_the_pose_is_told_at_once(rig: Rig) -> None:
-    body = await whole_robot(rig)
+    body = await localized_robot(rig)
     await rig.system.join(Child(Metronome))
     going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.8, 0.5))
     await rig.advance(3.0)

@@ -8,13 +8,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from actors import GoalAborted
+from actors import Child, GoalAborted, Node, every
 from actors.testing import Rig
 from robot.contracts import HUMANOID_NAVIGATE, NAVIGATE_TO_GOAL
 from robot.geometry.planar import Pose2
-from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
+from robot.scenes.scene import Box, Cylinder, Scene
+from robot.scenes.worlds import get_world
+from robot.sim.kinematic import KinematicBody
 from tests.robot.control.navigation_sim import body_clearance
-from tests.robot.nodes.navigation_stage import ChangingBody, humanoid, navigate, speed, standing_robot, true_pose
+from tests.robot.stage import Legs, drop, humanoid, navigate, speed, standing_robot, true_pose
 
 ROOM = Scene(
     "room",
@@ -28,7 +30,7 @@ ROOM = Scene(
 class Watch:
     """The smallest distance of the true body to anything, looked at as time passes."""
 
-    def __init__(self, rig: Rig, body: ChangingBody) -> None:
+    def __init__(self, rig: Rig, body: KinematicBody) -> None:
         self.rig, self.body, self.clearance = rig, body, math.inf
 
     async def until(self, done: Callable[[], bool], within: float = 60.0) -> None:
@@ -41,7 +43,7 @@ class Watch:
 
 async def test_A_35_with_avoid_obstacles_a_box_on_the_line_is_walked_round_with_room_to_spare(rig: Rig) -> None:
     body = await standing_robot(rig, ROOM)
-    body.extra = lambda time: (Box(0.0, 0.1, 0.6, 0.6),)
+    drop(body, Box(0.0, 0.1, 0.6, 0.6))
     watch = Watch(rig, body)
     going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(4.0, 0.0, avoid=True))
     await watch.until(lambda: going.done)
@@ -53,7 +55,7 @@ async def test_A_35_without_it_the_robot_goes_straight_and_aborts_before_the_box
     body = await standing_robot(rig, ROOM)
     going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(-1.0, 0.0, avoid=False))
     assert (await going).success
-    body.extra = lambda time: (Box(2.0, 0.1, 0.6, 0.6),)
+    drop(body, Box(2.0, 0.1, 0.6, 0.6))
     watch = Watch(rig, body)
     going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(4.0, 0.0, avoid=False))
     await watch.until(lambda: going.done)
@@ -64,7 +66,7 @@ async def test_A_35_without_it_the_robot_goes_straight_and_aborts_before_the_box
     assert x > -0.5
     await rig.advance(1.0)
     assert speed(body) < 0.02
-    assert body.touched == set()
+    assert rig.node(Legs).touched == set()
 
 
 async def test_a_box_dropped_on_the_path_in_front_of_the_robot_is_avoided(rig: Rig) -> None:
@@ -72,7 +74,7 @@ async def test_a_box_dropped_on_the_path_in_front_of_the_robot_is_avoided(rig: R
     watch, box = Watch(rig, body), Box(5.0, 0.5, 0.5, 0.5)
     going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.8, 0.5, math.pi / 2))
     await watch.until(lambda: true_pose(body).x > 2.5)
-    body.extra = lambda time: (box,)
+    drop(body, box)
     await watch.until(lambda: going.done)
     assert (await going).success
     assert watch.clearance >= 0.15
@@ -82,13 +84,13 @@ async def test_X_21_a_blocked_way_aborts_by_name_and_a_retry_succeeds_once_it_is
     body = await standing_robot(rig, "corridor")
     going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
     await rig.advance(3.0)
-    body.extra = lambda time: (Box(6.0, 0.0, 0.4, 1.6),)
+    drop(body, Box(6.0, 0.0, 0.4, 1.6))
     watch = Watch(rig, body)
     await watch.until(lambda: going.done)
     with pytest.raises(GoalAborted, match=r"PathBlocked: the way to .* is closed .*tried: clear, back_up, turn, wait"):
         await going
     assert watch.clearance > 0.05
-    body.extra = lambda time: ()
+    body.set_obstacles(get_world("corridor").obstacles)
     again = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
     assert (await again).success
 
@@ -101,17 +103,19 @@ async def crossing(rig: Rig, seed: int) -> None:
     when += rig.now + 1.0 + (where + 4.0) / 0.7
     way, radius = rng.uniform(math.pi / 4, 3 * math.pi / 4) * rng.choice([-1.0, 1.0]), rng.uniform(0.2, 0.35)
 
-    def mover(time: float) -> tuple[Obstacle, ...]:
-        gone = 0.5 * (time - when)
-        x, y = where + gone * math.cos(way), gone * math.sin(way)
-        return (Cylinder(x, y, radius),) if abs(y) < 4.5 else ()
+    class Walker(Node):
+        @every(hz=50)
+        def step(self) -> None:
+            gone = 0.5 * (self.clock.now() - when)
+            x, y = where + gone * math.cos(way), gone * math.sin(way)
+            body.set_obstacles((*ROOM.obstacles, *([Cylinder(x, y, radius)] if abs(y) < 4.5 else [])))
 
-    body.extra = mover
+    await rig.system.join(Child(Walker))
     watch = Watch(rig, body)
     going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(4.0, 0.0))
     await watch.until(lambda: going.done)
     assert (await going).success
-    assert body.touched == set()
+    assert rig.node(Legs).touched == set()
     assert watch.clearance > 0.0
 
 

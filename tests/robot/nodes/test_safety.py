@@ -21,15 +21,14 @@ from actors.interfaces.geometry_msgs.msg import (
     Pose,
     PoseWithCovariance,
     Quaternion,
-    Twist,
     TwistWithCovariance,
-    Vector3,
 )
 from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, SetBool_Response, Trigger, Trigger_Request, Trigger_Response
 from actors.testing import Rig, scenario
 from actors.testing.faults import Crash, Delay, Freeze, Lose, NotANumber, Reorder, SlowStart
+from robot import Robot
 from robot.contracts import (
     BATTERY_STATUS,
     CMD_VEL,
@@ -54,19 +53,13 @@ from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus
 from robot.nodes.safety import SafetyMonitor
 from robot.nodes.teleop import RobotController
 from robot.scenes.worlds import get_world
-from robot.sim.battery import Pack
-from robot.sim.kinematic import KinematicBody
-from robot.tree import only, robot_tree
-from tests.robot.nodes.robot_stage import ahead, robot, without
-
-
-def twist(vx: float = 0.0, wz: float = 0.0) -> Twist:
-    return Twist(linear=Vector3(x=vx), angular=Vector3(z=wz))
+from robot.tree import only
+from tests.robot.stage import ahead, robot, robot_around, twist, without
 
 
 def odometry(roll: float = 0.0, speed: float = 0.0) -> Odometry:
     pose = Pose(orientation=Quaternion(x=sin(roll / 2), w=cos(roll / 2)))
-    return Odometry(pose=PoseWithCovariance(pose=pose), twist=TwistWithCovariance(twist=Twist(linear=Vector3(x=speed))))
+    return Odometry(pose=PoseWithCovariance(pose=pose), twist=TwistWithCovariance(twist=twist(speed)))
 
 
 async def press(rig: Rig, *, stop: bool) -> SetBool_Response:
@@ -283,10 +276,9 @@ async def test_F_08_in_physics_a_walking_robot_brakes_and_stays_on_its_feet(rig:
     pytest.importorskip("mujoco")
     from robot.sim.physics import PhysicsBody
 
-    scene = get_world("empty")
-    body = PhysicsBody(scene, seed=1, delay=0.004)
+    body = PhysicsBody(get_world("empty"), seed=1, delay=0.004)
     legs = ["motors", "proprioception", "gait", "safety_monitor", "robot_controller"]
-    await rig.start(only(robot_tree(body, Pack(90.0), []), legs))
+    await rig.start(only(robot_around(body), legs))
     await rig.advance(0.5)
     await rig.call(WALK, Trigger.Request())
     await rig.advance(3.0)
@@ -400,9 +392,9 @@ async def test_F_08_whatever_is_lost_late_or_killed_a_stop_stops_the_robot_and_k
 
 
 async def test_F_08_the_patrol_waits_for_the_end_of_a_stop_and_goes_on(rig: Rig) -> None:
-    body = KinematicBody(get_world("empty"), seed=1)
-    waypoints = [("there", Pose2(4.0, 0.0)), ("back", Pose2(0.0, 0.0))]
-    await rig.start(without(robot_tree(body, Pack(90.0), waypoints), "camera", "detector"))
+    patrol = [Pose2(4.0, 0.0), Pose2(0.0, 0.0)]
+    robot = Robot("empty", body="kinematic", mission=patrol, seed=1)
+    await rig.start(without(robot.tree, "camera", "detector"))
     await rig.advance(4.0)
     await press(rig, stop=True)
     await rig.advance(4.0)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import asyncio
 import zlib
-from collections.abc import Coroutine
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import pytest
@@ -17,6 +16,7 @@ from actors.interfaces.sensor_msgs.msg import Image, PointCloud2, PointField
 from actors.interfaces.std_msgs.msg import Header, String
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
+from robot import Robot
 from robot.contracts import (
     CAMERA_DEPTH,
     CAMERA_INFO,
@@ -34,8 +34,8 @@ from robot.contracts import (
     POSE,
     SCAN,
 )
-from robot.frames import TfListener
 from robot.geometry.planar import Pose2
+from robot.hardware import mounts
 from robot.hardware.lens import HEIGHT, WIDTH, project
 from robot.nodes import camera as camera_node
 from robot.nodes.camera import Camera
@@ -45,23 +45,15 @@ from robot.nodes.lidar import Lidar
 from robot.nodes.motors import Motors
 from robot.nodes.point_clouds import pack_points, unpack_points
 from robot.nodes.proprioception import Proprioception
-from robot.scenes.scene import Box, Cylinder, Scene, Thing
-from robot.scenes.worlds import get_world
-from robot.sim.battery import Pack
+from robot.scenes.scene import Box, Cylinder, Thing
 from robot.sim.kinematic import KinematicBody
-from robot.tree import robot_tree
+from tests.robot.stage import Eyes, done, floor, robot_around
 
 T = TypeVar("T")
 
 CUP = Thing("cup", Cylinder(1.6, 0.2, 0.04, height=0.12), (210, 30, 30), z=0.2)
 WALL = Box(4.0, 0.0, 0.2, 6.0, height=2.0)
-ROOM = Scene("room", (-5.0, -5.0, 5.0, 5.0), (WALL,), start=Pose2(0.0, 0.0), dock=Pose2(0.0, 0.0), things=(CUP,))
-
-
-async def done(call: Coroutine[Any, Any, T], rig: Rig, seconds: float = 4.0) -> T:
-    task = asyncio.ensure_future(call)
-    await rig.until(task.done, within=seconds)
-    return await task
+ROOM = replace(floor(WALL, half=5.0), things=(CUP,))
 
 
 def png_size(path: Path) -> tuple[int, int]:
@@ -83,10 +75,7 @@ def one(node: type[Node], *arguments: object, **parameters: object) -> Superviso
 
 
 async def test_RT_01_RT_02_RT_03_RT_04_RT_07_X_20_all_sensors_of_the_robot_at_once(rig: Rig) -> None:
-    scene = get_world("warehouse")
-    body = KinematicBody(scene, seed=1)
-    patrol = [(f"patrol_{number}", pose) for number, pose in enumerate(scene.patrol, start=1)]
-    await rig.start(robot_tree(body, Pack(90.0), patrol))
+    await rig.start(Robot("warehouse", body="kinematic", mission="patrol", seed=1).tree)
     rates = {
         CAMERA_RGB: 30.0, CAMERA_DEPTH: 30.0, CAMERA_INFO: 30.0, CAMERA_POINTS: 10.0, SCAN: 10.0, LIDAR_POINTS: 10.0,
         IMU: 200.0, IMU_RAW: 200.0, JOINT_STATES: 200.0, CONTACTS: 200.0, ODOMETRY: 50.0, POSE: 50.0,
@@ -200,6 +189,21 @@ async def test_the_camera_looks_from_where_the_body_stands_and_sees_what_is_carr
     assert middle == pytest.approx(1000 * (3.9 - 1.45), abs=1)
 
 
+async def test_the_camera_sees_obstacles_that_have_been_put_into_the_world_since_it_began(rig: Rig) -> None:
+    body = KinematicBody(ROOM, seed=1)
+    await rig.start(one(Camera, body))
+    depths = rig.probe(CAMERA_DEPTH)
+    await rig.advance(0.1)
+    body.set_obstacles([Box(2.0, 0.0, 0.2, 6.0, height=2.0)])
+    await rig.advance(0.1)
+    middle = [
+        int(np.frombuffer(bytes(image.data), "<u2").reshape(HEIGHT, WIDTH)[HEIGHT // 2, WIDTH // 4]) for image in depths
+    ]
+    camera = mounts.CAMERA.translation[0]
+    assert middle[0] == pytest.approx(1000 * (3.9 - camera), abs=5)
+    assert middle[-1] == pytest.approx(1000 * (1.9 - camera), abs=5)
+
+
 async def test_I_16_image_messages_take_the_pictures_without_a_copy(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     frames = []
     look = camera_node.View.look
@@ -213,7 +217,7 @@ async def test_I_16_image_messages_take_the_pictures_without_a_copy(rig: Rig, mo
 
 async def test_S_24_a_photo_is_stored_and_its_path_answered(rig: Rig, tmp_path: Path) -> None:
     await rig.start(one(Camera, KinematicBody(ROOM, seed=1), photo_directory=str(tmp_path / "photos")))
-    answer = await done(rig.call(CAPTURE_PHOTO, Trigger.Request()), rig)
+    answer = await done(rig, rig.call(CAPTURE_PHOTO, Trigger.Request()))
     assert answer.success
     path = Path(answer.message)
     assert path.parent == tmp_path / "photos"
@@ -223,7 +227,7 @@ async def test_S_24_a_photo_is_stored_and_its_path_answered(rig: Rig, tmp_path: 
 async def test_S_24_a_photo_that_cannot_be_stored_is_told(rig: Rig, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("no folder")
     await rig.start(one(Camera, KinematicBody(ROOM, seed=1), photo_directory=str(tmp_path / "file")))
-    answer = await done(rig.call(CAPTURE_PHOTO, Trigger.Request()), rig)
+    answer = await done(rig, rig.call(CAPTURE_PHOTO, Trigger.Request()))
     assert not answer.success
     assert answer.message.startswith("the photo was not stored: ")
 
@@ -318,13 +322,8 @@ async def test_N_50_a_red_square_in_a_picture_is_a_detection_within_2_px(rig: Ri
 
 
 async def test_N_50_the_cup_in_the_room_is_found_in_space(rig: Rig) -> None:
-    class Eyes(Node):
-        async def on_start(self) -> None:
-            self.tf = TfListener(self)
-
     body = KinematicBody(ROOM, seed=1)
-    patrol = [("here", ROOM.start)]
-    system = await rig.start(robot_tree(body, Pack(90.0), patrol))
+    system = await rig.start(robot_around(body))
     await system.join(Child(Eyes))
     await rig.advance(2.5)
     found = rig.probe(DETECTIONS)
@@ -332,7 +331,7 @@ async def test_N_50_the_cup_in_the_room_is_found_in_space(rig: Rig) -> None:
     seen = found.last
     assert seen is not None
     frame = seen.header.frame_id
-    where = await done(rig.node(Eyes).tf.wait_for("map", frame, seen.header.stamp), rig)
+    where = await done(rig, rig.node(Eyes).tf.wait_for("map", frame, seen.header.stamp))
     x, y, z = where.point((seen.position.x, seen.position.y, seen.position.z))
     assert (x, y) == pytest.approx((1.6, 0.2), abs=0.06)  # its near side, and the localizer's centimetres
     assert z == pytest.approx(0.26, abs=0.05)
@@ -368,14 +367,8 @@ async def test_a_silent_camera_is_told_once(rig: Rig) -> None:
 
 
 async def test_the_robots_frames_agree_with_its_poses(rig: Rig) -> None:
-    class Eyes(Node):
-        async def on_start(self) -> None:
-            self.tf = TfListener(self)
-
-    scene = get_world("warehouse")
-    body = KinematicBody(scene, seed=1)
-    patrol = [(f"patrol_{number}", pose) for number, pose in enumerate(scene.patrol, start=1)]
-    system = await rig.start(robot_tree(body, Pack(90.0), patrol))
+    robot = Robot("warehouse", body="kinematic", mission="patrol", seed=1)
+    system = await rig.start(robot.tree)
     await rig.advance(1.0)
     await system.join(Child(Eyes))
     poses, odoms, scans = rig.probe(POSE), rig.probe(ODOMETRY), rig.probe(SCAN)
@@ -392,5 +385,5 @@ async def test_the_robots_frames_agree_with_its_poses(rig: Rig) -> None:
     level = tf.lookup("map", "lidar_link", pose.header.stamp)
     assert level.rotation[1:3] == pytest.approx((0.0, 0.0), abs=1e-9)
     assert scans[0].header.frame_id == "lidar_link"
-    truth = body.truth().position
+    truth = robot.body.truth().position
     assert tf.lookup("map", "base_link").translation[:2] == pytest.approx(truth[:2].tolist(), abs=0.1)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Coroutine
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from actors import Service
 from actors.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
@@ -30,19 +28,12 @@ from robot.geometry.planar import Pose2
 from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
 from robot.interfaces.proposed_interfaces.srv import GetRobotPose
 from robot.interfaces.your_package.srv import SensorCalibration
-from tests.robot.nodes.robot_stage import robot
+from tests.robot.stage import done, robot
 
 T = TypeVar("T")
 
 SET = Service(SetParameters, "/localizer/set_parameters")
 GET = Service(GetParameters, "/localizer/get_parameters")
-
-
-async def done(rig: Rig, call: Coroutine[Any, Any, T]) -> T:
-    """What a call gives that takes simulated time."""
-    task = asyncio.ensure_future(call)
-    await rig.until(task.done, within=8.0)
-    return await task
 
 
 def number(name: str, value: float) -> Parameter:

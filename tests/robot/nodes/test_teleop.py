@@ -9,7 +9,7 @@ import pytest
 
 from actors import Child, Node
 from actors.interfaces.builtin_interfaces.msg import Time
-from actors.interfaces.geometry_msgs.msg import Pose, PoseStamped, Twist, Vector3
+from actors.interfaces.geometry_msgs.msg import Pose, PoseStamped, Twist
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from actors.testing import Rig
@@ -32,6 +32,7 @@ from robot.contracts import (
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
 from robot.nodes.status import RobotStatus
 from robot.nodes.teleop import TUTORIAL_LIMITS, RobotController
+from tests.robot.stage import said, twist
 
 
 def controller(**parameters: object) -> Child:
@@ -39,14 +40,6 @@ def controller(**parameters: object) -> Child:
 
 
 TUTORIAL = controller(enabled=True, **TUTORIAL_LIMITS)
-
-
-def twist(vx: float = 0.0, wz: float = 0.0, vy: float = 0.0) -> Twist:
-    return Twist(linear=Vector3(x=vx, y=vy), angular=Vector3(z=wz))
-
-
-def said(rig: Rig) -> list[str]:
-    return [record.event for record in rig.logs if record.node == "/robot_controller"]
 
 
 async def speak(rig: Rig, *words: str) -> None:
@@ -65,7 +58,7 @@ async def test_Y_33_N_47_X_07_it_starts_disabled_and_a_voice_is_warned_a_joystic
     rig.publish(JOY_CMD, twist(0.5))
     await rig.advance(1.0)
     assert not cmd
-    assert said(rig) == ["Robot disabled, ignoring command"]
+    assert said(rig, "robot_controller") == ["Robot disabled, ignoring command"]
 
 
 @pytest.mark.parametrize(
@@ -83,7 +76,7 @@ async def test_X_07_words_in_two_languages_become_velocities(rig: Rig, words: tu
     cmd = rig.probe(CMD_VEL)
     await speak(rig, *words)
     assert list(cmd) == [expected] * len(words)
-    assert said(rig) == [f"Executing: {word.lower()}" for word in words]
+    assert said(rig, "robot_controller") == [f"Executing: {word.lower()}" for word in words]
 
 
 async def test_X_07_an_unknown_word_moves_nothing(rig: Rig) -> None:
@@ -91,15 +84,15 @@ async def test_X_07_an_unknown_word_moves_nothing(rig: Rig) -> None:
     cmd = rig.probe(CMD_VEL)
     await speak(rig, "jump", "don't go forward")
     assert not cmd
-    assert said(rig) == ["Unknown command: jump", "Unknown command: don't go forward"]
+    assert said(rig, "robot_controller") == ["Unknown command: jump", "Unknown command: don't go forward"]
 
 
 async def test_X_07_a_joystick_is_clipped_to_the_limits(rig: Rig) -> None:
     await rig.start(TUTORIAL)
     cmd = rig.probe(CMD_VEL)
-    rig.publish(JOY_CMD, twist(2.0, -3.0))
+    rig.publish(JOY_CMD, twist(2.0, wz=-3.0))
     await rig.quiet()
-    assert list(cmd) == [twist(1.0, -1.0)]
+    assert list(cmd) == [twist(1.0, wz=-1.0)]
 
 
 async def test_S_33_enable_and_disable_answer_in_the_tutorials_words_and_the_zero_is_first(rig: Rig) -> None:
@@ -108,7 +101,7 @@ async def test_S_33_enable_and_disable_answer_in_the_tutorials_words_and_the_zer
     for _ in range(2):
         reply = await rig.call(ENABLE, SetBool.Request(data=True))
         assert (reply.success, reply.message) == (True, "Robot enabled successfully")
-    assert "\N{LARGE GREEN CIRCLE} Robot ENABLED" in said(rig)
+    assert "\N{LARGE GREEN CIRCLE} Robot ENABLED" in said(rig, "robot_controller")
     rig.publish(JOY_CMD, twist(0.5))
     await rig.quiet()
     cmd.clear()
@@ -159,7 +152,7 @@ async def test_X_07b_a_joystick_within_half_a_second_makes_voice_ignored(rig: Ri
     await rig.advance(0.4)
     await speak(rig, "back")
     assert list(cmd) == [twist(0.2)]
-    assert said(rig) == ["Command ignored: back"]
+    assert said(rig, "robot_controller") == ["Command ignored: back"]
     await rig.advance(0.2)
     await speak(rig, "back")
     assert cmd.last == twist(-1.0)
@@ -170,7 +163,7 @@ async def test_X_07b_what_is_no_number_is_dropped_with_a_warning_and_counted(rig
     await rig.start(TUTORIAL)
     cmd, status = rig.probe(CMD_VEL), rig.probe(DRIVE_STATUS)
     rig.publish(JOY_CMD, twist(bad))
-    rig.publish(JOY_CMD, twist(0.0, bad))
+    rig.publish(JOY_CMD, twist(wz=bad))
     await rig.advance(1.0)
     assert not cmd
     assert [record.fields["dropped"] for record in rig.logs if record.level >= 30] == [1, 2]
@@ -319,7 +312,7 @@ async def test_F_08_a_stop_is_a_zero_at_the_same_instant_and_overrides_teleop(ri
     await rig.advance(1.0)
     assert {str(message) for message in list(cmd)[1:]} == {str(twist())}
     assert len(cmd) > 50  # it insists: who publishes beside it is not obeyed
-    assert "Command ignored: forward" in said(rig)
+    assert "Command ignored: forward" in said(rig, "robot_controller")
     rig.publish(SAFETY_STATE, SafetyState())
     await rig.advance(0.1)
     assert cmd.last == twist()  # nothing from before moves it

@@ -23,7 +23,7 @@ from robot.contracts import (
 )
 from robot.interfaces.my_robot_interfaces.action import MoveToPosition
 from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus
-from tests.robot.nodes.robot_stage import robot
+from tests.robot.stage import robot
 
 
 async def test_Z_02_within_three_seconds_everything_of_the_robot_answers(rig: Rig) -> None:

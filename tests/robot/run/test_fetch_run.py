@@ -10,8 +10,8 @@ from actors import Child
 from actors.testing import Rig
 from robot.sim.kinematic import KinematicBody
 from robot.tree import only
-from tests.robot.nodes.kitchen import KITCHEN, fetching_tree
 from tests.robot.run.test_run import KINEMATIC, robot, run
+from tests.robot.stage import KITCHEN, robot_around
 
 
 def test_a_run_for_something_out_of_sight_ends_with_the_reason_and_has_not_moved(tmp_path: Path) -> None:
@@ -89,7 +89,7 @@ def test_an_errand_that_cannot_be_run_is_one_line_and_exit_code_2(words: tuple[s
 
 @pytest.mark.parametrize("name", ["arm", "object_confirmation", "fetch"])
 async def test_E_11_each_node_of_the_arm_runs_alone_and_with_those_that_come_later(rig: Rig, name: str) -> None:
-    tree = fetching_tree(KinematicBody(KITCHEN, seed=1, arm=True))
+    tree = robot_around(KinematicBody(KITCHEN, seed=1, arm=True))
     system = await rig.start(only(tree, [name]))
     await rig.advance(0.5)
     for child in tree.children:

@@ -8,18 +8,14 @@ import numpy as np
 import pytest
 
 from robot.estimation.detect import find_blobs
-from robot.geometry.planar import Pose2
 from robot.hardware.lens import CX, CY, FOCAL, HEIGHT, WIDTH, deproject, project
-from robot.scenes.scene import Box, Cylinder, Obstacle, Scene, Thing
+from robot.scenes.scene import Box, Cylinder, Obstacle, Thing
 from robot.scenes.worlds import get_world
 from robot.sim.camera_columns import Eye
 from robot.sim.camera_view import RANGE, Frame, View
+from tests.robot.stage import floor
 
 RED, BLUE = (210, 30, 30), (30, 40, 200)
-
-
-def scene(*obstacles: Obstacle) -> Scene:
-    return Scene("test", (-9.0, -9.0, 9.0, 9.0), obstacles, start=Pose2(0.0, 0.0), dock=Pose2(0.0, 0.0))
 
 
 def slab(position: float, slope: float, half: float) -> tuple[float, float]:
@@ -93,12 +89,12 @@ def test_low_obstacles_show_their_tops_and_things_hide_each_other(height: float)
         Thing("hidden", Cylinder(5.6, 0.0, 0.1, height=0.2), BLUE),
     )
     eye = Eye(0.0, 0.0, height, 0.05)
-    frame = View(scene(*obstacles)).look(eye, things)
+    frame = View(floor(*obstacles)).look(eye, things)
     assert_depths(frame, eye, [(one, 0.0) for one in obstacles] + [(one.shape, one.z) for one in things], 3000)
 
 
 def test_a_camera_in_the_middle_of_a_thing_or_close_to_a_wall_still_sees() -> None:
-    view = View(scene(Box(1.0, 0.0, 0.2, 4.0, height=2.0)))
+    view = View(floor(Box(1.0, 0.0, 0.2, 4.0, height=2.0)))
     close = view.look(Eye(0.86, 0.0, 0.5, 0.0)).millimetres()
     assert close.max() == 50
     inside = view.look(Eye(0.0, 0.0, 0.5, 0.0), (Thing("fog", Box(0.0, 0.0, 1.0, 1.0, height=1.0), RED),))

@@ -18,13 +18,14 @@ from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Body, MotorTargets
 from robot.model.kinematics import feet, inverse
-from robot.model.legs import foot_velocities, limbs
+from robot.model.legs import foot_velocities, leg_state
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, MASS, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
 from robot.scenes.scene import Box, Cylinder, Scene
 from robot.sim.kinematic import KinematicBody, Mode
+from tests.robot.stage import floor
 
-EMPTY = Scene("empty", (-50, -50, 50, 50), (), start=Pose2(1.0, -2.0, 0.5), dock=Pose2(0, 0))
+EMPTY = floor(start=Pose2(1.0, -2.0, 0.5))
 PERIOD = 0.005
 
 
@@ -123,7 +124,7 @@ def test_legs_tell_the_speed_of_the_body() -> None:
         walk(body, PERIOD, (0.8, 0.1, 0.3))
         sample, turn, up = body.joints(), (0.0, 0.0, float(body.imu().gyro[2])), (0.0, 0.0, 1.0)
         angles = sample.position.tolist()
-        moving, rolling = foot_velocities(limbs(angles, up), angles, sample.velocity.tolist(), turn, up)
+        moving, rolling = foot_velocities(leg_state(angles, up), angles, sample.velocity.tolist(), turn, up)
         for leg in np.flatnonzero(sample.contact):
             told = np.array(rolling[leg]) - np.array(moving[leg])
             assert told == pytest.approx([0.8, 0.1, 0.0], abs=2e-3)
@@ -338,7 +339,7 @@ def test_power_follows_the_table_of_section_7() -> None:
 
 
 def test_the_lidar_sees_the_scene_from_the_body_at_its_height() -> None:
-    scene = Scene("wall", (-5, -5, 5, 5), (Box(3, 0, 1, 20), Box(-2, 0, 1, 20, height=0.3)), Pose2(0, 0), Pose2(0, 0))
+    scene = floor(Box(3, 0, 1, 20), Box(-2, 0, 1, 20, height=0.3))
     body = standing(scene=scene)
     ranges = body.lidar()
     assert ranges.shape == (360,)
@@ -452,7 +453,7 @@ def test_touching_agrees_with_points_sampled_in_the_outline(
     pose: tuple[float, float, float], obstacle: Box | Cylinder
 ) -> None:
     x, y, yaw = pose
-    scene = Scene("one", (-5, -5, 5, 5), (obstacle,), start=Pose2(x, y, yaw), dock=Pose2(0, 0))
+    scene = floor(obstacle, start=Pose2(x, y, yaw))
     touched = bool(KinematicBody(scene, seed=0).truth().touching)
     along, across = np.meshgrid(np.linspace(-0.55, 0.55, 45), np.linspace(-0.25, 0.25, 21))
     points = np.stack((along.ravel(), across.ravel()), axis=1) @ np.array([[cos(yaw), sin(yaw)], [-sin(yaw), cos(yaw)]])
@@ -466,5 +467,24 @@ def test_touching_agrees_with_points_sampled_in_the_outline(
 
 def test_touching_names_obstacles_in_scene_order() -> None:
     obstacles = (Cylinder(0.6, 0.0, 0.2), Box(5, 5, 1, 1), Box(-0.6, 0.0, 0.4, 0.4), Cylinder(0.0, 0.3, 0.1))
-    scene = Scene("crowd", (-5, -5, 5, 5), obstacles, start=Pose2(0, 0), dock=Pose2(0, 0))
+    scene = floor(*obstacles)
     assert KinematicBody(scene, seed=0).truth().touching == ("cylinder_0", "box_2", "cylinder_3")
+
+
+def test_obstacles_that_are_set_are_seen_and_touched_from_that_instant_and_nothing_else_changes() -> None:
+    scene = floor(Box(4.0, 0.0, 1.0, 1.0))
+    body = KinematicBody(scene, seed=1, noise=False)
+    body.advance(1.0)
+    ahead = 180
+    assert body.lidar()[ahead] == pytest.approx(3.5)
+
+    body.set_obstacles([Box(2.0, 0.0, 1.0, 1.0), Cylinder(0.5, 0.0, 0.1, height=0.1)])
+
+    assert body.lidar()[ahead] == pytest.approx(1.5)
+    assert body.truth().touching == ("cylinder_1",)
+    assert (body.time, body.truth().yaw) == (1.0, 0.0)
+    assert (body.scene.start, body.scene.dock, body.scene.bounds) == (scene.start, scene.dock, scene.bounds)
+    assert scene.obstacles == (Box(4.0, 0.0, 1.0, 1.0),)
+    body.set_obstacles(())
+    assert body.lidar()[ahead] == 10.0
+    assert body.truth().touching == ()

@@ -5,20 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
-from robot.scenes.scene import Scene
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
 from robot.sim.sampling import KEPT
-
-SCENE = Scene("floor", (-5.0, -5.0, 5.0, 5.0), (), start=Pose2(0.0, 0.0, 0.0), dock=Pose2(0.0, 0.0, 0.0))
+from tests.robot.stage import floor
 
 
 @pytest.fixture(params=[PhysicsBody, KinematicBody])
 def bodies(request: pytest.FixtureRequest) -> tuple[Body, Body]:
     """Two bodies that are the same."""
-    return request.param(SCENE, seed=1), request.param(SCENE, seed=1)
+    return request.param(floor(), seed=1), request.param(floor(), seed=1)
 
 
 def test_a_late_reader_gets_the_samples_a_prompt_one_got(bodies: tuple[Body, Body]) -> None:

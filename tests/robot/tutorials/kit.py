@@ -6,20 +6,9 @@ from collections.abc import Iterable
 from itertools import pairwise
 
 from actors import Child, transient
-from actors.testing import Rig
 from robot.tutorials.program import Errand
 
-__all__ = ["alone", "increasing", "said", "warnings"]
-
-
-def said(rig: Rig, node: str) -> list[str]:
-    """What a node has logged, in order."""
-    return [record.event for record in rig.logs if record.node == f"/{node}"]
-
-
-def warnings(rig: Rig, node: str) -> list[str]:
-    """The same, warnings and errors only."""
-    return [record.event for record in rig.logs if record.node == f"/{node}" and record.level >= 30]
+__all__ = ["alone", "increasing"]
 
 
 def alone(errand: type[Errand], **parameters: object) -> Child:

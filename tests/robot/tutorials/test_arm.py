@@ -18,7 +18,8 @@ from robot.tutorials.robot_arm import (
     PositionService,
     tree,
 )
-from tests.robot.tutorials.kit import alone, said
+from tests.robot.stage import said
+from tests.robot.tutorials.kit import alone
 
 Moving: TypeAlias = Goal[MoveArm_Result, MoveArm_Feedback]
 TARGET = [1.57, 0.78, -0.78, 0.0]

@@ -8,20 +8,17 @@ import pytest
 
 from actors import Child, Node, ServiceFailed, every
 from actors.testing import Rig
-from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus, GetBatteryStatus_Response
-from robot.tutorials.battery_service import GET_BATTERY_STATUS, BatteryClient, BatteryServer, tree
-from tests.robot.tutorials.kit import alone, said
+from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus
+from robot.tutorials.battery_service import BatteryClient, BatteryServer, tree
+from tests.robot.stage import battery_status, said
+from tests.robot.tutorials.kit import alone
 
 LINE = "Battery: 12.4V | 92% | Status: good | Charging: False"
 
 
-async def ask(rig: Rig, robot_id: str = "robot_01") -> GetBatteryStatus_Response:
-    return await rig.call(GET_BATTERY_STATUS, GetBatteryStatus.Request(robot_id=robot_id))
-
-
 async def test_N_02_the_battery_as_it_comes(rig: Rig) -> None:
     await rig.start(BatteryServer)
-    battery = await ask(rig)
+    battery = await battery_status(rig)
     assert battery.voltage == pytest.approx(12.4)
     assert battery.percentage == pytest.approx(92.31, abs=0.01)
     assert battery.estimated_runtime_minutes == pytest.approx(110.77, abs=0.01)
@@ -50,7 +47,7 @@ async def test_S_10_S_11_S_12_percentage_run_time_and_health_follow_the_voltage(
     rig: Rig, voltage: float, percentage: float, minutes: float, health: str
 ) -> None:
     await rig.start(Child(BatteryServer, parameters={"voltage": voltage}))
-    battery = await ask(rig)
+    battery = await battery_status(rig)
     assert battery.percentage == pytest.approx(percentage, abs=0.01)
     assert battery.estimated_runtime_minutes == pytest.approx(minutes, abs=0.01)
     assert battery.health_status == health
@@ -59,14 +56,14 @@ async def test_S_10_S_11_S_12_percentage_run_time_and_health_follow_the_voltage(
 async def test_S_13_an_unknown_robot_is_an_error_that_names_it(rig: Rig) -> None:
     await rig.start(BatteryServer)
     with pytest.raises(ServiceFailed, match="No battery is known for robot 'robot_02'"):
-        await ask(rig, "robot_02")
-    assert (await ask(rig)).percentage > 92.0
+        await battery_status(rig, "robot_02")
+    assert (await battery_status(rig)).percentage > 92.0
 
 
 async def test_S_14_a_battery_on_its_charger_says_so_while_the_node_runs(rig: Rig) -> None:
     await rig.start(BatteryServer)
     assert rig.node(BatteryServer).set_parameters({"is_charging": True, "voltage": 12.6}).successful
-    battery = await ask(rig)
+    battery = await battery_status(rig)
     assert battery.is_charging
     assert battery.estimated_runtime_minutes == pytest.approx(120.0)  # what unplugging now would leave
 
@@ -109,6 +106,6 @@ async def test_V_10_S_08_a_client_without_a_server_gives_up_in_the_end(rig: Rig)
 
 async def test_V_13_calls_that_overlap_do_not_share_a_request(rig: Rig) -> None:
     await rig.start(BatteryServer, Node)
-    known, unknown = await asyncio.gather(ask(rig), ask(rig, "robot_07"), return_exceptions=True)
+    known, unknown = await asyncio.gather(battery_status(rig), battery_status(rig, "robot_07"), return_exceptions=True)
     assert isinstance(known, GetBatteryStatus.Response)
     assert isinstance(unknown, ServiceFailed) and "robot_07" in unknown.text

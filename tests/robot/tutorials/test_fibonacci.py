@@ -16,7 +16,8 @@ from robot.interfaces.my_robot_pkg.action import Fibonacci
 from robot.tutorials import navigate_stand_in
 from robot.tutorials.fibonacci import FIBONACCI, FibonacciClient, FibonacciServer, tree
 from robot.tutorials.navigate_stand_in import NAVIGATE_TO_GOAL, NavigationClient, NavigationServer
-from tests.robot.tutorials.kit import alone, said
+from tests.robot.stage import said
+from tests.robot.tutorials.kit import alone
 
 TEN = [0, 1, 1, 2, 3, 5, 8, 13, 21, 34, 55]
 

@@ -12,7 +12,8 @@ from actors.testing import Rig
 from robot.interfaces.your_package.action import HumanoidNav, HumanoidNav_Feedback, HumanoidNav_Result
 from robot.scenes.scene import Box, Cylinder
 from robot.tutorials.humanoid_navigation import HUMANOID_NAVIGATE, HumanoidNavClient, HumanoidNavServer, tree
-from tests.robot.tutorials.kit import alone, increasing, said, warnings
+from tests.robot.stage import said, warnings
+from tests.robot.tutorials.kit import alone, increasing
 
 Feedback: TypeAlias = HumanoidNav_Feedback
 Result: TypeAlias = HumanoidNav_Result

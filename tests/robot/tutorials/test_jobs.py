@@ -20,7 +20,8 @@ from robot.tutorials.map_sweep import SWEEP, Sweep, SweepClient, SweepServer
 from robot.tutorials.motor_controller import MOTOR_VELOCITY, MotorController
 from robot.tutorials.ring import Link, ring, tree
 from robot.tutorials.slow_processor import READINGS, FastSensor, MendedProcessor, SlowProcessor, diagnosis
-from tests.robot.tutorials.kit import alone, increasing, said, warnings
+from tests.robot.stage import said, warnings
+from tests.robot.tutorials.kit import alone, increasing
 
 # -- parameters -------------------------------------------------------------------------------------------------------------
 

@@ -11,7 +11,8 @@ from actors import Goal, GoalCanceled, GoalRejected, GoalStatus, Node, every
 from actors.testing import Rig
 from robot.interfaces.my_robot_interfaces.action import MoveToPosition, MoveToPosition_Feedback, MoveToPosition_Result
 from robot.tutorials.move_to_position import MOVE_TO_POSITION, MoveClient, MoveServer, tree
-from tests.robot.tutorials.kit import alone, increasing, said, warnings
+from tests.robot.stage import said, warnings
+from tests.robot.tutorials.kit import alone, increasing
 
 Feedback: TypeAlias = MoveToPosition_Feedback
 Result: TypeAlias = MoveToPosition_Result

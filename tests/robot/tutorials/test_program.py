@@ -23,7 +23,8 @@ from robot.tutorials.battery_service import BatteryClient, BatteryServer
 from robot.tutorials.calibration import CalibrationClient, CalibrationService
 from robot.tutorials.move_to_position import MoveClient, MoveServer
 from robot.tutorials.program import Errand, main, system
-from tests.robot.tutorials.kit import alone, said
+from tests.robot.stage import said
+from tests.robot.tutorials.kit import alone
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "tutorials.md").read_text(encoding="utf-8")

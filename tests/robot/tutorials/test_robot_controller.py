@@ -7,7 +7,6 @@ from math import nan
 import pytest
 
 from actors import Child, Node
-from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from actors.testing import Rig
@@ -16,13 +15,9 @@ from robot.tutorials import robot_status, velocity_trio
 from robot.tutorials.robot_controller import tree
 from robot.tutorials.robot_status import RobotStatusService
 from robot.tutorials.velocity_trio import Autonomy, SafetyMonitor, Teleop
-from tests.robot.tutorials.kit import said, warnings
+from tests.robot.stage import said, twist, warnings
 
 ME = "robot_controller"
-
-
-def go(vx: float = 0.0, wz: float = 0.0) -> Twist:
-    return Twist(linear=Vector3(x=vx), angular=Vector3(z=wz))
 
 
 async def enable(rig: Rig, on: bool = True) -> str:
@@ -40,7 +35,7 @@ async def test_X_07_N_47_a_disabled_controller_warns_of_the_voice_and_is_silent_
     await rig.start(tree())
     commands = rig.probe(CMD_VEL)
     await say(rig, "forward")
-    rig.publish(JOY_CMD, go(1.0))
+    rig.publish(JOY_CMD, twist(1.0))
     await rig.advance(1.0)
     assert not commands
     assert warnings(rig, ME) == ["Robot disabled, ignoring command"]
@@ -59,7 +54,7 @@ async def test_X_07_every_word_in_two_languages(rig: Rig, words: str, vx: float,
     await enable(rig)
     commands = rig.probe(CMD_VEL)
     await say(rig, words)
-    assert list(commands) == [go(vx, wz)]
+    assert list(commands) == [twist(vx, wz=wz)]
     assert said(rig, ME)[-1] == f"Executing: {words.lower()}"
 
 
@@ -76,9 +71,9 @@ async def test_X_07_the_joystick_is_clipped_to_the_tutorials_limits(rig: Rig) ->
     await rig.start(tree())
     await enable(rig)
     commands = rig.probe(CMD_VEL)
-    rig.publish(JOY_CMD, go(2.0, -3.0))
+    rig.publish(JOY_CMD, twist(2.0, wz=-3.0))
     await rig.quiet()
-    assert list(commands) == [go(1.0, -1.0)]
+    assert list(commands) == [twist(1.0, wz=-1.0)]
 
 
 async def test_S_33_disabling_stops_the_motors_before_the_answer_and_both_may_be_asked_twice(rig: Rig) -> None:
@@ -87,7 +82,7 @@ async def test_S_33_disabling_stops_the_motors_before_the_answer_and_both_may_be
     assert [await enable(rig), await enable(rig)] == ["Robot enabled successfully"] * 2
     assert not commands
     assert await enable(rig, False) == "Robot disabled, stopping motors"
-    assert list(commands) == [go()]  # no time has passed: it was there before the reply
+    assert list(commands) == [twist()]  # no time has passed: it was there before the reply
     assert await enable(rig, False) == "Robot disabled, stopping motors"
     assert "\N{LARGE GREEN CIRCLE} Robot ENABLED" in said(rig, ME)
 
@@ -98,34 +93,34 @@ async def test_X_07b_stop_wins_over_any_other_word_and_sentences_move_nothing(ri
     commands = rig.probe(CMD_VEL)
     await say(rig, "stop going forward")
     await say(rig, "don't go forward")
-    assert list(commands) == [go()]
+    assert list(commands) == [twist()]
 
 
 async def test_X_07b_the_joystick_goes_before_the_voice_for_half_a_second(rig: Rig) -> None:
     await rig.start(tree())
     await enable(rig)
     commands = rig.probe(CMD_VEL)
-    rig.publish(JOY_CMD, go(0.2))
+    rig.publish(JOY_CMD, twist(0.2))
     await rig.advance(0.4)
     await say(rig, "forward")
-    assert list(commands) == [go(0.2)]
+    assert list(commands) == [twist(0.2)]
     await rig.advance(0.2)
     commands.clear()
     await say(rig, "forward")
-    assert list(commands) == [go(1.0)]
+    assert list(commands) == [twist(1.0)]
 
 
 async def test_X_07b_V_62_what_is_not_a_number_is_dropped_and_no_command_drives_for_ever(rig: Rig) -> None:
     await rig.start(tree())
     await enable(rig)
     commands = rig.probe(CMD_VEL)
-    rig.publish(JOY_CMD, go(nan))
+    rig.publish(JOY_CMD, twist(nan))
     await rig.quiet()
     assert not commands
     assert len(warnings(rig, ME)) == 1
     await say(rig, "forward")
     await rig.advance(1.0)
-    assert list(commands) == [go(1.0), go()]
+    assert list(commands) == [twist(1.0), twist()]
 
 
 # -- status -----------------------------------------------------------------------------------------------------------------
@@ -173,7 +168,7 @@ async def test_N_49_the_monitor_hears_both_and_either_may_go(rig: Rig) -> None:
 async def test_N_49_the_monitor_warns_of_what_is_too_fast(rig: Rig) -> None:
     await rig.start(Child(SafetyMonitor), Child(Node, name="other"))
     for vx in (1.0, 1.1, nan):
-        rig.publish(velocity_trio.CMD_VEL, go(vx))
+        rig.publish(velocity_trio.CMD_VEL, twist(vx))
     await rig.quiet()
     assert warnings(rig, "safety_monitor") == [
         "Unsafe speed commanded: 1.10 m/s",

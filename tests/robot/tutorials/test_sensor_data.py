@@ -6,7 +6,7 @@ import pytest
 
 from actors.testing import Rig
 from robot.tutorials.sensor_data import SENSOR_DATA, tree
-from tests.robot.tutorials.kit import said
+from tests.robot.stage import said
 
 
 async def test_N_01_telemetry_comes_twice_a_second_and_within_its_bounds(rig: Rig) -> None:

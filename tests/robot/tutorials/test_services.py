@@ -9,7 +9,6 @@ import pytest
 
 from actors import ActorError, Child, Node, Service, ServiceFailed, StartFailed
 from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Request, AddTwoInts_Response
-from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from actors.testing import Rig
 from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
 from robot.interfaces.my_robot_pkg.srv import CalculateDistance, CalculateDistance_Response
@@ -28,12 +27,9 @@ from robot.tutorials.planner_service import (
     PlannerServer,
     call_safely,
 )
-from tests.robot.tutorials.kit import alone, said, warnings
-
-
-def two(a: int, b: int) -> AddTwoInts_Request:
-    return AddTwoInts.Request(a=a, b=b)
-
+from tests.robot.stage import at, said, warnings
+from tests.robot.tutorials.kit import alone
+from tests.stage import two
 
 # -- adding -----------------------------------------------------------------------------------------------------------------
 
@@ -185,10 +181,6 @@ async def test_S_08_a_limit_of_three_seconds_is_three_lines_and_an_error(rig: Ri
     lines = said(rig, "planner_client")
     assert lines[:3] == ["Service not available, waiting..."] * 3
     assert lines[3].startswith("nobody serves /plan_path")
-
-
-def at(x: float, y: float) -> PoseStamped:
-    return PoseStamped(pose=Pose(position=Point(x=x, y=y), orientation=Quaternion(z=1.0, w=0.0)))
 
 
 async def test_N_25_V_31_a_path_goes_from_start_to_goal_round_what_is_known(rig: Rig) -> None:

@@ -30,7 +30,7 @@ from robot.tutorials.spot_controller import (
     tree,
     trot,
 )
-from tests.robot.tutorials.kit import said, warnings
+from tests.robot.stage import said, twist, warnings
 
 LEGS = ("fl", "fr", "rl", "rr")
 NAMES = [f"{leg}_{joint}" for leg in LEGS for joint in ("hip", "shoulder", "knee")]
@@ -49,10 +49,6 @@ async def walking(rig: Rig) -> None:
     await ask(rig, STAND)
     await rig.advance(2.0)
     await ask(rig, WALK)
-
-
-def go(vx: float = 0.0, vy: float = 0.0, wz: float = 0.0) -> Twist:
-    return Twist(linear=Vector3(x=vx, y=vy), angular=Vector3(z=wz))
 
 
 def tilted(roll: float = 0.0, pitch: float = 0.0) -> Imu:
@@ -97,7 +93,7 @@ async def test_X_08_V_54_five_seconds_of_walk_are_ten_cycles_of_a_trot(rig: Rig,
     states = rig.probe(JOINT_STATES)
     for _ in range(50):
         if speed is not None:
-            rig.publish(CMD_VEL, go(speed))
+            rig.publish(CMD_VEL, twist(speed))
         await rig.advance(0.1)
     assert len(states) == 500
     joint = positions(states)
@@ -113,7 +109,7 @@ async def test_X_08_V_54_five_seconds_of_walk_are_ten_cycles_of_a_trot(rig: Rig,
 
 async def test_X_08_cmd_vel_counts_in_walk_mode_only(rig: Rig) -> None:
     await rig.start(SpotController)
-    rig.publish(CMD_VEL, go(1.0))
+    rig.publish(CMD_VEL, twist(1.0))
     await rig.quiet()
     assert warnings(rig, "spot_controller") == ["Not in walk mode, ignoring cmd_vel"]
     await ask(rig, STAND)
@@ -135,9 +131,9 @@ async def test_X_08b_V_53_the_velocity_changes_the_gait_and_zero_is_stepping_in_
         return {name: [max(values) - min(values), *values] for name, values in positions(states).items()}
 
     still, ahead, left = (
-        await half_a_second_of(go()),
-        await half_a_second_of(go(1.0)),
-        await half_a_second_of(go(wz=1.0)),
+        await half_a_second_of(twist()),
+        await half_a_second_of(twist(1.0)),
+        await half_a_second_of(twist(wz=1.0)),
     )
     assert still["fl_shoulder"][0] == pytest.approx(0.3, abs=0.01)  # lifted only
     assert ahead["fl_shoulder"][0] > still["fl_shoulder"][0] + 0.1
@@ -148,12 +144,12 @@ async def test_X_08b_V_53_the_velocity_changes_the_gait_and_zero_is_stepping_in_
 async def test_X_08b_V_62_a_velocity_is_forgotten_after_half_a_second_and_when_the_walk_ends(rig: Rig) -> None:
     await walking(rig)
     spot = rig.node(SpotController)
-    rig.publish(CMD_VEL, go(1.0))
+    rig.publish(CMD_VEL, twist(1.0))
     await rig.advance(0.4)
     assert spot.velocity.x == 1.0
     await rig.advance(0.2)
     assert spot.velocity.x == 0.0
-    rig.publish(CMD_VEL, go(1.0))
+    rig.publish(CMD_VEL, twist(1.0))
     await rig.quiet()
     await ask(rig, STAND)
     await ask(rig, WALK)
@@ -162,7 +158,7 @@ async def test_X_08b_V_62_a_velocity_is_forgotten_after_half_a_second_and_when_t
 
 async def test_X_08b_a_velocity_that_is_not_a_number_is_dropped(rig: Rig) -> None:
     await walking(rig)
-    rig.publish(CMD_VEL, go(nan))
+    rig.publish(CMD_VEL, twist(nan))
     await rig.advance(0.1)
     assert rig.node(SpotController).velocity == Vector3()
     assert "cmd_vel is not a number, ignoring it" in warnings(rig, "spot_controller")
@@ -271,11 +267,11 @@ async def test_X_18_the_gait_obeys_the_voice(rig: Rig) -> None:
     for word, vx in (("frente", 1.0), ("parar", 0.0), ("frente", 1.0)):
         rig.publish(VOICE, String(data=word))
         await rig.advance(0.1)
-        assert commands.last == go(vx)
+        assert commands.last == twist(vx)
         assert spot.velocity.x == vx
     begun = rig.now
     assert (await rig.call(ENABLE, SetBool.Request(data=False))).message == "Robot disabled, stopping motors"
     await rig.quiet()
-    assert commands.last == go()
+    assert commands.last == twist()
     assert spot.velocity.x == 0.0
     assert rig.now - begun <= 0.1

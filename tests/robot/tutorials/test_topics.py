@@ -7,7 +7,6 @@ import signal
 import pytest
 
 from actors import Child, Node
-from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.sensor_msgs.msg import Image, JointState
 from actors.interfaces.std_msgs.msg import Float32, String
 from actors.interfaces.std_srvs.srv import SetBool
@@ -36,7 +35,7 @@ from robot.tutorials.physical_ai import (
 )
 from robot.tutorials.sensor_fusion import FUSED, SensorFusion
 from robot.tutorials.sensor_pair import PRESSURE, SensorSubscriber
-from tests.robot.tutorials.kit import said, warnings
+from tests.robot.stage import said, twist, warnings
 
 # -- physical AI ------------------------------------------------------------------------------------------------------------
 
@@ -115,14 +114,14 @@ async def test_N_08_V_22_ten_times_a_second_joints_a_velocity_and_an_image(rig: 
     last = joints[-1]
     assert dict(zip(last.name, last.position.tolist(), strict=True)) == {"joint1": 0.1, "joint2": 0.2, "joint3": 0.3}
     assert (last.header.stamp.sec, last.header.stamp.nanosec) == (5, 0)
-    assert velocities.last == Twist(linear=Vector3(x=0.5), angular=Vector3(z=0.2))
+    assert velocities.last == twist(0.5, wz=0.2)
     assert said(rig, "sensor_publisher") == [f"Published sensor data #{n}" for n in range(1, 51)]
 
 
 async def test_N_09_what_is_unusual_is_warned_of(rig: Rig) -> None:
     await rig.start(SensorSubscriber)
     rig.publish(sensor_pair.JOINT_STATES, JointState(name=("a", "b", "c"), position=[0.1, -3.2, 3.14]))
-    rig.publish(sensor_pair.CMD_VEL, Twist(linear=Vector3(x=0.5), angular=Vector3(z=0.2)))
+    rig.publish(sensor_pair.CMD_VEL, twist(0.5, wz=0.2))
     for pressure in (9.99, 10.0):
         rig.publish(PRESSURE, Float32(data=pressure))
     await rig.quiet()

@@ -32,7 +32,7 @@ DOMAIN = 7
 TOKENS = f"@ros2_lv/{DOMAIN}/**"
 ALL_OF_IT = Delivery(reliable=True, keep_all=True, depth=1000)
 PATIENCE = 30.0
-"""Seconds after which a test gives up to wait. Nothing waits for them in a test that passes."""
+"""Seconds after which a test gives up waiting. No test that passes waits so long."""
 
 
 def kept(history: int) -> Delivery:

@@ -1,4 +1,4 @@
-"""The contract of samples, on a wire that loses none."""
+"""The contract of samples."""
 
 from __future__ import annotations
 
@@ -43,11 +43,13 @@ class SampleContract:
             heard, _ = b.listen("7/scan/T/H", Delivery(reliable=False, depth=5))
             outlet = await a.outlet("7/scan/T/H", Delivery(reliable=False, depth=5))
 
-            for number in range(50):
+            for number in range(1000):  # any of them may be lost
                 outlet.put(b"%d" % number, b"")
                 await a.told_to(b)
-            await a.until(lambda: 49 in heard.numbers, "the last one has arrived")
+                if len(heard.samples) >= 20:
+                    break
 
+            assert len(heard.samples) >= 20
             assert heard.numbers == sorted(set(heard.numbers))
 
     async def test_a_large_sample_arrives_whole(self, wire: Wire) -> None:

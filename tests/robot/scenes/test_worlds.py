@@ -12,12 +12,9 @@ from robot.planning.grid import Grid
 from robot.planning.planner import Planner
 from robot.scenes.worlds import WORLDS, UnknownWorld, get_world
 from tests.robot.control.navigation_sim import body_clearance
+from tests.robot.stage import apart
 
 TURNING = math.hypot(1.1, 0.5) / 2
-
-
-def distance(a: Pose2, b: Pose2) -> float:
-    return math.hypot(a.x - b.x, a.y - b.y)
 
 
 def test_an_unknown_world_names_the_closest() -> None:
@@ -51,9 +48,9 @@ def test_a_patrol_has_four_stops_at_least_four_meters_apart_and_leads_home(name:
     planner = Planner(Grid.from_scene(scene))
     stops = (scene.start, *scene.patrol)
     assert len(scene.patrol) >= 4
-    assert all(distance(a, b) >= 3.99 for a, b in itertools.pairwise(scene.patrol))
+    assert all(apart(a, b) >= 3.99 for a, b in itertools.pairwise(scene.patrol))
     for a, b in [*itertools.pairwise(stops), (stops[-1], scene.dock)]:
-        assert planner.plan(a, b).length >= distance(a, b) - 1e-9
+        assert planner.plan(a, b).length >= apart(a, b) - 1e-9
 
 
 def test_in_the_warehouse_a_straight_line_to_some_stop_is_blocked_and_paths_are_wide() -> None:
