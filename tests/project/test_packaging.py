@@ -114,6 +114,7 @@ def test_what_is_declared_is_imported() -> None:
         "structlog",
         "xxhash",
         "yaml",
+        "zenoh",
     }
 
 
