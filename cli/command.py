@@ -6,6 +6,7 @@ for what another one needs.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Mapping, Sequence
 from importlib import import_module
@@ -41,5 +42,5 @@ def run_group(name: str, argv: Sequence[str]) -> int:
         return INTERRUPTED
     except BrokenPipeError:
         # whoever read our output has gone, as in `... | head`; nothing more can be written, not even at exit
-        sys.stdout = None  # type: ignore[assignment]
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # for the rest of the process
         return 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 from actors.interfaces import Message
 
@@ -22,10 +22,9 @@ def message_yaml(message: Message, truncate: int | None = TRUNCATED, flow: bool 
     """
     import yaml
 
+    dump: Any = yaml.safe_dump  # its stubs do not type it
     return str(
-        yaml.safe_dump(
-            plain(message, truncate), default_flow_style=flow, sort_keys=False, allow_unicode=True, width=_WIDE
-        )
+        dump(plain(message, truncate), default_flow_style=flow, sort_keys=False, allow_unicode=True, width=_WIDE)
     )
 
 
@@ -36,8 +35,10 @@ def plain(value: Any, truncate: int | None = None) -> Any:
     if isinstance(value, str):
         return value if truncate is None or len(value) <= truncate else value[:truncate] + "..."
     if isinstance(value, tuple) or hasattr(value, "dtype"):
-        cut = truncate is not None and len(value) > truncate
-        items = value[:truncate] if cut else value
-        listed = items.tolist() if hasattr(items, "dtype") else [plain(item, truncate) for item in items]
+        items = cast(Any, value)
+        cut = truncate is not None and len(items) > truncate
+        if cut:
+            items = items[:truncate]
+        listed: list[Any] = items.tolist() if hasattr(items, "dtype") else [plain(item, truncate) for item in items]
         return [*listed, "..."] if cut else listed
     return value

@@ -55,7 +55,7 @@ class Path:
         if len(self.points) == 1:
             return 0.0, math.hypot(x - self.points[0, 0], y - self.points[0, 1])
         first = max(int(np.searchsorted(self.arc, low, side="right")) - 1, 0)
-        last = min(int(np.searchsorted(self.arc, high)), len(self.arc) - 1)
+        last = max(1, min(int(np.searchsorted(self.arc, high)), len(self.arc) - 1))
         first = min(first, last - 1)
         begin, end = self.points[first:last], self.points[first + 1 : last + 1]
         stretch = end - begin

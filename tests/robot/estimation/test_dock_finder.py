@@ -40,7 +40,7 @@ def assert_near(found: Pose2 | None, truth: Pose2, metres: float, radians: float
 
 
 @settings(deadline=None, max_examples=40)
-@given(robot=BEFORE, dx=st.floats(-0.06, 0.06), dy=st.floats(-0.1, 0.1), turn=st.floats(-0.05, 0.05))
+@given(robot=BEFORE, dx=st.floats(-0.06, 0.06), dy=st.floats(-0.1, 0.1), turn=st.floats(-0.15, 0.15))
 def test_a_belief_that_is_wrong_is_put_right_in_distance_and_heading(
     robot: Pose2, dx: float, dy: float, turn: float
 ) -> None:

@@ -185,6 +185,15 @@ def test_a_second_scan_of_the_same_instant_changes_nothing() -> None:
     assert movers.moving == before
 
 
+def test_after_a_missed_scan_it_is_looked_for_where_it_should_have_got_to() -> None:
+    movers = Movers()
+    for scan in (0, 1, 2, 3, 5, 6):
+        at(movers, 0.1 * scan, 0.35 * scan, 0.0)
+    (mover,) = movers.moving
+    assert mover.vx == pytest.approx(3.5)
+    assert repr(movers) == "Movers(1 moving of 1 things followed)"
+
+
 def test_forgetting_starts_anew() -> None:
     movers = followed(12)
     movers.forget()

@@ -57,10 +57,12 @@ def cost(state: Floats, prior: Floats, ranges: Floats) -> float:
 @settings(deadline=None, max_examples=12)
 @given(seed=st.integers(0, 1000), dx=st.floats(-0.12, 0.12), dy=st.floats(-0.12, 0.12), turn=st.floats(-0.06, 0.06))
 def test_the_pose_is_the_one_that_minimises_the_stated_cost(seed: int, dx: float, dy: float, turn: float) -> None:
+    """A sixth of the beams end 10 to 40 cm before the walls, on what the map does not know."""
     prior, ranges = np.array((TRUTH.x + dx, TRUTH.y + dy, TRUTH.yaw + turn)), scan(seed=seed, sd=0.02)
+    ranges[100:160] -= np.random.default_rng(seed).uniform(0.1, 0.4, 60)
     pose, quality = MATCHER.correct(Pose2(*prior), ranges)
     least = optimize.minimize(cost, (TRUTH.x, TRUTH.y, TRUTH.yaw), (prior, ranges), method="Nelder-Mead")
-    assert quality > 0.9
+    assert quality > 0.75
     found = np.array((pose.x, pose.y, pose.yaw))
     assert found == pytest.approx(least.x, abs=1.5e-3)
     assert cost(found, prior, ranges) <= 1.001 * least.fun

@@ -84,13 +84,29 @@ def test_a_beam_without_a_return_marks_nothing_and_clears_what_it_passes_through
     assert not around.marked.any()
 
 
-def test_one_beam_that_slips_by_does_not_clear_a_mark() -> None:
-    around, ranges = seen(CRATE), scan(CRATE)
-    before = around.marked.copy()
-    hit = int(np.argmin(np.where(np.arange(360) > 180, ranges, np.inf)))
-    ranges[hit] = 9.0
-    around.integrate_scan(0.1, HERE, ranges)
-    np.testing.assert_array_equal(around.marked, before)
+def looked_past(beams: int, past: float) -> bool:
+    """Whether one mark 2 m away, seen by one beam, goes when so many beams about it end `past` m behind it."""
+    around, ranges, middle = Surroundings(grid()), np.full(360, 10.0), 200
+    ranges[middle] = 2.0
+    around.integrate_scan(0.0, HERE, ranges)
+    cell = np.argwhere(around.marked)
+    assert len(cell) == 1
+    x, y = around.grid.middle(*map(int, cell[0]))
+    far, bearing = np.hypot(x - HERE.x, y - HERE.y), np.arctan2(y - HERE.y, x - HERE.x) - HERE.yaw
+    middle = round((bearing + np.pi) / (2 * np.pi) * 360)
+    hidden = np.full(360, 0.7)
+    hidden[middle - beams // 2 : middle + beams // 2 + 1] = far + past
+    around.integrate_scan(0.1, HERE, hidden)
+    return not around.marked[tuple(cell[0])]
+
+
+@pytest.mark.parametrize(
+    ("beams", "past", "gone"), [(3, 0.12, True), (3, 0.09, False), (1, 3.0, False), (5, 3.0, True)]
+)
+def test_a_mark_goes_when_three_beams_side_by_side_pass_it_by_a_tenth_of_a_metre(
+    beams: int, past: float, gone: bool
+) -> None:
+    assert looked_past(beams, past) == gone
 
 
 def test_a_mark_is_kept_for_its_memory_behind_what_hides_it_and_for_no_longer() -> None:
@@ -190,3 +206,11 @@ def test_time_alone_ends_what_moved() -> None:
     around.advance(1.9 + 0.7)
     assert around.movers.moving == ()
     assert around.local_field(HERE).movers == ()
+
+
+def test_forgetting_forgets_what_moved() -> None:
+    around = Surroundings(grid())
+    for step in range(20):
+        around.integrate_scan(0.1 * step, HERE, scan(Cylinder(1.5, -1.0 + 0.08 * step, 0.2)))
+    around.forget()
+    assert around.movers.moving == ()

@@ -68,3 +68,12 @@ def test_a_tall_walk_on_the_spot_sets_its_feet_below_the_centre_of_mass_of_that_
     assert landing
     behind = standing_mass(WALK_HEIGHT).behind
     assert landing == pytest.approx([NOMINAL[0][0] - behind] * len(landing), abs=1e-3)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
+def test_between_two_heights_each_part_is_interpolated_by_itself(share: float) -> None:
+    low, high = standing_mass(STAND_HEIGHT), standing_mass(WALK_HEIGHT)
+    found = low.between(high, share)
+    assert found.behind == pytest.approx(np.interp(share, (0.0, 1.0), (low.behind, high.behind)))
+    for mine, ends in zip(found.inertia, zip(low.inertia, high.inertia, strict=True), strict=True):
+        assert mine == pytest.approx(np.interp(share, (0.0, 1.0), ends))
