@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from math import cos, hypot, pi, sin
 
@@ -21,7 +20,7 @@ from robot.model.kinematics import feet, leg_jacobian
 from robot.model.mass import standing_mass
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, MASS, STAND_HEIGHT
 from robot.model.stance import nominal_feet
-from tests.robot.control.kit import DT, HEIGHT, MIRRORED, ZERO, estimated, predicted, sloping
+from tests.robot.control.kit import DT, HEIGHT, MIRRORED, ZERO, estimated, predicted, pushes, sloping
 
 TROT, CRAWL, PRONK = GAITS["trot"], GAITS["crawl"], GAITS["pronk"]
 CONFIG = WalkConfig(height=HEIGHT, crouch=0.0)
@@ -61,17 +60,12 @@ class Walk:
             self.step()
         raise AssertionError(f"leg {leg} never came to {progress} of a swing")
 
-    def swings(self) -> Iterator[int]:
-        return (leg for leg in range(4) if self.walker.swing(leg) >= 0.0)
+    def swings(self) -> list[int]:
+        return [leg for leg in range(4) if self.walker.swing(leg) >= 0.0]
 
     def forces(self) -> Floats:
-        """What the motors' torques push with, odom axes, by J' f = weight - torque; shape (4, 3)."""
-        effort, weight = np.array(self.targets.effort).reshape(4, 3), np.array(self.state.legs.weight).reshape(4, 3)
-        body = [
-            np.linalg.solve(np.array(j).T, w - e)
-            for j, e, w in zip(self.state.legs.jacobians, effort, weight, strict=True)
-        ]
-        return np.array(body) @ np.array(self.state.rotation).T
+        """What the motors' torques push with, odom axes, shape (4, 3)."""
+        return pushes(self.state.legs, self.targets.effort) @ np.array(self.state.rotation).T
 
     def foot(self, leg: int) -> Floats:
         """Where the leg's joint angles put its foot, body axes."""
@@ -125,7 +119,7 @@ def test_in_the_air_nothing_pushes_and_the_body_falls_freely() -> None:
     walk = Walk(PRONK)
     walk.until(0, 0.2)
     walk.step()
-    assert list(walk.swings()) == [0, 1, 2, 3]
+    assert walk.swings() == [0, 1, 2, 3]
     assert walk.walker.acceleration == (0.0, 0.0, -GRAVITY)
     assert all(walk.held(leg) for leg in range(4))
 
