@@ -32,9 +32,9 @@ from robot.contracts import (
     SAFETY_STATE,
 )
 from robot.interfaces.robactor_msgs.msg import GripperState, SafetyState
-from robot.interfaces.robot_arm_control.action import MoveArm, MoveArm_Feedback, MoveArm_Goal, MoveArm_Result
-from robot.interfaces.robot_arm_control.srv import GetPosition, GetPosition_Request, GetPosition_Response
-from robot.interfaces.your_package.srv import (
+from robot.interfaces.tutorials.robot_arm_control.action import MoveArm, MoveArm_Feedback, MoveArm_Goal, MoveArm_Result
+from robot.interfaces.tutorials.robot_arm_control.srv import GetPosition, GetPosition_Request, GetPosition_Response
+from robot.interfaces.tutorials.your_package.srv import (
     SensorCalibration,
     SensorCalibration_Request,
     SensorCalibration_Response,

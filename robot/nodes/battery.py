@@ -10,12 +10,12 @@ from robot.estimation.battery_gauge import BatteryGauge, UnknownRobot
 from robot.estimation.battery_levels import CRITICAL, ChargeLevel, LevelMonitor
 from robot.estimation.battery_runtime import RuntimeEstimator
 from robot.hardware.battery import SupplyStatus
-from robot.interfaces.my_robot_interfaces.srv import (
+from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
+from robot.interfaces.tutorials.my_robot_interfaces.srv import (
     GetBatteryStatus,
     GetBatteryStatus_Request,
     GetBatteryStatus_Response,
 )
-from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
 from robot.model.power import electrical_power
 from robot.sim.battery import Pack
 

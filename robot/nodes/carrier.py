@@ -12,9 +12,9 @@ from actors.interfaces.std_srvs.srv import Trigger
 from robot.contracts import FETCH_AND_CARRY, GOAL_REPORT, NAVIGATE_AND_GRAB, POSE, SIT
 from robot.geometry.messages import from_pose
 from robot.geometry.vectors import Triple
-from robot.interfaces.proposed_interfaces.action import NavigateAndGrab
 from robot.interfaces.robactor_msgs.action import FetchAndCarry
 from robot.interfaces.robactor_msgs.msg import GoalReport
+from robot.interfaces.tutorials.proposed_interfaces.action import NavigateAndGrab
 
 __all__ = ["Carrier", "Delivery"]
 

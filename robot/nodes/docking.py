@@ -44,9 +44,9 @@ from robot.control.dock import DockConfig, Sight, approach, remaining
 from robot.estimation.dock_finder import find_dock
 from robot.geometry.messages import from_pose, pose_stamped
 from robot.geometry.planar import Pose2, compose, inverse
-from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.robactor_msgs.action import Dock, Dock_Feedback, Dock_Goal, Dock_Result
 from robot.interfaces.robactor_msgs.msg import DockStatus, GaitStatus, SafetyState
+from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
 from robot.model.modes import Mode
 from robot.scenes.dock import BEFORE
 

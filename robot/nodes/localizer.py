@@ -12,7 +12,7 @@ from robot.contracts import GET_ROBOT_POSE, ODOMETRY, POSE, SCAN
 from robot.estimation.scan_match import ACCEPTED, ScanMatcher
 from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose, inverse
-from robot.interfaces.proposed_interfaces.srv import GetRobotPose, GetRobotPose_Request, GetRobotPose_Response
+from robot.interfaces.tutorials.proposed_interfaces.srv import GetRobotPose, GetRobotPose_Request, GetRobotPose_Response
 from robot.planning.grid import Grid
 
 __all__ = ["Localizer"]

@@ -32,21 +32,21 @@ from robot.control.motion import Motion
 from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose, pose_stamped
 from robot.geometry.planar import Pose2, Twist2
-from robot.interfaces.humanoid_control_interfaces.action import (
+from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
+from robot.interfaces.tutorials.humanoid_control_interfaces.action import (
     NavigateToGoal,
     NavigateToGoal_Feedback,
     NavigateToGoal_Goal,
     NavigateToGoal_Result,
 )
-from robot.interfaces.humanoid_control_interfaces.srv import PlanPath, PlanPath_Request, PlanPath_Response
-from robot.interfaces.my_robot_interfaces.action import (
+from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath, PlanPath_Request, PlanPath_Response
+from robot.interfaces.tutorials.my_robot_interfaces.action import (
     MoveToPosition,
     MoveToPosition_Feedback,
     MoveToPosition_Goal,
     MoveToPosition_Result,
 )
-from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
-from robot.interfaces.your_package.action import (
+from robot.interfaces.tutorials.your_package.action import (
     HumanoidNav,
     HumanoidNav_Feedback,
     HumanoidNav_Goal,

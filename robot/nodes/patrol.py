@@ -25,9 +25,9 @@ from robot.contracts import (
 )
 from robot.geometry.messages import from_pose, pose_stamped
 from robot.geometry.planar import Pose2
-from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.robactor_msgs.action import Dock
 from robot.interfaces.robactor_msgs.msg import GaitStatus, GoalReport, SafetyState
+from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
 from robot.model.modes import Mode
 from robot.planning.grid import Grid
 from robot.planning.path import line_cells

@@ -28,8 +28,8 @@ from robot.contracts import (
     STAND,
 )
 from robot.control.stop_causes import StopLatch
-from robot.interfaces.my_robot_interfaces.msg import SensorData
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
+from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 from robot.model.modes import Mode
 
 __all__ = ["SafetyMonitor"]

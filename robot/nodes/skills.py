@@ -22,10 +22,10 @@ from robot.contracts import (
 )
 from robot.geometry.messages import pose_stamped
 from robot.geometry.planar import Pose2
-from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
-from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
 from robot.interfaces.robactor_msgs.srv import ConfirmObject
-from robot.interfaces.robot_arm_control.action import MoveArm
+from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
+from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath
+from robot.interfaces.tutorials.robot_arm_control.action import MoveArm
 from robot.model.arm import STOWED
 from robot.model.modes import Mode
 from robot.planning.grasp import STANDING, Spot
