@@ -141,14 +141,21 @@ class Navigator:
 
     # --- steps ------------------------------------------------------------------------------------------------------
 
-    def step(self, now: float, pose: Pose2, velocity: Twist2 | None = None, scan: Floats | None = None) -> Motion:
-        """The command from `now` (s) on. `scan`: ranges (m) taken at this pose, or None when there is no new one.
+    def step(
+        self,
+        now: float,
+        pose: Pose2,
+        velocity: Twist2 | None = None,
+        scan: Floats | None = None,
+        scanned_at: Pose2 | None = None,
+    ) -> Motion:
+        """The command from `now` (s) on. `scan`: ranges (m), or None when there is no new one, taken at `scanned_at` (None: at `pose`).
 
         `velocity` is the measured one in body axes: the command is chosen for where the body will be when it takes
         effect.
         """
         if scan is not None:
-            self.around.look(now, pose, scan)
+            self.around.look(now, scanned_at or pose, scan)
         self.around.advance(now)
         if not self.state.running:
             return self._motion(ZERO_TWIST)

@@ -42,7 +42,8 @@ from robot.contracts import (
 )
 from robot.control.dock import DockConfig, Sight, approach, remaining
 from robot.estimation.dock_finder import find_dock
-from robot.geometry.messages import from_pose, pose_stamped
+from robot.estimation.pose_history import PoseHistory
+from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2, compose, inverse
 from robot.interfaces.robactor_msgs.action import Dock, Dock_Feedback, Dock_Goal, Dock_Result
 from robot.interfaces.robactor_msgs.msg import DockStatus, GaitStatus, SafetyState
@@ -114,6 +115,7 @@ class Docking(Node):
 
     async def on_start(self) -> None:
         self._pose: Pose2 | None = None
+        self._poses = PoseHistory()
         self._mode = ""
         self._charging = False
         self._outcome = self._stopped = ""
@@ -129,6 +131,7 @@ class Docking(Node):
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:
         self._pose = from_pose(message.pose)
+        self._poses.add(seconds(message.header.stamp), self._pose)
 
     @GAIT_STATUS.on()
     def gait(self, message: GaitStatus) -> None:
@@ -150,13 +153,16 @@ class Docking(Node):
 
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:
-        """Compare what the map says with what is seen of the station, while that matters."""
-        if self._stage not in (Stage.LOOKING, Stage.APPROACHING) or not self._visible or self._pose is None:
+        """Compare what the map says with what is seen of the station, while that matters: both of the scan's own instant."""
+        if self._stage not in (Stage.LOOKING, Stage.APPROACHING) or not self._visible:
             return
-        seen = find_dock(message.ranges.astype(float), self._pose, self._dock)
+        taken_at = self._poses.at(seconds(message.header.stamp))
+        if taken_at is None:
+            return
+        seen = find_dock(message.ranges.astype(float), taken_at, self._dock)
         if seen is None:
             return
-        by_map = compose(inverse(self._dock), self._pose)
+        by_map = compose(inverse(self._dock), taken_at)
         self._sight = self._sight.with_one_more(seen, by_map, self.clock.now(), self._config.share)
 
     # -- dock --------------------------------------------------------------------------------------------------------

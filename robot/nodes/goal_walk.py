@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncGenerator, Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import hypot
 
 from actors import ActorError, Node, Reject
@@ -15,7 +15,10 @@ from robot.contracts import STAND, WALK
 from robot.control.limits import Limits
 from robot.control.motion import Motion, State
 from robot.control.navigator import Navigator
+from robot.estimation.pose_history import PoseHistory
+from robot.geometry.messages import seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose
+from robot.geometry.vectors import Floats
 from robot.model.modes import Mode
 from robot.planning import path as paths
 from robot.planning.energy import EnergyGuard
@@ -51,6 +54,16 @@ class Heard:
     charge: float = 1.0
     stopped: str = ""
     """Why safety has stopped the robot; empty when it has not."""
+    poses: PoseHistory = field(default_factory=PoseHistory)
+    """Those of the last seconds, for scans that were taken a while ago."""
+
+    def take_scan(self) -> tuple[Floats | None, Pose2 | None]:
+        """The ranges of the scan that was not yet used, and where the robot was when it was taken; nothing where that is not known."""
+        scan, self.scan = self.scan, None
+        taken_at = self.poses.at(seconds(scan.header.stamp)) if scan is not None else None
+        if scan is None or taken_at is None:
+            return None, None
+        return scan.ranges.astype(float), taken_at
 
 
 class GoalWalk:
@@ -89,9 +102,9 @@ class GoalWalk:
         """One step of the navigator, while a goal owns it."""
         if self._owner is None or self._heard.pose is None or self._heard.gait != Mode.WALK:
             return
-        scan, self._heard.scan = self._heard.scan, None
-        ranges = scan.ranges.astype(float) if scan is not None else None
-        motion = self._navigator.step(self._node.clock.now(), self._heard.pose, self._heard.velocity, ranges)
+        motion = self._navigator.step(
+            self._node.clock.now(), self._heard.pose, self._heard.velocity, *self._heard.take_scan()
+        )
         self._motion = motion
         self._cmd(Twist(linear=Vector3(x=motion.vx, y=motion.vy), angular=Vector3(z=motion.wz)))
         if self._navigator.path is not self._shown:

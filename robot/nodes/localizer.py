@@ -9,6 +9,7 @@ from actors import Node, parameter, publishes
 from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from robot.contracts import GET_ROBOT_POSE, ODOMETRY, POSE, SCAN
+from robot.estimation.pose_history import PoseHistory
 from robot.estimation.scan_match import ACCEPTED, ScanMatcher
 from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose, inverse
@@ -17,6 +18,8 @@ from robot.planning.grid import Grid
 
 __all__ = ["Localizer"]
 
+LONGEST = 0.1
+"""A scan is taken to be at most so much newer than the odometry, s: five messages."""
 JUMP = 0.5
 """An odometry step longer than this, m, means that odometry has begun anew."""
 
@@ -38,6 +41,7 @@ class Localizer(Node):
         self._odom = Pose2(0.0, 0.0)
         self._stamp = 0.0
         self._speed = ZERO_TWIST
+        self._odoms = PoseHistory()
         self._refused = 0
 
     def resume(self, state: Pose2) -> None:
@@ -47,6 +51,9 @@ class Localizer(Node):
     def odometry(self, message: Odometry) -> None:
         odom = from_pose(message.pose.pose)
         jumped = abs(odom.x - self._odom.x) + abs(odom.y - self._odom.y) > JUMP
+        if jumped:
+            self._odoms.clear()
+        self._odoms.add(seconds(message.header.stamp), odom)
         if self._offset is None or jumped:
             self._offset = compose(self._here, inverse(odom))
         self._odom, self._stamp = odom, seconds(message.header.stamp)
@@ -59,10 +66,11 @@ class Localizer(Node):
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:
         """Fit the scan to the map, from where the robot must have been when it was taken."""
-        if self._offset is None:
+        stamp = seconds(message.header.stamp)
+        was = self._odoms.at(stamp)
+        if self._offset is None or was is None:
             return
-        dt = min(max(seconds(message.header.stamp) - self._stamp, 0.0), 0.1)
-        moved = compose(self._odom, self._speed.over(dt))
+        moved = compose(was, self._speed.over(min(max(stamp - self._stamp, 0.0), LONGEST)))
         prior = compose(self._offset, moved)
         fitted, quality = self._matcher.correct(prior, message.ranges.astype(float))
         if quality < ACCEPTED:

@@ -30,7 +30,7 @@ from robot.contracts import (
 )
 from robot.control.motion import Motion
 from robot.geometry.angles import wrap
-from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2, Twist2
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
 from robot.interfaces.tutorials.humanoid_control_interfaces.action import (
@@ -105,6 +105,7 @@ class Navigation(Node):
         if last is not None:
             self._walked += hypot(here.x - last.x, here.y - last.y)
         self._heard.pose = here
+        self._heard.poses.add(seconds(message.header.stamp), here)
 
     @ODOMETRY.on(qos=1)
     def odometry(self, message: Odometry) -> None:
