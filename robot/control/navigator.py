@@ -5,6 +5,7 @@ node.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -94,6 +95,12 @@ class Navigator:
         self.around = Surroundings(grid, self._footprint)
         self._field: LocalField | None = None
         self._planned = Planned()
+
+    def retune(self, limits: Limits, tolerance: Tolerance, patience: float) -> None:
+        """Use other limits, tolerances and another patience (s) from the next step on; a running goal goes on."""
+        self.follower.set_limits(limits)
+        self.follower.tolerance = tolerance
+        self.config = replace(self.config, patience=patience)
 
     def set_goal(self, goal: Pose2, start: Pose2 | None = None, *, straight: bool = False) -> None:
         """Take a new goal; a running one is dropped. With `start`, the path is planned at once.

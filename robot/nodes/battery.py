@@ -30,7 +30,9 @@ class Battery(Node):
 
     state = publishes(BATTERY_STATE)
     judgement = publishes(BATTERY_STATUS)
-    robot_id = parameter("robot_01", description="Whose battery this is; requests for another robot are refused.")
+    robot_id = parameter(
+        "robot_01", read_only=True, description="Whose battery this is; requests for another robot are refused."
+    )
 
     def __init__(self, pack: Pack) -> None:
         self._pack = pack

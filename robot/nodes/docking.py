@@ -53,6 +53,7 @@ from robot.scenes.dock import BEFORE
 
 __all__ = ["Docking"]
 
+CONFIG = DockConfig()
 STOP = Twist()
 DOCKED = Pose2(0.0, 0.0)
 """Where the robot goes, in the frame of the dock."""
@@ -100,18 +101,46 @@ class Docking(Node):
     another goal took the robot away. A dock without a station to see (`visible` False) is approached by the map alone.
 
     Takes pose, lidar/scan, gait_status, battery_state, safety/state, plan; publishes autonomy/cmd_vel during the final approach.
-    Parameters: tries, time_limit.
+    Parameters: tries, time_limit, approach_speed, approach_turn, position_tolerance, yaw_tolerance, find_timeout, lost_timeout, charge_timeout.
     """
 
     cmd = publishes(AUTONOMY_CMD)
     status = publishes(DOCK_STATUS)
     tries = parameter(3, ge=1, le=10, description="Approaches before it gives up.")
     time_limit = parameter(120.0, unit="s", ge=1.0, description="For all of it, when the goal names no time.")
+    approach_speed = parameter(
+        CONFIG.ahead_speed,
+        unit="m/s",
+        ge=0.05,
+        le=0.5,
+        description="Fastest forward and backward on the way onto the dock and off it.",
+    )
+    approach_turn = parameter(CONFIG.turn_speed, unit="rad/s", ge=0.1, le=1.0, description="Fastest turn on that way.")
+    position_tolerance = parameter(
+        CONFIG.close,
+        unit="m",
+        ge=0.01,
+        le=0.2,
+        description="So near to the dock's pose counts as on it; the contacts reach 0.3 m.",
+    )
+    yaw_tolerance = parameter(CONFIG.straight, unit="rad", ge=0.01, le=0.3, description="And so straight.")
+    find_timeout = parameter(
+        CONFIG.finding,
+        unit="s",
+        ge=1.0,
+        le=60.0,
+        description="How long to look for the station before it is not found.",
+    )
+    lost_timeout = parameter(
+        CONFIG.lost, unit="s", ge=0.2, le=10.0, description="How long the station may be out of sight on the way."
+    )
+    charge_timeout = parameter(
+        CONFIG.contact, unit="s", ge=1.0, le=60.0, description="How long to wait for the charger, once it sits."
+    )
 
-    def __init__(self, dock: Pose2, visible: bool, config: DockConfig | None = None) -> None:
+    def __init__(self, dock: Pose2, visible: bool) -> None:
         self._dock = dock
         self._visible = visible
-        self._config = config or DockConfig()
 
     async def on_start(self) -> None:
         self._pose: Pose2 | None = None
@@ -163,7 +192,7 @@ class Docking(Node):
         if seen is None:
             return
         by_map = compose(inverse(self._dock), taken_at)
-        self._sight = self._sight.with_one_more(seen, by_map, self.clock.now(), self._config.share)
+        self._sight = self._sight.with_one_more(seen, by_map, self.clock.now(), CONFIG.share)
 
     # -- dock --------------------------------------------------------------------------------------------------------
 
@@ -242,8 +271,8 @@ class Docking(Node):
                 yield feedback
             yield Dock.Feedback(stage=Stage.SITTING.value)
             await self.call(SIT, Trigger.Request())
-            await self._until(lambda: self._mode == Mode.SIT, self._config.sitting)
-            await self._until(lambda: self._charging, self._config.contact)
+            await self._until(lambda: self._mode == Mode.SIT, CONFIG.sitting)
+            await self._until(lambda: self._charging, self.charge_timeout)
             if self._charging:
                 return
             self.log.warning("docked, but the charger's contacts do not touch", attempt=attempt, tries=self.tries)
@@ -276,34 +305,43 @@ class Docking(Node):
 
     async def _look(self) -> AsyncGenerator[Dock_Feedback, None]:
         """Stand in front of it until it has been seen often enough. Navigation has let go of the robot by then."""
-        config = self._config
         self._sight, begun = Sight(), self.clock.now()
         yield Dock.Feedback(stage=Stage.LOOKING.value, distance_remaining=-BEFORE.x)
-        while self.clock.now() < begun + config.settling or (self._visible and self._sight.count < config.looks):
-            if self.clock.now() > begun + config.finding:
+        while self.clock.now() < begun + CONFIG.settling or (self._visible and self._sight.count < CONFIG.looks):
+            if self.clock.now() > begun + self.find_timeout:
                 raise _Failed(
-                    "dock not found", f"no station seen within {config.finding:g} s where the map has the dock"
+                    "dock not found", f"no station seen within {self.find_timeout:g} s where the map has the dock"
                 )
-            await self.clock.sleep(config.period)
+            await self.clock.sleep(CONFIG.period)
 
     async def _drive_to(self, target: Pose2, stage: Stage) -> AsyncGenerator[Dock_Feedback, None]:
         """Slowly to a pose in the dock's frame, forward, backward and sideways as need be."""
         await self._walking()
-        config, begun = self._config, self.clock.now()
+        begun = self.clock.now()
         self._sight = replace(self._sight, at=begun)
         while True:
             if self._others_path >= begun:
                 raise _Failed("preempted", "another goal took the robot away")
-            if stage is Stage.APPROACHING and self._visible and self.clock.now() - self._sight.at > config.lost:
-                raise _Failed("dock lost", f"the station has been out of sight for {config.lost:g} s")
+            if stage is Stage.APPROACHING and self._visible and self.clock.now() - self._sight.at > self.lost_timeout:
+                raise _Failed("dock lost", f"the station has been out of sight for {self.lost_timeout:g} s")
             place = self._place()
-            command = approach(place, target, config)
+            command = approach(place, target, self._bounds())
             if command is None:
                 self.cmd(STOP)
                 return
             self.cmd(Twist(linear=Vector3(x=command.vx, y=command.vy), angular=Vector3(z=command.wz)))
             yield Dock.Feedback(stage=stage.value, distance_remaining=remaining(place, target))
-            await self.clock.sleep(config.period)
+            await self.clock.sleep(CONFIG.period)
+
+    def _bounds(self) -> DockConfig:
+        """The control law's numbers with those that are parameters."""
+        return replace(
+            CONFIG,
+            ahead_speed=self.approach_speed,
+            turn_speed=self.approach_turn,
+            close=self.position_tolerance,
+            straight=self.yaw_tolerance,
+        )
 
     def _place(self) -> Pose2:
         """Pose in the frame of the dock: correction * dock^-1 * pose on the map."""
@@ -316,21 +354,21 @@ class Docking(Node):
         reply = await self.call(STAND, Trigger.Request())
         if not reply.success:
             raise _Failed("not reached", reply.message)
-        await self._until(lambda: self._mode == Mode.STAND, self._config.rising)
+        await self._until(lambda: self._mode == Mode.STAND, CONFIG.rising)
 
     async def _walking(self) -> None:
         try:
             reply = await self.call(WALK, Trigger.Request())
         except ActorError as error:
             raise _Failed("not reached", str(error)) from None
-        if not reply.success or not await self._until(lambda: self._mode == Mode.WALK, self._config.rising):
+        if not reply.success or not await self._until(lambda: self._mode == Mode.WALK, CONFIG.rising):
             raise _Failed("not reached", reply.message if not reply.success else "the robot does not walk")
 
     async def _until(self, true: Callable[[], bool], seconds: float) -> bool:
         """Wait for something, at most so long; whether it came."""
         deadline = self.clock.now() + seconds
         while not true() and self.clock.now() < deadline:
-            await self.clock.sleep(self._config.period)
+            await self.clock.sleep(CONFIG.period)
         return true()
 
     def _report(self) -> None:

@@ -12,7 +12,7 @@ from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_srvs.srv import Trigger
 from robot.contracts import STAND, WALK
-from robot.control.limits import Limits
+from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion, State
 from robot.control.navigator import Navigator
 from robot.estimation.pose_history import PoseHistory
@@ -79,7 +79,6 @@ class GoalWalk:
         heard: Heard,
         grid: Grid,
         dock: Pose2 | None,
-        max_speed: float,
         *,
         cmd: Callable[[Twist], object],
         plan: Callable[[paths.Path], object],
@@ -90,8 +89,8 @@ class GoalWalk:
         self._cmd = cmd
         self._plan = plan
         self.planner = Planner(grid)
-        self.energy = EnergyGuard(min(max_speed, TYPICAL_SPEED))
-        self._navigator = Navigator(grid, Limits(vx_max=max_speed))
+        self.energy = EnergyGuard(TYPICAL_SPEED)
+        self._navigator = Navigator(grid)
         self._motion: Motion | None = None
         self._owner: object | None = None
         self._shown: paths.Path | None = None
@@ -111,6 +110,11 @@ class GoalWalk:
             self._shown = self._navigator.path
             if self._shown is not None:
                 self._plan(self._shown)
+
+    def retune(self, limits: Limits, tolerance: Tolerance, patience: float) -> None:
+        """Walk within these limits from the next step on, arrive by these tolerances, and be patient for so long, s."""
+        self.energy.set_speed(min(limits.vx_max, TYPICAL_SPEED))
+        self._navigator.retune(limits, tolerance, patience)
 
     async def walk(self, goal: Pose2, *, straight: bool = False) -> AsyncGenerator[Motion, None]:
         """Walk to `goal`, yielding what the navigator says ten times a second, the final word last.

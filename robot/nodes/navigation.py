@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 from contextlib import aclosing
+from dataclasses import replace
 from math import hypot, isfinite
 
 import numpy as np
 
-from actors import Aborted, Done, Node, Reject, Steps, every, parameter, publishes
+from actors import Aborted, Done, Node, Parameter, Reject, Steps, every, parameter, publishes
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.nav_msgs.msg import Odometry, Path
 from actors.interfaces.sensor_msgs.msg import BatteryState, LaserScan
 from actors.interfaces.std_msgs.msg import Header
+from actors.parameters import post_set
 from robot.contracts import (
     AUTONOMY_CMD,
     BATTERY_STATE,
@@ -28,7 +31,9 @@ from robot.contracts import (
     SAFETY_STATE,
     SCAN,
 )
+from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion
+from robot.control.navigator_config import NavigatorConfig
 from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2, Twist2
@@ -59,6 +64,7 @@ from robot.planning.grid import Grid
 
 __all__ = ["Navigation"]
 
+LIMITS, TOLERANCE = Limits(), Tolerance()
 NEAR = 0.1
 """A humanoid_navigate goal within this of the robot (m, and rad of heading) is reached at once."""
 FEEDBACK_EVERY = 10
@@ -72,12 +78,27 @@ class Navigation(Node):
     came by the same action, else aborted, and its reason says so. A goal that cannot be reached by the map is rejected with a named reason.
 
     Takes pose, odom, lidar/scan, gait_status, battery_state, battery_status, safety/state; publishes autonomy/cmd_vel (20 Hz while it walks), plan.
-    Parameters: max_speed.
+    Parameters: max_speed, max_turn, acceleration, position_tolerance, yaw_tolerance, patience.
     """
 
     cmd = publishes(AUTONOMY_CMD)
     plan = publishes(PATH)
     max_speed = parameter(0.7, unit="m/s", ge=0.1, le=1.6, description="Fastest walk along a path.")
+    max_turn = parameter(LIMITS.wz_max, unit="rad/s", ge=0.2, le=1.5, description="Fastest turn.")
+    acceleration = parameter(
+        LIMITS.acceleration, unit="m/s2", ge=0.1, le=1.5, description="At most; braking is never delayed."
+    )
+    position_tolerance = parameter(
+        TOLERANCE.position, unit="m", ge=0.02, le=0.5, description="So near to its goal a walk has arrived."
+    )
+    yaw_tolerance = parameter(TOLERANCE.yaw, unit="rad", ge=0.01, le=3.2, description="And so near to its heading.")
+    patience = parameter(
+        NavigatorConfig().patience,
+        unit="s",
+        ge=0.0,
+        le=120.0,
+        description="How long to wait for something in the way before backing up, turning or another way.",
+    )
 
     def __init__(self, grid: Grid, dock: Pose2 | None = None) -> None:
         """With a `dock`, no walk is made or gone on with that leaves no energy for the way there."""
@@ -92,10 +113,16 @@ class Navigation(Node):
             self._heard,
             self._grid,
             self._dock,
-            self.max_speed,
             cmd=self.cmd,
             plan=lambda path: self.plan(self._path_message(path)),
         )
+        self._retune(())
+
+    @post_set
+    def _retune(self, changed: Sequence[Parameter]) -> None:
+        """Take over the parameters, during a walk too."""
+        limits = replace(LIMITS, vx_max=self.max_speed, wz_max=self.max_turn, acceleration=self.acceleration)
+        self._walk.retune(limits, Tolerance(self.position_tolerance, self.yaw_tolerance), self.patience)
 
     # -- what it hears -----------------------------------------------------------------------------------------------
 

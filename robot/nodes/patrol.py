@@ -34,18 +34,20 @@ from robot.planning.path import line_cells
 
 __all__ = ["Patrol"]
 
-DOCKING_TRIES = 3
-
 
 class Patrol(Node):
     """Walks `waypoints` for ever, or once with laps=1, and then sits. Publishes mission/goals, one report for each goal that ended.
 
-    Parameters: low_percent, resume_percent (of the coulomb count), laps (0: for ever).
+    Parameters: low_percent, resume_percent (of the coulomb count), docking_tries, retry_pause, laps (0: for ever).
     """
 
     reports = publishes(GOAL_REPORT)
     low_percent = parameter(30.0, unit="%", ge=0.0, le=100.0, description="Charge below which it goes to the dock.")
     resume_percent = parameter(80.0, unit="%", ge=0.0, le=100.0, description="Charge at which it leaves the dock.")
+    docking_tries = parameter(3, ge=1, le=20, description="How often it tries to dock before it goes on without.")
+    retry_pause = parameter(
+        1.0, unit="s", ge=0.1, le=60.0, description="Before a goal that was not reached is tried again."
+    )
     laps = parameter(0, ge=0, description="How often to walk the waypoints; 0: for ever.")
 
     def __init__(self, waypoints: Sequence[tuple[str, Pose2]], dock: Pose2, grid: Grid) -> None:
@@ -102,7 +104,7 @@ class Patrol(Node):
                 self._next += 1
                 self.checkpoint(self._next)
             else:
-                await self.clock.sleep(1.0)
+                await self.clock.sleep(self.retry_pause)
         await self.call(SIT, Trigger.Request())
         self.log.info("mission over: sitting down", goals=self._next)
         self.finished = True
@@ -173,10 +175,10 @@ class Patrol(Node):
     async def _recharge(self) -> None:
         """To the dock, wait there until there is enough charge, and leave it again."""
         self.log.warning("battery low: going to the dock", percent=round(self._charge or 0.0, 1), gauge="coulomb count")
-        for _ in range(DOCKING_TRIES):
+        for _ in range(self.docking_tries):
             if await self._try("dock", self._dock, self._onto_dock()):
                 break
-            await self.clock.sleep(1.0)
+            await self.clock.sleep(self.retry_pause)
         while self._charging and (self._charge or 0.0) < self.resume_percent:
             await self.clock.sleep(1.0)
         await self._stand()

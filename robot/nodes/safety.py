@@ -42,8 +42,6 @@ TILTING = 10
 """So many odometry messages in a row (0.2 s) must say so: an estimate that has just begun, on a robot that has just been put down, is no fall."""
 SETTLING = 0.1
 """Seconds after a stop in which commands from before it may still arrive."""
-BRAKING, MOVING = 1.5, 0.15
-"""Seconds after a stop, and the speed in m/s, from which on a robot that has not stopped is sat down."""
 
 
 class SafetyMonitor(Node):
@@ -63,10 +61,14 @@ class SafetyMonitor(Node):
     max_tilt = parameter(0.87, unit="rad", ge=0.1, le=3.2, description="Of the body's z axis from the vertical.")
     silence = parameter(0.5, unit="s", ge=0.1, le=10.0, description="For how long gait and odometry may be silent.")
     sensor_timeout = parameter(2.0, unit="s", ge=0.1, le=60.0, description="How long the gait may go without sensors.")
-    max_forward = parameter(1.6, unit="m/s", ge=0.0, le=3.0)
-    max_backward = parameter(0.5, unit="m/s", ge=0.0, le=3.0)
-    max_sideways = parameter(0.4, unit="m/s", ge=0.0, le=3.0)
-    max_turn = parameter(1.5, unit="rad/s", ge=0.0, le=6.0)
+    max_forward = parameter(1.6, unit="m/s", ge=0.0, le=3.0, description="A faster command on cmd_vel stops the robot.")
+    max_backward = parameter(0.5, unit="m/s", ge=0.0, le=3.0, description="The same, backward.")
+    max_sideways = parameter(0.4, unit="m/s", ge=0.0, le=3.0, description="The same, to either side.")
+    max_turn = parameter(1.5, unit="rad/s", ge=0.0, le=6.0, description="The same, turning either way.")
+    braking_time = parameter(
+        1.5, unit="s", ge=0.1, le=10.0, description="A stopped robot that still moves after so long is sat down."
+    )
+    still_speed = parameter(0.15, unit="m/s", ge=0.02, le=1.0, description="What counts as moving then.")
 
     def __init__(self) -> None:
         self._latch = StopLatch()
@@ -113,7 +115,11 @@ class SafetyMonitor(Node):
         self._judge("tilt", tilted, f"the body tilts by {degrees(tilt):.0f} degrees")
         if tilted:
             self._sit("the robot tilts")
-        elif self._latch.stopped and self.clock.now() - self._since > BRAKING and hypot(v.x, v.y) > MOVING:
+        elif (
+            self._latch.stopped
+            and self.clock.now() - self._since > self.braking_time
+            and hypot(v.x, v.y) > self.still_speed
+        ):
             self._sit("the stopped robot moves")
 
     @GAIT_STATUS.on()
