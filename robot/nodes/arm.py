@@ -1,4 +1,4 @@
-"""The arm as a node: one action that moves it, one service that says where it is, and a gripper; all of one arm.
+"""The arm driver: one action that moves the arm, one service that tells where it is, and the gripper.
 
 A goal is checked when it comes: four finite angles within the joints' limits, and no stop in force. A newer goal preempts: the arm brakes
 within its limits first, and the next motion begins where that ended. When the robot is stopped (`/safety/state`), or its safety monitor is

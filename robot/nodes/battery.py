@@ -1,4 +1,4 @@
-"""The battery controller: it counts the charge, judges it, and answers for it."""
+"""The battery node: simulates the pack, estimates charge and run time, and publishes both."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Battery(Node):
 
     @MOTOR_POWER.on()
     def load(self, message: MotorPower) -> None:
-        """Ten times a second: let the pack deliver what the motors took."""
+        """Advance the pack by the energy that the motors took since the last message (10 Hz)."""
         self._motors, self._charger = message.mean, message.charger
         now = self.clock.now()
         dt, self._stepped = now - self._stepped, now
@@ -73,7 +73,7 @@ class Battery(Node):
 
     @GET_BATTERY_STATUS.serve()
     async def status(self, request: GetBatteryStatus_Request) -> GetBatteryStatus_Response:
-        """The tutorials' voltage gauge. Raises `UnknownRobot` for another robot's id."""
+        """Answer with the tutorials' voltage gauge. Raises `UnknownRobot` for another robot's id."""
         self.log.info(f"Battery status requested for: {request.robot_id}")
         try:
             reading = self._gauge.read(request.robot_id, self._pack.state.gauge_voltage, is_charging=self._charging)

@@ -32,7 +32,7 @@ class Delivery:
 
 
 class Carrier(Node):
-    """Runs one errand by navigate_and_grab or fetch_and_carry, tells its stages, and sits. Publishes mission/goals, one report when it has ended."""
+    """Runs one errand by navigate_and_grab or fetch_and_carry, logs its stages, and sits. Publishes one report on mission/goals at its end."""
 
     reports = publishes(GOAL_REPORT)
 
@@ -83,7 +83,7 @@ class Carrier(Node):
         return stage
 
     async def _report(self, outcome: str, reason: str, taken: float) -> None:
-        """The place in the report is where the robot believes to be."""
+        """Publish the report; its place is the robot's estimate of its own pose."""
         async with self.subscribe(POSE) as poses:
             here = from_pose((await poses.next(timeout=5.0)).pose)
         self.reports(

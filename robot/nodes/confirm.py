@@ -1,4 +1,4 @@
-"""Is it there, and where? The camera's detections of one object, gathered until they agree."""
+"""The confirmation of an object: collects the camera's detections of it until enough of them agree."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class ObjectConfirmation(Node):
 
 
 def _found(name: str, place: Triple, seen: Time) -> ConfirmObject_Response:
-    """Where it was in base_link when it was seen last."""
+    """A reply with the place in base_link at the stamp of the last picture."""
     x, y, z = place
     position = PointStamped(header=Header(stamp=seen, frame_id=FRAME), point=Point(x=x, y=y, z=z))
     return ConfirmObject.Response(success=True, message=f"{name} confirmed", position=position)

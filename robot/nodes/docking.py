@@ -1,4 +1,4 @@
-"""Docking as a node: to the front of the charging station by navigation, then onto it by sight, and down on its contacts."""
+"""The docking node: drives to the charging station by navigation, onto it by the LiDAR, and sits down on its contacts."""
 
 from __future__ import annotations
 
@@ -54,20 +54,20 @@ from robot.scenes.dock import BEFORE
 __all__ = ["Docking"]
 
 CONFIG = DockConfig()
-STOP = Twist()
+STANDSTILL = Twist()
 DOCKED = Pose2(0.0, 0.0)
 """Where the robot goes, in the frame of the dock."""
 
 
 class Task(Enum):
-    """What was asked for last."""
+    """The action that was asked for last."""
 
     DOCK = auto()
     UNDOCK = auto()
 
 
 class Stage(StrEnum):
-    """What goes on in it: the feedback's words."""
+    """The stages of a task, as its feedback names them."""
 
     GOING = "going"
     LOOKING = "looking"
@@ -78,7 +78,7 @@ class Stage(StrEnum):
 
 
 class State(StrEnum):
-    """What dock_status tells."""
+    """The states of dock_status."""
 
     UNDOCKED = "UNDOCKED"
     DOCKING = "DOCKING"
@@ -155,7 +155,7 @@ class Docking(Node):
         self._state: State | None = None
         self._report()
 
-    # -- what it hears -----------------------------------------------------------------------------------------------
+    # -- inputs -----------------------------------------------------------------------------------------------
 
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:
@@ -177,12 +177,12 @@ class Docking(Node):
 
     @PATH.on()
     def plan(self, message: Path) -> None:
-        """Somebody is being navigated: when that begins during a final approach, the robot is theirs."""
+        """A new plan means that navigation walks to a goal; one that begins during a final approach preempts it."""
         self._others_path = self.clock.now()
 
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:
-        """Compare what the map says with what is seen of the station, while that matters: both of the scan's own instant."""
+        """Update the sight of the station while looking or approaching, from the pose at the scan's own stamp."""
         if self._stage not in (Stage.LOOKING, Stage.APPROACHING) or not self._visible:
             return
         taken_at = self._poses.at(seconds(message.header.stamp))
@@ -236,7 +236,7 @@ class Docking(Node):
     async def _conclude(
         self, stages: AsyncGenerator[Dock_Feedback, None], goal: Dock_Goal, outcome: str, message: str
     ) -> AsyncGenerator[Dock_Feedback | Done[Dock_Result] | Aborted[Dock_Result], None]:
-        """The stages as feedback, then how it ended; the robot stands still after every end."""
+        """Yield the stages as feedback and then the result. The robot has stopped when it ends, however it ends."""
         deadline = self.clock.now() + (goal.timeout or self.time_limit)
         success = False
         try:
@@ -255,7 +255,7 @@ class Docking(Node):
             outcome, message = "canceled", "canceled on the way"
         finally:
             if self._stage in (Stage.APPROACHING, Stage.LEAVING):
-                self.cmd(STOP)
+                self.cmd(STANDSTILL)
             self._stage, self._outcome = None, outcome
             self._report()
         result = Dock.Result(success=success, outcome=outcome, message=message)
@@ -277,20 +277,20 @@ class Docking(Node):
                 return
             self.log.warning("docked, but the charger's contacts do not touch", attempt=attempt, tries=self.tries)
             yield Dock.Feedback(stage=Stage.RISING.value)
-            await self._rise()
+            await self._stand_up()
         raise _Failed("misaligned", f"the charger's contacts did not close in {self.tries} approaches")
 
     async def _leave(self) -> AsyncGenerator[Dock_Feedback, None]:
         yield Dock.Feedback(stage=Stage.RISING.value)
-        await self._rise()
+        await self._stand_up()
         if self._pose is None or remaining(self._place(), DOCKED) > -BEFORE.x / 2:
-            return  # it stood elsewhere
+            return  # it did not stand on the dock
         self._sight = Sight()
         async for feedback in self._drive_to(BEFORE, Stage.LEAVING):
             yield feedback
 
     async def _go(self) -> AsyncGenerator[Dock_Feedback, None]:
-        """To the front of the station, by navigation."""
+        """Walk to the front of the station by navigation."""
         target = compose(self._dock, BEFORE)
         goal = NavigateToGoal.Goal(target_pose=pose_stamped(target, self.clock.stamp()))
         try:
@@ -304,7 +304,7 @@ class Docking(Node):
             raise _Failed("not reached", f"the front of the dock was not reached: {error.reason}") from None
 
     async def _look(self) -> AsyncGenerator[Dock_Feedback, None]:
-        """Stand in front of it until it has been seen often enough. Navigation has let go of the robot by then."""
+        """Wait in front of the station until it has been seen `looks` times; navigation has stopped by then."""
         self._sight, begun = Sight(), self.clock.now()
         yield Dock.Feedback(stage=Stage.LOOKING.value, distance_remaining=-BEFORE.x)
         while self.clock.now() < begun + CONFIG.settling or (self._visible and self._sight.count < CONFIG.looks):
@@ -315,8 +315,8 @@ class Docking(Node):
             await self.clock.sleep(CONFIG.period)
 
     async def _drive_to(self, target: Pose2, stage: Stage) -> AsyncGenerator[Dock_Feedback, None]:
-        """Slowly to a pose in the dock's frame, forward, backward and sideways as need be."""
-        await self._walking()
+        """Drive to a pose in the dock's frame by the control law of `approach`."""
+        await self._ensure_walking()
         begun = self.clock.now()
         self._sight = replace(self._sight, at=begun)
         while True:
@@ -327,7 +327,7 @@ class Docking(Node):
             place = self._place()
             command = approach(place, target, self._bounds())
             if command is None:
-                self.cmd(STOP)
+                self.cmd(STANDSTILL)
                 return
             self.cmd(Twist(linear=Vector3(x=command.vx, y=command.vy), angular=Vector3(z=command.wz)))
             yield Dock.Feedback(stage=stage.value, distance_remaining=remaining(place, target))
@@ -350,13 +350,13 @@ class Docking(Node):
 
     # -- modes of the gait ---------------------------------------------------------------------------------------------
 
-    async def _rise(self) -> None:
+    async def _stand_up(self) -> None:
         reply = await self.call(STAND, Trigger.Request())
         if not reply.success:
             raise _Failed("not reached", reply.message)
         await self._until(lambda: self._mode == Mode.STAND, CONFIG.rising)
 
-    async def _walking(self) -> None:
+    async def _ensure_walking(self) -> None:
         try:
             reply = await self.call(WALK, Trigger.Request())
         except ActorError as error:
@@ -365,7 +365,7 @@ class Docking(Node):
             raise _Failed("not reached", reply.message if not reply.success else "the robot does not walk")
 
     async def _until(self, true: Callable[[], bool], seconds: float) -> bool:
-        """Wait for something, at most so long; whether it came."""
+        """Wait until `true()` holds, at most `seconds`; returns whether it does."""
         deadline = self.clock.now() + seconds
         while not true() and self.clock.now() < deadline:
             await self.clock.sleep(CONFIG.period)
@@ -381,7 +381,7 @@ class Docking(Node):
 
 
 def state_of(task: Task, stage: Stage | None, charging: bool) -> State:
-    """What dock_status tells: a robot that leaves its dock is docked as long as the charger is felt."""
+    """The state of dock_status. A robot that leaves its dock counts as docked while the charger is connected."""
     if task is Task.DOCK and stage is not None:
         return State.DOCKING
     return State.DOCKED if charging else State.UNDOCKED

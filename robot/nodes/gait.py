@@ -1,4 +1,4 @@
-"""The gait controller as a node: samples in, motor targets out, one step for each joint state."""
+"""The gait node: one step of the gait controller for each joint state, from sensor samples to motor targets."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ class Gait(Node):
         return Trigger.Response(success=True, message=text)
 
     def _warn(self, lost: tuple[str, ...]) -> None:
-        """Say which sensors are no longer believed, what is done about it, and which are back."""
+        """Log which sensors were lost, what the gait does about it, and which have come back."""
         for sensor in lost:
             if sensor not in self._lost:
                 remedy = {"imu": "standing without it", "joints": "sitting down"}.get(sensor, "walking by schedule")

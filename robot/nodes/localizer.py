@@ -1,4 +1,4 @@
-"""Where the robot is on the map: odometry between scans, and at each scan a correction that makes it fit the map.
+"""The localizer: odometry between scans, and a correction at each scan by matching it to the map.
 
 Equations: docs/control.md#localization.
 """
@@ -65,7 +65,7 @@ class Localizer(Node):
 
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:
-        """Fit the scan to the map, from where the robot must have been when it was taken."""
+        """Match the scan to the map, starting from the estimate at the scan's stamp."""
         stamp = seconds(message.header.stamp)
         was = self._odoms.at(stamp)
         if self._offset is None or was is None:
@@ -85,7 +85,7 @@ class Localizer(Node):
 
     @GET_ROBOT_POSE.serve()
     async def get_robot_pose(self, request: GetRobotPose_Request) -> GetRobotPose_Response:
-        """The latest pose, at once; without success before the first odometry."""
+        """Answer with the latest pose; success is False before the first odometry."""
         if self._offset is None:
             return GetRobotPose.Response(success=False, message="no odometry yet: the pose is not known")
         words = f"at ({self._here.x:.2f}, {self._here.y:.2f}), heading {self._here.yaw:.2f} rad"

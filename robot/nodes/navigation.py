@@ -1,4 +1,4 @@
-"""The navigation controller as a node: three actions and a planning service on one navigator."""
+"""The navigation node: three actions and a planning service that share one navigator."""
 
 from __future__ import annotations
 
@@ -120,11 +120,11 @@ class Navigation(Node):
 
     @post_set
     def _retune(self, changed: Sequence[Parameter]) -> None:
-        """Take over the parameters, during a walk too."""
+        """Use the parameters from the next step on, also during a walk."""
         limits = replace(LIMITS, vx_max=self.max_speed, wz_max=self.max_turn, acceleration=self.acceleration)
         self._walk.retune(limits, Tolerance(self.position_tolerance, self.yaw_tolerance), self.patience)
 
-    # -- what it hears -----------------------------------------------------------------------------------------------
+    # -- inputs -----------------------------------------------------------------------------------------------
 
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:
@@ -157,12 +157,12 @@ class Navigation(Node):
 
     @SAFETY_STATE.on()
     def safety(self, message: SafetyState) -> None:
-        """Under a safety stop no goal is accepted, and the one that runs ends."""
+        """During a safety stop no goal is accepted, and a running one is aborted."""
         self._heard.stopped = "; ".join(message.reasons) if message.stopped else ""
 
     @every(hz=20)
     def steer(self) -> None:
-        """One step of the walk, while a goal owns it."""
+        """Step the walk, while one is under way."""
         self._walk.steer()
 
     # -- navigate_to_goal --------------------------------------------------------------------------------------------
@@ -291,7 +291,7 @@ class Navigation(Node):
 
     @PLAN_PATH.serve()
     async def plan_path(self, request: PlanPath_Request) -> PlanPath_Response:
-        """A path on the map; a start or goal that cannot be used is answered with success False and the reason."""
+        """Plan a path on the map. An invalid start or goal is answered with success False and the reason."""
         try:
             path = self._walk.planner.plan(from_pose(request.start.pose), from_pose(request.goal.pose))
         except NavigationError as error:

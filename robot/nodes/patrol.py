@@ -60,7 +60,7 @@ class Patrol(Node):
         self._pose: Pose2 | None = None
         self._stopped = ""
         self._tired = False
-        """The last goal was not for the charge there is."""
+        """Whether the last goal was refused for want of charge."""
         self._rising = False
         self.finished = False
 
@@ -79,7 +79,7 @@ class Patrol(Node):
 
     @GAIT_STATUS.on()
     def gait(self, message: GaitStatus) -> None:
-        """Say that the robot stands when it does: the answer to the request comes two seconds before."""
+        """Log that the robot stands. The answer to the request comes two seconds earlier, before it has risen."""
         if self._rising and message.mode in (Mode.STAND, Mode.WALK):
             self._rising = False
             self.log.info("Robot is now standing")
@@ -113,7 +113,7 @@ class Patrol(Node):
         return self.laps > 0 and self._next >= self.laps * len(self._waypoints)
 
     async def _until_known(self) -> None:
-        """Wait for the battery's and the localizer's first words."""
+        """Wait for the first message of battery and localizer."""
         while self._charge is None or self._pose is None:
             await self.clock.sleep(0.05)
 
@@ -144,7 +144,7 @@ class Patrol(Node):
             await handle
 
     async def _try(self, name: str, goal: Pose2, errand: Awaitable[None]) -> bool:
-        """Do an errand that ends at `goal`, and report. False when it should be tried again: somebody was away, or the way is blocked now."""
+        """Await an errand that ends at `goal` and publish its report. False if it failed and should be tried again."""
         begun = self.clock.now()
         behind = self._is_behind(goal)
         outcome, reason, again = "succeeded", "", False
@@ -173,7 +173,7 @@ class Patrol(Node):
         return not again
 
     async def _recharge(self) -> None:
-        """To the dock, wait there until there is enough charge, and leave it again."""
+        """Dock, wait until the charge is `resume_percent`, and leave the dock again."""
         self.log.warning("battery low: going to the dock", percent=round(self._charge or 0.0, 1), gauge="coulomb count")
         for _ in range(self.docking_tries):
             if await self._try("dock", self._dock, self._onto_dock()):
@@ -189,7 +189,7 @@ class Patrol(Node):
             self.log.warning("did not leave the dock", why=str(error))
 
     def _is_behind(self, goal: Pose2) -> bool:
-        """Whether something stands on the straight line from here to the goal."""
+        """Whether the map has an obstacle on the straight line from the robot to the goal."""
         if self._pose is None or hypot(goal.x - self._pose.x, goal.y - self._pose.y) < self._grid.resolution:
             return False
         grid = self._grid

@@ -1,4 +1,4 @@
-"""The safety monitor: it watches what the others say and stops the robot when something is not as it must be."""
+"""The safety monitor: stops the robot when a command, an estimate or another node violates a limit."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class SafetyMonitor(Node):
         self._sitting = self._asking = False
         self._publish()
 
-    # -- what it watches ----------------------------------------------------------------------------------------------------
+    # -- inputs ----------------------------------------------------------------------------------------------------
 
     @SENSOR_DATA.on()
     def sensors(self, message: SensorData) -> None:
@@ -139,7 +139,7 @@ class SafetyMonitor(Node):
 
     @every(hz=RATE)
     def watch(self) -> None:
-        """Notice silence, counted in ticks: a loop that was held up has skipped them, and nobody has been heard meanwhile."""
+        """Detect silence. It is counted in ticks: a loop that was blocked skips ticks, and has not received anything meanwhile either."""
         for topic, ticks in self._quiet.items():
             if ticks >= 0:  # who has never been heard is not missed
                 self._quiet[topic] = ticks + 1
@@ -151,7 +151,7 @@ class SafetyMonitor(Node):
 
     @EMERGENCY_STOP.serve()
     async def emergency_stop(self, request: SetBool_Request) -> SetBool_Response:
-        """True: stop. False: clear the stop, which is refused, with the reasons, while a cause is still there."""
+        """True stops the robot; false clears the stop, which is refused with the reasons while a cause persists."""
         if request.data:
             self._judge("request", True, "emergency stop requested")
             return SetBool.Response(success=True, message="Emergency stop: " + "; ".join(self._latch.reasons))
@@ -187,7 +187,7 @@ class SafetyMonitor(Node):
         self._publish()
 
     def _publish(self) -> None:
-        """Stamps rise from message to message, also within one instant: so it shows which word is the last."""
+        """Publish with a stamp that grows strictly, also within one instant, so that receivers know which message is the newest."""
         latch, stamp = self._latch, self.clock.stamp()
         now = nanoseconds_of(stamp)
         if self._stamped - JUMP < now <= self._stamped:
@@ -197,7 +197,7 @@ class SafetyMonitor(Node):
         self.state(SafetyState(stamp=stamp, stopped=latch.stopped, reasons=latch.reasons, present=latch.present))
 
     def _sit(self, why: str) -> None:
-        """Sit the robot down, once for each stop."""
+        """Ask the gait to sit, once for each stop."""
         if not self._sitting:
             self._sitting = True
             self.log.error("sitting down", why=why)
