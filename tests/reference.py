@@ -64,6 +64,7 @@ SECTIONS: Mapping[str, str] = {
     "Blocking programs": "actors.blocking",
     "Recording": "actors.bag",
     "Nodes that come with it": "actors.nodes",
+    "Other processes": "actors.transport",
     "Interfaces": "actors.interfaces",
     "Field types": "actors.interfaces.types",
 }
@@ -81,18 +82,18 @@ INTERNAL: Mapping[str, Sequence[str]] = {
         "subscriptions", "sweep", "timers", "used", "work_on",
     ),
     "Publisher": (
-        "add_tap", "alive", "count_incompatible_qos", "count_incompatible_type", "due", "due_alive", "end_events", "gated", "history", "join",
-        "keep_events", "kept_events", "latched", "leave", "matched", "notify", "part", "peers", "replay", "resume", "suspend", "taps",
-        "targets", "node", "entry",
+        "add_tap", "alive", "attach", "attached", "count_incompatible_qos", "count_incompatible_type", "detach", "due", "due_alive",
+        "end_events", "gated", "here", "history", "join", "keep_events", "kept_events", "latched", "leave", "matched", "notify", "part", "peers",
+        "replay", "resume", "suspend", "taps", "targets", "node", "entry",
     ),
     "Probe": (
-        "catch_up", "count_incompatible_qos", "count_incompatible_type", "deliver", "due", "end_events", "entry", "full",
-        "join", "keep_events", "kept_events", "leave", "matched", "node", "notify", "part", "publishers", "room", "senders", "target",
+        "catch_up", "count_incompatible_qos", "count_incompatible_type", "count_lost", "deliver", "due", "end_events", "entry", "full",
+        "here", "join", "keep_events", "kept_events", "leave", "matched", "node", "notify", "part", "publishers", "room", "senders", "target",
         "unwrap", "waiting", "wrapped",
     ),
     "HandlerSubscription": (
-        "catch_up", "count_incompatible_qos", "count_incompatible_type", "deliver", "due", "end_events", "entry", "expiring", "full",
-        "join", "keep_events", "kept_events", "leave", "matched", "node", "notify", "part", "publishers", "room", "senders", "target",
+        "catch_up", "count_incompatible_qos", "count_incompatible_type", "count_lost", "deliver", "due", "end_events", "entry", "expiring",
+        "full", "here", "join", "keep_events", "kept_events", "leave", "matched", "node", "notify", "part", "publishers", "room", "senders", "target",
         "timed", "unwrap", "waiting", "wrapped",
         "handler", "inbox", "label", "must_unwrap", "run", "stamp", "take_over",
     ),

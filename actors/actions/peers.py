@@ -67,6 +67,16 @@ class ActionPeer(Answering, Protocol):
         """The action type that it serves. Goals of another type are refused."""
         ...
 
+    @property
+    def goals(self) -> int:
+        """The number of goals that have been requested of it in this process."""
+        ...
+
+    @property
+    def active(self) -> int:
+        """The number of them that have been accepted and have not ended."""
+        ...
+
     def submit(self, goal_id: bytes, message: Any, client: GoalFollower | None) -> OpenCall:
         """Request the acceptance of a goal, and let `client` follow it. Never blocks.
 

@@ -101,6 +101,10 @@ class ActionServer:
         """The goals that are accepted and have not been started, in order of acceptance."""
         return self.table.waiting
 
+    @property
+    def active(self) -> int:
+        return len(self.running) + len(self.waiting)
+
     def describe(self, goal: GoalRecord) -> str:
         """A description of a goal, for reports."""
         return f"<goal {goal.goal_id.hex()[:8]} of {self.entry.name}: {goal.status.name}>"

@@ -6,22 +6,18 @@ same and the offered quality of service satisfies the requested one; a pair that
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeAlias, TypeVar
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from actors.errors import ActionUnavailable, NodeRestarting, NotRunning, ServiceUnavailable
 from actors.graph.mismatch import mismatch_of
-from actors.waiting import Waiters
+from actors.graph.servers import ActionEntry, ServerEntry, ServiceEntry
 
 if TYPE_CHECKING:
-    from actors.actions.server import ActionServer  # noqa: F401  # in a quoted base class
+    from actors.graph.watching import GraphWatcher, KnownElsewhere
     from actors.interfaces.message import Message
-    from actors.services.server import Server  # in a quoted base class
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
-__all__ = ["ActionEntry", "Graph", "Interceptor", "ServerEntry", "ServiceEntry", "Tap", "TopicEntry"]
-
-S = TypeVar("S")
+__all__ = ["Graph", "Interceptor", "Tap", "TopicEntry"]
 
 DEPARTED: Final = 256
 
@@ -38,8 +34,9 @@ class TopicEntry:
 
     Invariants:
 
-    * A publisher and a subscription are matched, each at the other, exactly if both are registered here, their types are the same and the
-      offered quality of service satisfies the requested one. This is decided once, when the second of them is added.
+    * A publisher and a subscription are matched, each at the other, exactly if both are registered here, one of them at least belongs to
+      this process, their types are the same and the offered quality of service satisfies the requested one. This is decided once, when
+      the second of them is added.
     * `mismatches` holds one entry per pair of nodes and kind of mismatch. Each was logged when it was added.
     """
 
@@ -112,6 +109,8 @@ class TopicEntry:
         for tap in self.graph.taps:
             publisher.add_tap(tap(publisher))
         self.graph.changed()
+        for watcher in self.graph.watchers:
+            watcher.publisher_joined(publisher)
 
     def remove_publisher(self, publisher: PublisherPeer) -> None:
         """Remove `publisher` and undo its matches. Calling it twice is harmless."""
@@ -121,6 +120,8 @@ class TopicEntry:
             for subscription in publisher.leave():
                 subscription.part(publisher)
             self.graph.changed()
+            for watcher in self.graph.watchers:
+                watcher.publisher_left(publisher)
 
     def add_subscription(self, subscription: SubscriptionPeer) -> None:
         """Add `subscription` and match it with the topic's publishers. It receives their kept messages, oldest first, before any new
@@ -134,6 +135,8 @@ class TopicEntry:
                 if subscription.qos.transient_local:
                     subscription.catch_up(publisher)
         self.graph.changed()
+        for watcher in self.graph.watchers:
+            watcher.subscription_joined(subscription)
 
     def remove_subscription(self, subscription: SubscriptionPeer) -> None:
         """Remove `subscription` and undo its matches. Calling it twice is harmless."""
@@ -142,9 +145,13 @@ class TopicEntry:
             for publisher in subscription.leave():
                 publisher.part(subscription)
             self.graph.changed()
+            for watcher in self.graph.watchers:
+                watcher.subscription_left(subscription)
 
     def _match(self, publisher: PublisherPeer, subscription: SubscriptionPeer) -> bool:
         """Whether the two match. If not, count that at both; log it if it is the first mismatch of this kind between their nodes."""
+        if not (publisher.here or subscription.here):
+            return False  # that is the business of their own processes
         mismatch = mismatch_of(publisher, subscription)
         if mismatch is None:
             return True
@@ -154,127 +161,6 @@ class TopicEntry:
             self.mismatches[pair] = mismatch.why
             mismatch.warn(self.name)
         return False
-
-
-class ServerEntry(Generic[S]):
-    """One service or action name of the graph: its server, of which there is at most one, and the tasks that wait for one.
-
-    Invariants:
-
-    * At most one of `server`, `restarting` and `stopped` is set. For a name that is new, none is.
-    * While `server` is set, `waiters` is empty.
-    * `graph` holds this entry by its name until it is dropped. A dropped entry serves only to find its successor (`current`).
-    """
-
-    __slots__ = ("clients", "graph", "name", "restarting", "server", "stopped", "waiters")
-
-    kind: ClassVar[str]
-    """"service" or "action"."""
-    missing: ClassVar[type[ServiceUnavailable] | type[ActionUnavailable]]
-    """The error for a caller that has found no server in time."""
-
-    def __init__(self, graph: Graph, name: str) -> None:
-        self.graph: Final = graph
-        self.name: Final = name
-        self.server: S | None = None
-        self.restarting: tuple[str, int] | None = None
-        """(node, incarnation) of a server whose node has ended and may be started again."""
-        self.stopped: str | None = None
-        """The node that served this name and has stopped for good."""
-        self.clients: dict[str, int] = {}
-        """The nodes that are clients of this name; for an action, with the number of goals that each has started."""
-        self.waiters = Waiters()
-
-    def open(self, server: S) -> None:
-        """Register `server` as the server of this name, and wake the tasks that wait for one."""
-        self.server = server
-        self.restarting = self.stopped = None
-        self.waiters.wake_all()
-        self.graph.changed()
-
-    def pause(self, node: str, incarnation: int) -> None:
-        """Record that the server's node has ended. It may be started again."""
-        self.server = None
-        self.restarting = (node, incarnation)
-        self.graph.changed()
-
-    def close(self, node: str) -> None:
-        """Record that the server's node has ended for good."""
-        self.server = None
-        self.restarting = None
-        self.stopped = node
-        self.graph.changed()
-
-    def withdraw(self) -> None:
-        """Remove the server, which may be opened again on demand."""
-        self.server = None
-
-    def forget(self, node: str) -> None:
-        """Forget `node`, which has ended for good.
-
-        A name without a server and without waiting tasks then leaves the graph, if `node` served it or no client is left.
-        """
-        self.clients.pop(node, None)
-        served = self.stopped == node or self.name.startswith(f"{node}/")
-        absent = self.server is None and self.restarting is None and not self.waiters
-        if absent and (served or not self.clients):
-            self.graph.drop(self)
-
-    async def available(self) -> S:
-        """Return the server, waiting until there is one."""
-        while self.server is None:
-            await self.waiters.wait()
-        return self.server
-
-    async def require(self) -> S:
-        """Return the server. Waits for the first server of the name, but not for one that has ended.
-
-        Raises `NodeRestarting` between two incarnations of its node, and `NotRunning` if its node has stopped for good.
-        """
-        if self.server is None:
-            if self.restarting is not None:
-                raise NodeRestarting(*self.restarting)
-            if self.stopped is not None:
-                raise NotRunning(
-                    f"{self.stopped}, which served {self.name}, has stopped: start it again, or ask another {self.kind}"
-                )
-        return await self.available()
-
-    def unavailable(self, seconds: float, type: str = "") -> ServiceUnavailable | ActionUnavailable:
-        """The error for a caller that has found no server, of the named type if given, within `seconds`."""
-        asked = f"{self.name} [{type}]" if type else self.name
-        return self.missing(
-            f"nobody serves {asked} after {seconds:g} s: start its node, or check the name and namespace"
-        )
-
-
-class ServiceEntry(ServerEntry["Server"]):
-    """One service name of the graph."""
-
-    __slots__ = ()
-    kind = "service"
-    missing = ServiceUnavailable
-
-    @property
-    def current(self) -> ServiceEntry:
-        """This entry, or the entry that has replaced it if its name has left the graph and been added again."""
-        return self.graph.services.get(self.name, self)
-
-    async def available(self) -> Server:
-        self.graph.open_standard_service(self)
-        return await super().available()
-
-    async def require(self) -> Server:
-        self.graph.open_standard_service(self)
-        return await super().require()
-
-
-class ActionEntry(ServerEntry["ActionServer"]):
-    """One action name of the graph."""
-
-    __slots__ = ()
-    kind = "action"
-    missing = ActionUnavailable
 
 
 def _has_no_standard_endpoints(entry: object) -> None:
@@ -316,6 +202,10 @@ class Graph:
         self.version = 0
         """Increases with each call of `changed`."""
         self.taps: list[Tap] = []
+        self.watchers: list[GraphWatcher] = []
+        """Told of every endpoint that joins or leaves."""
+        self.elsewhere: Callable[[], Iterable[KnownElsewhere]] = tuple
+        """Returns the known nodes of other processes."""
         self._listeners: list[Callable[[], None]] = []
 
     def __repr__(self) -> str:

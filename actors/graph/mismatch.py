@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
+from actors.interfaces.foreign import difference
 from actors.qos import compatible
 
 if TYPE_CHECKING:
@@ -20,8 +21,8 @@ verdict_on: Final = lru_cache(maxsize=1024)(compatible)
 
 def mismatch_of(publisher: PublisherPeer, subscription: SubscriptionPeer) -> QosMismatch | TypeMismatch | None:
     """Return why the two do not match; None if they do."""
-    if publisher.type is not subscription.type and publisher.type.__ros_type__ != subscription.type.__ros_type__:
-        return TypeMismatch(publisher, subscription)
+    if publisher.type is not subscription.type and (why := difference(publisher.type, subscription.type)):
+        return TypeMismatch(publisher, subscription, why)
     if publisher.qos is subscription.qos:
         return None
     verdict = verdict_on(publisher.qos, subscription.qos)
@@ -33,10 +34,10 @@ class TypeMismatch:
 
     kind: Final = "type"
 
-    def __init__(self, publisher: PublisherPeer, subscription: SubscriptionPeer) -> None:
+    def __init__(self, publisher: PublisherPeer, subscription: SubscriptionPeer, difference: tuple[str, str]) -> None:
         self.publisher = publisher
         self.subscription = subscription
-        offered, requested = publisher.type.__ros_type__, subscription.type.__ros_type__
+        offered, requested = difference
         self.why = f"it is published as {offered} and subscribed as {requested}: one topic has one type"
 
     def count(self) -> None:

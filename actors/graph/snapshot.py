@@ -12,6 +12,7 @@ import msgspec
 
 if TYPE_CHECKING:
     from actors.graph.graph import Graph, TopicEntry
+    from actors.graph.watching import KnownElsewhere
     from actors.inbox.load import Load
     from actors.names.identity import Identity
 
@@ -65,6 +66,10 @@ class NodeView(msgspec.Struct, frozen=True):
     """How long an item has been waiting there, in seconds; see `actors.inbox.load.Load.age`."""
     slowest: str = ""
     """The handler with the longest measured run of one item, and its duration."""
+    host: str = ""
+    """The machine of a node of another process; empty for a node of this process, and if it is not known."""
+    process: int = 0
+    """The process of a node of another process; 0 for a node of this process, and if it is not known."""
 
 
 class Snapshot(msgspec.Struct, frozen=True):
@@ -172,7 +177,7 @@ def take(now: float, nodes: Iterable[KnownNode], graph: Graph) -> Snapshot:
     """Take a snapshot of the nodes and the graph of one system. `now` is in seconds on the system's clock."""
     return Snapshot(
         at=now,
-        nodes=tuple(sorted((_node(known) for known in nodes), key=lambda node: node.name)),
+        nodes=tuple(sorted((*map(_node, nodes), *map(_elsewhere, graph.elsewhere())), key=lambda node: node.name)),
         topics=tuple(_topic(entry, now) for _, entry in sorted(graph.topics.items())),
         services=tuple(sorted((*_services(graph), *_actions(graph)), key=lambda service: service.name)),
     )
@@ -184,6 +189,10 @@ def _node(known: KnownNode) -> NodeView:
     return NodeView(
         known.identity.fqn, "/".join(known.path), known.state, known.incarnation, load.waiting, load.handled, round(load.age, 6), slowest
     )  # fmt: skip
+
+
+def _elsewhere(known: KnownElsewhere) -> NodeView:
+    return NodeView(known.fqn, "", "elsewhere", 0, 0, host=known.host, process=known.process)
 
 
 def _topic(entry: TopicEntry, now: float) -> TopicView:
@@ -204,7 +213,7 @@ def _services(graph: Graph) -> Iterable[ServiceView]:
         server = entry.server
         if server is not None:
             yield ServiceView(
-                name, server.response.__ros_type__.removesuffix("_Response"), "service", server.node.fqn, tuple(sorted(entry.clients)),
+                name, server.type.__ros_type__, "service", server.host, tuple(sorted(entry.clients)),
                 server.calls, len(server.open()),
             )  # fmt: skip
         elif entry.clients:
@@ -216,8 +225,7 @@ def _actions(graph: Graph) -> Iterable[ServiceView]:
         server = entry.server
         if server is not None:
             yield ServiceView(
-                name, server.action.type.__ros_type__, "action", server.node.fqn, tuple(sorted(entry.clients)), server.goals,
-                len(server.running) + len(server.waiting),
+                name, server.type.__ros_type__, "action", server.host, tuple(sorted(entry.clients)), server.goals, server.active,
             )  # fmt: skip
         elif entry.clients:
             yield ServiceView(name, "", "action", "", tuple(sorted(entry.clients)), 0, 0)

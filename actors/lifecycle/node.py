@@ -156,6 +156,8 @@ class LifecycleNode(Node):
             await self.change_state("shutdown")
             record.asked_state = asked
 
+    __standard_services__ = tuple(SERVICES)
+
     def __standard_service__(self, name: str) -> tuple[Any, Any] | None:
         """The type and the handler of one of the five services of a lifecycle node, or None."""
         return SERVICES[name](self) if name in SERVICES else None

@@ -41,7 +41,7 @@ _LIFECYCLE_HOOKS: Final = {
 _SETTINGS: Final = {"allow_undeclared_parameters", "node_name", "autostart", "managed", "declarations"}
 """The names that a node class may set, besides its hooks."""
 
-_RESERVED: Final = {"__begin__", "__finish__", "__machinery__", "__standard_service__"}
+_RESERVED: Final = {"__begin__", "__finish__", "__machinery__", "__standard_service__", "__standard_services__"}
 """The framework's names with two underscores on both sides. All other names of this form belong to Python."""
 
 _Members = dict[str, list[tuple[type, object]]]

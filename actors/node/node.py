@@ -141,6 +141,9 @@ class Node(Habits):
     async def __finish__(self) -> None:
         """The framework's own part of an orderly end, before `on_stop`."""
 
+    __standard_services__: ClassVar[tuple[str, ...]] = ()
+    """The names that `__standard_service__` knows."""
+
     def __standard_service__(self, name: str) -> tuple[Any, Any] | None:
         """Type and handler of the service ``<node>/name`` if every node of this kind has it, besides what all nodes have; else None."""
         return None

@@ -18,6 +18,9 @@ from actors.running.trees import Runnable, tree_of
 from actors.supervision.declarations import Child, Spec, temporary
 from actors.system import System, system_here
 
+if TYPE_CHECKING:
+    from actors.transport.protocol import Transport
+
 __all__ = ["Observer", "OpenNode", "Run", "execute", "open_node", "run"]
 
 T = TypeVar("T")
@@ -39,6 +42,7 @@ def run(
     observers: tuple[Observer, ...] = (),
     parameters: ParameterSources | None = None,
     argv: Sequence[str] | None = None,
+    transport: Transport | None = None,
 ) -> Run:
     """Run a tree in this event loop: ``async with run(tree) as system: await system.wait()``.
 
@@ -59,9 +63,14 @@ def run(
     that are not for ROS are in `system.argv`. As in ROS 2, the last source that sets a parameter counts, in this order: defaults, `argv`,
     ``Child(parameters=)``, `parameters`; rules of ``Child(remap=)`` come before those of `argv`. A node, parameter or argument that does
     not exist, or a value of a wrong type or out of bounds, raises a `ValueError` of one line here, before anything starts.
+
+    With a `transport` the nodes take part in the graph of ROS_DOMAIN_ID, together with the nodes of other processes. It is opened beside the
+    start of the tree, and closed after its stop; if it cannot be opened, that is logged, and the tree runs alone. Without one, nothing is
+    opened.
     """
     return Run(
-        tree, *more, seed=seed, signals=signals, sinks=sinks, level=level, observers=observers, parameters=parameters, argv=argv
+        tree, *more, seed=seed, signals=signals, sinks=sinks, level=level, observers=observers, parameters=parameters, argv=argv,
+        transport=transport,
     )  # fmt: skip
 
 
@@ -87,6 +96,7 @@ class Run:
         observers: tuple[Observer, ...],
         parameters: ParameterSources | None,
         argv: Sequence[str] | None,
+        transport: Transport | None,
     ) -> None:
         self._tree = tree_of("run(...)", tree, *more)
         options = options_of("run(parameters=...)", self._tree, parameters, argv, level)
@@ -96,6 +106,7 @@ class Run:
         self._settings: dict[str, Any] = {"seed": seed, "sinks": sinks, "level": level, "options": options}
         self._wants_signals = signals
         self._observers = observers
+        self._transport = transport
         self._ignore_signals: Callable[[], None] = _nothing
         self._inside = False
         self._interrupted = False
@@ -111,6 +122,10 @@ class Run:
 
     async def __aenter__(self) -> System:
         self._system = system = System(**self._settings)
+        if self._transport is not None:
+            from actors.transport.bridge import connect
+
+            connect(system.runtime, self._transport)
         for observer in self._observers:
             observer.attach(system)
         if self._options is not None:

@@ -22,10 +22,13 @@ from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 from actors.topics.timed_publisher import publisher_for
 
 if TYPE_CHECKING:
+    from actors.actions.peers import ActionPeer
     from actors.contracts.contracts import Service, Topic
-    from actors.graph.graph import ActionEntry, TopicEntry
+    from actors.graph.graph import TopicEntry
+    from actors.graph.servers import ActionEntry
     from actors.interfaces.message import Message
     from actors.runtime.incarnation import Incarnation
+    from actors.services.peers import ServicePeer
     from actors.topics.handler import Handler
     from actors.topics.publisher import Publisher
 
@@ -118,16 +121,16 @@ def serve(
     """Let `handler` answer the requests of `service`. Raises `DeclarationError` when another node serves it."""
     life.check_use()
     entry = life.runtime.graph.service(life.identity.service(service.name))
-    if entry.server is not None:
-        _refuse_second(life, entry.server, "service", entry.server.type, service.type)
+    if entry.local is not None:
+        _refuse_second(life, entry.name, entry.local, "service", service.type)
     server = Server(life, entry, service.type, handler, label, concurrent)
     life.record.services[entry.name] = server
     entry.open(server)
 
 
 def _serve_action(life: Incarnation, entry: ActionEntry, server: ActionServer) -> None:
-    if entry.server is not None:
-        _refuse_second(life, entry.server, "action", entry.server.type, server.type)
+    if entry.local is not None:
+        _refuse_second(life, entry.name, entry.local, "action", server.type)
     life.record.actions[entry.name] = server
     entry.open(server)
     graph = life.runtime.graph
@@ -138,12 +141,12 @@ def _serve_action(life: Incarnation, entry: ActionEntry, server: ActionServer) -
 
 
 def _refuse_second(
-    life: Incarnation, first: Server | ActionServer, kind: str, served: type[Any], offered: type[Any]
+    life: Incarnation, name: str, first: ServicePeer | ActionPeer, kind: str, offered: type[Any]
 ) -> NoReturn:
-    served_type, offered_type = served.__ros_type__, offered.__ros_type__
+    served_type, offered_type = first.type.__ros_type__, offered.__ros_type__
     types = f" as {served_type}, not as {offered_type}" if served_type != offered_type else ""
     raise DeclarationError(
-        f"{life.fqn} would be the second server of {kind} {first.entry.name}, which {first.node.fqn} serves already{types}: "
+        f"{life.fqn} would be the second server of {kind} {name}, which {first.host} serves already{types}: "
         "give one of them another name or namespace"
     )
 

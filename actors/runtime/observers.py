@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Coroutine
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from actors.logs import LogSink
     from actors.parameters import ParameterChange
     from actors.runtime.incarnation import Incarnation
+    from actors.runtime.record import NodeRecord
     from actors.supervision.report import Report
 
 __all__ = ["Observers"]
@@ -22,7 +23,9 @@ class Observers:
     Invariants: a callback is never removed while the system exists.
     """
 
-    __slots__ = ("answered", "closed", "ended", "parameters", "ready", "reports", "sinks", "tree_ended")
+    __slots__ = (
+        "answered", "closed", "closing", "dismissed", "ended", "opening", "parameters", "ready", "reports", "sinks", "tree_ended"
+    )  # fmt: skip
 
     def __init__(self, sinks: tuple[LogSink, ...]) -> None:
         self.sinks: list[LogSink] = list(sinks)
@@ -37,6 +40,12 @@ class Observers:
         """Called with the error that left a service handler or an action body, which is the answer to the caller."""
         self.ended: list[Callable[[Incarnation], None]] = []
         """Called when an incarnation has ended and closed its endpoints; its tasks may still be ending."""
+        self.dismissed: list[Callable[[NodeRecord], None]] = []
+        """Called when a node has ended for good and its endpoints are closed; may be called again for the same node."""
+        self.opening: list[Callable[[], Coroutine[Any, Any, None]]] = []
+        """Run beside the start of the tree, which is over when they have returned. They must not raise."""
+        self.closing: list[Callable[[], Coroutine[Any, Any, None]]] = []
+        """Run after the tree and the nodes beside it have ended, before the stop of the system returns. They must not raise."""
         self.tree_ended: list[Callable[[], None]] = []
         """Called when the tree has ended, for any reason."""
         self.closed: list[Callable[[], None]] = []

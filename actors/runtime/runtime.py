@@ -83,6 +83,8 @@ class Runtime:
         self.tree = RunningTree(self)
         self.directory = Directory(self.tree, loop, options)
         self.starts = StartWatch(loop, virtual=self.clock.virtual)
+        self.openings: tuple[asyncio.Task[None], ...] = ()
+        """What runs beside the start; see `Observers.opening`."""
         self.stalls: StallWatch | None = None
         """Finds the handlers that block the event loop; None on the virtual clock, and while the system is not open."""
         self.dead_letters = 0
@@ -90,7 +92,11 @@ class Runtime:
         self._incarnations = incarnations
 
     def open(self) -> None:
-        """On the real clock, import what is used later and begin to watch the event loop. To be called before the first node starts."""
+        """Begin what runs beside the start. On the real clock, import what is used later, too, and begin to watch the event loop.
+
+        To be called once, before the first node starts.
+        """
+        self.openings = tuple(self.loop.create_task(opening()) for opening in self.observers.opening)
         if not self.clock.virtual:
             preload(structlog=structlog_sink in self.observers.sinks)
             self.stalls = StallWatch(self)
@@ -107,6 +113,19 @@ class Runtime:
             self.stalls = None
         for observer in self.observers.closed:
             observer()
+
+    async def opened(self) -> None:
+        """Wait until all that runs beside the start has ended."""
+        if self.openings:
+            await asyncio.wait(self.openings)
+
+    async def leave(self) -> None:
+        """End what was begun beside the start, after `close`."""
+        for opening in self.openings:
+            opening.cancel()
+        await self.opened()
+        for closing in self.observers.closing:
+            await closing()
 
     @property
     def stop_reason(self) -> str | None:
@@ -190,6 +209,8 @@ class Runtime:
             record.life.release()
         self.lost(record.identity.fqn, record.close())
         self.directory.release_name(record)
+        for observer in self.observers.dismissed:
+            observer(record)
 
     # -- what nodes use -----------------------------------------------------------------------------------------------------
 

@@ -16,7 +16,8 @@ from actors.runtime.standard_actions import ACTION_SERVICES, ACTION_TOPICS, AT_O
 
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer
-    from actors.graph.graph import ServiceEntry, TopicEntry
+    from actors.graph.graph import TopicEntry
+    from actors.graph.servers import ServiceEntry
     from actors.logs import LogRecord
     from actors.parameters import ParameterChange
     from actors.runtime.incarnation import Incarnation
@@ -80,7 +81,7 @@ class StandardEndpoints:
         """The server of the action that the name belongs to, or None, and the part of the name after ``/_action/``."""
         action, _, part = name.rpartition(ACTION)
         known = self._runtime.graph.actions.get(action)
-        return (None if known is None else known.server), part
+        return (None if known is None else cast("ActionServer | None", known.local)), part
 
     def _open_parameter_events(self) -> None:
         graph = self._runtime.graph

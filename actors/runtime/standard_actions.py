@@ -12,7 +12,8 @@ from actors.time.values import nanoseconds_of, stamp_of
 
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer
-    from actors.graph.graph import ServiceEntry, TopicEntry
+    from actors.graph.graph import TopicEntry
+    from actors.graph.servers import ServiceEntry
     from actors.runtime.incarnation import Incarnation
     from actors.topics.publisher import Publisher
 

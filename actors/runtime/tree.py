@@ -34,7 +34,8 @@ class RunningTree:
     - `stop_reason` is set as soon as the system is to stop, and never cleared. From then on no node joins, and callers are answered with
       `NotRunning`, not with `NodeRestarting`.
     - An orderly end has these steps: end the nodes beside the tree, the newest first, one after another; end the tree; close the system,
-      once; let `stop` return. The end of each step triggers the next one. No task waits for a step, so no cancellation can skip one.
+      once; close what was opened beside the start; let `stop` return. The end of each step triggers the next one. No task waits for a
+      step, so no cancellation can skip one.
     - `failure` and `exit_request` are set at most once each.
     """
 
@@ -55,6 +56,7 @@ class RunningTree:
         self._host: asyncio.Task[None] | None = None
         self._stopping = self._killed = False
         self._closed: asyncio.Future[None] = self._loop.create_future()
+        self._leaving: asyncio.Task[None] | None = None
         self._interrupted_at = 0.0
 
     def __repr__(self) -> str:
@@ -72,6 +74,8 @@ class RunningTree:
         self._runtime.starts.hold()
         try:
             await asyncio.wait([ready, self._host], return_when=asyncio.FIRST_COMPLETED)
+            if ready.done():
+                await self._runtime.opened()
         except asyncio.CancelledError:
             try:
                 await self.stop("the start was canceled")
@@ -196,8 +200,15 @@ class RunningTree:
             self._close()
 
     def _close(self) -> None:
+        """Close the system, and then what was opened beside its start, in a task of its own. Calling it twice is harmless."""
+        if self._leaving is not None:
+            return
         self._runtime.close()
-        self._closed.set_result(None)
+        if self._runtime.observers.closing:
+            self._leaving = self._loop.create_task(self._runtime.leave(), name="end of the system")
+            self._leaving.add_done_callback(lambda _: self._closed.set_result(None))
+        else:
+            self._closed.set_result(None)
 
     # -- the states of nodes ------------------------------------------------------------------------------------------------
 

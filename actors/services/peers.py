@@ -7,24 +7,35 @@ both alike. Actions use these Protocols too, and add their own in `actors.action
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import Collection, Coroutine
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from actors.errors import CallCycle, WrongType
 from actors.inbox.inbox import Inbox
+from actors.interfaces.foreign import difference
 
 if TYPE_CHECKING:
     from actors.time.deadlines import Deadlines
 
 __all__ = [
-    "Answering", "Awaited", "Caller", "OpenCall", "Registration", "ServedName", "ServiceName", "ServicePeer",
+    "Answering", "Awaited", "Caller", "OpenCall", "Registration", "Requester", "ServedName", "ServiceName", "ServicePeer",
     "refuse_cycle", "refuse_other_type",
 ]  # fmt: skip
 
 P_co = TypeVar("P_co", covariant=True)
 
 
-class Caller(Protocol):
+class Requester(Protocol):
+    """What a server requires of the node that calls it, in this process or another."""
+
+    @property
+    def fqn(self) -> str: ...
+
+    @property
+    def deadlines(self) -> Deadlines: ...
+
+
+class Caller(Requester, Protocol):
     """What a call requires of the node that makes it and of the node that serves it."""
 
     incarnation: int
@@ -33,16 +44,10 @@ class Caller(Protocol):
     """The call or goal request that the node's current handler waits for; None if it waits for none."""
 
     @property
-    def fqn(self) -> str: ...
-
-    @property
     def inbox(self) -> Inbox: ...
 
     @property
     def thread(self) -> int: ...
-
-    @property
-    def deadlines(self) -> Deadlines: ...
 
     def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]: ...
 
@@ -98,6 +103,15 @@ class ServicePeer(Answering, Protocol):
     def concurrent(self) -> int:
         """The number of requests that it serves at once in tasks of their own; 0 if they are served one after another in the node's
         inbox."""
+        ...
+
+    @property
+    def calls(self) -> int:
+        """The number of requests that it has been given in this process."""
+        ...
+
+    def open(self) -> Collection[OpenCall]:
+        """Those of them that have not been answered."""
         ...
 
     def submit(self, message: Any, caller: Caller, timeout: float) -> OpenCall:
@@ -197,8 +211,8 @@ def refuse_cycle(node: Caller, other: Caller | None) -> None:
 
 def refuse_other_type(name: str, host: str, served: type[Any], client: Caller, asked: type[Any]) -> None:
     """Raise `WrongType` if the ROS type of the server differs from that of the client."""
-    if served.__ros_type__ != asked.__ros_type__:
+    if (unlike := difference(served, asked)) is not None:
         raise WrongType(
-            f"{name} is served by {host} as {served.__ros_type__}, and asked by {client.fqn} as {asked.__ros_type__}: "
+            f"{name} is served by {host} as {unlike[0]}, and asked by {client.fqn} as {unlike[1]}: "
             "give one of the two another name, or both sides the same type"
         )

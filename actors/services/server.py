@@ -17,7 +17,7 @@ import msgspec
 from actors.errors import CallTimeout, ServiceFailed, WrongType
 from actors.inbox.control import blame
 from actors.services.cycles import cycle_of
-from actors.services.peers import Caller, Registration
+from actors.services.peers import Caller, Registration, Requester
 from actors.time.deadlines import FEW
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class Server:
         queued = [one for one in (inbox.current, *inbox.items) if isinstance(one, Request) and one.server is self]
         return [*(self.active or ()), *queued]
 
-    def submit(self, message: Any, caller: Caller, timeout: float) -> Request:
+    def submit(self, message: Any, caller: Requester, timeout: float) -> Request:
         """Queue a request. Its future is completed within `timeout` seconds in every case."""
         inbox = self.inbox
         request = Request(self, message, inbox.loop.create_future(), caller)
@@ -147,7 +147,7 @@ class Request(msgspec.Struct, eq=False):
     server: Server
     message: Message
     future: asyncio.Future[Any]
-    caller: Caller
+    caller: Requester
     due: float = math.inf
 
     def __repr__(self) -> str:

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from actors.runtime.unsupervised import UnsupervisedNode
     from actors.supervision.declarations import Spec
     from actors.supervision.report import Report
+    from actors.transport.protocol import Transport
 
 __all__ = ["ExpectedFailure", "Leak", "Probe", "Rig", "UnexpectedFailure"]
 
@@ -102,7 +103,12 @@ class Rig:
     # -- the system ---------------------------------------------------------------------------------------------------------
 
     async def start(
-        self, tree: Runnable, *more: Spec | type[Node], seed: int = 0, parameters: ParameterSources | None = None
+        self,
+        tree: Runnable,
+        *more: Spec | type[Node],
+        seed: int = 0,
+        parameters: ParameterSources | None = None,
+        transport: Transport | None = None,
     ) -> System:
         """Start a tree, or several nodes under a plain supervisor, and return when all of it is ready. Accepts what `actors.run`
         accepts."""
@@ -116,6 +122,10 @@ class Rig:
         whole = tree_of("rig.start(...)", tree, *more)
         options = options_of("rig.start(parameters=...)", whole, parameters, None, DEBUG)
         system = self._make_system(seed=seed, sinks=(self.logs.append,), level=DEBUG, options=options)
+        if transport is not None:
+            from actors.transport.bridge import connect
+
+            connect(system.runtime, transport)
         self._watch.begin(system)
         while self._observers:  # each observes this one system, even if its start fails
             self._observers.pop(0).attach(system)

@@ -43,6 +43,10 @@ class Endpoint:
         self.kept_events: EndpointEvents | None = None
 
     @property
+    def here(self) -> bool:
+        return True
+
+    @property
     def status(self) -> Any:
         """The running totals of this endpoint's QoS events."""
         raise NotImplementedError  # each kind of endpoint has its own

@@ -42,6 +42,11 @@ class Peer(Protocol):
     """One end of a topic, as seen by the graph and by the opposite ends. Two peers are the same if they are the same object."""
 
     @property
+    def here(self) -> bool:
+        """Whether the endpoint belongs to this process. Two endpoints of other processes are not matched here."""
+        ...
+
+    @property
     def node(self) -> Participant: ...
 
     @property
@@ -114,7 +119,10 @@ class PublisherPeer(Peer, Protocol):
         ...
 
     def add_tap(self, tap: Callable[[Any], None]) -> None:
-        """Call `tap` with every bare message from now on, for as long as the publisher lives."""
+        """Call `tap` with every bare message from now on, for as long as the publisher lives.
+
+        A stand-in knows only the messages that arrive because a subscription of this process is matched.
+        """
         ...
 
 
@@ -143,6 +151,10 @@ class SubscriptionPeer(Peer, Protocol):
 
     async def room(self) -> None:
         """Wait until the subscription may have room or has left the topic. Called only while it is `full`."""
+        ...
+
+    def count_lost(self, messages: int) -> None:
+        """Count messages that were lost on their way to this subscription."""
         ...
 
     def target(self, publisher: PublisherPeer) -> Target:

@@ -43,15 +43,15 @@ class Publisher(Endpoint, Generic[M]):
     """
 
     # Invariants:
-    # * `targets` holds each target of the matched subscriptions once, in the order of matching, followed by the taps. After a change it
-    #   holds only `_publish_anew`, which rebuilds it at the next message: n changes in a row cost n, not n times the number of
-    #   subscriptions. After `leave` it is empty.
+    # * `targets` holds each target of the matched subscriptions once, in the order of matching, then the other ones of `attached`, then
+    #   the taps. After a change it holds only `_publish_anew`, which rebuilds it at the next message: n changes in a row cost n, not n
+    #   times the number of subscriptions. After `leave` it is empty.
     # * `_expects` is the message type while messages are delivered, and `_Closed` while the publisher is suspended and after it has ended.
     #   Then no message passes the check in `publish`, and `_refuse` handles all of them.
     # * `history` is None exactly if the publisher is volatile.
 
     __slots__ = (
-        "_expects", "_outdated", "_thread", "count", "gated", "history", "matched", "suspended", "taps", "targets", "type",
+        "_expects", "_outdated", "_thread", "attached", "count", "gated", "history", "matched", "suspended", "taps", "targets", "type",
     )  # fmt: skip
 
     def __init__(self, node: Participant, entry: TopicRegistry, type: type[M], qos: QoS) -> None:
@@ -63,6 +63,8 @@ class Publisher(Endpoint, Generic[M]):
         """Whether the state of a lifecycle node suspends this publisher."""
         self.matched: dict[SubscriptionPeer, None] = {}
         """The matched subscriptions, in the order in which they were matched."""
+        self.attached: tuple[Target, ...] = ()
+        """The targets without a subscription; see `attach`."""
         self.taps: tuple[Callable[[Any], None], ...] = ()
         """The wire taps; see `actors.graph.graph.Graph.tap`."""
         self.targets: tuple[Target, ...] = ()
@@ -184,12 +186,22 @@ class Publisher(Endpoint, Generic[M]):
 
     def leave(self) -> tuple[SubscriptionPeer, ...]:
         """Part with all matched subscriptions and return them. Their own side of each match is left to the caller."""
-        peers, self.matched, self.targets, self._outdated = self.peers, {}, (), False
+        peers, self.matched, self.attached, self.targets, self._outdated = self.peers, {}, (), (), False
         return peers
 
     def add_tap(self, tap: Callable[[Any], None]) -> None:
         """Call `tap` with every message from now on, for as long as the publisher lives."""
         self.taps += (tap,)
+        self._outdate()
+
+    def attach(self, target: Target) -> None:
+        """Call `target` with every message from now on, until `detach`, also without a subscription that has this target."""
+        self.attached = (*self.attached, target)
+        self._outdate()
+
+    def detach(self, target: Target) -> None:
+        """Undo `attach`. Does nothing if `target` is not attached."""
+        self.attached = tuple(other for other in self.attached if other != target)
         self._outdate()
 
     def _outdate(self) -> None:
@@ -201,6 +213,7 @@ class Publisher(Endpoint, Generic[M]):
         """Rebuild `targets`, which is out of date, and call them. It takes their place until the next message."""
         self._outdated = False
         targets = dict.fromkeys(self.entry.target(self, peer) for peer in self.peers)  # peers may share a target
+        targets.update(dict.fromkeys(self.attached))
         self.targets = both = (*targets, *self.taps)
         for deliver in both:
             deliver(message)

@@ -71,6 +71,11 @@ class Subscription(Endpoint, Generic[M]):
         """Receive a message from a publisher. Never blocks and never raises."""
         raise NotImplementedError  # each kind of subscription has its own
 
+    def count_lost(self, messages: int) -> None:
+        """Count messages that were lost on their way here. They appear in `status` like those that this end has dropped."""
+        self.dropped += messages
+        self.notify()
+
     def target(self, publisher: PublisherPeer) -> Target:
         """Return the function that `publisher` calls to deliver a message to this subscription."""
         if nanoseconds(publisher.qos.lifespan) is not None:

@@ -35,26 +35,26 @@ def distribute(
     arms: Sequence[Triple],
     wrench: Sequence[float],
     slope: tuple[float, float] = (0.0, 0.0),
-    grips: Sequence[float] = (1.0,) * 4,
+    friction_shares: Sequence[float] = (1.0,) * 4,
 ) -> list[Triple]:
     """Ground forces at contact points `arms` (from the centre of mass) that best give `wrench` (force, moment about it; six numbers).
 
     Regularised least squares, then each force is bounded along the ground's normal and to the friction cone around it. Axes: any,
-    z vertical; `slope` is the ground's rise per metre along x and y; `grips` are the shares of the usual friction that the feet may
+    z vertical; `slope` is the ground's rise per metre along x and y; `friction_shares` are the shares of the usual friction that the feet may
     use. Units N and m.
     """
-    fx, fy, fz, mx, my, mz = _multipliers(arms, wrench)
+    fx, fy, fz, mx, my, mz = _dual_solution(arms, wrench)
     steepness = hypot(*slope)
     length = sqrt(1.0 + steepness * steepness)
     up = (-slope[0] / length, -slope[1] / length, 1.0 / length)
-    grip = FRICTION + STEEP_FRICTION * steepness
+    friction = FRICTION + STEEP_FRICTION * steepness
     return [
-        _grip((fx + my * z - mz * y, fy + mz * x - mx * z, fz + mx * y - my * x), up, grip * share)
-        for (x, y, z), share in zip(arms, grips, strict=False)
+        _into_friction_cone((fx + my * z - mz * y, fy + mz * x - mx * z, fz + mx * y - my * x), up, friction * share)
+        for (x, y, z), share in zip(arms, friction_shares, strict=False)
     ]
 
 
-def _multipliers(arms: Sequence[Triple], wrench: Sequence[float]) -> list[float]:
+def _dual_solution(arms: Sequence[Triple], wrench: Sequence[float]) -> list[float]:
     """The multipliers u of the dual problem: forces f = A' u with (A A' + EFFORT W^-1) u = wrench. Six unknowns for any number of
     feet, and A A' is known in closed form. Solved by Cholesky's method: the matrix is symmetric and positive definite.
     """
@@ -106,7 +106,7 @@ def solve_definite(rows: Sequence[Sequence[float]], right: Sequence[float]) -> l
     return half
 
 
-def _grip(force: Triple, up: Triple, friction: float) -> Triple:
+def _into_friction_cone(force: Triple, up: Triple, friction: float) -> Triple:
     """The force with its normal part within `LEAST` and `MOST`, and the rest scaled down into the friction cone around `up`."""
     x, y, z = force
     ux, uy, uz = up

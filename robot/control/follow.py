@@ -103,17 +103,17 @@ class Follower:
             if around is None or float(around.body_clearance(*rest).min()) < self.config.squeeze:
                 self._poses = None
 
-    def unthread(self) -> None:
-        """Give up the poses of `thread`."""
+    def drop_poses(self) -> None:
+        """Give up the poses of `follow_poses`."""
         self._poses = None
 
-    def thread(self, poses: Floats) -> None:
+    def follow_poses(self, poses: Floats) -> None:
         """Go through these poses (n, 3) next, heading and all, then on along the path."""
         self._poses, self._passed = poses, 0
 
     @property
     def threading(self) -> bool:
-        """Whether poses of `thread` are still ahead."""
+        """Whether poses of `follow_poses` are still ahead."""
         return self._poses is not None
 
     @property
@@ -163,8 +163,13 @@ class Follower:
     def ahead(self, reach: float) -> Floats:
         """Points (n, 2) of the path from here to `reach` metres ahead."""
         assert self.path is not None
+        return self.path.points[self._stretch(reach)]
+
+    def _stretch(self, reach: float) -> slice:
+        """Which points those are."""
+        assert self.path is not None
         low, high = np.searchsorted(self.path.arc, (self._along, self._along + reach))
-        return self.path.points[low : max(int(high), int(low) + 1)]
+        return slice(int(low), max(int(high), int(low) + 1))
 
     def step(self, pose: Pose2, around: LocalField, dt: float) -> Step:
         """The command for the next `dt` seconds; `around`: the distances near the pose."""
@@ -188,7 +193,7 @@ class Follower:
             wish, phase = self._toward(pose, self._goal, config.approach_speed), Phase.APPROACHING
         else:
             wish, phase = self._pursue(pose, clearance)
-        command, phase = self._checked(wish, phase, pose, around, clearance, aim)
+        command, phase = self._avoid_collision(wish, phase, pose, around, clearance, aim)
         self._avoiding = phase == Phase.AVOIDING
         command = self.limits.ramp(command, self._last, dt)
         self._last = command
@@ -217,7 +222,7 @@ class Follower:
         return self.limits.clip(vx, config.side_gain * left, wz), Phase.FOLLOWING
 
     def _next_pose(self, pose: Pose2) -> Pose2 | None:
-        """The pose to thread toward: some 25 cm (or as much turning) ahead. None, and done with them, at the last one."""
+        """The pose to go to next through a gap: some 25 cm (or as much turning) ahead. None, and done with them, at the last one."""
         if self._poses is None:
             return None
         config = self.config
@@ -254,7 +259,7 @@ class Follower:
 
     # --- what it may ------------------------------------------------------------------------------------------------
 
-    def _checked(
+    def _avoid_collision(
         self, wish: Twist2, phase: Phase, pose: Pose2, around: LocalField, clearance: float, aim: Pose2 | None
     ) -> tuple[Twist2, Phase]:
         """The wish itself if it keeps clear, else the best command of the fan; a stop when there is none."""
@@ -262,7 +267,7 @@ class Follower:
         threading = phase == Phase.THREADING
         touch = config.touch if aim is None else config.squeeze
         if aim is None:
-            comfort = self._offered(around)
+            comfort = self._required_clearance(around)
         elif threading:
             comfort = touch + config.ease
         else:
@@ -287,7 +292,7 @@ class Follower:
             standing = clear[:, : len(instants)].min(axis=1)
             room = np.where(standing >= min(touch, clearance - config.rounding), least, -np.inf)
             return self.limits.clip(*(float(v) for v in fan[int(room.argmax())])), Phase.EVADING
-        price = self._price(x[:, -1], y[:, -1], yaw[:, -1], aim)
+        price = self._score(x[:, -1], y[:, -1], yaw[:, -1], aim)
         price += config.closeness_price * (np.maximum(comfort - least, 0.0) / comfort) ** 2
         last = self._last
         price += config.change_price * np.abs(fan - tried).sum(axis=1)
@@ -299,7 +304,7 @@ class Follower:
             return ZERO_TWIST, Phase.BLOCKED
         return chosen, phase if best == 0 else Phase.AVOIDING
 
-    def _offered(self, around: LocalField) -> float:
+    def _required_clearance(self, around: LocalField) -> float:
         """Clearance required of a command, m: the least that a body has which slides along the path ahead, less `insistence`,
         within [`touch` + `ease`, `comfort`].
 
@@ -314,20 +319,22 @@ class Follower:
         offered = float(around.body_clearance(points[:-1, 0], points[:-1, 1], yaw).min())
         return min(max(offered - config.insistence, config.ease + config.touch), config.comfort)
 
-    def _price(self, x: Floats, y: Floats, yaw: Floats, aim: Pose2 | None) -> Floats:
+    def _score(self, x: Floats, y: Floats, yaw: Floats, aim: Pose2 | None) -> Floats:
         """What it costs to end up at each pose: distance from the aim or, without one, path left and distance from it."""
         config = self.config
         if aim is not None:
             turn = np.abs(wrap_all(aim.yaw - yaw))
             return np.asarray(np.hypot(aim.x - x, aim.y - y) + config.yaw_length * turn, dtype=np.float64)
         assert self.path is not None
-        points = self.ahead(config.price_over)
+        stretch = self._stretch(config.price_over)
+        points, arc = self.path.points[stretch], self.path.arc[stretch]
         gaps = np.hypot(points[:, 0] - x[:, None], points[:, 1] - y[:, None])
         nearest = gaps.argmin(axis=1)
-        target = points[np.minimum(nearest + config.price_ahead, len(points) - 1)]
+        farther = np.searchsorted(arc, arc[nearest] + config.price_ahead)
+        target = points[np.minimum(farther, len(points) - 1)]
         bearing = np.arctan2(target[:, 1] - y, target[:, 0] - x) - yaw
         turn = np.abs(wrap_all(bearing))
-        left = config.spacing * (len(points) - 1 - nearest)
+        left = arc[-1] - arc[nearest]
         return np.asarray(
             left + config.off_price * gaps[np.arange(len(x)), nearest] + config.turn_price * turn, dtype=np.float64
         )

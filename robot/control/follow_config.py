@@ -96,8 +96,8 @@ class FollowerConfig:
     # -- the price of a command that is not the pursuit's: metres of path
     price_over: float = 1.6
     """How far ahead the path is compared with where a command leads, m."""
-    price_ahead: int = 10
-    """The heading is compared with a point so many points farther."""
+    price_ahead: float = 0.5
+    """The heading is compared with the direction of a point so much farther along the path, m."""
     closeness_price: float = 1.5
     """For the square of the share of comfort that is missing."""
     off_price: float = 0.8

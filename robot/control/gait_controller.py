@@ -11,13 +11,13 @@ from robot.control.command import CommandLimits, CommandShaper
 from robot.control.drive import Targets
 from robot.control.gaits import GAITS, Gait
 from robot.control.safe_stop import SafeStop
-from robot.control.stand import Planted
-from robot.control.walk import Walker
+from robot.control.stand import StandController
+from robot.control.walk import WalkController
 from robot.estimation.leg_odometry import Estimator
 from robot.estimation.plausibility import ContactWatch, ImuWatch, JointWatch
-from robot.estimation.predict import Ahead
+from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
-from robot.estimation.virtual_imu import felt
+from robot.estimation.virtual_imu import virtual_imu
 from robot.geometry.vectors import Vector
 from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
 from robot.model.kinematics import inverse
@@ -105,8 +105,8 @@ class GaitController:
         self._terrain = TerrainPlane()
         self._mode: Mode = Mode.SIT
         self._goal: Mode = Mode.SIT
-        self._planted: Planted | None = None
-        self._walker: Walker | None = None
+        self._planted: StandController | None = None
+        self._walker: WalkController | None = None
         self._sitting: Vector = inverse(nominal_feet(SIT_HEIGHT)).joints
         self._held: Vector | None = None
         self._stopping_for = 0.0
@@ -219,7 +219,7 @@ class GaitController:
         imu = self._imu_watch.check(dt, imu)
         if imu is None:
             slope = (self._terrain.slope_x, self._terrain.slope_y)
-            imu = felt(estimate.legs, joints, estimate.rotation, slope)
+            imu = virtual_imu(estimate.legs, joints, estimate.rotation, slope)
         if self._safe is None and self._mode != Mode.SIT and estimate.rotation[2][2] < UPRIGHT:
             self._crouch()
         targets = self._act(dt, imu, joints)
@@ -253,7 +253,7 @@ class GaitController:
         if self._mode in (Mode.WALK, Mode.STOPPING):
             self._terrain.update(dt, estimate.contacts)
         acceleration = walker.acceleration if walker else _ZERO
-        ahead = Ahead(estimate, joints, self._delay + 0.5 * dt, acceleration)
+        ahead = PredictedState(estimate, joints, self._delay + 0.5 * dt, acceleration)
         self._change_mode(dt, ahead, joints)
         command = self._commands.advance(dt, self._mode == Mode.WALK, *self._bounds())
         if self._walker is not None:
@@ -286,7 +286,7 @@ class GaitController:
             targets.leg(leg, effort=effort, position=held[3 * leg : 3 * leg + 3], kp=SIT_SPRING, kd=SIT_DAMPER)
         return targets
 
-    def _change_mode(self, dt: float, ahead: Ahead, joints: JointSample) -> None:
+    def _change_mode(self, dt: float, ahead: PredictedState, joints: JointSample) -> None:
         """Take the next step towards the mode asked for, if this one is finished."""
         mode, goal, planted = self._mode, self.aim, self._planted
         if self._safe is not None:
@@ -318,12 +318,12 @@ class GaitController:
                 planted.go(SIT_HEIGHT, RISE_TIME)
             elif goal == Mode.WALK:
                 self._mode, self._planted = Mode.WALK, None
-                self._walker = Walker(self._gait, ahead)
+                self._walker = WalkController(self._gait, ahead)
                 self._terrain.update(inf, self._estimate.contacts)
         elif mode in (Mode.WALK, Mode.STOPPING) and self._walker is not None:
             self._walk_on(dt, ahead, self._walker)
 
-    def _walk_on(self, dt: float, ahead: Ahead, walker: Walker) -> None:
+    def _walk_on(self, dt: float, ahead: PredictedState, walker: WalkController) -> None:
         """Keep walking, change the gait, or come to rest and plant the feet."""
         if self.aim == Mode.WALK:
             self._mode, self._stopping_for, walker.halting = Mode.WALK, 0.0, False
@@ -344,7 +344,7 @@ class GaitController:
                 BLIND_STOP_TIME if self._imu_watch.lost else STOP_TIME
             )
 
-    def _change_gait(self, dt: float, gait: Gait, ahead: Ahead, walker: Walker) -> None:
+    def _change_gait(self, dt: float, gait: Gait, ahead: PredictedState, walker: WalkController) -> None:
         """Let no foot lift until all stand, then go on with `gait`. A foot that finds no ground must not hold up the others for ever."""
         if walker.clock.gait is gait or not self._slow_enough(gait, ahead, walker):
             self._held_for = 0.0
@@ -355,12 +355,12 @@ class GaitController:
             walker.halting, self._held_for = False, 0.0
             walker.change(gait, ahead)
 
-    def _chosen(self, dt: float, walker: Walker) -> Gait:
+    def _chosen(self, dt: float, walker: WalkController) -> Gait:
         """The gait asked for; a trot for a while if that one has lost its balance: a trot can catch itself."""
         self._catching = CATCH_TIME if walker.upset else max(0.0, self._catching - dt)
         return GAITS["trot"] if self._catching > 0.0 and self._gait.sway is not None else self._gait
 
-    def _slow_enough(self, gait: Gait, ahead: Ahead, walker: Walker) -> bool:
+    def _slow_enough(self, gait: Gait, ahead: PredictedState, walker: WalkController) -> bool:
         """Whether a walk may change to `gait` now."""
         limits = gait.entry or gait.most
         if limits is None:
@@ -368,13 +368,13 @@ class GaitController:
         command = self._commands.velocity
         return limits.allows(command) and _speed(ahead, walker) < hypot(command[0], command[1]) + HASTE
 
-    def _plant(self, mode: Mode, ahead: Ahead, height: float, weight: float) -> None:
+    def _plant(self, mode: Mode, ahead: PredictedState, height: float, weight: float) -> None:
         self._mode = mode
-        self._planted = Planted(ahead, weight)
+        self._planted = StandController(ahead, weight)
         self._planted.go(height, RISE_TIME if mode == Mode.RISING else SETTLE_TIME)
 
 
-def _speed(ahead: Ahead, walker: Walker) -> float:
+def _speed(ahead: PredictedState, walker: WalkController) -> float:
     """Of the body over the ground, without its sway, m/s."""
     vx, vy, _ = ahead.velocity
     x, y = walker.drift

@@ -21,7 +21,7 @@ from robot.geometry.vectors import Floats
 from robot.planning.path import Path
 from robot.planning.wavefront import Nodes, spread
 
-__all__ = ["thread"]
+__all__ = ["plan_through_gap"]
 
 
 _AVERSION = 4.0
@@ -66,7 +66,9 @@ _SLOWEST = 0.3
 """A way that is slower than this asks for a finer look, m/s."""
 
 
-def thread(pose: Pose2, path: Path, along: float, goal: Pose2, around: LocalField, limits: Limits) -> Floats | None:
+def plan_through_gap(
+    pose: Pose2, path: Path, along: float, goal: Pose2, around: LocalField, limits: Limits
+) -> Floats | None:
     """Poses (n, 3) from here to a point of the path 1.6 m ahead (or its end), or None when the body does not get there.
 
     The poses lie at most 22 cm or 22.5 degrees apart; the first is the robot's own.

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from robot.control.follow import Follower, Phase, Step
-from robot.control.gaps import thread
+from robot.control.gaps import plan_through_gap
 from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion, State
 from robot.control.navigator_config import NavigatorConfig
@@ -77,7 +77,7 @@ class Navigator:
         self._planned, self._narrow, self._recovered = Planned(), NarrowSearches(), Recoveries()
         self._stepped_at: float | None = None
         self._straight = False
-        self.around.reopen()
+        self.around.unblock_all()
         self.failure = None
         self._enter(State.IDLE)
 
@@ -162,7 +162,7 @@ class Navigator:
         effect.
         """
         if scan is not None:
-            self.around.look(now, scanned_at or pose, scan)
+            self.around.integrate_scan(now, scanned_at or pose, scan)
         self.around.advance(now)
         if not self.state.running:
             return self._motion(ZERO_TWIST)
@@ -213,11 +213,11 @@ class Navigator:
         assert self.goal is not None
         forced = self._planned.again
         self._planned = Planned(now.time, self.around.changes, again=False, failure=self._planned.failure)
-        extra = self.around.extra()
+        extra = self.around.clearance_to_unmapped()
         try:
             path = self.planner.plan(now.pose, self.goal, extra)
         except NavigationError as error:
-            if self.around.reopen():
+            if self.around.unblock_all():
                 return self._replan(now)
             self._planned.failure = error
             if self.state is not State.WAITING:
@@ -237,7 +237,7 @@ class Navigator:
         rest = self.planner.price(self.follower.ahead(math.inf), extra)
         return self.planner.price(path.spaced(self.follower.config.spacing).points, extra) < self.config.gain * rest
 
-    def _thread(self, now: Instant) -> None:
+    def _plan_through_gap(self, now: Instant) -> None:
         """Where it is too narrow to follow the path with the body's middle, plan the heading too."""
         assert self.path is not None
         assert self.goal is not None
@@ -247,21 +247,21 @@ class Navigator:
         if not follower.is_tight(now.pose, now.field):
             return
         narrow.tried_at = now.time
-        poses = thread(now.pose, self.path, follower.along, self.goal, now.field, follower.limits)
+        poses = plan_through_gap(now.pose, self.path, follower.along, self.goal, now.field, follower.limits)
         if poses is not None:
             narrow.misfits = 0
-            follower.thread(poses)
+            follower.follow_poses(poses)
             return
         narrow.misfits += 1
         clearance, x, y = follower.narrowest(now.field, follower.config.offered_over)
         if narrow.misfits >= config.misfits and clearance < config.contact:
             narrow.misfits, self._planned.again = 0, True
-            self.around.close(x, y)
+            self.around.block(x, y)
 
     def _follow(self, now: Instant, dt: float) -> Motion:
         config, recovered = self.config, self._recovered
         if not self._straight:
-            self._thread(now)
+            self._plan_through_gap(now)
         step = self.follower.step(now.pose, now.field, dt)
         if step.phase is Phase.ARRIVED:
             self._enter(State.ARRIVED)
@@ -273,7 +273,7 @@ class Navigator:
             recovered.at = None
         blocked = self._blocked_for(now.time, step)
         if blocked > config.release:
-            self.follower.unthread()
+            self.follower.drop_poses()
         if blocked > config.held or self._progress.stuck(now.time, now.pose):
             return self._start_recovery(now)
         return self._motion(step.command, step)

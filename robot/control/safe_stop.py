@@ -15,7 +15,7 @@ from robot.control.drive import Targets
 from robot.geometry.vectors import Triple
 from robot.hardware.body import JointSample, MotorTargets
 from robot.model.kinematics import leg_inverse
-from robot.model.legs import LEVEL, Limbs, foot_velocities, limbs, torques
+from robot.model.legs import LEVEL, LegState, foot_velocities, leg_state, torques
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT
 from robot.model.stance import NOMINAL
 
@@ -69,7 +69,7 @@ class SafeStop:
     def step(self, dt: float, joints: JointSample) -> MotorTargets:
         """The motor targets of this step, `dt` seconds after the last."""
         angles = joints.position.tolist()
-        legs = limbs(angles, LEVEL)
+        legs = leg_state(angles, LEVEL)
         standing: list[bool] = joints.contact.tolist()
         if not self._start:
             self._begin(legs, angles, joints.velocity.tolist(), standing)
@@ -95,7 +95,7 @@ class SafeStop:
             )
         return targets.freeze()
 
-    def _begin(self, legs: Limbs, angles: list[float], speeds: list[float], standing: list[bool]) -> None:
+    def _begin(self, legs: LegState, angles: list[float], speeds: list[float], standing: list[bool]) -> None:
         """Note where the feet are, which stand, and how fast the body goes over them."""
         stood = standing if any(standing) else [True] * 4
         self._start = legs.feet
@@ -131,7 +131,7 @@ class SafeStop:
         return (x + (goal_x - x) * share, y + (goal_y - y) * share, max(z, -LONGEST))
 
 
-def _loads(legs: Limbs, standing: list[bool]) -> list[list[float]]:
+def _loads(legs: LegState, standing: list[bool]) -> list[list[float]]:
     """What each foot should push so that the standing ones carry a level body without tilting it."""
     down = [leg for leg in range(4) if standing[leg]]
     loads = [[0.0, 0.0, 0.0] for _ in range(4)]

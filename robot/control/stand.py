@@ -10,7 +10,7 @@ from math import atan, cos, inf, pi, sin
 
 from robot.control.balance import distribute
 from robot.control.drive import Targets
-from robot.estimation.predict import Ahead
+from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.geometry.vectors import Triple, to_body, to_ground
 from robot.model.kinematics import leg_inverse
@@ -18,7 +18,7 @@ from robot.model.legs import torques
 from robot.model.mass import standing_mass
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, STAND_HEIGHT
 
-__all__ = ["Planted"]
+__all__ = ["StandController"]
 
 SPRING, DAMPER = 120.0, 4.0
 """Joint gains, N m/rad and N m s/rad."""
@@ -33,10 +33,10 @@ CENTRING = 0.6
 """Seconds over which the body moves above the middle of its feet."""
 
 
-class Planted:
+class StandController:
     """A stance captured once; the body's height over it then follows a half-cosine to wherever it is sent."""
 
-    def __init__(self, ahead: Ahead, weight: float = 1.0) -> None:
+    def __init__(self, ahead: PredictedState, weight: float = 1.0) -> None:
         """Capture the feet as they stand. `weight` is the share of the robot's weight the legs carry at once (0 to 1)."""
         c, s = cos(ahead.yaw), sin(ahead.yaw)
         level = [(c * x + s * y, c * y - s * x, z) for x, y, z in ahead.feet]
@@ -59,7 +59,7 @@ class Planted:
     def arrived(self) -> bool:
         return self._time >= self._duration
 
-    def step(self, dt: float, ahead: Ahead) -> Targets:
+    def step(self, dt: float, ahead: PredictedState) -> Targets:
         """The motor targets of this step."""
         self._clock += dt
         self._weight = min(1.0, self._weight + dt / LOADING)
@@ -75,7 +75,7 @@ class Planted:
             targets.leg(leg, effort=effort, position=angles[leg], kp=SPRING, kd=DAMPER)
         return targets
 
-    def _forces(self, ahead: Ahead) -> list[Triple]:
+    def _forces(self, ahead: PredictedState) -> list[Triple]:
         c, s = cos(ahead.yaw), sin(ahead.yaw)
         inertia_x, inertia_y, _ = BODY.inertia
         moment_x = inertia_x * (ATTITUDE_SPRING * (self._roll - ahead.roll) - ATTITUDE_DAMPER * ahead.turn[0])

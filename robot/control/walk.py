@@ -18,7 +18,7 @@ from robot.control.swing import smooth, swing_path
 from robot.control.walk_config import WalkConfig
 from robot.control.walk_law import AT_REST, Step, WalkState, body_wrench, foothold, has_lost_balance, track
 from robot.estimation.leg_odometry import Estimator
-from robot.estimation.predict import Ahead
+from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.geometry.vectors import Triple, to_body, to_ground
 from robot.model.kinematics import leg_inverse, leg_jacobian
@@ -27,7 +27,7 @@ from robot.model.mass import standing_mass
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, STAND_HEIGHT
 from robot.model.stance import NOMINAL
 
-__all__ = ["Walker"]
+__all__ = ["WalkController"]
 
 STILL: Sway = (0.0, 0.0, 0.0)
 
@@ -50,12 +50,15 @@ class _Leg:
         """How much the foot is lifted because it hit something on its way, m; negative: it has not."""
 
 
-class Walker:
+class WalkController:
     """One walk, from all feet on the ground on. Call `step` at every control step."""
 
-    def __init__(self, gait: Gait, ahead: Ahead, config: WalkConfig | None = None) -> None:
+    def __init__(self, gait: Gait, ahead: PredictedState, config: WalkConfig | None = None) -> None:
         self._config = config or WalkConfig()
-        self._low, self._high = standing_mass(STAND_HEIGHT), standing_mass(self._config.height)
+        lowest = min(STAND_HEIGHT, self._config.height - self._config.crouch)
+        self._heights = (lowest, max(STAND_HEIGHT, self._config.height))
+        """Between which the hip plane stays over the feet, m."""
+        self._low, self._high = (standing_mass(height) for height in self._heights)
         self.clock = GaitClock(gait)
         self.clock.restart(settle=self._config.sway_time if gait.sway else 0.0)
         self.acceleration: Triple = (0.0, 0.0, 0.0)
@@ -65,7 +68,7 @@ class Walker:
         self._tracking = AT_REST
         """Of the latest step with a foot on the ground: a body in the air is not steered."""
         self.height = STAND_HEIGHT
-        self._mass = self._low
+        self._mass = standing_mass(STAND_HEIGHT)
         """How the mass lies at that height."""
         self.caution = 0.0
         """How much higher feet are lifted since one stumbled, m."""
@@ -78,7 +81,7 @@ class Walker:
         self.upset = False
         """Whether the body leans or moves in a way that this gait, if it sways, was not made for."""
 
-    def change(self, gait: Gait, ahead: Ahead) -> None:
+    def change(self, gait: Gait, ahead: PredictedState) -> None:
         """Go on with another gait; all feet stand. Of its legs, the one that is left behind most lifts first."""
         vx, vy, _ = to_body(ahead.rotation, ahead.velocity)
         ahead_by = [(x - x0) * vx + (y - y0) * vy for (x, y, _), (x0, y0) in zip(ahead.legs.feet, NOMINAL, strict=True)]
@@ -128,7 +131,9 @@ class Walker:
         """Whether any foot is in the air."""
         return any(leg.swinging for leg in self._legs)
 
-    def step(self, dt: float, estimate: Estimator, ahead: Ahead, terrain: TerrainPlane, command: Triple) -> Targets:
+    def step(
+        self, dt: float, estimate: Estimator, ahead: PredictedState, terrain: TerrainPlane, command: Triple
+    ) -> Targets:
         """The motor targets of this step for the velocity `command` (forward, left, turn; heading frame)."""
         self._pace(dt, ahead, command)
         self.clock.advance(dt)
@@ -145,7 +150,7 @@ class Walker:
                 self._swing(targets, index, leg, step)
         return targets
 
-    def _pace(self, dt: float, ahead: Ahead, command: Triple) -> None:
+    def _pace(self, dt: float, ahead: PredictedState, command: Triple) -> None:
         """Choose the step period and the body height for how fast the body is or should be."""
         vx, vy, _ = ahead.velocity
         speed = max(hypot(vx, vy), hypot(command[0], command[1]))
@@ -156,9 +161,11 @@ class Walker:
         height = config.height - config.crouch * max(0.0, min(1.0, (speed - low) / (high - low)))
         most = config.rise_speed * dt
         self.height += max(-most, min(most, height - self.height))
-        self._mass = self._low.between(self._high, (self.height - STAND_HEIGHT) / (config.height - STAND_HEIGHT))
+        lowest, highest = self._heights
+        share = (self.height - lowest) / (highest - lowest) if highest > lowest else 0.0
+        self._mass = self._low.between(self._high, share)
 
-    def _lean_over(self, dt: float, ahead: Ahead) -> None:
+    def _lean_over(self, dt: float, ahead: PredictedState) -> None:
         """Where the gait's sway is at the moment the motors act; it grows from nothing while all feet stand."""
         gait = self.clock.gait
         if gait.sway is None:
@@ -177,7 +184,7 @@ class Walker:
             sway(phase, period, share * side, change, self.height),
         )
 
-    def _schedule(self, dt: float, estimate: Estimator, ahead: Ahead) -> None:
+    def _schedule(self, dt: float, estimate: Estimator, ahead: PredictedState) -> None:
         """Decide for each leg whether it stands or swings at the moment the motors act."""
         config, held = self._config, self.halting or self.settling
         for index, leg in enumerate(self._legs):
@@ -224,8 +231,8 @@ class Walker:
         x, y, z = to_ground(ahead.rotation, ahead.legs.centre)
         z += FOOT_RADIUS
         arms = [(fx - x, fy - y, fz - z) for fx, fy, fz in (ahead.feet[leg] for leg in standing)]
-        grips = [self._legs[leg].grip for leg in standing]
-        forces = distribute(arms, wrench, (terrain.slope_x, terrain.slope_y), grips)
+        friction_shares = [self._legs[leg].grip for leg in standing]
+        forces = distribute(arms, wrench, (terrain.slope_x, terrain.slope_y), friction_shares)
         fx, fy, fz = (sum(column) / MASS for column in zip(*forces, strict=True))
         self.acceleration = (fx, fy, fz - GRAVITY)
         wx, wy, wz = to_body(ahead.rotation, (*step.wanted, 0.0))

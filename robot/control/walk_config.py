@@ -5,13 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from robot.geometry.vectors import Triple
+from robot.model.parameters import CALF, THIGH
 
 __all__ = ["WalkConfig"]
 
 
 @dataclass(frozen=True, slots=True)
 class WalkConfig:
-    """Gains are per mass or inertia, so that they are those of the motion and not of the robot."""
+    """Gains are per mass or inertia, so that they are those of the motion and not of the robot.
+
+    Raises `ValueError` for a height that no leg reaches, a crouch below the ground or upwards, and speeds of crouching that do not grow.
+    """
 
     # -- the body over its feet
     height: float = 0.52
@@ -102,3 +106,14 @@ class WalkConfig:
     """A body that leans more (rad) has lost the balance that a swaying gait relies on; chosen."""
     most_error: float = 0.30
     """The same for a velocity that is off by more, m/s; chosen."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.crouch < self.height < THIGH + CALF:
+            raise ValueError(
+                f"A walk at {self.height:g} m with a crouch of {self.crouch:g} m is none: choose 0 <= crouch < height < {THIGH + CALF:g} m."
+            )
+        slow, fast = self.crouch_speeds
+        if not slow < fast:
+            raise ValueError(
+                f"The body is lowered between two speeds that grow, not between {slow:g} and {fast:g} m/s."
+            )

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from robot.control.sway import Sway
 from robot.control.walk_config import WalkConfig
-from robot.estimation.predict import Ahead
+from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.geometry.angles import wrap
 from robot.geometry.vectors import Triple
@@ -50,7 +50,7 @@ class Step:
 
     dt: float
     """Since the last one, s."""
-    ahead: Ahead
+    ahead: PredictedState
     """Body and legs when the motors will act."""
     terrain: TerrainPlane
     wanted: Planar

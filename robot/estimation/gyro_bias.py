@@ -47,7 +47,7 @@ class GyroBias:
     def rest(self, dt: float, gyro: Triple) -> None:
         """Update of a robot at rest for `dt` seconds: the gyro measures its bias, with white noise, unless the innovation is too large for rest."""
         if max(abs(shown - bias) for shown, bias in zip(gyro, self.value, strict=True)) < STILL_RATE:
-            x, y, z = (self._learn(axis, gyro[axis], WHITE**2 / dt) for axis in range(3))
+            x, y, z = (self._kalman_update(axis, gyro[axis], WHITE**2 / dt) for axis in range(3))
             self.value = (x, y, z)
 
     def lean(self, dt: float, ex: float, ey: float) -> None:
@@ -58,14 +58,14 @@ class GyroBias:
     def turning(self, rate: float, variance: float) -> None:
         """Update about the vertical: what does not turn seemed to, at `rate` (rad/s, of this variance), so the bias is off by so much."""
         x, y, z = self.value
-        self.value = (x, y, self._learn(2, z + rate, variance))
+        self.value = (x, y, self._kalman_update(2, z + rate, variance))
 
-    def _learn(self, axis: int, told: float, noise: float) -> float:
-        """Scalar Kalman update of one axis: the measurement and its variance R; returns the new mean."""
+    def _kalman_update(self, axis: int, measured: float, noise: float) -> float:
+        """Scalar Kalman update of one axis: `noise` is the variance R of the measurement; returns the new mean."""
         variance = self._variance[axis]
         gain = variance / (variance + noise)
         self._variance[axis] = (1.0 - gain) * variance
-        return self.value[axis] + gain * (told - self.value[axis])
+        return self.value[axis] + gain * (measured - self.value[axis])
 
 
 class FootLine:
@@ -99,13 +99,13 @@ class FootLine:
 
         Returns rate and variance when a stance has ended that told something. `pair` (-1, -1): not just two feet stand firmly.
         """
-        told = None
+        fit = None
         if pair != self._pair:
-            told = self._fit()
+            fit = self._fit()
             self._pair = pair
             self._clear()
         if pair[0] < 0:
-            return told
+            return fit
         x, y, _ = arm
         angle = atan2(y, x)
         if self._count == 0:
@@ -120,15 +120,15 @@ class FootLine:
         self._a += turned
         self._ta += time * turned
         self._count += 1
-        return told
+        return fit
 
     def _fit(self) -> tuple[float, float] | None:
         """Least squares of the angle over time: the slope, and its variance."""
         count = self._count
         if self._time < self.LEAST:
             return None
-        spread = self._tt - self._t * self._t / count
-        rate = (self._ta - self._t * self._a / count) / spread
+        moment = self._tt - self._t * self._t / count
+        rate = (self._ta - self._t * self._a / count) / moment
         if abs(rate) > self.FASTEST:
             return None
-        return rate, self.ANGLE_NOISE**2 / spread + self.CREEP**2
+        return rate, self.ANGLE_NOISE**2 / moment + self.CREEP**2

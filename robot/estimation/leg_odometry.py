@@ -25,7 +25,7 @@ from robot.estimation.attitude import AttitudeFilter
 from robot.estimation.gyro_bias import FootLine
 from robot.geometry.vectors import Rows, Triple, Vector, to_body, to_ground
 from robot.hardware.body import ImuSample, JointSample
-from robot.model.legs import LEVEL, Limbs, foot_velocities, limbs
+from robot.model.legs import LEVEL, LegState, foot_velocities, leg_state
 from robot.model.parameters import FOOT_RADIUS, GRAVITY
 
 __all__ = ["Estimator"]
@@ -79,7 +79,7 @@ class Estimator:
         self.velocity: Triple = _NOWHERE
         """Body origin in odom axes, m/s."""
         self.contact: tuple[bool, ...] = (False,) * 4
-        self.legs: Limbs = limbs((0.0,) * 12, LEVEL)
+        self.legs: LegState = leg_state((0.0,) * 12, LEVEL)
         self.contacts: list[Triple] = [_NOWHERE] * 4
         """Where each foot's centre was when it last stood, odom, m."""
         self.slipping = [False] * 4
@@ -87,11 +87,12 @@ class Estimator:
         self.own_acceleration: Triple = _NOWHERE
         self._state = [[0.0, 0.0, 0.0] for _ in range(6)]
         """Mean: rows p, v, f1 to f4, columns x, y, z of odom."""
-        self._spread = [[(_SURE if i == 0 else _UNSURE) if i == j else 0.0 for j in range(6)] for i in range(6)]
+        self._covariance = [[(_SURE if i == 0 else _UNSURE) if i == j else 0.0 for j in range(6)] for i in range(6)]
         """Covariance P of that state, the same for every axis."""
         self._standing_for = [0.0] * 4
         self._sliding_for = [0.0] * 4
         self._smooth_velocity: Triple = _NOWHERE
+        """Low-passed mean velocity that the standing feet show, odom axes, m/s."""
         self._line = FootLine()
         self._started = False
 
@@ -115,7 +116,7 @@ class Estimator:
         self.attitude.update(dt, gyro, accel, own, still)
         up = self.attitude.up
         self.rotation = rotation = self.attitude.rotation
-        self.legs = limbs(angles, up)
+        self.legs = leg_state(angles, up)
         moving, rolling = foot_velocities(self.legs, angles, speeds, self.attitude.turn, up)
         self.contact = tuple(joints.contact.tolist())
         arms = [to_ground(rotation, foot) for foot in self.legs.feet]
@@ -124,21 +125,22 @@ class Estimator:
         roll = [to_ground(rotation, speed) for speed in rolling]
         x, y, z = to_ground(rotation, accel)
         self._predict(dt, (x, y, z - GRAVITY), roll)
-        told: list[Triple] = []
+        measured_velocity: list[Triple] = []
         for (rx, ry, rz), speed in zip(roll, moving, strict=True):
             mx, my, mz = to_ground(rotation, speed)
-            told.append((rx - mx, ry - my, rz - mz))
-        self._correct(dt, arms, told, leaving)
+            measured_velocity.append((rx - mx, ry - my, rz - mz))
+        self._correct(dt, arms, measured_velocity, leaving)
         if still and not any(self.contact):
             self._rest()
         self._pin_height(dt)
-        self._watch_acceleration(dt, told)
+        self._publish()
+        self._watch_acceleration(dt, measured_velocity)
         self._watch_heading(dt, arms, roll, leaving)
 
     @property
     def deviation(self) -> tuple[float, float]:
         """Standard deviations of position (m) and velocity (m/s) as the filter believes them, the same on every axis."""
-        return self._spread[0][0] ** 0.5, self._spread[1][1] ** 0.5
+        return self._covariance[0][0] ** 0.5, self._covariance[1][1] ** 0.5
 
     def _begin(self, arms: list[Triple]) -> None:
         self._started = True
@@ -150,7 +152,7 @@ class Estimator:
 
     def _predict(self, dt: float, acceleration: Triple, roll: list[Triple]) -> None:
         """Prediction over `dt` seconds: mean, and P <- F P F' + Q."""
-        state, spread = self._state, self._spread
+        state, covariance = self._state, self._covariance
         place, speed = state[0], state[1]
         for axis, push in enumerate(acceleration):
             place[axis] += speed[axis] * dt + push * (0.5 * dt * dt)
@@ -159,14 +161,14 @@ class Estimator:
             foot[0] += x * dt
             foot[1] += y * dt
             foot[2] += z * dt
-        spread[0] = [a + dt * b for a, b in zip(spread[0], spread[1], strict=True)]
-        for row in spread:
+        covariance[0] = [a + dt * b for a, b in zip(covariance[0], covariance[1], strict=True)]
+        for row in covariance:
             row[0] += dt * row[1]
-        spread[1][1] += ACCEL_NOISE**2 * dt
+        covariance[1][1] += ACCEL_NOISE**2 * dt
         for index in range(2, 6):
-            spread[index][index] += SLIDE_NOISE**2 * dt
+            covariance[index][index] += SLIDE_NOISE**2 * dt
 
-    def _correct(self, dt: float, arms: list[Triple], told: list[Triple], leaving: Sequence[bool]) -> None:
+    def _correct(self, dt: float, arms: list[Triple], measured_velocity: list[Triple], leaving: Sequence[bool]) -> None:
         """Correction by every standing foot, one after the other: their noises are independent, so the order does not matter."""
         state = self._state
         standing: list[tuple[int, float]] = []
@@ -179,7 +181,7 @@ class Estimator:
             if self._standing_for[leg] == 0.0:
                 self._land(leg, arms[leg])
             self._standing_for[leg] += dt
-            apart = dist(told[leg], velocity)
+            apart = dist(measured_velocity[leg], velocity)
             slides = apart > SLIDE and self._standing_for[leg] > FIRM and not leaving[leg]
             self._sliding_for[leg] = self._sliding_for[leg] + dt if slides else 0.0
             self.slipping[leg] = self._sliding_for[leg] > CERTAIN
@@ -188,57 +190,54 @@ class Estimator:
             standing.append((leg, DOUBT if slip or landing or leaving[leg] else 1.0))
         for leg, doubt in standing:
             foot = leg + 2
-            spread = self._spread
-            pull = [row[foot] - row[0] for row in spread]
+            covariance = self._covariance
+            cross = [row[foot] - row[0] for row in covariance]
             (x, y, z), (px, py, pz), (fx, fy, fz) = arms[leg], state[0], state[foot]
-            self._learn(pull, pull[foot] - pull[0] + doubt * PLACE_NOISE**2 / dt, x + px - fx, y + py - fy, z + pz - fz)
-            spread = self._spread
-            (x, y, z), (vx, vy, vz) = told[leg], state[1]
-            pull = [row[1] for row in spread]
-            self._learn(pull, pull[1] + doubt * SPEED_NOISE**2 / dt, x - vx, y - vy, z - vz)
+            self._kalman_update(
+                cross, cross[foot] - cross[0] + doubt * PLACE_NOISE**2 / dt, x + px - fx, y + py - fy, z + pz - fz
+            )
+            covariance = self._covariance
+            (x, y, z), (vx, vy, vz) = measured_velocity[leg], state[1]
+            cross = [row[1] for row in covariance]
+            self._kalman_update(cross, cross[1] + doubt * SPEED_NOISE**2 / dt, x - vx, y - vy, z - vz)
         if standing:
-            self._tidy()
+            self._symmetrize()
         for leg in range(4):
             x, y, z = state[leg + 2]
             if self.contact[leg]:
                 self.contacts[leg] = (x, y, z)
             else:
                 state[leg + 2] = [a + b for a, b in zip(state[0], arms[leg], strict=True)]
-        self._publish()
 
-    def _learn(self, pull: list[float], variance: float, x: float, y: float, z: float) -> None:
-        """Scalar Kalman update of each axis: `pull` = P H', `variance` = H P H' + R, and (x, y, z) is the innovation."""
+    def _kalman_update(self, cross: list[float], variance: float, x: float, y: float, z: float) -> None:
+        """Scalar Kalman update for each axis: `cross` = P H', `variance` = H P H' + R, (x, y, z) = innovation."""
         share = 1.0 / variance
         x, y, z = x * share, y * share, z * share
-        spread = self._spread
-        for index, weight in enumerate(pull):
+        covariance = self._covariance
+        for index, weight in enumerate(cross):
             row = self._state[index]
             row[0] += weight * x
             row[1] += weight * y
             row[2] += weight * z
             part = weight * share
-            spread[index] = [a - part * b for a, b in zip(spread[index], pull, strict=True)]
+            covariance[index] = [a - part * b for a, b in zip(covariance[index], cross, strict=True)]
 
-    def _tidy(self) -> None:
+    def _symmetrize(self) -> None:
         """Make the covariance symmetric again: rounding makes it unsymmetric, and that grows."""
-        spread = self._spread
+        covariance = self._covariance
         for i in range(1, 6):
-            row = spread[i]
+            row = covariance[i]
             for j in range(i):
-                row[j] = spread[j][i] = 0.5 * (row[j] + spread[j][i])
-
-    def _publish(self) -> None:
-        (px, py, pz), (vx, vy, vz) = self._state[0], self._state[1]
-        self.position, self.velocity = (px, py, pz), (vx, vy, vz)
+                row[j] = covariance[j][i] = 0.5 * (row[j] + covariance[j][i])
 
     def _land(self, leg: int, arm: Triple) -> None:
         """A foot touches down: its position is where the leg has it, its covariance that of the body's position plus `LANDING_NOISE`."""
-        foot, spread = leg + 2, self._spread
+        foot, covariance = leg + 2, self._covariance
         self._state[foot] = [a + b for a, b in zip(self._state[0], arm, strict=True)]
-        spread[foot] = spread[0].copy()
-        for row in spread:
+        covariance[foot] = covariance[0].copy()
+        for row in covariance:
             row[foot] = row[0]
-        spread[foot][foot] = spread[0][0] + LANDING_NOISE**2
+        covariance[foot][foot] = covariance[0][0] + LANDING_NOISE**2
 
     def _pin_height(self, dt: float) -> None:
         """Shift body and feet together towards height zero of the soles: no innovation of the filter changes by it."""
@@ -255,26 +254,33 @@ class Estimator:
     def _rest(self) -> None:
         """The robot lies on its skid, without a foot on the ground: its velocity is zero, and uncorrelated."""
         self._state[1] = [0.0, 0.0, 0.0]
-        for row in self._spread:
+        for row in self._covariance:
             row[1] = 0.0
-        self._spread[1] = [0.0, _UNSURE, 0.0, 0.0, 0.0, 0.0]
-        self.velocity = _NOWHERE
+        self._covariance[1] = [0.0, _UNSURE, 0.0, 0.0, 0.0, 0.0]
 
-    def _watch_acceleration(self, dt: float, told: list[Triple]) -> None:
-        """Own acceleration from the velocity by the feet alone: the filtered one contains the accelerometer and would agree with it."""
+    def _publish(self) -> None:
+        (px, py, pz), (vx, vy, vz) = self._state[0], self._state[1]
+        self.position, self.velocity = (px, py, pz), (vx, vy, vz)
+
+    def _watch_acceleration(self, dt: float, measured_velocity: list[Triple]) -> None:
+        """Own acceleration from the velocity by the feet alone: the filtered one contains the accelerometer and would agree with it.
+
+        While no foot stands (the flight of a bound or a pronk), the low-pass goes on with the last velocity that the feet have shown: a body in
+        flight keeps its horizontal velocity, and its vertical one does not tilt the horizon.
+        """
+        keep = exp(-dt / OWN_ACCEL_TIME)
         count = sum(self.contact)
-        if count == 0:
-            fade = 1.0 - dt / OWN_ACCEL_TIME
-            x, y, z = self.own_acceleration
-            self.own_acceleration = (x * fade, y * fade, z * fade)
-            return
-        blend = (1.0 - exp(-dt / OWN_ACCEL_TIME)) / dt
-        x = y = z = 0.0
-        for stands, (tx, ty, tz) in zip(self.contact, told, strict=True):
-            if stands:
-                x, y, z = x + tx, y + ty, z + tz
         sx, sy, sz = self._smooth_velocity
-        x, y, z = (x / count - sx) * blend, (y / count - sy) * blend, (z / count - sz) * blend
+        if count == 0:
+            x, y, z = self.own_acceleration
+            x, y, z = x * keep, y * keep, z * keep
+        else:
+            blend = (1.0 - keep) / dt
+            x = y = z = 0.0
+            for stands, (fx, fy, fz) in zip(self.contact, measured_velocity, strict=True):
+                if stands:
+                    x, y, z = x + fx, y + fy, z + fz
+            x, y, z = (x / count - sx) * blend, (y / count - sy) * blend, (z / count - sz) * blend
         self.own_acceleration = (x, y, z)
         self._smooth_velocity = (sx + x * dt, sy + y * dt, sz + z * dt)
 
@@ -285,9 +291,9 @@ class Estimator:
         if len(firm) == 2 and abs(self.attitude.turn[2]) < SLOW_TURN:
             pair = (firm[0], firm[1])
             arm, rolls = _between(arms, pair), _between(roll, pair)
-        told = self._line.update(dt, pair, arm, rolls)
-        if told is not None:
-            self.attitude.bias.turning(*told)
+        slope = self._line.update(dt, pair, arm, rolls)
+        if slope is not None:
+            self.attitude.bias.turning(*slope)
 
 
 def _triple(values: Vector) -> Triple:

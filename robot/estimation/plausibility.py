@@ -13,7 +13,7 @@ import numpy as np
 
 from robot.geometry.vectors import Triple, Vector
 from robot.hardware.body import ImuSample, JointSample
-from robot.model.legs import Limbs
+from robot.model.legs import LegState
 
 __all__ = ["ContactWatch", "ImuWatch", "JointWatch", "SwingSchedule"]
 
@@ -124,8 +124,8 @@ class JointWatch:
         """Whether there is a joint whose encoder cannot be relied on."""
         return self._trust.lost
 
-    def check(self, dt: float, sample: JointSample, told: Vector | None) -> JointSample:
-        """The sample; a joint that cannot be believed is where it was `told` to be last (shape (12,)), or where it was seen last."""
+    def check(self, dt: float, sample: JointSample, commanded: Vector | None) -> JointSample:
+        """The sample; a joint that cannot be believed is where it was `commanded` to be last (shape (12,)), or where it was seen last."""
         position, velocity = sample.position.tolist(), sample.velocity.tolist()
         self.bad = self._doubtful(dt, position, velocity)
         self._trust.update(dt, not self.bad)
@@ -134,7 +134,7 @@ class JointWatch:
             return sample
         position, velocity = position.copy(), velocity.copy()
         for joint in self.bad:
-            position[joint] = self._position[joint] if told is None else float(told[joint])
+            position[joint] = self._position[joint] if commanded is None else float(commanded[joint])
             velocity[joint] = 0.0
         self._position = position
         effort = np.nan_to_num(sample.effort, posinf=0.0, neginf=0.0)
@@ -187,7 +187,7 @@ class ContactWatch:
         """Seconds for which its leg bore weight while the contact was open."""
 
     def check(
-        self, dt: float, sample: JointSample, legs: Limbs, walker: SwingSchedule | None, silent: bool
+        self, dt: float, sample: JointSample, legs: LegState, walker: SwingSchedule | None, silent: bool
     ) -> list[bool] | None:
         """What to believe of each foot; None: what it shows. In a walk (`walker`) a foot that is not believed stands when it ought to."""
         if walker is None:
@@ -208,7 +208,7 @@ class ContactWatch:
         contact: bool,
         progress: float,
         sample: JointSample,
-        legs: Limbs,
+        legs: LegState,
         walker: SwingSchedule,
     ) -> None:
         if progress > IN_THE_AIR[0]:
@@ -228,7 +228,7 @@ class ContactWatch:
                     self.trusted[leg] = False
 
 
-def _bearing(leg: int, sample: JointSample, legs: Limbs) -> float:
+def _bearing(leg: int, sample: JointSample, legs: LegState) -> float:
     """How hard the ground pushes a foot up by the motor torques of its leg, N: -J^-T (torque - weight), the vertical part."""
     joints = slice(3 * leg, 3 * leg + 3)
     a, b, c = (float(t) - w for t, w in zip(sample.effort[joints], legs.weight[joints], strict=True))

@@ -14,12 +14,12 @@ from math import asin, atan2
 from robot.estimation.leg_odometry import Estimator
 from robot.geometry.vectors import Rows, Triple, to_ground
 from robot.hardware.body import JointSample
-from robot.model.legs import Limbs, limbs
+from robot.model.legs import LegState, leg_state
 
-__all__ = ["Ahead"]
+__all__ = ["PredictedState"]
 
 
-class Ahead:
+class PredictedState:
     """Body and legs `lead` seconds after the estimate; odom axes unless said otherwise."""
 
     __slots__ = (
@@ -59,6 +59,6 @@ class Ahead:
         self.pitch = -asin(max(-1.0, min(1.0, up_x)))
         angles, speeds = joints.position.tolist(), joints.velocity.tolist()
         self.angles: Sequence[float] = [angle + speed * lead for angle, speed in zip(angles, speeds, strict=True)]
-        self.legs: Limbs = limbs(self.angles, third)
+        self.legs: LegState = leg_state(self.angles, third)
         self.feet: list[Triple] = [to_ground(self.rotation, foot) for foot in self.legs.feet]
         """Foot centres from the body origin."""

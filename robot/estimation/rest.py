@@ -72,7 +72,7 @@ def rest_of(
         raise NotAtRest("nobody tells how fast the body moves: odometry is silent")
     speed, turn = float(np.sqrt(np.mean(np.square(speeds)))), abs(float(np.mean(turns)))
     rates, forces = np.asarray(gyro, dtype=np.float64), np.asarray(accel, dtype=np.float64)
-    spread = rates.std(axis=0, ddof=1)
+    deviation = rates.std(axis=0, ddof=1)
     if not speed <= SPEED_LIMIT:
         raise NotAtRest(
             f"the robot moves at {speed:.3f} m/s, more than {SPEED_LIMIT:g}: let it stand still for {AT_REST:g} s"
@@ -81,9 +81,9 @@ def rest_of(
         raise NotAtRest(
             f"the robot turns at {turn:.3f} rad/s, more than {GYRO_LIMIT:g}: let it stand still for {AT_REST:g} s"
         )
-    if not float(spread.max()) <= GYRO_LIMIT:
+    if not float(deviation.max()) <= GYRO_LIMIT:
         raise NotAtRest(
-            f"the gyro shakes by {float(spread.max()):.3f} rad/s (standard deviation), more than {GYRO_LIMIT:g}: "
+            f"the gyro shakes by {float(deviation.max()):.3f} rad/s (standard deviation), more than {GYRO_LIMIT:g}: "
             f"let the robot stand still for {AT_REST:g} s"
         )
     third = len(forces) // 3
@@ -93,4 +93,4 @@ def rest_of(
         raise NotAtRest(
             f"the robot tilts by {tilt:.4f} rad meanwhile, more than {TILT_LIMIT:g}: let it settle, and stand still for {AT_REST:g} s"
         )
-    return Rest(rates.mean(axis=0), spread, forces.mean(axis=0), len(rates))
+    return Rest(rates.mean(axis=0), deviation, forces.mean(axis=0), len(rates))

@@ -90,8 +90,8 @@ class ScanMatcher:
         for _ in range(_ROUNDS):
             errors, slope = self._errors(state, beam_x, beam_y)
             weighted = slope * (1.0 / (1.0 + (errors / scale) ** 2))[:, None]
-            pull = weighted.T @ errors + information @ (state - prior)
-            step = np.linalg.solve(weighted.T @ slope + information, pull)
+            gradient = weighted.T @ errors + information @ (state - prior)
+            step = np.linalg.solve(weighted.T @ slope + information, gradient)
             state = state - step
             if float(np.abs(step).max()) < _SETTLED:
                 if scale == _NARROW:

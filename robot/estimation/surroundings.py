@@ -57,7 +57,7 @@ class Surroundings:
         self._seen: Floats = np.full(shape, -np.inf)
         self._since: Floats = np.full(shape, np.inf)
         self._marked = np.zeros(shape, dtype=np.bool_)
-        self._closed: list[tuple[float, float]] = []
+        self._blocked: list[tuple[float, float]] = []
         self.changes = 0
         """How often marks were added or removed."""
 
@@ -81,9 +81,9 @@ class Surroundings:
         """Time passes, with or without a scan: what moved and has not been seen for a while is forgotten."""
         self.movers.age(now)
 
-    # --- looking ----------------------------------------------------------------------------------------------------
+    # --- scans ----------------------------------------------------------------------------------------------------------
 
-    def look(self, now: float, pose: Pose2, ranges: Floats) -> None:
+    def integrate_scan(self, now: float, pose: Pose2, ranges: Floats) -> None:
         """Take in one scan from `pose`: beam i looks along yaw - pi + i 2 pi / n; ranges at or over the maximum are no
         return.
         """
@@ -143,24 +143,24 @@ class Surroundings:
 
     # --- distances --------------------------------------------------------------------------------------------------
 
-    def extra(self) -> Floats | None:
-        """Clearance (m) from the marks and closed places, per cell of the map, 1 m at most; None when there are none."""
-        if not self._closed:
+    def clearance_to_unmapped(self) -> Floats | None:
+        """Clearance (m) from the marks and blocked places, per cell of the map, 1 m at most; None when there are none."""
+        if not self._blocked:
             return self._distance(self._marked) if self._marked.any() else None
         marked = self._marked.copy()
-        for x, y in self._closed:
+        for x, y in self._blocked:
             cell = self.grid.cell(x, y)
             if cell is not None:
                 marked[cell] = True
         return self._distance(marked)
 
-    def close(self, x: float, y: float) -> None:
-        """Plan no path through this place: the body turned out not to fit. It stays closed until `reopen`."""
-        self._closed.append((x, y))
+    def block(self, x: float, y: float) -> None:
+        """Plan no path through this place: the body turned out not to fit. It stays blocked until `unblock_all`."""
+        self._blocked.append((x, y))
 
-    def reopen(self) -> bool:
-        """Open all closed places again; True if there were any."""
-        had, self._closed = bool(self._closed), []
+    def unblock_all(self) -> bool:
+        """Unblock all places; True if there were any."""
+        had, self._blocked = bool(self._blocked), []
         return had
 
     def _distance(self, marked: NDArray[np.bool_]) -> Floats:

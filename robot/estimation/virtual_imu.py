@@ -13,10 +13,10 @@ import numpy as np
 from robot.estimation.terrain import plane
 from robot.geometry.vectors import Rows, Triple, Vector, to_body
 from robot.hardware.body import ImuSample, JointSample
-from robot.model.legs import Limbs, foot_velocities
+from robot.model.legs import LegState, foot_velocities
 from robot.model.parameters import GRAVITY
 
-__all__ = ["felt"]
+__all__ = ["virtual_imu"]
 
 CATCH_UP = 0.05
 """Time constant (s) with which the attitude is brought to what four standing feet show."""
@@ -26,7 +26,7 @@ UNSEEN = 1e-3
 """Tikhonov term of the least squares, m2: with two feet the turn about the line between them cannot be observed."""
 
 
-def felt(legs: Limbs, joints: JointSample, rotation: Rows, slope: tuple[float, float]) -> ImuSample:
+def virtual_imu(legs: LegState, joints: JointSample, rotation: Rows, slope: tuple[float, float]) -> ImuSample:
     """The sample of an IMU in a body that is at rest on its standing feet but for turning, as those show it.
 
     Without standing feet the attitude is kept. With four it is also brought to the one that the ground asks for: `slope` is the
@@ -41,7 +41,7 @@ def felt(legs: Limbs, joints: JointSample, rotation: Rows, slope: tuple[float, f
     return ImuSample(np.clip(turn, -FASTEST, FASTEST), GRAVITY * np.array(up))
 
 
-def _turning(legs: Limbs, joints: JointSample, standing: Sequence[bool], up: Triple) -> Vector:
+def _turning(legs: LegState, joints: JointSample, standing: Sequence[bool], up: Triple) -> Vector:
     """The angular velocity (body axes, rad/s) with which the body turns over its standing feet, two at least; least squares."""
     moving, rolling = foot_velocities(legs, joints.position.tolist(), joints.velocity.tolist(), (0.0, 0.0, 0.0), up)
     feet, speeds = np.array(legs.feet)[standing], (np.array(moving) - np.array(rolling))[standing]

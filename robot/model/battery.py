@@ -29,8 +29,6 @@ EMPTY_VOLTAGE = 10.0
 
 _SOC = np.array([0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0])
 _OCV = np.array([3.00, 3.30, 3.45, 3.56, 3.62, 3.67, 3.73, 3.81, 3.91, 4.00, 4.09, 4.13, 4.20])
-_ENERGY = np.concatenate([[0.0], np.cumsum(np.diff(_SOC) * (_OCV[1:] + _OCV[:-1]) / 2)])
-"""Integral of the open-circuit voltage over the state of charge up to each knot, V."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,15 +94,3 @@ class PackDesign:
     def capacity(self, temperature: float) -> float:
         """Usable capacity at `temperature` C, Ah: 0.6 % less for each degree below 25 C."""
         return self.design_capacity * (1.0 - 0.006 * max(0.0, 25.0 - temperature))
-
-    def energy_between(self, low: float, high: float, temperature: float = 25.0) -> float:
-        """Energy stored between two states of charge, Wh, before losses in the pack's resistance."""
-        return self.series_cells * self.capacity(temperature) * (_energy_below(high) - _energy_below(low))
-
-
-def _energy_below(soc: float) -> float:
-    """Exact integral of the piecewise linear table from 0 to `soc`, V."""
-    knot = int(np.searchsorted(_SOC, soc, side="right")) - 1
-    knot = min(max(knot, 0), len(_SOC) - 1)
-    voltage = float(np.interp(soc, _SOC, _OCV))
-    return float(_ENERGY[knot]) + (soc - float(_SOC[knot])) * (voltage + float(_OCV[knot])) / 2

@@ -23,7 +23,6 @@ __all__ = [
     "Reach",
     "feet",
     "inverse",
-    "jacobians",
     "leg_forward",
     "leg_inverse",
     "leg_jacobian",
@@ -118,12 +117,6 @@ def inverse(points: Vector) -> Reach:
     ]
     fl, fr, rl, rr = (leg.reachable for leg in legs)
     return Reach(np.array([angle for leg in legs for angle in leg[:3]]), (fl, fr, rl, rr))
-
-
-def jacobians(joints: Sequence[float] | Vector) -> Vector:
-    """The Jacobians of the four feet, shape (4, 3, 3): leg, axis of the body frame, joint of that leg."""
-    q = [float(angle) for angle in joints]
-    return np.array([leg_jacobian(side, *q[3 * leg : 3 * leg + 3]) for leg, side in enumerate(SIDES)])
 
 
 def within_limits(joints: Sequence[float] | Vector, margin: float = 0.0) -> bool:

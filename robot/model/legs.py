@@ -27,7 +27,7 @@ from robot.model.parameters import (
     THIGH_MASS,
 )
 
-__all__ = ["LEVEL", "Limbs", "foot_velocities", "limbs", "torques"]
+__all__ = ["LEVEL", "LegState", "foot_velocities", "leg_state", "torques"]
 
 LEVEL: Triple = (0.0, 0.0, 1.0)
 """The vertical of a level body, body axes."""
@@ -37,7 +37,7 @@ _CALF_MASS_POINT = -CALF_COM[2]
 _LEGS = tuple((x, y, side, side * ABDUCTION) for (x, y), side in zip(HIPS, SIDES, strict=True))
 
 
-class Limbs(NamedTuple):
+class LegState(NamedTuple):
     """Four legs at one instant, body axes, legs in order fl, fr, rl, rr."""
 
     feet: list[Triple]
@@ -50,7 +50,7 @@ class Limbs(NamedTuple):
     """The 12 joint torques that carry the links against gravity, N m."""
 
 
-def limbs(angles: Sequence[float], up: Triple) -> Limbs:
+def leg_state(angles: Sequence[float], up: Triple) -> LegState:
     """The legs at 12 joint angles (rad); `up` is the world's vertical in body axes.
 
     Weight torques: minus the sum over the links of J_com^T (m g); see docs/control.md#legs.
@@ -91,7 +91,7 @@ def limbs(angles: Sequence[float], up: Triple) -> Limbs:
             thigh_pull * (thigh_h * up_x + thigh_x * sideways) + calf_pull * (point_h * up_x + point_x * sideways)
         )
         weight.append(calf_pull * (-shin_z * up_x - shin_x * sideways))
-    return Limbs(feet, jacobians, (mx / MASS, my / MASS, mz / MASS), weight)
+    return LegState(feet, jacobians, (mx / MASS, my / MASS, mz / MASS), weight)
 
 
 def torques(jacobian: Rows, fx: float, fy: float, fz: float) -> Triple:
@@ -101,7 +101,7 @@ def torques(jacobian: Rows, fx: float, fy: float, fz: float) -> Triple:
 
 
 def foot_velocities(
-    now: Limbs, angles: Sequence[float], speeds: Sequence[float], turn: Triple, up: Triple
+    now: LegState, angles: Sequence[float], speeds: Sequence[float], turn: Triple, up: Triple
 ) -> tuple[list[Triple], list[Triple]]:
     """Velocity of each foot's centre as seen from the body, and what of it is rolling, if the foot stands; m/s, body axes.
 

@@ -7,8 +7,6 @@ and link centres of mass) and Isaac Lab's actuator data (torque limits). The men
 
 from __future__ import annotations
 
-from bisect import bisect_right
-
 __all__ = [
     "ABDUCTION",
     "BODY_INERTIA",
@@ -38,7 +36,6 @@ __all__ = [
     "THIGH_MASS",
     "TORQUE_LIMIT",
     "TRUNK",
-    "knee_torque_limit",
 ]
 
 GRAVITY = 9.81
@@ -98,17 +95,4 @@ KNEE_TORQUE = (
     (-0.50, 60.6),
     (-0.247, 30.6),
 )
-"""Knee angle (rad) against the largest torque (N m): the linkage's lever arm shrinks towards both ends; linear between."""
-
-_ANGLES = tuple(angle for angle, _ in KNEE_TORQUE)
-
-
-def knee_torque_limit(angle: float) -> float:
-    """The largest knee torque (N m) at knee `angle` (rad); constant beyond the ends of the measured curve."""
-    after = bisect_right(_ANGLES, angle)
-    if after == 0:
-        return KNEE_TORQUE[0][1]
-    if after == len(_ANGLES):
-        return KNEE_TORQUE[-1][1]
-    (a0, t0), (a1, t1) = KNEE_TORQUE[after - 1], KNEE_TORQUE[after]
-    return t0 + (t1 - t0) * (angle - a0) / (a1 - a0)
+"""Knee angle (rad) against the largest torque (N m): the linkage's lever arm shrinks towards both ends; linear between, constant beyond."""

@@ -17,7 +17,7 @@ __all__ = ["Path", "line_cells", "pull"]
 _SLACK = 0.01
 """By this share a straight line may cost more than the stretch it replaces; chosen: costs are sampled every half cell."""
 _ROUNDING = 1e-9
-"""And by this much, as sums of floats differ."""
+"""And by this much, as sums of floats differ; points nearer to each other than this (m) are one."""
 _NO_LENGTH = 1e-12
 """What the square of a piece's length is divided by at least, m2: two points may coincide."""
 
@@ -55,7 +55,7 @@ class Path:
         if len(self.points) == 1:
             return 0.0, math.hypot(x - self.points[0, 0], y - self.points[0, 1])
         first = max(int(np.searchsorted(self.arc, low, side="right")) - 1, 0)
-        last = min(int(np.searchsorted(self.arc, high)), len(self.arc) - 1)
+        last = max(1, min(int(np.searchsorted(self.arc, high)), len(self.arc) - 1))
         first = min(first, last - 1)
         begin, end = self.points[first:last], self.points[first + 1 : last + 1]
         stretch = end - begin
@@ -68,9 +68,10 @@ class Path:
         return min(max(along, low), min(high, self.length)), float(off[best])
 
     def spaced(self, step: float) -> Path:
-        """The same line with a point at least every `step` metres."""
+        """The same line with a point at least every `step` metres, and no two in one place, so that each piece has a direction."""
         count = max(math.ceil(self.length / step), 1)
         along = np.union1d(np.linspace(0.0, self.length, count + 1), self.arc)
+        along = along[np.append(np.diff(along) > _ROUNDING, True)]
         return Path(np.column_stack([np.interp(along, self.arc, self.points[:, k]) for k in (0, 1)]))
 
 

@@ -8,7 +8,7 @@ from math import atan2, cos, hypot, sin
 from robot.geometry.planar import Pose2
 from robot.model.arm import MOUNT, OutOfReach, Tip, inverse
 
-__all__ = ["GRASP_DISTANCE", "Ring", "in_arm_frame", "reach_ring", "standing_place"]
+__all__ = ["GRASP_DISTANCE", "Ring", "reach_ring", "standing_place"]
 
 GRASP_DISTANCE = 0.02
 """The tool's tip holds a thing that is nearer than this, m."""
@@ -19,13 +19,6 @@ _UNDER = 1e-6
 
 Ring = tuple[float, float]
 """Nearest and farthest horizontal distance from the arm's mount, m."""
-
-
-def in_arm_frame(point: tuple[float, float, float], body: Pose2, body_height: float, pitch: float = 0.0) -> Tip:
-    """A world point (m) as a goal for the tool's tip, for a level body at `body` whose origin is `body_height` m up."""
-    c, s = cos(body.yaw), sin(body.yaw)
-    dx, dy = point[0] - body.x, point[1] - body.y
-    return Tip(c * dx + s * dy - MOUNT[0], c * dy - s * dx - MOUNT[1], point[2] - body_height - MOUNT[2], pitch)
 
 
 @lru_cache(maxsize=64)

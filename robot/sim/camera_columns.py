@@ -116,7 +116,7 @@ def _box_hits(boxes: Floats, eye: Eye, columns: slice) -> tuple[Floats, Floats, 
     px, py = c * rel_x + s * rel_y, c * rel_y - s * rel_x
     ux, uy = turn_c - turn_s * slopes, turn_s + turn_c * slopes
     # Rays along a side give inf, and NaN in its very plane, which is a miss.
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         inv_x, inv_y = 1.0 / ux, 1.0 / uy
         mid_x, mid_y = -px * inv_x, -py * inv_y
         wide_x, wide_y = half_l * np.abs(inv_x), half_w * np.abs(inv_y)

@@ -9,7 +9,7 @@ import numpy as np
 from robot.geometry.planar import Twist2
 from robot.geometry.vectors import Vector
 from robot.hardware.body import MotorTargets
-from robot.model.legs import foot_velocities, limbs
+from robot.model.legs import foot_velocities, leg_state
 
 __all__ = ["Pushed", "chase", "pushed_body"]
 
@@ -41,7 +41,7 @@ def chase(joints: Vector, targets: MotorTargets) -> Vector:
 def pushed_body(joints: Vector, speeds: Vector) -> Pushed:
     """The body motion that lets standing feet roll but not slide: v + w x p = roll - J qd for each, by least squares."""
     angles, up = joints.tolist(), (0.0, 0.0, 1.0)
-    now = limbs(angles, up)
+    now = leg_state(angles, up)
     moving, rolling = foot_velocities(now, angles, speeds.tolist(), (0.0, 0.0, 0.0), up)
     lowest = min(z for _, _, z in now.feet)
     contact = [z < lowest + STANDING_BAND for _, _, z in now.feet]

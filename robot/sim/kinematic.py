@@ -25,7 +25,7 @@ from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
 from robot.geometry.vectors import Triple, Vector
 from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Truth
 from robot.model.kinematics import feet, inverse, leg_forward, leg_inverse, leg_jacobian, within_limits
-from robot.model.legs import limbs, torques
+from robot.model.legs import leg_state, torques
 from robot.model.modes import GOALS, Mode
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.power import STANDING, typical_motor_power
@@ -347,7 +347,7 @@ class KinematicBody(BodyShell):
 
     def _static_torque(self) -> Vector:
         """Torques that hold the robot still: its weight in equal shares on the standing feet, and the links' own."""
-        now = limbs(self._joints.tolist(), LEVEL)
+        now = leg_state(self._joints.tolist(), LEVEL)
         share = MASS * GRAVITY / max(1, sum(self._contact))
         effort = np.array(now.weight)
         for leg, stands in enumerate(self._contact):

@@ -48,7 +48,7 @@ def _box_hits(boxes: Floats, x: float, y: float, dx: Floats, dy: Floats) -> Floa
     ux, uy = c * dx + s * dy, c * dy - s * dx
     # A beam parallel to a face, or as good as parallel, gives +-inf, which min and max carry correctly. Only a beam that runs exactly in a
     # face's plane gives 0 * inf = NaN: grazing without a hit, which is what fmin and fmax make of it.
-    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         inv_x, inv_y = 1.0 / ux, 1.0 / uy
         near_x, far_x = (-half_l - px) * inv_x, (half_l - px) * inv_x
         near_y, far_y = (-half_w - py) * inv_y, (half_w - py) * inv_y

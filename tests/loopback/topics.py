@@ -98,6 +98,8 @@ class LoopbackTopic(TopicEntry):
 class RemoteSubscription:
     """A subscription as its publishers' process knows it. Counts, room and events are asked for at the other side."""
 
+    here = False
+
     def __init__(self, announced: SubscriptionPeer, entry: LoopbackTopic) -> None:
         self.node = RemoteNode(announced.node.fqn)
         self.type = announced.type
@@ -137,6 +139,9 @@ class RemoteSubscription:
     def notify(self) -> None:
         self._announced.notify()
 
+    def count_lost(self, messages: int) -> None:
+        self._announced.count_lost(messages)
+
     def count_incompatible_qos(self, policy: str) -> None:
         """Its own process finds the publisher, too, and counts it."""
 
@@ -163,6 +168,8 @@ class RemotePublisher:
     Messages are kept by their numbers as long as the publisher latches them, so that one that comes twice (on its way, and because somebody asks
     for what is latched) is one object.
     """
+
+    here = False
 
     def __init__(self, announced: PublisherPeer, entry: TopicEntry) -> None:
         self.node = RemoteNode(announced.node.fqn)

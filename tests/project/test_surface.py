@@ -40,6 +40,7 @@ FACES = (
     "actors.testing",
     "actors.testing.faults",
     "actors.time",
+    "actors.transport",
     "actors.typing",
 )
 """The public places. Two of them stand apart from the package they lie in because they are imported only where they are needed."""

@@ -1,4 +1,4 @@
-"""Who drives, and what spoken words ask for."""
+"""Who drives."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot.control.arbiter import Source, VelocityArbiter, VelocityLimits, Verdict
-from robot.control.voice import WORDS, interpret
 from robot.geometry.planar import ZERO_TWIST, Twist2
 
 AHEAD = Twist2(0.3, 0.0, 0.0)
@@ -178,46 +177,6 @@ def test_f_08_clearing_a_stop_does_not_enable_and_the_first_reason_is_kept() -> 
     arbiter.clear()
     assert not arbiter.enabled
     assert arbiter.offer(Source.TELEOP, AHEAD, 0.0) is Verdict.DISABLED
-
-
-# --- voice ----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("words", "vx", "wz"),
-    [
-        (("forward", "frente", "FORWARD", "Frente", " forward! "), 1.0, 0.0),
-        (("back", "trás", "tras", "TRÁS", "tra\u0301s"), -1.0, 0.0),
-        (("left", "esquerda", "Esquerda."), 0.0, 1.0),
-        (("right", "direita"), 0.0, -1.0),
-        (("stop", "parar", "STOP", "Parar!"), 0.0, 0.0),
-    ],
-)
-def test_x_07_words_in_english_and_portuguese(words: tuple[str, ...], vx: float, wz: float) -> None:
-    for word in words:
-        assert interpret(word) == Twist2(vx, 0.0, wz)
-
-
-@pytest.mark.parametrize("text", ["stop going forward", "forward stop", "don't stop", "Parar, não frente", "stop_now"])
-def test_x_07b_stop_wins_over_any_other_word(text: str) -> None:
-    assert interpret(text) == ZERO_TWIST
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["don't go forward", "go forward", "forward left", "forwards", "straightforward", "backpack", "", "  ", "jump"],
-)
-def test_x_07b_anything_but_one_exact_word_moves_nothing(text: str) -> None:
-    assert interpret(text) is None
-
-
-sentences = st.lists(st.sampled_from([*WORDS, "go", "please", "não", "now"]), min_size=2, max_size=6)
-
-
-@given(sentences, st.sampled_from([" ", ", ", "-", "_", "  "]))
-def test_x_07b_a_sentence_stops_or_does_nothing(words: list[str], between: str) -> None:
-    expected = ZERO_TWIST if {"stop", "parar"} & set(words) else None
-    assert interpret(between.join(words)) == expected
 
 
 # --- a spoken stop --------------------------------------------------------------------------------------------------

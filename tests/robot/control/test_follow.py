@@ -2,38 +2,27 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from robot.control.follow import Follower
+from robot.control.follow import Follower, Step
 from robot.control.limits import Limits
+from robot.control.rollout import HORIZON, clearances
 from robot.estimation.local_field import LocalField
 from robot.estimation.surroundings import Surroundings
-from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2, Twist2
-from robot.model.footprint import Footprint
 from robot.planning.grid import Grid
 from robot.planning.path import Path
-from robot.scenes.scene import Box
+from robot.scenes.scene import Box, Cylinder
 from robot.scenes.worlds import get_world
-from robot.sim.rays import cast
-from tests.robot.control.navigation_sim import Walker
-from tests.robot.stage import floor
+from tests.robot.control.kit import field, line
 
 LIMITS = Limits()
-
-
-def field(*obstacles: Box) -> LocalField:
-    return Surroundings(Grid.from_scene(floor(*obstacles, half=10.0))).local_field(Pose2(0, 0))
-
-
-def straight(*points: tuple[float, float]) -> Path:
-    return Path(np.array(points, dtype=np.float64))
 
 
 def first_step(follower: Follower, pose: Pose2, around: LocalField) -> Twist2:
@@ -42,7 +31,7 @@ def first_step(follower: Follower, pose: Pose2, around: LocalField) -> Twist2:
 
 def test_a_path_straight_ahead_is_walked_forward() -> None:
     follower = Follower()
-    follower.follow(straight((0, 0), (4, 0)), Pose2(4, 0))
+    follower.follow(line((0, 0), (4, 0)), Pose2(4, 0))
     command = first_step(follower, Pose2(0, 0), field())
     assert command.vx > 0.0
     assert command.wz == pytest.approx(0.0, abs=1e-6)
@@ -51,7 +40,7 @@ def test_a_path_straight_ahead_is_walked_forward() -> None:
 @pytest.mark.parametrize(("bearing", "sign"), [(1.5, 1.0), (-1.5, -1.0), (3.0, 1.0)])
 def test_a_path_to_the_side_is_first_turned_to_on_the_spot(bearing: float, sign: float) -> None:
     follower = Follower()
-    follower.follow(straight((0, 0), (4 * math.cos(bearing), 4 * math.sin(bearing))), Pose2(0, 4))
+    follower.follow(line((0, 0), (4 * math.cos(bearing), 4 * math.sin(bearing))), Pose2(0, 4))
     around = field()
     step = follower.step(Pose2(0, 0), around, 0.1)
     assert step.phase == "turning"
@@ -61,14 +50,14 @@ def test_a_path_to_the_side_is_first_turned_to_on_the_spot(bearing: float, sign:
 
 def test_a_robot_beside_its_path_steps_back_onto_it() -> None:
     follower = Follower()
-    follower.follow(straight((0, 0), (6, 0)), Pose2(6, 0))
+    follower.follow(line((0, 0), (6, 0)), Pose2(6, 0))
     command = first_step(follower, Pose2(1.0, -0.15), field())
     assert command.vy > 0.0
 
 
 def test_in_front_of_an_unseen_turn_of_the_world_it_stops() -> None:
     follower = Follower()
-    follower.follow(straight((0, 0), (4, 0)), Pose2(4, 0))
+    follower.follow(line((0, 0), (4, 0)), Pose2(4, 0))
     around = field(Box(0.75, 0, 0.2, 2), Box(-0.75, 0, 0.2, 2), Box(0, 0.4, 2, 0.2), Box(0, -0.4, 2, 0.2))
     step = follower.step(Pose2(0, 0), around, 0.1)
     assert (step.phase, step.command) == ("blocked", Twist2())
@@ -79,7 +68,7 @@ def test_a_goal_within_reach_is_approached_backward_and_sideways_without_turning
     follower = Follower()
     for goal in (Pose2(-0.3, 0.0), Pose2(0.0, 0.3), Pose2(0.0, -0.3)):
         follower.halt()
-        follower.follow(straight((0, 0), (goal.x, goal.y)), goal)
+        follower.follow(line((0, 0), (goal.x, goal.y)), goal)
         command = first_step(follower, Pose2(0, 0), field())
         assert command.vx * goal.x >= 0.0
         assert command.vy * goal.y >= 0.0
@@ -88,7 +77,7 @@ def test_a_goal_within_reach_is_approached_backward_and_sideways_without_turning
 
 def test_at_the_goal_it_says_so_and_stands() -> None:
     follower = Follower()
-    follower.follow(straight((1.2, 0), (2, 0)), Pose2(2, 0, 1.0))
+    follower.follow(line((1.2, 0), (2, 0)), Pose2(2, 0, 1.0))
     around = field()
     assert follower.step(Pose2(1.98, 0.01, 0.2), around, 0.1).phase == "approaching"
     step = follower.step(Pose2(1.98, 0.01, 0.97), around, 0.1)
@@ -106,7 +95,7 @@ def test_no_command_leaves_the_limits_or_jumps_up_faster_than_the_accelerations(
     scene = get_world("pillars")
     around = Surroundings(Grid.from_scene(scene))
     follower = Follower(LIMITS)
-    follower.follow(straight((-0.8, 0), (1.2, 1.2), (4.8, 0)), Pose2(4.8, 0))
+    follower.follow(line((-0.8, 0), (1.2, 1.2), (4.8, 0)), Pose2(4.8, 0))
     last = Twist2()
     for dx, dy, yaw in shifts:
         pose = Pose2(dx, dy, yaw)
@@ -123,103 +112,225 @@ def test_no_command_leaves_the_limits_or_jumps_up_faster_than_the_accelerations(
         last = command
 
 
-def test_the_outline_covers_the_rectangle() -> None:
-    footprint = Footprint()
-    assert footprint.circumscribed == pytest.approx(0.604, abs=1e-3)
-    assert np.abs(footprint.outline).max(axis=0).tolist() == [0.55, 0.25]
-    inside = footprint.distances(np.array([0.5, 0.0, 0.85]), np.array([0.2, 0.55, 0.65]))
-    assert inside.tolist() == pytest.approx([0.0, 0.3, 0.5])
+# -- the wish along a path ----------------------------------------------------------------------------------------------------
+
+OPEN = field()
+LONG = 100.0
+"""Seconds of a step in which any speed can be reached: the command itself, without its ramp."""
 
 
-def test_wrap_lands_in_half_open_turn() -> None:
-    assert wrap(math.pi) == math.pi
-    assert wrap(-math.pi) == math.pi
-    assert wrap(7.0) == pytest.approx(7.0 - 2 * math.pi)
+def wish(pose: Pose2, *points: tuple[float, float], around: LocalField = OPEN) -> Step:
+    follower = Follower()
+    follower.follow(line(*points), Pose2(*points[-1]))
+    return follower.step(pose, around, LONG)
 
 
-# --- what the LiDAR adds -----------------------------------------------------------------------------------------------
+@given(x=st.floats(0.2, 0.9), y=st.floats(-0.15, 0.15), yaw=st.floats(-0.3, 0.3))
+@settings(max_examples=40)
+def test_in_the_open_the_command_is_that_of_the_equations(x: float, y: float, yaw: float) -> None:
+    step = wish(Pose2(x, y, yaw), (0.0, 0.0), (8.0, 0.0))
+    bearing = math.atan2(-y, 0.35) - yaw
+    assume(abs(bearing) < 0.69)
+    assert step.phase == "following"
+    assert step.command.wz == pytest.approx(np.clip(1.8 * bearing, -1.0, 1.0), abs=1e-9)
+    assert step.command.vy == pytest.approx(np.clip(0.8 * math.cos(yaw) * -y, -0.3, 0.3), abs=1e-9)
+    assert step.command.vx == pytest.approx(0.8 * max(math.cos(1.4 * bearing), 0.2), abs=1e-9)
 
 
-def test_what_the_map_knows_is_not_marked() -> None:
-    scene = get_world("warehouse")
-    around = Surroundings(Grid.from_scene(scene))
-    walker = Walker(scene, scene.start)
-    for tick in range(20):
-        around.look(0.1 * tick, walker.estimate(), walker.scan())
-    assert not around.marked.any()
+def test_the_point_that_is_pursued_lies_farther_ahead_at_speed() -> None:
+    slow, fast = Follower(), Follower()
+    for follower in (slow, fast):
+        follower.follow(line((0.0, 0.0), (8.0, 0.0)), Pose2(8.0, 0.0))
+    fast.take_up(Twist2(0.8, 0.0, 0.0))
+    pose = Pose2(1.0, 0.2)
+    for follower, ahead in ((slow, 0.35), (fast, 0.35 + 0.5 * 0.8)):
+        assert follower.step(pose, OPEN, LONG).command.wz == pytest.approx(1.8 * math.atan2(-0.2, ahead), abs=1e-9)
 
 
-def test_a_new_box_is_marked_where_it_stands_and_forgotten_when_it_is_gone() -> None:
-    scene = get_world("warehouse")
-    around = Surroundings(Grid.from_scene(scene))
-    walker = Walker(scene, scene.start)
-    walker.drop(Box(2.0, 0.5, 0.4, 0.4))
-    around.look(0.0, walker.pose, walker.scan())
-    rows, columns = np.nonzero(around.marked)
-    assert len(rows) > 3
-    for row, column in zip(rows, columns, strict=True):
-        x, y = around.grid.middle(row, column)
-        assert abs(x - 2.0) < 0.3
-        assert abs(y - 0.5) < 0.3
-    assert around.local_field(walker.pose).clearance(np.array([1.5]), np.array([0.4]))[0] < 0.4
-    walker.scene = scene
-    around.look(0.1, walker.pose, walker.scan())
-    assert not around.marked.any()
+@pytest.mark.parametrize("left", [0.5, 0.6, 0.8, 1.5])
+def test_towards_the_goal_it_brakes_at_four_tenths_of_a_metre_per_second_squared(left: float) -> None:
+    speed = wish(Pose2(4.0 - left, 0.0), (3.5 - left, 0.0), (4.0, 0.0)).command.vx
+    assert speed == pytest.approx(min(0.8, math.sqrt(2 * 0.4 * (left + 0.06 - 0.21))))
 
 
-def test_distances_serve_on_near_their_middle_until_a_mark_changes() -> None:
-    scene = get_world("empty")
-    around = Surroundings(Grid.from_scene(scene))
-    walker = Walker(scene, Pose2(0, 0))
-    first = around.local_field(walker.pose)
-    assert around.local_field(Pose2(0.9, 0.0), first).fine is first.fine
-    assert around.local_field(Pose2(1.1, 0.0), first).fine is not first.fine
-    walker.drop(Box(2.0, 0.0, 0.4, 0.4))
-    around.look(0.0, walker.pose, walker.scan())
-    x, y = np.array([1.5]), np.array([0.0])
-    assert first.clearance(x, y)[0] > 1.0, "an answer that was given does not change any more"
-    assert around.local_field(walker.pose, first).clearance(x, y)[0] < 0.4
-    other = Surroundings(Grid.from_scene(scene)).local_field(walker.pose, around.local_field(walker.pose))
-    assert other.clearance(x, y)[0] > 1.0, "distances of another map do not serve"
+def test_a_turn_on_the_spot_begins_beyond_seven_tenths_of_a_radian_and_goes_down_to_two() -> None:
+    follower = Follower()
+    follower.follow(line((0.0, 0.0), (8.0, 0.0)), Pose2(8.0, 0.0))
+    phases = [follower.step(Pose2(1.0, 0.0, yaw), OPEN, 0.05).phase for yaw in (0.65, 0.75, 0.5, 0.25, 0.15, 0.5)]
+    assert phases == ["following", "turning", "turning", "turning", "following", "following"]
 
 
-def test_a_mark_out_of_sight_is_kept_for_its_memory_only() -> None:
-    scene = get_world("empty")
-    around = Surroundings(Grid.from_scene(scene), memory=5.0)
-    walker = Walker(scene, Pose2(0, 0))
-    walker.drop(Box(2.0, 0.0, 0.4, 0.4))
-    around.look(0.0, walker.pose, walker.scan())
-    assert around.marked.any()
-    blind = np.full(360, 0.9)  # something else close by hides it
-    around.look(4.0, walker.pose, blind)
-    far = np.hypot(*np.meshgrid(*[np.arange(s) * 0.05 - 10.2 for s in around.marked.shape])) > 1.5
-    assert around.marked[far].any()
-    around.look(6.0, walker.pose, blind)
-    assert not around.marked[far].any()
+@pytest.mark.parametrize("gap", [0.1, 0.2, 0.4])
+def test_the_less_room_the_slower_it_walks(gap: float) -> None:
+    walls = (Box(0.0, 0.25 + gap + 0.5, 12.0, 1.0), Box(0.0, -0.25 - gap - 0.5, 12.0, 1.0))
+    step = wish(Pose2(0.0, 0.0), (-0.5, 0.0), (4.0, 0.0), around=field(*walls))
+    assert step.command.vx == pytest.approx(min(0.8, 0.3 + 2.0 * (step.clearance - 0.06)))
+    assert step.clearance == pytest.approx(gap, abs=0.06)
 
 
-def test_a_walking_cylinder_is_seen_to_move_and_a_standing_one_is_not() -> None:
-    from robot.scenes.scene import Cylinder
-
-    scene = get_world("empty")
-    around = Surroundings(Grid.from_scene(scene))
-    for tick in range(15):
-        t = 0.1 * tick
-        pose = Pose2(0.05 * tick, 0.0)
-        obstacles = (Cylinder(4.0, 2.0 - 0.5 * t, 0.25), Cylinder(2.0, -1.5, 0.25), Box(3.0, -3.0, 0.5, 0.5))
-        world = replace(scene, obstacles=obstacles)
-        around.look(t, pose, cast(world, pose.x, pose.y, pose.yaw))
-    (mover,) = around.movers.moving
-    assert mover.vy == pytest.approx(-0.5, abs=0.1)
-    assert mover.vx == pytest.approx(0.0, abs=0.1)
-    assert math.hypot(mover.x - 4.0, mover.y - 1.3) < 0.3
+# -- the last steps -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_footprint_that_reaches_farther_back_is_a_rectangle_about_another_middle() -> None:
-    footprint = Footprint(length=1.1, width=0.46, ahead=-0.08)
-    x, y = footprint.outline.T
-    assert (x.min(), x.max()) == pytest.approx((-0.63, 0.47))
-    assert (y.min(), y.max()) == pytest.approx((-0.23, 0.23))
-    assert footprint.circumscribed == pytest.approx(math.hypot(0.63, 0.23))
-    near = footprint.distances(np.array([0.5, -0.7, 0.0]), np.array([0.0, 0.0, 0.33]))
-    assert near == pytest.approx([0.03, 0.07, 0.10])
+@given(x=st.floats(-0.25, 0.25), y=st.floats(-0.25, 0.25), yaw=st.floats(-3.0, 3.0), heading=st.floats(-0.5, 0.5))
+@settings(max_examples=40)
+def test_near_the_goal_it_goes_straight_there_within_its_limits(x: float, y: float, yaw: float, heading: float) -> None:
+    assume(math.hypot(x, y) > 0.1)
+    follower = Follower()
+    follower.follow(line((x + 0.01, y), (x, y)), Pose2(x, y, yaw + heading))
+    step = follower.step(Pose2(0.0, 0.0, yaw), OPEN, LONG)
+    c, s = math.cos(yaw), math.sin(yaw)
+    way = np.array((c * x + s * y, c * y - s * x))
+    asked = way * min(1.2, 0.35 / np.linalg.norm(way))
+    asked = asked / max(1.0, asked[0] / 0.8, -asked[0] / 0.3, abs(asked[1]) / 0.3)
+    assert step.phase == "approaching"
+    assert (step.command.vx, step.command.vy) == pytest.approx(asked, abs=1e-9)
+    assert step.command.wz == pytest.approx(1.25 * 1.2 * heading, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("off", "turn", "phase"),
+    [(0.05, 0.03, "arrived"), (0.07, 0.03, "approaching"), (0.05, 0.05, "approaching"), (-0.05, -0.03, "arrived")],
+)
+def test_it_has_arrived_within_the_tolerance_and_no_farther(off: float, turn: float, phase: str) -> None:
+    follower = Follower()
+    follower.follow(line((0.0, 0.0), (2.0, 0.0)), Pose2(2.0, 0.0))
+    for x in (1.0, 1.8):
+        follower.step(Pose2(x, 0.0), OPEN, 0.1)
+    assert follower.step(Pose2(2.0 + off, 0.0, turn), OPEN, 0.1).phase == phase
+
+
+# -- choosing among commands --------------------------------------------------------------------------------------------------
+
+POSTS = (Cylinder(1.0, 0.12, 0.15), Cylinder(2.2, -0.5, 0.2))
+
+
+def chosen(pose: Pose2, path: Path, goal: Pose2, *things: Box | Cylinder) -> Step:
+    follower = Follower()
+    follower.follow(path, goal)
+    return follower.step(pose, field(*things, at=pose), LONG)
+
+
+@pytest.mark.parametrize("y", [0.0, 0.1, -0.2])
+def test_how_many_points_a_path_has_does_not_matter_only_where_it_leads(y: float) -> None:
+    """Points beside the others, as bends add them, are no way."""
+    every = np.arange(0.0, 1.0, 0.05)
+    crowded = np.union1d(every, every + 0.001).tolist()
+    paths = (line((0.0, 0.0), (5.0, 0.0)), line(*((x, 0.0) for x in crowded), (5.0, 0.0)))
+    plain, other = (chosen(Pose2(0.0, y), path, Pose2(5.0, 0.0), *POSTS) for path in paths)
+    assert plain.phase == "avoiding"
+    assert other == plain
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_every_piece_of_the_path_that_is_followed_has_the_direction_of_the_path(seed: int) -> None:
+    """Where a corner falls on a multiple of the spacing but for rounding, it stays one point."""
+    lengths = np.random.default_rng(seed).integers(1, 60, 6) * 0.05
+    corners = np.cumsum(
+        [(0.0, 0.0), *((d, 0.0) if k % 2 else (0.0, d) for k, d in enumerate(lengths.tolist()))], axis=0
+    )
+    follower = Follower()
+    follower.follow(Path(corners), Pose2(*corners[-1].tolist()))
+    pieces = np.diff(follower.ahead(math.inf), axis=0)
+    assert np.hypot(*pieces.T).min() > 1e-6
+    assert np.hypot(*pieces.T).max() <= 0.05 + 1e-9
+    assert np.abs(pieces).min(axis=1) == pytest.approx(np.zeros(len(pieces)), abs=1e-9)
+    assert np.hypot(*pieces.T).sum() == pytest.approx(lengths.sum(), abs=0.05)
+
+
+@pytest.mark.parametrize("y", [0.05, 0.1, -0.2])
+def test_in_a_mirrored_world_it_does_the_mirrored_thing(y: float) -> None:
+    path, goal = line((0.0, 0.0), (5.0, 0.0)), Pose2(5.0, 0.0)
+    plain = chosen(Pose2(0.0, y, 0.1), path, goal, *POSTS)
+    image = chosen(Pose2(0.0, -y, -0.1), path, goal, *(Cylinder(p.x, -p.y, p.radius) for p in POSTS))
+    assert plain.phase == image.phase == "avoiding"
+    assert (image.command.vx, image.command.vy, image.command.wz) == pytest.approx(
+        (plain.command.vx, -plain.command.vy, -plain.command.wz)
+    )
+    assert image.clearance == pytest.approx(plain.clearance)
+
+
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_in_a_world_turned_by_a_quarter_it_does_the_same(quarters: int) -> None:
+    def turn(x: float, y: float) -> tuple[float, float]:
+        for _ in range(quarters):
+            x, y = -y, x
+        return x, y
+
+    plain = chosen(Pose2(0.0, 0.05), line((0.0, 0.0), (5.0, 0.0)), Pose2(5.0, 0.0), *POSTS)
+    yaw = quarters * math.pi / 2
+    posts = (Cylinder(*turn(p.x, p.y), p.radius) for p in POSTS)
+    path = line((0.0, 0.0), turn(5.0, 0.0))
+    turned = chosen(Pose2(*turn(0.0, 0.05), yaw), path, Pose2(*turn(5.0, 0.0), yaw), *posts)
+    assert turned.phase == plain.phase
+    assert dataclasses.astuple(turned.command) == pytest.approx(dataclasses.astuple(plain.command), abs=1e-9)
+
+
+@given(x=st.floats(0.9, 2.5), y=st.floats(-0.6, 0.6), yaw=st.floats(-0.5, 0.5))
+@settings(max_examples=30)
+def test_no_command_that_it_gives_leads_the_body_nearer_than_the_least(x: float, y: float, yaw: float) -> None:
+    around, pose = field(Cylinder(x, y, 0.15)), Pose2(0.0, 0.0, yaw)
+    follower = Follower()
+    follower.follow(line((0.0, 0.0), (5.0, 0.0)), Pose2(5.0, 0.0))
+    step = follower.step(pose, around, LONG)
+    command = np.array([dataclasses.astuple(step.command)])
+    assert clearances(pose, command, around, HORIZON).min() >= min(0.06, step.clearance - 0.011)
+
+
+# -- what it remembers --------------------------------------------------------------------------------------------------------
+
+
+def test_halted_it_has_no_path_and_no_speed_and_halting_the_speed_keeps_the_path() -> None:
+    follower = Follower()
+    follower.follow(line((0.0, 0.0), (8.0, 0.0)), Pose2(8.0, 0.0))
+    follower.take_up(Twist2(0.8, 0.0, 0.0))
+    assert follower.step(Pose2(1.0, 0.0), OPEN, 0.05).command.vx == pytest.approx(0.8)
+    follower.halt_speed()
+    assert follower.step(Pose2(1.0, 0.0), OPEN, 0.05).command.vx == pytest.approx(0.05)
+    follower.halt()
+    assert follower.path is None
+
+
+def test_poses_are_gone_through_one_after_the_other_and_then_the_path_again() -> None:
+    follower = Follower()
+    follower.follow(line((0.0, 0.0), (8.0, 0.0)), Pose2(8.0, 0.0))
+    poses = np.column_stack([np.linspace(0.0, 1.0, 11), np.zeros(11), np.linspace(0.0, 0.5, 11)])
+    follower.follow_poses(poses)
+    assert follower.threading
+    first = follower.step(Pose2(0.0, 0.0), OPEN, LONG)
+    assert first.phase == "threading"
+    assert first.command.wz > 0.0
+    phases = [follower.step(Pose2(x, 0.0, 0.5 * x), OPEN, 0.05).phase for x in (0.3, 0.6, 0.8, 0.95)]
+    assert phases == ["threading"] * 3 + ["following"]
+    assert not follower.threading
+    follower.follow_poses(poses)
+    follower.drop_poses()
+    assert not follower.threading
+
+
+def test_the_poses_of_a_gap_outlive_a_new_path_only_where_they_are_still_open() -> None:
+    poses = np.column_stack([np.linspace(0.0, 1.0, 11), np.zeros(11), np.zeros(11)])
+    for around, kept in ((OPEN, True), (field(Box(1.2, 0.0, 0.2, 0.2)), False), (None, False)):
+        follower = Follower()
+        follower.follow(line((0.0, 0.0), (8.0, 0.0)), Pose2(8.0, 0.0))
+        follower.follow_poses(poses)
+        follower.follow(line((0.0, 0.0), (7.0, 0.0)), Pose2(7.0, 0.0), around)
+        assert follower.threading is kept
+
+
+def test_the_narrowest_place_ahead_is_where_the_walls_come_closest() -> None:
+    around = field(Cylinder(1.5, 0.6, 0.1), Cylinder(0.5, -0.9, 0.1))
+    follower = Follower()
+    follower.follow(line((0.0, 0.0), (4.0, 0.0)), Pose2(4.0, 0.0))
+    clear, x, y = follower.narrowest(around, 2.5)
+    assert clear == pytest.approx(0.25, abs=0.06)
+    assert abs(x - 1.5) <= 0.6
+    assert y == 0.0
+    assert follower.narrowest(around, 0.05)[0] == math.inf
+
+
+@pytest.mark.parametrize(("gap", "tight"), [(0.05, True), (0.25, False)])
+def test_a_passage_in_which_the_body_hardly_fits_is_tight(gap: float, tight: bool) -> None:
+    walls = (Box(0.5, 0.25 + gap + 0.5, 2.0, 1.0), Box(0.5, -0.25 - gap - 0.5, 2.0, 1.0))
+    follower = Follower()
+    follower.follow(line((-1.0, 0.0), (4.0, 0.0)), Pose2(4.0, 0.0))
+    assert follower.is_tight(Pose2(-1.0, 0.0), field(*walls)) is tight

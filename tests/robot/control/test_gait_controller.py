@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from math import hypot
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ import pytest
 from robot.control.gait_controller import GaitController
 from robot.control.safe_stop import SafeStop
 from robot.evaluate.trial import PERIOD, Trial
+from robot.sim.physics import PhysicsBody
+from tests.robot.stage import floor
 
 
 def standing(seed: int = 1, delay: float = 0.008) -> Trial:
@@ -154,3 +157,18 @@ def test_the_safe_stop_sits_down_on_joint_samples_alone(command: tuple[float, fl
     assert low_at <= 1.2
     assert body.truth().position[2] == pytest.approx(0.17, abs=0.01)
     assert np.abs(body.truth().velocity).max() < 0.02
+
+
+@pytest.mark.parametrize("hz", [100.0, 500.0])
+def test_it_walks_at_either_end_of_the_rates_it_promises(hz: float) -> None:
+    body, gait = PhysicsBody(floor(), seed=3), GaitController()
+    gait.request("walk")
+    for step in range(round(9.0 * hz)):
+        if gait.mode == "walk":
+            gait.command(0.6, 0.0, 0.0)
+        body.command(gait.step(1.0 / hz, body.imu(), body.joints()))
+        body.advance((step + 1) / hz)
+        assert not body.truth().fallen, step / hz
+    true, believed = body.truth().position, gait.state.position
+    assert true[0] > 2.0
+    assert hypot(true[0] - believed[0], true[1] - believed[1]) < 0.05 * true[0]

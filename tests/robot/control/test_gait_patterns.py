@@ -6,13 +6,8 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from robot.control.balance import FRICTION, distribute
-from robot.control.gait_controller import GaitController
-from robot.control.gaits import GAITS, GaitClock
-from robot.control.sway import sway
+from robot.control.gaits import GAITS
 from robot.estimation.leg_odometry import Estimator
 from robot.evaluate.trial import PERIOD, Trial
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
@@ -83,46 +78,11 @@ def test_a_crawl_has_three_feet_on_the_ground() -> None:
     assert set(down) >= {3, 4}
 
 
-def test_a_crawl_steps_in_the_lateral_sequence() -> None:
-    clock = GaitClock(GAITS["crawl"])
-    lifted: list[int] = []
-    for _ in range(1000):
-        clock.advance(0.002)
-        for leg in range(4):
-            if clock.swing(leg) >= 0.0 and (not lifted or lifted[-1] != leg):
-                lifted.append(leg)
-    fl, fr, rl, rr = range(4)
-    first = lifted.index(rl)
-    assert lifted[first : first + 4] == [rl, fl, rr, fr]
-
-
 def test_a_gait_is_not_asked_for_more_than_it_is_good_for() -> None:
     trial = walking("crawl", 1.2, 3.5)
     most = GAITS["crawl"].most
     assert most is not None
     assert trial.gait.velocity_command[0] == pytest.approx(most.forward)
-
-
-@given(
-    phase=st.floats(0.0, 1.0),
-    period=st.floats(0.5, 2.0),
-    reach=st.floats(0.01, 0.1),
-    height=st.floats(0.3, 0.6),
-)
-def test_the_sway_is_a_pendulum_whose_balance_point_lies_on_the_other_side(
-    phase: float, period: float, reach: float, height: float
-) -> None:
-    step = 1e-4
-    before, now, after = (sway(phase + shift, period, reach, 0.1, height) for shift in (-step, 0.0, step))
-    dt = step * period
-    assert (after[0] - before[0]) / (2 * dt) == pytest.approx(now[1], abs=1e-4)
-    assert (after[1] - before[1]) / (2 * dt) == pytest.approx(now[2], abs=1e-2)
-    balance = now[0] - height / GRAVITY * now[2]
-    assert abs(balance) < 1.25 * reach
-    if 0.1 < phase < 0.4:
-        assert balance > 0.8 * reach
-    if 0.6 < phase < 0.9:
-        assert balance < -0.8 * reach
 
 
 # -- changing the gait ----------------------------------------------------------------------------------------------------------
@@ -258,16 +218,3 @@ def test_a_standing_foot_that_slides_is_noticed() -> None:
         estimator.update(PERIOD, imu, JointSample(position, sliding, still, np.ones(4, dtype=np.bool_)))
     assert estimator.slipping == [False, True, False, False]
     assert np.hypot(*estimator.velocity[:2]) < 0.05
-
-
-@given(share=st.floats(0.15, 1.0), fx=st.floats(-500.0, 500.0), fy=st.floats(-500.0, 500.0))
-def test_a_foot_that_slid_is_asked_for_less(share: float, fx: float, fy: float) -> None:
-    arms = [(0.3, 0.16, -0.5), (-0.3, -0.16, -0.5)]
-    first, second = distribute(arms, (fx, fy, 320.0, 0.0, 0.0, 0.0), grips=(share, 1.0))
-    assert np.hypot(first[0], first[1]) <= share * FRICTION * first[2] + 1e-9
-    assert np.hypot(second[0], second[1]) <= FRICTION * second[2] + 1e-9
-
-
-def test_the_names_of_gaits_are_known() -> None:
-    assert set(GAITS) == {"trot", "crawl", "pace", "bound", "pronk"}
-    assert GaitController(gait="bound").gait == "bound"

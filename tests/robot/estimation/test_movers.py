@@ -95,10 +95,10 @@ def test_what_left_is_forgotten_when_scans_stop_coming() -> None:
 def test_the_surroundings_forget_a_pedestrian_who_vanishes_from_an_otherwise_empty_view() -> None:
     around = Surroundings(Grid.from_scene(EMPTY))
     for scan in range(WALK):
-        around.look(0.1 * scan, HERE, cast(pedestrian(0.1 * scan), 0.0, 0.0, 0.0))
+        around.integrate_scan(0.1 * scan, HERE, cast(pedestrian(0.1 * scan), 0.0, 0.0, 0.0))
     assert len(around.movers.moving) == 1
     for scan in range(WALK, WALK + 20):
-        around.look(0.1 * scan, HERE, cast(EMPTY, 0.0, 0.0, 0.0))
+        around.integrate_scan(0.1 * scan, HERE, cast(EMPTY, 0.0, 0.0, 0.0))
     assert not around.marked.any()
     assert around.movers.moving == ()
 
@@ -110,3 +110,93 @@ def test_a_navigator_without_scans_keeps_clear_of_nobody_who_was_seen_long_ago()
     assert len(navigator.around.movers.moving) == 1
     navigator.step(0.1 * WALK + 60.0, HERE)
     assert navigator.around.movers.moving == ()
+
+
+def at(movers: Movers, now: float, x: float, y: float, radius: float = 0.2, known: bool = False) -> None:
+    """One scan with one disc in it."""
+    angle = np.linspace(2.0, 4.3, 12)
+    hits = x + radius * np.cos(angle), y + radius * np.sin(angle)
+    movers.update(now, *hits, np.full(12, known))
+
+
+def test_the_speed_is_a_mean_at_first_and_then_a_low_pass_of_the_differences() -> None:
+    random, movers, expected = np.random.default_rng(4), Movers(), np.zeros(2)
+    places = np.cumsum(random.normal((0.09, 0.05), 0.01, (12, 2)), axis=0)
+    for scan, (x, y) in enumerate(places):
+        at(movers, 0.1 * scan, float(x), float(y))
+        if scan:
+            newest = (places[scan] - places[scan - 1]) / 0.1
+            expected = expected + max(0.4, 1.0 / scan) * (newest - expected)
+    (mover,) = movers.moving
+    assert (mover.vx, mover.vy) == pytest.approx(tuple(expected), abs=1e-9)
+
+
+def test_its_radius_is_the_largest_seen_and_falls_by_two_per_cent_a_scan() -> None:
+    movers = Movers()
+    for scan in range(8):
+        at(movers, 0.1 * scan, 0.08 * scan, 0.0, radius=0.4 if scan == 2 else 0.1)
+    angle = np.linspace(2.0, 4.3, 12)
+    hits = 0.4 * np.column_stack((np.cos(angle), np.sin(angle)))
+    widest = float(np.linalg.norm(hits - hits.mean(axis=0), axis=1).max()) + 0.05
+    assert movers.moving[0].radius == pytest.approx(widest * 0.98**5)
+
+
+def test_it_must_have_gone_a_quarter_of_a_metre_from_where_it_was_seen_first() -> None:
+    movers = Movers()
+    for scan in range(4):
+        at(movers, 0.1 * scan, 0.08 * scan, 0.0)
+        assert movers.moving == ()
+    at(movers, 0.4, 0.32, 0.0)
+    assert [mover.x for mover in movers.moving] == pytest.approx(
+        [0.32 + 0.2 * float(np.cos(np.linspace(2.0, 4.3, 12)).mean())]
+    )
+
+
+def test_two_that_pass_each_other_keep_their_own_speeds() -> None:
+    movers = Movers()
+    for scan in range(15):
+        one, other = disc(2.0, -0.7 + 0.1 * scan), disc(2.9, 0.7 - 0.1 * scan)
+        hits = (np.concatenate(pair) for pair in zip(one, other, strict=True))
+        movers.update(0.1 * scan, *hits, np.zeros(24, dtype=np.bool_))
+    assert sorted(mover.vy for mover in movers.moving) == pytest.approx([-1.0, 1.0], abs=0.01)
+
+
+def test_hits_a_third_of_a_metre_apart_are_two_things_and_two_hits_are_none() -> None:
+    movers = Movers()
+    for scan in range(6):
+        x = np.array((1.0, 1.02, 1.04, 1.39, 1.41, 1.43, 2.5, 2.52)) + 0.1 * scan
+        movers.update(0.1 * scan, x, np.zeros(8), np.zeros(8, dtype=np.bool_))
+    assert sorted(mover.x for mover in movers.moving) == pytest.approx([1.52, 1.91])
+    assert repr(movers) == "Movers(2 moving of 2 things followed)"
+
+
+def test_what_jumps_farther_than_it_can_have_gone_is_another_thing() -> None:
+    movers = followed(12)
+    at(movers, 1.2, 3.0, -1.0 + 0.6 * 1.2 + 0.5)
+    assert len(movers.moving) == 1, "the old one, not seen in this scan"
+    assert movers.moving[0].y < 0.0
+    assert repr(movers) == "Movers(1 moving of 2 things followed)"
+
+
+def test_a_second_scan_of_the_same_instant_changes_nothing() -> None:
+    movers = followed(12)
+    before = movers.moving
+    at(movers, 1.1, 3.05, -0.3)
+    assert movers.moving == before
+
+
+def test_after_a_missed_scan_it_is_looked_for_where_it_should_have_got_to() -> None:
+    movers = Movers()
+    for scan in (0, 1, 2, 3, 5, 6):
+        at(movers, 0.1 * scan, 0.35 * scan, 0.0)
+    (mover,) = movers.moving
+    assert mover.vx == pytest.approx(3.5)
+    assert repr(movers) == "Movers(1 moving of 1 things followed)"
+
+
+def test_forgetting_starts_anew() -> None:
+    movers = followed(12)
+    movers.forget()
+    assert movers.moving == ()
+    at(movers, 1.2, 3.0, -0.28)
+    assert movers.moving == ()

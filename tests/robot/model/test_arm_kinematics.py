@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot.geometry.planar import Pose2
+from robot.geometry.transform import Transform
 from robot.model.arm import LIMITS, MOUNT, STOWED, Angles, OutOfReach, Tip, check_angles, forward, inverse
-from robot.planning.reach import GRASP_DISTANCE, in_arm_frame, reach_ring, standing_place
+from robot.planning.reach import GRASP_DISTANCE, reach_ring, standing_place
 
 angles_within = st.tuples(*(st.floats(low, high) for low, high in LIMITS))
 
@@ -101,7 +102,8 @@ def test_from_the_standing_place_the_tip_gets_to_the_thing(x: float, y: float, y
     robot, thing, body_height = Pose2(x, y, yaw), (0.7, -0.4, height), 0.486
     place = standing_place(thing, robot, body_height)
     assert place is not None
-    goal = in_arm_frame(thing, place, body_height)
+    seen = Transform.planar(place.x, place.y, place.yaw).inverse().point((thing[0], thing[1], height - body_height))
+    goal = Tip(*(a - b for a, b in zip(seen, MOUNT, strict=True)), pitch=0.0)
     tip = forward(inverse(goal))
     missed = hypot(*(a - b for a, b in zip(tip[:3], goal[:3], strict=True)))
     assert missed < GRASP_DISTANCE

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from robot.control.gaits import GAITS
-from robot.control.walk import Walker
+from robot.control.walk import WalkController
 from robot.control.walk_config import WalkConfig
 from robot.estimation.leg_odometry import Estimator
-from robot.estimation.predict import Ahead
+from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.kinematics import feet, inverse
@@ -54,13 +54,13 @@ def test_a_tall_walk_on_the_spot_sets_its_feet_below_the_centre_of_mass_of_that_
     imu = ImuSample(np.zeros(3), np.array((0.0, 0.0, GRAVITY)))
     estimate, terrain = Estimator(), TerrainPlane()
     estimate.update(0.005, imu, joints)
-    walker = Walker(GAITS["trot"], Ahead(estimate, joints, 0.0, (0.0, 0.0, 0.0)))
+    walker = WalkController(GAITS["trot"], PredictedState(estimate, joints, 0.0, (0.0, 0.0, 0.0)))
     landing: list[float] = []
     for step in range(600):
         joints.contact[:] = [walker.swing(leg) < 0.0 for leg in range(4)]
         estimate.update(0.005, imu, joints)
         terrain.update(0.005, estimate.contacts)
-        ahead = Ahead(estimate, joints, 0.0, (0.0, 0.0, 0.0))
+        ahead = PredictedState(estimate, joints, 0.0, (0.0, 0.0, 0.0))
         targets = walker.step(0.005, estimate, ahead, terrain, (0.0, 0.0, 0.0))
         if step > 300 and walker.swing(0) > 0.97:
             landing.append(float(feet(targets.position)[0, 0]))
@@ -68,3 +68,12 @@ def test_a_tall_walk_on_the_spot_sets_its_feet_below_the_centre_of_mass_of_that_
     assert landing
     behind = standing_mass(WALK_HEIGHT).behind
     assert landing == pytest.approx([NOMINAL[0][0] - behind] * len(landing), abs=1e-3)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
+def test_between_two_heights_each_part_is_interpolated_by_itself(share: float) -> None:
+    low, high = standing_mass(STAND_HEIGHT), standing_mass(WALK_HEIGHT)
+    found = low.between(high, share)
+    assert found.behind == pytest.approx(np.interp(share, (0.0, 1.0), (low.behind, high.behind)))
+    for mine, ends in zip(found.inertia, zip(low.inertia, high.inertia, strict=True), strict=True):
+        assert mine == pytest.approx(np.interp(share, (0.0, 1.0), ends))

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot.geometry.planar import Pose2
+from robot.geometry.transform import Transform
 from robot.model.arm import MOUNT, OutOfReach, forward
 from robot.nodes.skills import Stalled
 from robot.nodes.story import Story
 from robot.planning.grasp import ABOVE, STANDING, Spot, approach, stands
-from robot.planning.reach import in_arm_frame
 from robot.scenes.objects import color_name, looks_of
 from robot.scenes.scene import Box, Cylinder, Thing
 
@@ -27,10 +27,12 @@ def test_from_every_standing_place_the_arm_comes_over_the_thing_and_to_it(x: flo
     places = list(stands(spot, Pose2(0.0, 0.0)))
     assert len(places) == 10
     for place in places:
-        tip = in_arm_frame(spot, place, STANDING)
-        way = approach(Spot(tip.x + MOUNT[0], tip.y + MOUNT[1], tip.z + MOUNT[2]))
-        assert forward(way.at)[:3] == pytest.approx(tip[:3], abs=1e-9)
-        assert forward(way.above)[:3] == pytest.approx((tip.x, tip.y, tip.z + ABOVE), abs=1e-9)
+        body = Transform.planar(place.x, place.y, place.yaw)
+        seen = Spot(*body.inverse().point((x, y, z - STANDING)))
+        way = approach(seen)
+        tip = [a - b for a, b in zip(seen, MOUNT, strict=True)]
+        assert forward(way.at)[:3] == pytest.approx(tip, abs=1e-9)
+        assert forward(way.above)[:3] == pytest.approx((tip[0], tip[1], tip[2] + ABOVE), abs=1e-9)
         assert hypot(place.x - x, place.y - y) > 0.55, "not with its nose over it"
 
 

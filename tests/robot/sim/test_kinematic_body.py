@@ -18,7 +18,7 @@ from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Body, MotorTargets
 from robot.model.kinematics import feet, inverse
-from robot.model.legs import foot_velocities, limbs
+from robot.model.legs import foot_velocities, leg_state
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, MASS, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
 from robot.scenes.scene import Box, Cylinder, Scene
@@ -124,7 +124,7 @@ def test_legs_tell_the_speed_of_the_body() -> None:
         walk(body, PERIOD, (0.8, 0.1, 0.3))
         sample, turn, up = body.joints(), (0.0, 0.0, float(body.imu().gyro[2])), (0.0, 0.0, 1.0)
         angles = sample.position.tolist()
-        moving, rolling = foot_velocities(limbs(angles, up), angles, sample.velocity.tolist(), turn, up)
+        moving, rolling = foot_velocities(leg_state(angles, up), angles, sample.velocity.tolist(), turn, up)
         for leg in np.flatnonzero(sample.contact):
             told = np.array(rolling[leg]) - np.array(moving[leg])
             assert told == pytest.approx([0.8, 0.1, 0.0], abs=2e-3)

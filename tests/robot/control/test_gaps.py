@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robot.control.gaps import thread
+from robot.control.gaps import plan_through_gap
 from robot.control.limits import Limits
 from robot.control.motion import State
 from robot.control.navigator import Navigator
@@ -38,7 +38,9 @@ def test_a_right_angle_between_corridors_of_a_meter_is_threaded_pose_by_pose() -
     path = Planner(grid).plan(scene.start, scene.dock)
     around = Surroundings(grid)
     pose = Pose2(2.0, 0.0, 0.1)
-    poses = thread(pose, path, path.project(pose.x, pose.y)[0], scene.dock, around.local_field(pose), Limits())
+    poses = plan_through_gap(
+        pose, path, path.project(pose.x, pose.y)[0], scene.dock, around.local_field(pose), Limits()
+    )
     assert poses is not None
     assert poses[0].tolist() == [2.0, 0.0, 0.1]
     assert poses[-1, 2] == pytest.approx(math.pi / 2, abs=math.pi / 4)
@@ -54,7 +56,7 @@ def test_where_the_body_cannot_turn_there_are_no_poses() -> None:
     around = Surroundings(grid)
     pose = Pose2(2.0, 0.0, 0.0)
     path = Planner(grid).plan(scene.start, scene.dock)
-    assert thread(pose, path, 2.0, scene.dock, around.local_field(pose), Limits()) is None
+    assert plan_through_gap(pose, path, 2.0, scene.dock, around.local_field(pose), Limits()) is None
 
 
 def test_the_bend_is_walked_without_contact() -> None:

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.estimation.virtual_imu import CATCH_UP, felt
+from robot.estimation.virtual_imu import CATCH_UP, virtual_imu
 from robot.evaluate.trial import Trial
 from robot.evaluate.walk_faults import FAULTS
 from robot.geometry.vectors import Rows, Vector
 from robot.hardware.body import JointSample
 from robot.model.kinematics import inverse
-from robot.model.legs import Limbs, foot_velocities, limbs
+from robot.model.legs import LegState, foot_velocities, leg_state
 from robot.model.parameters import GRAVITY, STAND_HEIGHT
 from robot.model.stance import nominal_feet
 
@@ -42,10 +42,10 @@ def standing(rotation: Vector, slope: tuple[float, float] = FLAT) -> Vector:
     return np.asarray(feet @ rotation)
 
 
-def sample(feet: Vector, turn: Vector, contact: tuple[bool, ...] = ALL) -> tuple[Limbs, JointSample]:
+def sample(feet: Vector, turn: Vector, contact: tuple[bool, ...] = ALL) -> tuple[LegState, JointSample]:
     """Legs and joint samples of a body that turns over feet that roll on the ground."""
     angles = inverse(feet).joints
-    legs = limbs(angles.tolist(), LEVEL)
+    legs = leg_state(angles.tolist(), LEVEL)
 
     def seen(speeds: Vector) -> Vector:
         moving, rolling = foot_velocities(legs, angles.tolist(), speeds.tolist(), (0.0, 0.0, 0.0), LEVEL)
@@ -67,7 +67,7 @@ def test_four_standing_feet_show_the_vertical_on_any_ground_that_is_known(
 ) -> None:
     rotation, slope = attitude(roll, pitch), (slope_x, slope_y)
     legs, joints = sample(standing(rotation, slope), np.zeros(3))
-    shown = felt(legs, joints, rows(rotation), slope)
+    shown = virtual_imu(legs, joints, rows(rotation), slope)
     assert shown.accel / GRAVITY == pytest.approx(rotation[2], abs=1e-6)
     assert shown.gyro == pytest.approx(np.zeros(3), abs=1e-4)
 
@@ -75,14 +75,14 @@ def test_four_standing_feet_show_the_vertical_on_any_ground_that_is_known(
 @given(roll=lean)
 def test_a_belief_that_is_wrong_is_turned_towards_what_the_feet_show(roll: float) -> None:
     legs, joints = sample(standing(attitude(roll, 0.0)), np.zeros(3))
-    shown = felt(legs, joints, UPRIGHT, FLAT)
+    shown = virtual_imu(legs, joints, UPRIGHT, FLAT)
     assert shown.gyro[0] * CATCH_UP == pytest.approx(min(max(sin(roll), -0.1), 0.1), abs=1e-4)
 
 
 @given(turn=st.tuples(rate, rate, rate))
 def test_the_turning_over_four_feet_is_seen_whole(turn: tuple[float, float, float]) -> None:
     legs, joints = sample(standing(attitude(0.0, 0.0)), np.array(turn))
-    shown = felt(legs, joints, UPRIGHT, FLAT)
+    shown = virtual_imu(legs, joints, UPRIGHT, FLAT)
     assert shown.gyro == pytest.approx(np.array(turn), abs=0.02)
 
 
@@ -91,7 +91,7 @@ def test_over_two_feet_all_is_seen_but_the_turn_about_the_line_through_them(turn
     feet = standing(attitude(0.0, 0.0))
     legs, joints = sample(feet, np.array(turn), (True, False, False, True))
     line = (feet[3] - feet[0]) / np.linalg.norm(feet[3] - feet[0])
-    shown = felt(legs, joints, UPRIGHT, FLAT)
+    shown = virtual_imu(legs, joints, UPRIGHT, FLAT)
     assert shown.gyro == pytest.approx(np.array(turn) - (line @ np.array(turn)) * line, abs=0.01)
     assert shown.accel.tolist() == [0.0, 0.0, GRAVITY]
 
@@ -99,7 +99,7 @@ def test_over_two_feet_all_is_seen_but_the_turn_about_the_line_through_them(turn
 @pytest.mark.parametrize("contact", [(False, False, False, False), (True, False, False, False)])
 def test_without_two_standing_feet_the_attitude_is_kept(contact: tuple[bool, ...]) -> None:
     legs, joints = sample(standing(attitude(0.1, 0.0)), np.array((0.5, 0.0, 0.0)), contact)
-    shown = felt(legs, joints, UPRIGHT, FLAT)
+    shown = virtual_imu(legs, joints, UPRIGHT, FLAT)
     assert (shown.gyro.tolist(), shown.accel.tolist()) == ([0.0, 0.0, 0.0], [0.0, 0.0, GRAVITY])
 
 
@@ -124,3 +124,31 @@ def test_half_of_the_samples_of_an_imu_will_do() -> None:
     record = trial.run(4.0, (0.6, 0.0, 0.3))
     assert record.tilt.max() < radians(3.0)
     assert record.velocity[-200:].mean(axis=0) == pytest.approx((0.6, 0.0, 0.3), abs=0.05)
+
+
+@given(seed=st.integers(0, 1000), contact=st.sampled_from([ALL, (True, True, False, True), (False, True, True, False)]))
+def test_the_turn_is_the_least_squares_of_all_standing_feet_with_tikhonovs_term(
+    seed: int, contact: tuple[bool, ...]
+) -> None:
+    """Feet that move at random, as no rigid body would have it: each row says way = arm x turn, and a last one turn = 0."""
+    random = np.random.default_rng(seed)
+    angles = inverse(standing(attitude(0.0, 0.0)) + random.normal(0.0, 0.02, (4, 3))).joints
+    joints = JointSample(angles, random.normal(0.0, 0.3, 12), np.zeros(12), np.array(contact))
+    legs = leg_state(angles.tolist(), LEVEL)
+    moving, rolling = foot_velocities(legs, angles.tolist(), joints.velocity.tolist(), (0.0, 0.0, 0.0), LEVEL)
+    stands = np.array(contact)
+    arms, ways = np.array(legs.feet)[stands], (np.array(moving) - np.array(rolling))[stands]
+    arms, ways = arms - arms.mean(axis=0), ways - ways.mean(axis=0)
+    rows_ = [np.cross(arm, np.eye(3)).T for arm in arms]
+    matrix = np.vstack((*rows_, 1e-3**0.5 * np.eye(3)))
+    turn = np.linalg.lstsq(matrix, np.concatenate((ways.ravel(), np.zeros(3))), rcond=None)[0]
+    shown = virtual_imu(legs, joints, UPRIGHT, FLAT).gyro
+    vertical = shown - np.clip(turn, -2.0, 2.0)
+    assert vertical[2] == pytest.approx(0.0, abs=1e-9), "the correction of the horizon never turns the heading"
+    if not all(contact):
+        assert shown == pytest.approx(np.clip(turn, -2.0, 2.0), abs=1e-9)
+
+
+def test_feet_that_bounce_show_no_more_than_two_rad_per_s() -> None:
+    legs, joints = sample(standing(attitude(0.0, 0.0)), np.array((0.0, 0.0, -7.0)))
+    assert virtual_imu(legs, joints, UPRIGHT, FLAT).gyro[2] == -2.0

@@ -1,0 +1,46 @@
+"""What the graph and the connection with other processes know of each other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from actors.graph.servers import ServerEntry
+    from actors.topics.peers import PublisherPeer, SubscriptionPeer
+
+__all__ = ["GraphWatcher", "KnownElsewhere"]
+
+
+class GraphWatcher(Protocol):
+    """Is told of every endpoint that joins or leaves the graph, after the graph has changed. Its methods must not raise."""
+
+    def publisher_joined(self, publisher: PublisherPeer) -> None: ...
+
+    def publisher_left(self, publisher: PublisherPeer) -> None: ...
+
+    def subscription_joined(self, subscription: SubscriptionPeer) -> None: ...
+
+    def subscription_left(self, subscription: SubscriptionPeer) -> None: ...
+
+    def server_changed(self, entry: ServerEntry[Any]) -> None:
+        """The server of this process for a name has been opened, or has gone, for a time or for good."""
+        ...
+
+
+class KnownElsewhere(Protocol):
+    """A node of another process, as a snapshot shows it."""
+
+    @property
+    def fqn(self) -> str:
+        """Its fully qualified name."""
+        ...
+
+    @property
+    def host(self) -> str:
+        """The name or address of its machine; empty if it is not known."""
+        ...
+
+    @property
+    def process(self) -> int:
+        """The id of its process on that machine; 0 if it is not known."""
+        ...

@@ -1,0 +1,220 @@
+"""`Bridge`: connects the graph of one system with the processes that its transport reaches.
+
+It shows what this process has, by tokens, and lets a stand-in for each endpoint of another process take its place in the graph. Everything
+else, such as matching, QoS events and calls, is then done as within one process. Nothing is kept from the other processes: what is to stay
+in this one belongs into another domain.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+
+from actors.transport.format.errors import WireFormatError
+from actors.transport.format.tokens import EndpointKind, EndpointToken, graph_of
+from actors.transport.local_clients import Clients
+from actors.transport.local_services import Services
+from actors.transport.local_side import LocalSide
+from actors.transport.local_topics import LocalPublisher, Topics
+from actors.transport.protocol import Outlet, Transport, WireUnavailable
+from actors.transport.remote_graph import RemoteGraph
+from actors.transport.standard_names import standard_publishers, standard_services
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.graph.servers import ServerEntry
+    from actors.runtime.incarnation import Incarnation
+    from actors.runtime.record import NodeRecord
+    from actors.runtime.runtime import Runtime
+    from actors.topics.peers import PublisherPeer, SubscriptionPeer
+
+__all__ = ["Bridge", "connect"]
+
+TOPICS: Final = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
+MOST_DOMAIN: Final = 232
+"""The highest number of a domain in ROS 2."""
+
+
+class NodeElsewhere(NamedTuple):
+    """A node of another process, as a snapshot shows it."""
+
+    fqn: str
+    host: str
+    process: int
+
+
+def connect(runtime: Runtime, transport: Transport, domain_id: int | None = None) -> None:
+    """Connect a system with the other processes of a domain: that of ROS_DOMAIN_ID, or 0, unless one is given.
+
+    To be called before the tree of the system starts. The transport is opened beside the start, and closed after the stop. One that cannot
+    be opened is logged, and the system then runs alone. Raises ValueError for an invalid ROS_DOMAIN_ID.
+    """
+    bridge = Bridge(runtime, transport, _domain_of_environment() if domain_id is None else domain_id)
+    runtime.observers.opening.append(bridge.open)
+    runtime.observers.closing.append(bridge.close)
+
+
+def _domain_of_environment() -> int:
+    """ROS_DOMAIN_ID. Raises ValueError if it is no number of a domain."""
+    text = os.environ.get("ROS_DOMAIN_ID", "") or "0"
+    if not (text.isascii() and text.isdigit() and int(text) <= MOST_DOMAIN):
+        raise ValueError(f"ROS_DOMAIN_ID={text!r}: a domain is a number from 0 to {MOST_DOMAIN}")
+    return int(text)
+
+
+class Bridge:
+    """The connection of one system with other processes, for as long as its transport is open.
+
+    It has no public constructor: `connect` makes one.
+
+    Invariants:
+
+    * While it is `_open`, it watches the graph; every endpoint of this process is shown, and every known endpoint of another one stands in
+      the graph. Before and after that, none is.
+    * What the transport tells before it is open is kept in `_early`, in order.
+    """
+
+    def __init__(self, runtime: Runtime, transport: Transport, domain_id: int) -> None:
+        self._runtime = runtime
+        self._graph = runtime.graph
+        self._transport = transport
+        self._domain_id = domain_id
+        self._side = side = LocalSide(transport, domain_id, runtime)
+        self._remote = RemoteGraph()
+        self._endpoints: dict[str, EndpointToken] = {}
+        """The endpoints of other processes, by token."""
+        self._topics = Topics(side)
+        self._clients = Clients(side)
+        self._services = Services(side, self._clients)
+        self._open = False
+        self._early: list[tuple[Callable[[str], None], str]] = []
+
+    async def open(self) -> None:
+        """Open the transport, and show what is there. Logs it if that is not possible."""
+        try:
+            await self._transport.open(graph_of(self._domain_id), self)
+        except WireUnavailable as error:
+            self._runtime.log.error("no connection with other processes", because=str(error))
+            return
+        self._open = True
+        graph, observers = self._graph, self._runtime.observers
+        for topic in list(graph.topics.values()):
+            for publisher in topic.publishers:
+                self.publisher_joined(publisher)
+            for subscription in topic.subscriptions:
+                self.subscription_joined(subscription)
+        for service in list(graph.services.values()):
+            self.server_changed(service)
+        for record in self._runtime.directory.records.values():
+            if record.running is not None:
+                self._ready(record.running)
+        graph.watchers.append(self)
+        graph.elsewhere = self._nodes_elsewhere
+        observers.ready.append(self._ready)
+        observers.dismissed.append(self._dismissed)
+        for tell, token in self._early:
+            tell(token)
+
+    async def close(self) -> None:
+        """Withdraw everything, and close the transport. The other processes learn of it at once."""
+        if not self._open:
+            return
+        self._open = False
+        self._graph.watchers.remove(self)
+        await self._transport.close()
+        for token in list(self._endpoints):
+            self._gone(token)
+        self._graph.elsewhere = tuple
+
+    # -- this process -------------------------------------------------------------------------------------------------------
+
+    def publisher_joined(self, publisher: PublisherPeer) -> None:
+        if publisher.here:
+            with self._representable(publisher.node.fqn, publisher.entry.name):
+                self._topics.publisher_joined(cast("LocalPublisher", publisher))
+
+    def publisher_left(self, publisher: PublisherPeer) -> None:
+        self._topics.publisher_left(publisher)
+
+    def subscription_joined(self, subscription: SubscriptionPeer) -> None:
+        if subscription.here:
+            with self._representable(subscription.node.fqn, subscription.entry.name):
+                self._topics.subscription_joined(subscription)
+
+    def subscription_left(self, subscription: SubscriptionPeer) -> None:
+        self._topics.subscription_left(subscription)
+
+    def server_changed(self, entry: ServerEntry[Any]) -> None:
+        with self._representable("" if entry.local is None else entry.local.host, entry.name):
+            self._services.server_changed(entry)
+
+    def _ready(self, life: Incarnation) -> None:
+        with self._representable(life.fqn, life.fqn):
+            self._side.node(life.fqn)
+            for service in standard_services(life):
+                self._services.promise(life.fqn, *service)
+            for topic in standard_publishers():
+                self._topics.promise(life.fqn, *topic)
+
+    def _dismissed(self, record: NodeRecord) -> None:
+        for part in (self._topics, self._services, self._clients, self._side):
+            part.forget(record.identity.fqn)
+
+    @contextmanager
+    def _representable(self, node: str, name: str) -> Generator[None]:
+        """Log it if the format cannot represent what the block shows; it then stays in this process."""
+        try:
+            yield
+        except WireFormatError as error:
+            self._runtime.log.warning("not visible to other processes", node_name=node, what=name, because=str(error))
+
+    # -- other processes ----------------------------------------------------------------------------------------------------
+
+    def appeared(self, token: str) -> None:
+        """See `Events.appeared`."""
+        if not self._open:
+            self._early.append((self.appeared, token))
+            return
+        try:
+            node, endpoint = self._remote.appeared(token)
+        except WireFormatError as error:
+            self._runtime.log.warning("a token cannot be read", token=token, because=str(error))
+            return
+        if endpoint is None:
+            self._graph.changed()
+        else:
+            self._endpoints[token] = endpoint
+            part = self._topics if endpoint.kind in TOPICS else self._services
+            part.appeared(node, endpoint, token)
+
+    def vanished(self, token: str) -> None:
+        """See `Events.vanished`."""
+        if not self._open:
+            self._early.append((self.vanished, token))
+        else:
+            self._gone(token)
+
+    def _gone(self, token: str) -> None:
+        endpoint = self._endpoints.pop(token, None)
+        if endpoint is not None:
+            part = self._topics if endpoint.kind in TOPICS else self._services
+            part.vanished(endpoint, token)
+        if self._remote.vanished(token):
+            self._graph.changed()
+
+    def wanted(self, outlet: Outlet) -> None:
+        """See `Events.wanted`."""
+        self._topics.wanted(outlet)
+
+    def link(self, session: str, up: bool) -> None:
+        """See `Events.link`."""
+        self._graph.changed()
+
+    def _nodes_elsewhere(self) -> Iterator[NodeElsewhere]:
+        links = {link.session: link for link in self._transport.report()}
+        for node in self._remote:
+            link = links.get(node.session)
+            yield NodeElsewhere(node.fqn, "" if link is None else link.host, 0 if link is None else link.process)

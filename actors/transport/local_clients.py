@@ -1,0 +1,65 @@
+"""Clients of this process on the network."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from actors.qos import SERVICES
+from actors.transport.format.attachments import Attachment, write_attachment
+from actors.transport.format.extensions import Extension, write_extension
+from actors.transport.format.tokens import EndpointKind, EndpointToken
+
+if TYPE_CHECKING:
+    from actors.transport.local_side import Endpoint, LocalSide
+    from actors.transport.protocol import Transport
+
+__all__ = ["Client", "Clients"]
+
+
+class Client:
+    """One client of one node: its requests are numbered from 1."""
+
+    def __init__(self, side: LocalSide, endpoint: Endpoint) -> None:
+        self._side = side
+        self._endpoint = endpoint
+        self._sent = 0
+        endpoint.show()
+
+    def attachment(self, extension: Extension) -> bytes:
+        """The attachment of the next request. It always has an extension, which says that errors can be read."""
+        self._sent += 1
+        written = write_extension(extension)
+        return write_attachment(Attachment(self._sent, self._side.wall_ns(), self._endpoint.gid, written))
+
+    def close(self) -> None:
+        self._endpoint.close()
+
+
+class Clients:
+    """The clients of one system for servers of other processes. A client is made at its first request, and closed when its node has ended
+    for good."""
+
+    def __init__(self, side: LocalSide) -> None:
+        self.transport: Transport = side.transport
+        self._side = side
+        self._clients: dict[tuple[str, str, str, str], Client] = {}
+
+    def identity(self, fqn: str) -> tuple[str, int]:
+        """The session and the number of a node of this process."""
+        token = self._side.node(fqn)
+        return token.session, token.node_id
+
+    def of(self, node: str, server: EndpointToken) -> Client:
+        """The client of a node of this process for a server."""
+        key = node, server.name, server.type, server.type_hash
+        client = self._clients.get(key)
+        if client is None:
+            type = server.type, server.type_hash
+            endpoint = self._side.endpoint(node, EndpointKind.CLIENT, server.name, type, SERVICES)
+            client = self._clients[key] = Client(self._side, endpoint)
+        return client
+
+    def forget(self, node: str) -> None:
+        """Close the clients of a node that has ended for good."""
+        for key in [key for key in self._clients if key[0] == node]:
+            self._clients.pop(key).close()

@@ -1,0 +1,151 @@
+"""Servers of other processes, as they stand in the graph of this one."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Collection
+from typing import TYPE_CHECKING, Any, Protocol
+
+from actors.errors import CallTimeout, NotRunning, ServiceFailed
+from actors.interfaces import registry
+from actors.interfaces.cdr import decode, encode
+from actors.interfaces.errors import CdrError
+from actors.transport.chains import chain_of
+from actors.transport.format.errors import WireFormatError
+from actors.transport.format.extensions import Extension
+from actors.transport.format.keys import write_key
+from actors.transport.format.replies import TIMED_OUT, parse_reply_error
+from actors.transport.protocol import Answer, Failed, Handle, NoAnswer, Replied
+
+if TYPE_CHECKING:
+    from actors.interfaces.foreign import ForeignType
+    from actors.interfaces.message import Message
+    from actors.services.peers import Caller
+    from actors.transport.format.tokens import EndpointToken
+    from actors.transport.local_clients import Clients
+    from actors.transport.remote_graph import RemoteNode
+
+__all__ = ["RemoteServer", "Server", "failure_of"]
+
+
+class Server(Protocol):
+    """What an error says of a server."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def host(self) -> str: ...
+
+
+class RemoteServer:
+    """A server of another process.
+
+    Invariant: `open` holds the calls that have been sent there and have no answer yet.
+    """
+
+    node = None
+    concurrent = 0  # what it serves at once is known there; the chain of a request tells it who waits
+
+    def __init__(self, node: RemoteNode, token: EndpointToken, type: ForeignType, clients: Clients) -> None:
+        self.type: Any = type
+        self.name = token.name
+        self.calls = 0
+        self._node = node
+        self._token = token
+        self._key = write_key(token.key)
+        self._clients = clients
+        self._open: dict[RemoteCall, None] = {}
+
+    def __repr__(self) -> str:
+        return f"<server of {self.name} in {self.host}, elsewhere: {len(self._open)} open>"
+
+    @property
+    def host(self) -> str:
+        return self._node.fqn
+
+    @property
+    def identity(self) -> tuple[str, int]:
+        """What distinguishes its node from all others."""
+        return self._node.identity
+
+    def open(self) -> Collection[RemoteCall]:
+        return tuple(self._open)
+
+    def submit(self, message: Message, caller: Caller, timeout: float) -> RemoteCall:
+        """Send a request. Raises CdrError for a message that cannot be encoded."""
+        payload = encode(message)
+        client = self._clients.of(caller.fqn, self._token)
+        attachment = client.attachment(Extension(chain=chain_of(self._clients, caller)))
+        call = RemoteCall(self, asyncio.get_running_loop().create_future())
+        caller.deadlines.watch(call, timeout)
+        self.calls += 1
+        self._open[call] = None
+        limit = None if timeout == math.inf else timeout
+        call.sent(self._clients.transport.ask(self._key, payload, attachment, limit, call.done))
+        return call
+
+    def ended(self, call: RemoteCall) -> None:
+        """Forget a call that has its answer, or whose caller has given up."""
+        del self._open[call]
+
+
+class RemoteCall:
+    """A call to a server of another process.
+
+    Invariant: `future` is completed once, by `done`, by the deadline (`late`) or by the caller, which cancels it when it gives up; then the
+    question is closed.
+    """
+
+    def __init__(self, server: RemoteServer, future: asyncio.Future[Any]) -> None:
+        self.server = server
+        self.future = future
+        self.due = math.inf
+
+    def __repr__(self) -> str:
+        return f"<call of {self.server.name} in {self.server.host}>"
+
+    @property
+    def answered(self) -> bool:
+        return self.future.done()
+
+    def late(self) -> CallTimeout:
+        return CallTimeout(
+            f"{self.server.host} did not answer {self.server.name} in time: give the call more time, or make it an action"
+        )
+
+    def sent(self, question: Handle) -> None:
+        """Close the question as soon as the call is over."""
+
+        def over(future: asyncio.Future[Any]) -> None:
+            question.close()
+            self.server.ended(self)
+
+        self.future.add_done_callback(over)
+
+    def done(self, answer: Answer) -> None:
+        """Give the caller what has come."""
+        if self.future.done():
+            return
+        if not isinstance(answer, Replied):
+            self.future.set_exception(failure_of(self.server, answer) or self.late())
+            return
+        service: Any = registry.known(self.server.type.__ros_type__)
+        try:
+            self.future.set_result(decode(service.Response, answer.payload))
+        except CdrError as error:
+            self.future.set_exception(ServiceFailed(self.server.host, "CdrError", str(error)))
+
+
+def failure_of(server: Server, answer: Failed | NoAnswer) -> Exception | None:
+    """The error that a caller gets for an answer that is none; None if the time is over."""
+    if isinstance(answer, NoAnswer):
+        gone = f"{server.host}, which serves {server.name}, has ended or is lost, and has not answered: ask again when it is back"
+        return None if answer.timed_out else NotRunning(gone)
+    if answer.payload == TIMED_OUT:
+        return None
+    try:
+        return parse_reply_error(answer.payload)
+    except WireFormatError:
+        return ServiceFailed(server.host, "error reply", answer.payload.decode(errors="backslashreplace")[:200])

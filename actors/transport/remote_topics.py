@@ -1,0 +1,247 @@
+"""Publishers and subscriptions of other processes, as they stand in the graph of this one."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from actors.inbox.expiring import ExpiringMessage
+from actors.interfaces.cdr import decode
+from actors.interfaces.errors import CdrError
+from actors.interfaces.foreign import ForeignType
+from actors.qos.policies import Liveliness
+from actors.topics.endpoint import nanoseconds
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import Message
+    from actors.qos.policies import QoS
+    from actors.topics.peers import Participant, PublisherPeer, SubscriptionPeer, Target, TopicRegistry
+    from actors.transport.format.attachments import Attachment
+
+__all__ = ["RemotePublisher", "RemoteSubscription"]
+
+MessageType: TypeAlias = "type[Message]"
+
+
+class _Match:
+    """A matched subscription of this process, with what it has received of one publisher."""
+
+    __slots__ = ("last", "target")
+
+    def __init__(self, target: Target) -> None:
+        self.target = target
+        self.last: int | None = None
+        """The number of the last message that it has received; None before the first."""
+
+
+class RemotePublisher:
+    """A publisher of another process.
+
+    What arrives is decoded once and delivered to the matched subscriptions of this process, to each at most once and in order. A gap in
+    the numbers is counted as a loss, from the first message that a subscription has received. Liveliness that is manual_by_topic shows in
+    arriving messages only. A lifespan is measured from the time of sending, so the clocks of the two machines have to agree.
+
+    Invariants:
+
+    * `kept` holds the newest messages by number: as many as a transient local publisher keeps, else one. A message that arrives twice is
+      the same object.
+    * `count` is the highest number that has arrived.
+    """
+
+    def __init__(
+        self, node: Participant, entry: TopicRegistry, type: ForeignType, qos: QoS, wall_ns: Callable[[], int]
+    ) -> None:
+        self.node = node
+        self.entry = entry
+        self.qos = qos
+        self.count = 0
+        self.kept: dict[int, Any] = {}
+        self.type: Any = type
+        self._wall_ns = wall_ns
+        self._time = asyncio.get_running_loop().time
+        self._lifespan = nanoseconds(qos.lifespan)
+        self._shown_ns = self._now_ns()
+        self._matched: dict[SubscriptionPeer, _Match | None] = {}
+        self._taps: tuple[Callable[[Any], None], ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<publisher of {self.entry.name} [{self.type.__ros_type__}] in {self.node.fqn}, elsewhere: {self.count} arrived>"
+
+    @property
+    def here(self) -> bool:
+        return False
+
+    # -- what arrives -------------------------------------------------------------------------------------------------------
+
+    def arrived(
+        self, sent: Attachment, payload: bytes, kind: MessageType, subscriptions: Iterable[SubscriptionPeer]
+    ) -> None:
+        """Deliver a message to those of `subscriptions` that are matched."""
+        number = sent.sequence_number
+        self._show_alive()
+        takers = [
+            (each, match)
+            for each in subscriptions
+            if (match := self._match_with(each)) is not None and (match.last is None or match.last < number)
+        ]
+        if not takers:
+            return
+        try:
+            message = self._message(number, payload, kind)
+        except CdrError as error:
+            for subscription, match in takers:
+                match.last = number
+                subscription.count_lost(1)
+                subscription.node.warn("a message cannot be decoded", topic=self.entry.name, error=str(error))
+            return
+        wrapped = message if self._lifespan is None else self._expiring(message, sent.source_time)
+        for subscription, match in takers:
+            if match.last is not None and number > match.last + 1:
+                subscription.count_lost(number - match.last - 1)
+            match.last = number
+            match.target(wrapped)
+        if number > self.count:
+            self.count = number
+            for tap in self._taps:
+                tap(message)
+
+    def _match_with(self, subscription: SubscriptionPeer) -> _Match | None:
+        if subscription not in self._matched:
+            return None
+        match = self._matched[subscription]
+        if match is None:
+            match = self._matched[subscription] = _Match(self.entry.target(self, subscription))
+        return match
+
+    def _message(self, number: int, payload: bytes, kind: MessageType) -> Any:
+        message = self.kept.get(number)
+        if message is None:
+            message = self.kept[number] = decode(kind, payload)
+            if len(self.kept) > (self.qos.limit if self.qos.transient_local else 1):
+                del self.kept[min(self.kept)]
+        return message
+
+    def _expiring(self, message: Any, sent_ns: int) -> ExpiringMessage[Any]:
+        left = sent_ns + (self._lifespan or 0) - self._wall_ns()
+        return ExpiringMessage(message, self._now_ns() + left, self._time)
+
+    # -- liveliness ---------------------------------------------------------------------------------------------------------
+
+    def _now_ns(self) -> int:
+        return round(self._time() * 1e9)
+
+    def _lease(self, lease_ns: int | None) -> int | None:
+        if self.qos.liveliness is not Liveliness.MANUAL_BY_TOPIC:
+            return None
+        return lease_ns or nanoseconds(self.qos.liveliness_lease)
+
+    def alive(self, lease_ns: int | None) -> bool:
+        lease = self._lease(lease_ns)
+        return lease is None or self._now_ns() - self._shown_ns <= lease
+
+    def due_alive(self, lease_ns: int | None, now: int) -> int | None:
+        lease = self._lease(lease_ns)
+        due = None if lease is None else self._shown_ns + lease + 1
+        return due if due is not None and due > now else None
+
+    def _show_alive(self) -> None:
+        was_alive = self.alive(None)
+        self._shown_ns = self._now_ns()
+        if not was_alive:
+            for subscription in self._matched:
+                subscription.notify()
+
+    # -- its place in the graph ---------------------------------------------------------------------------------------------
+
+    @property
+    def latched(self) -> list[Any]:
+        return [self.kept[number] for number in sorted(self.kept)] if self.qos.transient_local else []
+
+    def replay(self, target: Target, depth: int) -> None:
+        """Do nothing: each transient local subscription asks the network for what is kept."""
+
+    def notify(self) -> None:
+        """Do nothing: its own process finds the subscription, too, and tells it."""
+
+    def count_incompatible_qos(self, policy: str) -> None:
+        """Do nothing, for the same reason."""
+
+    def count_incompatible_type(self) -> None:
+        """Do nothing, for the same reason."""
+
+    def join(self, subscription: SubscriptionPeer) -> None:
+        self._matched[subscription] = None
+
+    def part(self, subscription: SubscriptionPeer) -> None:
+        self._matched.pop(subscription, None)
+
+    def leave(self) -> tuple[SubscriptionPeer, ...]:
+        subscriptions, self._matched = tuple(self._matched), {}
+        return subscriptions
+
+    def add_tap(self, tap: Callable[[Any], None]) -> None:
+        self._taps += (tap,)
+
+
+class RemoteSubscription:
+    """A subscription of another process. What it has received and lost is known there only."""
+
+    received = 0
+    dropped = 0
+    waiting = 0
+    full = False
+
+    def __init__(
+        self,
+        node: Participant,
+        entry: TopicRegistry,
+        type: ForeignType,
+        qos: QoS,
+        target_of: Callable[[PublisherPeer], Target],
+    ) -> None:
+        self.node = node
+        self.entry = entry
+        self.qos = qos
+        self.type: Any = type
+        self._target_of = target_of
+        self._matched: dict[PublisherPeer, None] = {}
+
+    def __repr__(self) -> str:
+        return f"<subscription of {self.entry.name} [{self.type.__ros_type__}] in {self.node.fqn}, elsewhere>"
+
+    @property
+    def here(self) -> bool:
+        return False
+
+    async def room(self) -> None:
+        """Return at once: it is never `full`, because the transport holds the sender back."""
+
+    def target(self, publisher: PublisherPeer) -> Target:
+        """What sends the publisher's messages; it is the same for all subscriptions of other processes."""
+        return self._target_of(publisher)
+
+    def notify(self) -> None:
+        """Do nothing: its own process finds the publisher, too, and tells it."""
+
+    def count_incompatible_qos(self, policy: str) -> None:
+        """Do nothing, for the same reason."""
+
+    def count_incompatible_type(self) -> None:
+        """Do nothing, for the same reason."""
+
+    def count_lost(self, messages: int) -> None:
+        """Do nothing: losses are counted where they are found, at the receiving end."""
+
+    def join(self, publisher: PublisherPeer) -> None:
+        self._matched[publisher] = None
+
+    def part(self, publisher: PublisherPeer) -> None:
+        self._matched.pop(publisher, None)
+
+    def leave(self) -> tuple[PublisherPeer, ...]:
+        publishers, self._matched = tuple(self._matched), {}
+        return publishers
+
+    def catch_up(self, publisher: PublisherPeer) -> None:
+        """Do nothing: its own process asks for what is kept."""

@@ -1,0 +1,221 @@
+"""Simulated links: how messages get from one host to another, and from one process to another over several hosts."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from abc import ABC, abstractmethod
+from collections import deque
+from copy import copy
+from heapq import heapify, heappop, heappush
+from random import Random
+
+from actors.transport.simulated.arrivals import Arrivals
+from actors.transport.simulated.conditions import Conditions
+
+__all__ = ["HEADER", "Flow", "Link", "Message", "Stream"]
+
+HEADER = 64
+"""Bytes that each message takes beside its content."""
+
+
+class Stream:
+    """What one process sends to another while they are connected.
+
+    Invariant: reliable messages of one stream leave each of its links in the order in which they entered it, but for their priorities
+    in the link's queue. Nothing arrives any more once `open` is false.
+    """
+
+    __slots__ = ("broken", "dropped", "floors", "open", "received", "route", "sent")
+
+    def __init__(self, route: tuple[Link, ...]) -> None:
+        self.route = route
+        self.floors = [0.0] * len(route)
+        """For each link, when the latest of the reliable messages arrives at its end."""
+        self.open = True
+        self.broken = False
+        """Whether nothing passes from one link to the next any more, because the router between them is gone."""
+        self.sent = self.received = 0
+        """Bytes, of content."""
+        self.dropped = 0
+
+    def send(self, message: Message) -> None:
+        self.sent += message.size
+        self.route[0].send(message)
+
+    @property
+    def delay(self) -> float:
+        """Seconds that a short message takes at least."""
+        return sum(link.conditions.delay for link in self.route)
+
+    @property
+    def is_cut(self) -> bool:
+        return any(link.is_cut for link in self.route)
+
+
+class Flow:
+    """The samples of one outlet in one stream: at most `depth` of them wait before a link (0: any number), the newest ones."""
+
+    __slots__ = ("depth", "stream")
+
+    def __init__(self, stream: Stream, depth: int) -> None:
+        self.stream = stream
+        self.depth = depth
+
+
+class Message(ABC):
+    """Something that is sent in a stream, whole."""
+
+    __slots__ = ("dropped", "flow", "hop", "priority", "reliable", "size", "stream")
+
+    def __init__(
+        self, stream: Stream, size: int, priority: int, reliable: bool = True, flow: Flow | None = None
+    ) -> None:
+        self.stream = stream
+        self.size = size
+        self.priority = priority
+        self.reliable = reliable
+        self.flow = flow
+        self.hop = 0
+        """The links that it has passed."""
+        self.dropped = False
+        """Whether it has lost its place in the queue of a link to newer ones."""
+
+    @abstractmethod
+    def deliver(self) -> None:
+        """What happens when it has arrived at its process."""
+
+    def arrive(self) -> None:
+        """It has come to the end of a link."""
+        stream = self.stream
+        self.hop += 1
+        if self.hop < len(stream.route):
+            if not stream.broken:
+                stream.route[self.hop].send(self)
+        elif stream.open:
+            stream.received += self.size
+            self.deliver()
+
+
+class Link:
+    """The way from one host to another, in one direction.
+
+    Invariants: of what waits, the lowest priority leaves first, then the oldest; nothing waits on a link with time to send it that is not
+    cut. While the link is cut, best effort is lost and reliable messages wait. Everything random comes from `rng`.
+    """
+
+    def __init__(
+        self, conditions: Conditions, rng: Random, arrivals: Arrivals, loop: asyncio.AbstractEventLoop
+    ) -> None:
+        self.conditions = conditions
+        self.usual = conditions
+        """The conditions when nothing is wrong."""
+        self.is_cut = False
+        self.lost = 0
+        """Messages that were lost on the way and not sent again."""
+        self._rng = rng
+        self._arrivals = arrivals
+        self._loop = loop
+        self._queue: list[tuple[int, int, Message]] = []
+        self._order = 0
+        self._waiting: dict[Flow, deque[Message]] = {}
+        self._free_at = 0.0
+        self._timer: asyncio.TimerHandle | None = None
+
+    def send(self, message: Message) -> None:
+        """Send it as soon as it is its turn."""
+        if self.is_cut and not message.reliable:
+            self.lost += 1
+        elif self.is_cut or self._queue or self._free_at > self._loop.time():
+            self._hold(message)
+        else:
+            self._transmit(message, self._loop.time())
+
+    def cut(self) -> None:
+        """Let nothing pass. What is on its way arrives."""
+        self.is_cut = True
+        waiting = [entry for entry in self._queue if not entry[2].dropped]
+        kept = [entry for entry in waiting if entry[2].reliable]
+        self.lost += len(waiting) - len(kept)
+        self._refill(kept)
+
+    def heal(self) -> None:
+        """Let messages pass again: those that wait, when they are sent again the next time."""
+        self.is_cut = False
+        if self._queue:
+            self._resume(self._loop.time() + self._rng.random() * self.conditions.resend)
+
+    def clear(self) -> None:
+        """Forget what waits: its host has died."""
+        self._refill([])
+
+    # The queue -----------------------------------------------------------------------------------------------------------
+
+    def _hold(self, message: Message) -> None:
+        self._order += 1
+        entry = (message.priority, self._order, message)
+        heappush(self._queue, entry)
+        flow = message.flow
+        if flow is not None and flow.depth:
+            waiting = self._waiting.setdefault(flow, deque())
+            waiting.append(message)
+            if len(waiting) > flow.depth:
+                waiting.popleft().dropped = True
+                message.stream.dropped += 1
+        if not self.is_cut:
+            self._resume(self._free_at)
+
+    def _refill(self, entries: list[tuple[int, int, Message]]) -> None:
+        self._queue = entries
+        heapify(entries)
+        self._waiting = {}
+        for entry in sorted(entries):
+            if (flow := entry[2].flow) is not None and flow.depth:
+                self._waiting.setdefault(flow, deque()).append(entry[2])
+
+    def _resume(self, at: float) -> None:
+        if self._timer is None:
+            self._timer = self._loop.call_at(at, self._send_waiting)
+
+    def _send_waiting(self) -> None:
+        self._timer = None
+        while self._queue and not self.is_cut:
+            if self._free_at > (now := self._loop.time()):
+                self._resume(self._free_at)
+                return
+            message = heappop(self._queue)[2]
+            if message.dropped:
+                continue
+            if (flow := message.flow) is not None and flow.depth:
+                waiting = self._waiting[flow]
+                waiting.popleft()
+                if not waiting:
+                    del self._waiting[flow]
+            self._transmit(message, now)
+
+    # The line ------------------------------------------------------------------------------------------------------------
+
+    def _transmit(self, message: Message, now: float) -> None:
+        conditions = self.conditions
+        if conditions.bandwidth < math.inf:
+            self._free_at = now = now + (message.size + HEADER) / conditions.bandwidth
+        at = now + conditions.delay
+        if conditions.jitter:
+            at += self._rng.random() * conditions.jitter
+        if message.reliable:
+            if conditions.loss:
+                while self._rng.random() < conditions.loss:
+                    at += conditions.resend
+            floors, hop = message.stream.floors, message.hop
+            if at < floors[hop]:
+                at = floors[hop]
+            floors[hop] = at
+            self._arrivals.add(at, message)
+        elif conditions.loss and self._rng.random() < conditions.loss:
+            self.lost += 1
+        else:
+            if conditions.reordering and self._rng.random() < conditions.reordering:
+                at += at - now
+            if conditions.duplication and self._rng.random() < conditions.duplication:
+                self._arrivals.add(at + self._rng.random() * (at - now), copy(message))
+            self._arrivals.add(at, message)

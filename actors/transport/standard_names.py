@@ -1,0 +1,42 @@
+"""The services and topics that other processes expect of every node of ROS 2."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from actors.qos import PARAMETER_EVENTS, PARAMETERS, ROSOUT, SERVICES
+
+if TYPE_CHECKING:
+    from actors.qos.policies import QoS
+    from actors.runtime.incarnation import Incarnation
+
+__all__ = ["Standard", "standard_publishers", "standard_services"]
+
+
+class Standard(NamedTuple):
+    """A standard endpoint of a node: its full name, its type and its quality of service."""
+
+    name: str
+    type: Any
+    qos: QoS
+
+
+def standard_services(life: Incarnation) -> Iterator[Standard]:
+    """The services of a node besides those that it declares: those of its parameters, and those of its kind."""
+    from actors.parameters.messages import PARAMETER_SERVICES
+
+    for service in PARAMETER_SERVICES:
+        yield Standard(f"{life.fqn}/{service.name}", service.type, PARAMETERS)
+    for name in type(life.node).__standard_services__:
+        offered = life.node.__standard_service__(name)
+        if offered is not None:
+            yield Standard(f"{life.fqn}/{name}", offered[0], SERVICES)
+
+
+def standard_publishers() -> Iterator[Standard]:
+    """The topics on which every node publishes."""
+    from actors.interfaces.rcl_interfaces.msg import Log, ParameterEvent
+
+    yield Standard("/rosout", Log, ROSOUT)
+    yield Standard("/parameter_events", ParameterEvent, PARAMETER_EVENTS)

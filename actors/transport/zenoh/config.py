@@ -1,0 +1,189 @@
+"""Where a Zenoh session listens and connects, and its other settings: ours, those of a file, and those of ROS 2's environment variables."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Literal, NamedTuple
+
+from actors.suggest import did_you_mean
+from actors.transport.protocol import WireUnavailable
+from actors.transport.zenoh.library import import_zenoh, one_line
+
+__all__ = ["LEASE", "ZenohConfig", "point_settings", "session_settings", "write_config"]
+
+LEASE: Final = 2000
+"""After so many milliseconds of silence on a link its two ends give it up. This side announces it, the other side applies it."""
+
+_PROTOCOLS: Final = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream", "unixpipe", "serial", "vsock")
+
+_PORT_VARIABLE: Final = "ROBACTOR_GOSSIP_PORT"
+_FILE_VARIABLE: Final = "ZENOH_SESSION_CONFIG_URI"
+_OVERRIDE_VARIABLE: Final = "ZENOH_CONFIG_OVERRIDE"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ZenohConfig:
+    """Where to listen and to connect. The default reaches the processes of this host, and ROS 2's router on this host if it runs.
+
+    An endpoint is written as Zenoh does: ``tcp/192.168.1.5:7448``.
+    """
+
+    listen: tuple[str, ...] = ()
+    """The endpoints that others connect to; empty: a free port on the loopback interface."""
+
+    connect: tuple[str, ...] = ()
+    """The endpoints to connect to, besides the gossip point; they are tried again for as long as they do not answer."""
+
+    mode: Literal["peer", "client"] = "peer"
+    """A peer is linked directly with all others. A client has one link, to a router in `connect`, and cannot be opened without it."""
+
+    gossip_port: int = 7447
+    """The loopback port where processes of this host find each other, ROS 2's router port; 0: none is looked for or offered."""
+
+    file: str = ""
+    """A configuration file of Zenoh. It stands in place of all settings of ours; `listen` and `connect` still add to it if given."""
+
+    overrides: str = ""
+    """``path/of/key=json5;...``, applied after everything else."""
+
+    @classmethod
+    def from_environment(
+        cls,
+        environment: Mapping[str, str],
+        *,
+        listen: tuple[str, ...] = (),
+        connect: tuple[str, ...] = (),
+        mode: Literal["peer", "client"] = "peer",
+    ) -> ZenohConfig:
+        """Read ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE as ROS 2 does, and ROBACTOR_GOSSIP_PORT. Raises WireUnavailable."""
+        port = environment.get(_PORT_VARIABLE, "").strip() or "7447"
+        if not port.isascii() or not port.isdigit() or int(port) > 65535:
+            raise WireUnavailable(f"{_PORT_VARIABLE} is {port!r}; it must be a port number, or 0 for none")
+        return cls(
+            listen=listen,
+            connect=connect,
+            mode=mode,
+            gossip_port=int(port),
+            file=environment.get(_FILE_VARIABLE, ""),
+            overrides=environment.get(_OVERRIDE_VARIABLE, ""),
+        )
+
+    @property
+    def gossip_point(self) -> str:
+        """The endpoint of the gossip point; empty if there is none: without a port, for a client, and with a file of the user's own."""
+        return f"tcp/127.0.0.1:{self.gossip_port}" if self.gossip_port and self.mode == "peer" and not self.file else ""
+
+
+class _Setting(NamedTuple):
+    path: str
+    value: str
+    """In JSON5."""
+    source: str
+    """What the user wrote it in."""
+
+
+_Settings = dict[str, object]
+
+_COMMON: Final[_Settings] = {
+    "scouting/multicast/enabled": False,
+    "scouting/gossip/enabled": True,
+    "scouting/gossip/target": {"router": ["router", "peer"], "peer": ["router"]},
+    "scouting/delay": 0,  # otherwise opening waits for half a second
+    "open/return_conditions": {"connect_scouted": False, "declares": False},
+    "timestamping/enabled": {"router": True, "peer": True, "client": True},  # kept samples are told apart by it
+    "transport/link/tx/lease": LEASE,
+    "transport/link/tx/keep_alive": 4,
+    "transport/unicast/accept_pending": 10_000,
+    "transport/unicast/max_sessions": 10_000,
+    "transport/shared_memory/enabled": False,
+}
+_RETRY: Final = {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 1.3}
+
+
+def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
+    """The settings of the session with the identity `session`, later ones over earlier ones. Raises WireUnavailable for an endpoint."""
+    client = config.mode == "client"
+    listen = _endpoints(config.listen, "listen")
+    connect = _endpoints(config.connect, "connect")
+    if not config.file:
+        yield from _ours(_COMMON)
+        yield from _ours(
+            {
+                "mode": config.mode,
+                "listen/endpoints": listen or ([] if client else ["tcp/127.0.0.1:0"]),
+                "connect/endpoints": [*([config.gossip_point] if config.gossip_point else []), *connect],
+                "connect/timeout_ms": LEASE if client else -1,
+                "connect/exit_on_failure": client,
+                "connect/retry": _RETRY,
+                "scouting/gossip/autoconnect": {"router": [], "peer": ["router", "peer"]},
+                "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
+            }
+        )
+    else:
+        yield from _ours({"listen/endpoints": listen} if listen else {})
+        yield from _ours({"connect/endpoints": connect} if connect else {})
+    yield from _overrides(config.overrides)
+    yield from _ours({"id": session})
+
+
+def point_settings(config: ZenohConfig) -> Iterator[_Setting]:
+    """The settings of the second session, which holds the gossip point: a router, because the sessions of ROS 2 look for one."""
+    yield from _ours(_COMMON)
+    yield from _ours(
+        {
+            "mode": "router",
+            "listen/endpoints": [config.gossip_point],
+            "connect/endpoints": [],
+            "scouting/gossip/autoconnect": {"router": [], "peer": []},
+        }
+    )
+
+
+def _ours(settings: _Settings) -> Iterator[_Setting]:
+    return (_Setting(path, json.dumps(value), path) for path, value in settings.items())
+
+
+def _overrides(text: str) -> Iterator[_Setting]:
+    for pair in filter(str.strip, text.split(";")):
+        path, equals, value = pair.partition("=")
+        if not equals or not path.strip() or not value.strip():
+            raise WireUnavailable(
+                f"{_OVERRIDE_VARIABLE} contains {pair.strip()!r}; write path/of/key=value;other/key=value"
+            )
+        yield _Setting(path.strip(), value.strip(), f"{_OVERRIDE_VARIABLE}, {pair.strip()}")
+
+
+def _endpoints(texts: tuple[str, ...], what: str) -> list[str]:
+    for text in texts:
+        protocol, slash, address = text.partition("/")
+        if not slash or not address:
+            raise WireUnavailable(
+                f"cannot {what} at {text!r}: write protocol/address, for instance tcp/192.168.1.5:7448"
+            )
+        if protocol not in _PROTOCOLS:
+            hint = did_you_mean(protocol, _PROTOCOLS)
+            raise WireUnavailable(f"cannot {what} at {text!r}: {protocol!r} is no protocol of Zenoh{hint}")
+        port = re.search(r":(\d*)(?=[?#]|$)", address)
+        if protocol in ("tcp", "tls", "udp", "quic") and not (port and port[1] and int(port[1]) <= 65535):
+            raise WireUnavailable(
+                f"cannot {what} at {text!r}: it needs a port up to 65535, for instance {protocol}/192.168.1.5:7448"
+            )
+    return list(texts)
+
+
+def write_config(file: str, settings: Iterator[_Setting]) -> Any:
+    """Zenoh's own form of the settings, over those of `file` if it is given. Raises WireUnavailable, naming what is wrong."""
+    library = import_zenoh()
+    try:
+        config = library.Config.from_file(file) if file else library.Config()
+    except library.ZError as error:
+        raise WireUnavailable(f"{_FILE_VARIABLE}={file}: {one_line(error)}") from error
+    for setting in settings:
+        try:
+            config.insert_json5(setting.path, setting.value)
+        except library.ZError as error:
+            raise WireUnavailable(f"{setting.source}: {one_line(error)}") from error
+    return config

@@ -1,0 +1,268 @@
+"""What a transport does between its opening and its closing."""
+
+from __future__ import annotations
+
+import os
+import socket
+from asyncio import AbstractEventLoop
+from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, Final
+
+from actors.transport.format.errors import WireFormatError
+from actors.transport.format.keys import write_key
+from actors.transport.format.tokens import EndpointKind, EndpointToken, parse_token
+from actors.transport.protocol import Answer, Delivery, Events, Link, NoAnswer, Query, Sample
+from actors.transport.zenoh import objects
+from actors.transport.zenoh.contact import Source
+from actors.transport.zenoh.heartbeat import Heartbeat
+from actors.transport.zenoh.history import ask_history, declare_publishers, declare_subscriber
+from actors.transport.zenoh.library import direct, import_zenoh
+from actors.transport.zenoh.outlets import Outlet
+from actors.transport.zenoh.presence import Presence, Process, scope_of
+from actors.transport.zenoh.queries import Server
+from actors.transport.zenoh.questions import Question
+from actors.transport.zenoh.subscriptions import Subscription
+from actors.transport.zenoh.traffic import Traffic
+from actors.transport.zenoh.wakeup import Wakeup
+from actors.transport.zenoh.worker import Worker
+
+__all__ = ["Connection"]
+
+_SETTLING: Final = 0.01
+"""Seconds for which vanished tokens and unanswered questions are collected, because those of one lost process come one by one."""
+
+
+class Connection:
+    """An open session, and everything that was declared with it. All methods are called on the loop's thread.
+
+    Invariants: an own token is in `_own` while Zenoh may report it; what has not been closed is in `_handles`, because Zenoh withdraws what
+    nobody refers to; after `close` no callback is called. Vanished tokens, and the calls of `_afterwards`, wait for the timer `_settling`.
+    """
+
+    def __init__(
+        self, session: objects.Session, tokens: str, events: Events, loop: AbstractEventLoop, worker: Worker
+    ) -> None:
+        self.wakeup = Wakeup(loop)
+        self._session = session
+        self._events = events
+        self._loop = loop
+        self._worker = worker
+        self._answers = Worker("zenoh answers")
+        self._handles: set[object] = set()
+        self._own: Counter[str] = Counter()
+        self._traffic = Traffic()
+        self._presence = Presence(events, self._traffic.begin)
+        self._questions: dict[Question, None] = {}
+        self._afterwards: list[Callable[[], None]] = []
+        self._settling: Any = None
+        own = Process(scope_of(tokens), str(session.zid()), os.getpid(), socket.gethostname())
+        self._process = self._declare_token(own.token)
+        alive = f"@robactor/{own.scope}/alive"
+        library = import_zenoh()
+        self._beat = session.declare_publisher(
+            f"{alive}/{own.session}",
+            priority=library.Priority.INTERACTIVE_HIGH,
+            congestion_control=library.CongestionControl.DROP,
+            express=True,
+            allowed_destination=library.Locality.REMOTE,
+        )
+        self._heartbeat = Heartbeat(loop, self._send_beat, self._with_heartbeat, self._silence)
+        # The references keep what they declare.
+        self._watching: list[Any] = [
+            session.declare_subscriber(f"{alive}/*", direct(self._beaten), allowed_origin=library.Locality.REMOTE),
+            self._watch(f"@robactor/{own.scope}/*/*/*"),
+            self._watch(tokens),
+        ]
+
+    # What a transport offers -------------------------------------------------------------------------------------------------
+
+    def announce(self, token: str) -> Announcement:
+        """Show `token` to the others."""
+        announcement = Announcement(token, self._declare_token(token), self._withdrawn)
+        self._handles.add(announcement)
+        return announcement
+
+    def outlet(self, key: str, delivery: Delivery) -> Outlet:
+        """Open the sending end of `key`."""
+        publishers = declare_publishers(self._session, key, delivery)
+        forget = self._handles.discard
+        outlet = Outlet(
+            delivery,
+            publishers,
+            self.wakeup,
+            self._worker,
+            self._traffic,
+            self._events.wanted,
+            self._settle_soon,
+            forget,
+        )
+        self._handles.add(outlet)
+        return outlet
+
+    def subscribe(self, key: str, delivery: Delivery, take: Callable[[Sample], None]) -> Subscription:
+        """Open the receiving end of `key`."""
+
+        def declare(subscription: Subscription) -> objects.Declared:
+            return declare_subscriber(self._session, key, delivery, subscription.arrived)
+
+        def ask(subscription: Subscription, source: Source) -> None:
+            def answered(sample: objects.Sample) -> None:
+                self.wakeup.post(lambda kept: subscription.answered(source, kept), sample)
+
+            def complete() -> None:
+                self.wakeup.post(subscription.complete, source)
+
+            self._answers.do(lambda: ask_history(self._session, key, delivery.history, source, answered, complete))
+
+        subscription = Subscription(
+            key, delivery, take, self.wakeup, self._traffic, declare, ask, self._handles.discard
+        )
+        self._handles.add(subscription)
+        return subscription
+
+    def serve(self, key: str, take: Callable[[Query], None]) -> Server:
+        """Take the questions of others."""
+        server = Server(self._session, key, take, self.wakeup, self._answers, self._handles.discard)
+        self._handles.add(server)
+        return server
+
+    def ask(
+        self, key: str, payload: bytes, attachment: bytes, timeout: float | None, done: Callable[[Answer], None]
+    ) -> Question:
+        """Ask the others."""
+        question = Question(key, timeout, done, self._questions.pop, self._loop)
+        self._questions[question] = None
+        question.ask(self._session, payload, attachment, self.wakeup, self._answers, self._unanswered)
+        return question
+
+    def report(self) -> tuple[Link, ...]:
+        """The links with the processes that are there."""
+        return self._traffic.report(self._presence.shown)
+
+    def has_router(self) -> bool:
+        """Whether a router, ROS 2's or a gossip point, is linked with this session."""
+        return bool(self._session.info.routers_zid())
+
+    async def close(self) -> None:
+        """Send what waits, withdraw the tokens, and close the session. No callback is called any more."""
+        self.wakeup.close()
+        self._heartbeat.close()
+        if self._settling is not None:
+            self._settling.cancel()
+        for question in tuple(self._questions):
+            question.close()
+        await self._answers.result(lambda: None)
+        self._answers.close()
+        await self._worker.result(self._close_session)
+
+    def _close_session(self) -> None:
+        self._process.undeclare()  # the others know at once that this process ends
+        with suppress(import_zenoh().ZError):  # it could not say farewell to everybody in time
+            self._session.close()
+
+    # Tokens ------------------------------------------------------------------------------------------------------------------
+
+    def _declare_token(self, token: str) -> objects.Declared:
+        self._own[token] += 1
+        declared: objects.Declared = self._session.liveliness().declare_token(token)
+        return declared
+
+    def _withdrawn(self, announcement: Announcement) -> None:
+        self._handles.discard(announcement)
+        self._own[announcement.token] -= 1
+        if not self._own[announcement.token]:
+            del self._own[announcement.token]
+
+    def _watch(self, tokens: str) -> Any:
+        handler = direct(self._reported)
+        return self._session.liveliness().declare_subscriber(tokens, handler, history=True)
+
+    def _reported(self, sample: objects.Sample) -> None:
+        """A token of anybody has appeared or vanished. On a thread of Zenoh, or on the loop's for tokens of our own."""
+        token = str(sample.key_expr)
+        if token not in self._own:
+            appeared = sample.kind == import_zenoh().SampleKind.PUT
+            self.wakeup.post(self._appeared if appeared else self._vanished, token)
+
+    def _appeared(self, token: str) -> None:
+        process = Process.parse(token)
+        if process is not None:
+            self._presence.arrive(process)
+        else:
+            self._presence.appear(token)
+
+    def _vanished(self, token: str) -> None:
+        self._presence.vanish(token)
+        self._settle_soon(lambda: None)
+
+    # Lost processes, and the questions that they leave ---------------------------------------------------------------------------
+
+    def _settle_soon(self, afterwards: Callable[[], None]) -> None:
+        """Report soon what has vanished, and then call `afterwards`."""
+        self._afterwards.append(afterwards)
+        if self._settling is None:
+            self._settling = self._loop.call_later(_SETTLING, self._settle)
+
+    def _settle(self) -> None:
+        self._settling = None
+        self._presence.settle()
+        afterwards, self._afterwards = self._afterwards, []
+        for call in afterwards:
+            call()
+
+    def _unanswered(self, question: Question) -> None:
+        self._settle_soon(lambda: question.end(NoAnswer(timed_out=False)))
+
+    def _send_beat(self) -> None:
+        with suppress(import_zenoh().ZError):
+            self._beat.put(b"")
+
+    def _beaten(self, sample: objects.Sample) -> None:
+        self.wakeup.post(self._heard, str(sample.key_expr).rpartition("/")[2])
+
+    def _heard(self, session: str) -> None:
+        self._heartbeat.heard(session)
+        self._presence.heard(session)
+
+    def _with_heartbeat(self) -> list[str]:
+        return [session for session, process in self._presence.shown.items() if process is not None]
+
+    def _silence(self, session: str) -> None:
+        """A process is lost whose links are open. Its questions end unless somebody else serves them, too."""
+        tokens = self._presence.tokens(session)
+        self._presence.silence(session)
+        lost = {_served_key(token) for token in tokens} - {""}
+        asked = [question for question in self._questions if question.key in lost]
+        if asked:
+            others = [token for other in self._presence.shown for token in self._presence.tokens(other)]
+            served = {_served_key(token) for token in others}
+            for question in asked:
+                if question.key not in served:
+                    self._unanswered(question)
+
+
+class Announcement:
+    """A token of our own, until it is closed."""
+
+    def __init__(self, token: str, declared: objects.Declared, withdrawn: Callable[[Announcement], None]) -> None:
+        self.token = token
+        self._declared: objects.Declared | None = declared
+        self._withdrawn = withdrawn
+
+    def close(self) -> None:
+        """Withdraw it."""
+        declared, self._declared = self._declared, None
+        if declared is not None:
+            declared.undeclare()
+            self._withdrawn(self)
+
+
+def _served_key(token: str) -> str:
+    """The key that the token of a server is about; empty for all other tokens."""
+    with suppress(WireFormatError):
+        parsed = parse_token(token)
+        if isinstance(parsed, EndpointToken) and parsed.kind is EndpointKind.SERVER:
+            return write_key(parsed.key)
+    return ""

@@ -1,0 +1,73 @@
+"""The first contact with a publisher that keeps samples.
+
+Zenoh's advanced subscriber asks for the history after it has been declared. A sample that arrives in between makes it believe that it has
+got everything before, and the whole history is discarded. Therefore what comes first of a publisher waits here until the publisher has been
+asked once more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from actors.transport.zenoh import objects
+
+__all__ = ["Contacts", "Source"]
+
+Source = tuple[str, int]
+"""A publisher: the session and the number of the entity within it."""
+
+_KNOWN: Final = 1000
+_HALF: Final = 2**31
+"""Sequence numbers have 32 bits, and start again at 0."""
+
+
+class Contacts:
+    """Passes on the samples of each publisher in the order of their sequence numbers, each once, none skipped that is kept.
+
+    Invariant: a publisher is either unknown, or its samples wait in `_waiting` for the end of a question, or the number of its last sample is
+    in `_last`. Samples without a number are passed on as they come.
+    """
+
+    def __init__(self, ask: Callable[[Source], None], deliver: Callable[[objects.Sample], None]) -> None:
+        """`ask` asks a publisher for its history; `answered` and `complete` are called later with what it says."""
+        self._ask = ask
+        self._deliver = deliver
+        self._last: dict[Source, int] = {}
+        self._waiting: dict[Source, dict[int, objects.Sample]] = {}
+
+    def take(self, sample: objects.Sample) -> None:
+        """Take a sample of the subscriber."""
+        info = sample.source_info
+        if info is None:
+            self._deliver(sample)
+            return
+        source: Source = str(info.source_id.zid), info.source_id.eid
+        number: int = info.source_sn
+        if source in self._waiting:
+            self._waiting[source][number] = sample
+        elif source in self._last:
+            if 0 < (number - self._last[source]) % (2 * _HALF) < _HALF:
+                self._pass(source, number, sample)
+        elif number == 0:
+            self._pass(source, number, sample)
+        else:
+            self._waiting[source] = {number: sample}
+            self._ask(source)
+
+    def answered(self, source: Source, sample: objects.Sample) -> None:
+        """A kept sample of a publisher has arrived."""
+        if source in self._waiting and sample.source_info is not None:
+            self._waiting[source][sample.source_info.source_sn] = sample
+
+    def complete(self, source: Source) -> None:
+        """The publisher has told what it keeps, or cannot be reached any more."""
+        for number, sample in sorted(self._waiting.pop(source, {}).items()):
+            self._pass(source, number, sample)
+
+    def _pass(self, source: Source, number: int, sample: objects.Sample) -> None:
+        self._last.pop(source, None)
+        self._last[source] = number  # the last one heard of is the last one in the order of the dict
+        if len(self._last) > _KNOWN:
+            del self._last[next(iter(self._last))]
+        self._deliver(sample)

@@ -1,0 +1,121 @@
+"""Zenoh's publishers and subscribers for a `Delivery`, declared as `rmw_zenoh` declares them, so that late joiners of ROS 2 get the history."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from actors.transport.protocol import Delivery
+from actors.transport.zenoh import objects
+from actors.transport.zenoh.contact import Source
+from actors.transport.zenoh.library import direct, import_ext, import_zenoh
+from actors.transport.zenoh.outlets import Publishers
+
+__all__ = ["ask_history", "declare_publishers", "declare_subscriber"]
+
+_HEARTBEAT: Final = 0.5
+"""Seconds after which an advanced publisher tells the number of its last sample, so that the loss of the last one is noticed."""
+
+_PATIENCE: Final = 5.0
+"""Seconds within which a publisher must tell what it keeps."""
+
+_PRIORITIES: Final = (
+    "REAL_TIME",
+    "INTERACTIVE_HIGH",
+    "INTERACTIVE_LOW",
+    "DATA_HIGH",
+    "DATA",
+    "DATA_LOW",
+    "BACKGROUND",
+)
+
+
+def declare_publishers(session: objects.Session, key: str, delivery: Delivery) -> Publishers:
+    """What an outlet sends with. With history it is an advanced publisher, which keeps samples and answers those who come later."""
+    zenoh, ext = import_zenoh(), import_ext()
+    blocks = delivery.reliable and delivery.keep_all
+    settings: dict[str, Any] = {
+        "congestion_control": zenoh.CongestionControl.BLOCK if blocks else zenoh.CongestionControl.DROP,
+        "reliability": zenoh.Reliability.RELIABLE if delivery.reliable else zenoh.Reliability.BEST_EFFORT,
+        "priority": getattr(zenoh.Priority, _PRIORITIES[delivery.priority - 1]),
+        "express": delivery.express,
+        "allowed_destination": zenoh.Locality.REMOTE,
+    }
+    plain = session.declare_publisher(key, **settings)
+    if not delivery.history:
+        return Publishers(plain, plain)
+    misses = ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=_HEARTBEAT)
+    advanced = ext.declare_advanced_publisher(
+        session,
+        key,
+        cache=ext.CacheConfig(max_samples=delivery.history),
+        publisher_detection=True,
+        sample_miss_detection=misses if delivery.reliable else None,
+        **settings,
+    )
+    return Publishers(plain, advanced)
+
+
+def declare_subscriber(
+    session: objects.Session, key: str, delivery: Delivery, arrived: Callable[[objects.Sample], None]
+) -> objects.Declared:
+    """A subscriber that calls `arrived` on Zenoh's threads. With history it asks advanced publishers for it, older and later ones."""
+    zenoh, ext = import_zenoh(), import_ext()
+    remote = zenoh.Locality.REMOTE
+    if not delivery.history:
+        return session.declare_subscriber(key, direct(arrived), allowed_origin=remote)
+    recovery = ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
+    subscriber: objects.Declared = ext.declare_advanced_subscriber(
+        session,
+        key,
+        direct(_of_others(session, arrived)),
+        allowed_origin=remote,
+        history=ext.HistoryConfig(detect_late_publishers=True, max_samples=delivery.history),
+        recovery=recovery if delivery.reliable else None,
+        subscriber_detection=True,
+    )
+    return subscriber
+
+
+def ask_history(
+    session: objects.Session,
+    key: str,
+    most: int,
+    source: Source,
+    answered: Callable[[objects.Sample], None],
+    complete: Callable[[], None],
+) -> None:
+    """Ask one advanced publisher for the last `most` samples that it keeps. `complete` is called in any case; both on Zenoh's threads."""
+    zenoh = import_zenoh()
+
+    def replied(reply: objects.Reply) -> None:
+        if reply.ok is not None:
+            answered(reply.ok)
+
+    try:
+        session.get(
+            f"{key}/@adv/pub/{source[0]}/{source[1]}/**?_max={most};_anyke",
+            direct(replied, complete),
+            target=zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=_PATIENCE,
+            allowed_destination=zenoh.Locality.REMOTE,
+        )
+    except zenoh.ZError:  # the session has been closed
+        complete()
+
+
+def _of_others(session: objects.Session, arrived: Callable[[objects.Sample], None]) -> Callable[[objects.Sample], None]:
+    """Without the history of this session's own publishers, which answer it wherever the subscription may hear from."""
+    own = str(session.zid())
+
+    def take(sample: objects.Sample) -> None:
+        source, timestamp = sample.source_info, sample.timestamp
+        if source is None and timestamp is None:
+            arrived(sample)
+            return
+        origin = timestamp.get_id() if source is None else source.source_id.zid  # what has no number has a time
+        if str(origin) != own:
+            arrived(sample)
+
+    return take

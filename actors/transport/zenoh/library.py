@@ -1,0 +1,76 @@
+"""The `zenoh` package: its late import, its threads, and its errors as single lines."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import threading
+from collections.abc import Callable
+from typing import Any, Final
+
+from actors.transport.protocol import WireUnavailable
+
+__all__ = ["direct", "import_ext", "import_zenoh", "one_line"]
+
+_RUNTIME: Final = "ZENOH_RUNTIME"
+_FEW_THREADS: Final = "(rx: (worker_threads: 1), net: (handover: app), acc: (handover: app), tx: (handover: app))"
+"""As few threads as a robot's process can do with. Receiving keeps its own thread, because a full KEEP_ALL queue makes it wait."""
+
+_thread = threading.local()
+
+
+def import_zenoh() -> Any:
+    """Import the package `zenoh`. Its threads are limited by the variable ZENOH_RUNTIME, unless the user has set it.
+
+    Raises WireUnavailable if it is not installed.
+    """
+    os.environ.setdefault(_RUNTIME, _FEW_THREADS)  # read once, when the first session is opened
+    try:
+        import zenoh
+    except ImportError as error:
+        raise WireUnavailable(f"the package eclipse-zenoh cannot be imported ({error}); install it with pip") from error
+    return zenoh
+
+
+def import_ext() -> Any:
+    """Import the advanced publishers and subscribers of `zenoh`, which keep samples."""
+    import zenoh.ext
+
+    return zenoh.ext
+
+
+def direct(call: Callable[[Any], None], end: Callable[[], None] | None = None) -> Any:
+    """A handler that calls `call` on Zenoh's own thread, and `end` when nothing more can come. Neither may wait.
+
+    Zenoh's usual handlers start a thread each. Without one, every call would make and destroy the Python state of Zenoh's thread, which
+    takes five times as long as the rest of it; therefore the state is kept, for as long as the thread lives.
+    """
+
+    def called(item: Any) -> None:
+        _keep_thread_state()
+        call(item)
+
+    def ended() -> None:
+        _keep_thread_state()
+        if end is not None:
+            end()
+
+    return import_zenoh().handlers.Callback(called, ended, indirect=False)
+
+
+def _keep_thread_state() -> None:
+    if not getattr(_thread, "kept", False):
+        _thread.kept = True
+        ctypes.pythonapi.PyGILState_Ensure()  # never released: from now on the thread has its state
+
+
+def one_line(error: BaseException) -> str:
+    """The text of an error of Zenoh, without the places in its source and without the quotations of its parser."""
+    import re
+
+    text = str(error)
+    said = re.search(r'(?:msg: |^Str\()"((?:[^"\\]|\\.)*)"', text)
+    text = said.group(1).replace("\\n", "\n") if said else text
+    text = text.split(" at /")[0]
+    lines = [line.strip() for line in text.splitlines() if not re.match(r"\s*(-->|\d*\s*\||=?\s*$)", line)]
+    return " ".join(line.removeprefix("= ") for line in lines).rstrip(" .!")

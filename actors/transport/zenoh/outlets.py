@@ -1,0 +1,147 @@
+"""The sending end of a key."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Final, NamedTuple
+
+from actors.transport.protocol import Delivery
+from actors.transport.zenoh import objects
+from actors.transport.zenoh.library import direct, import_zenoh
+from actors.transport.zenoh.traffic import Traffic
+from actors.transport.zenoh.wakeup import Wakeup
+from actors.transport.zenoh.worker import Worker
+
+__all__ = ["Outlet", "Publishers"]
+
+LARGE: Final = 64 * 1024
+"""From this size on, Zenoh sends a payload in fragments, and may wait up to 50 ms until a slow receiver makes room for them."""
+
+
+KEEP_ALL: Final = 64 * 1024 * 1024
+"""The bytes that wait for the worker at most, in an outlet that may not drop: then it drops nevertheless, because `put` cannot wait."""
+
+
+class Publishers(NamedTuple):
+    """What sends for an outlet. The plain publisher tells who listens, which an advanced one, which keeps samples, does not."""
+
+    plain: objects.Matching
+    sends: objects.Publisher
+
+
+class Outlet:
+    """Sends at once what Zenoh takes at once, and by the worker what may have to wait.
+
+    Zenoh waits for a receiver that does not read if the payload is large, or if nothing may be dropped. Such samples go by way of a queue.
+    KEEP_LAST drops the oldest of more samples than its depth.
+
+    Invariants: samples are put in their order: none directly while one is with the worker, `_handed != _done`. The loop alone writes
+    `_handed`, the worker alone `_done`; they count bytes, and one for each sample.
+    """
+
+    def __init__(
+        self,
+        delivery: Delivery,
+        publishers: Publishers,
+        wakeup: Wakeup,
+        worker: Worker,
+        traffic: Traffic,
+        wanted: Callable[[Outlet], None],
+        soon: Callable[[Callable[[], None]], None],
+        forget: Callable[[Outlet], None],
+    ) -> None:
+        """`wanted` is called on the loop when `Outlet.wanted` has changed, `forget` when the outlet is closed.
+
+        `soon` calls what it is given when the loss of a process, if that is why nobody listens, has been reported.
+        """
+        self._publishers = publishers
+        self._worker = worker
+        self._traffic = traffic
+        self._tell = wanted
+        self._soon = soon
+        self._forget = forget
+        self._keep_all = delivery.keep_all
+        self._depth = delivery.depth
+        self._queue: deque[tuple[bytes, bytes]] = deque()
+        self._handed = 0
+        self._done = 0
+        self._closed = False
+        self._matching: bool = publishers.plain.matching_status.matching
+        self._wanted = self._matching
+        handler = direct(lambda status: wakeup.post(self._matched, status.matching))
+        self._listener = publishers.plain.declare_matching_listener(handler)
+
+    @property
+    def wanted(self) -> bool:
+        """Whether a subscription of another process is known for the key."""
+        return self._wanted
+
+    def put(self, payload: bytes, attachment: bytes) -> None:
+        """Send one sample to all subscriptions of the key in other processes, and keep it if the outlet has history."""
+        if self._closed:
+            return
+        may_wait = False
+        if self._wanted:
+            self._traffic.sent += len(payload)
+            may_wait = self._keep_all or len(payload) >= LARGE
+        if may_wait or self._handed != self._done:
+            self._hand_over(payload, attachment)
+        else:
+            self._put(payload, attachment)
+
+    def close(self) -> None:
+        """Put no more samples. Those that wait for the worker are sent."""
+        if not self._closed:
+            self._closed = True
+            self._listener.undeclare()
+            self._worker.do(self._undeclare)
+            self._forget(self)
+
+    def _matched(self, matching: bool) -> None:
+        self._matching = matching
+        if matching:
+            self._show()
+        else:
+            self._soon(self._show)
+
+    def _show(self) -> None:
+        if self._wanted != self._matching and not self._closed:
+            self._wanted = self._matching
+            self._tell(self)
+
+    def _hand_over(self, payload: bytes, attachment: bytes) -> None:
+        if self._keep_all:
+            if self._handed - self._done > KEEP_ALL:
+                self._traffic.unsent += 1
+                return
+        elif len(self._queue) >= self._depth:
+            self._drop_oldest()
+        self._handed += 1 + len(payload)
+        self._queue.append((payload, attachment))
+        self._worker.do(self._put_next)
+
+    def _drop_oldest(self) -> None:
+        with suppress(IndexError):  # the worker was faster: nothing is dropped
+            payload, _ = self._queue.popleft()
+            self._handed -= 1 + len(payload)
+            self._traffic.unsent += 1
+
+    def _put_next(self) -> None:
+        with suppress(IndexError):  # it was dropped
+            payload, attachment = self._queue.popleft()
+            try:
+                self._put(payload, attachment)
+            finally:
+                self._done += 1 + len(payload)
+
+    def _put(self, payload: bytes, attachment: bytes) -> None:
+        try:
+            self._publishers.sends.put(payload, attachment=attachment)
+        except import_zenoh().ZError:  # the session has been closed, or a limit of the user's access control forbids it
+            self._traffic.unsent += 1
+
+    def _undeclare(self) -> None:
+        for publisher in {self._publishers.sends, self._publishers.plain}:
+            publisher.undeclare()

@@ -1,0 +1,170 @@
+"""Which tokens and which processes are there, from what Zenoh reports of its liveliness tokens."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
+
+from actors.transport.protocol import Events
+
+__all__ = ["Presence", "Process", "scope_of", "session_of"]
+
+_SPACE: Final = "@robactor"
+_UNUSUAL: Final = re.compile(r"[^A-Za-z0-9_.-]")
+_SESSION: Final = re.compile(r"[1-9a-f][0-9a-f]{0,31}")
+
+
+class Process(NamedTuple):
+    """What a process of this library says of itself, by a token of its own: ``@robactor/<scope>/<session>/<process id>/<host>``."""
+
+    scope: str
+    session: str
+    process: int
+    host: str
+
+    @property
+    def token(self) -> str:
+        return f"{_SPACE}/{self.scope}/{self.session}/{self.process}/{_UNUSUAL.sub('_', self.host) or '_'}"
+
+    @classmethod
+    def parse(cls, token: str) -> Process | None:
+        """The process that a token speaks of; None if it speaks of none."""
+        parts = token.split("/")
+        if len(parts) != 5 or parts[0] != _SPACE or not _SESSION.fullmatch(parts[2]) or not parts[3].isdecimal():
+            return None
+        return cls(parts[1], parts[2], int(parts[3]), parts[4])
+
+
+def scope_of(tokens: str) -> str:
+    """The part of a key expression before its first wildcard, as one chunk: processes that watch the same tokens have the same scope."""
+    fixed = tokens.split("*")[0].strip("/")
+    return _UNUSUAL.sub("_", fixed) or "_"
+
+
+def session_of(token: str) -> str:
+    """The session that a token of ROS 2 names, ``@ros2_lv/<domain>/<session>/...``; empty if it names none."""
+    parts = token.split("/", 3)
+    return parts[2] if len(parts) > 3 and _SESSION.fullmatch(parts[2]) else ""
+
+
+@dataclass(slots=True)
+class _Peer:
+    tokens: dict[str, None] = field(default_factory=dict[str, None])
+    process: Process | None = None
+    silent: bool = False
+    """Its loop has not been heard of for too long, although its tokens are there."""
+
+
+class Presence:
+    """Turns the appearing and vanishing of tokens into `Events`, in the order that `Transport` promises.
+
+    A process that ends takes all its tokens with it, and Zenoh reports them one by one. Therefore vanished tokens are collected until
+    `settle`, which tells apart a withdrawn token from a lost process: that of a process whose own token, or last token, has vanished.
+
+    Invariants: a peer is shown by `Events.link` while it has a token and is not silent; a token is shown by `Events.appeared` while it is
+    there, its peer is shown, and it has not vanished. A token that names no session is shown while it is there.
+    """
+
+    def __init__(self, events: Events, found: Callable[[str], None]) -> None:
+        """`found` is called with a session before its link is shown."""
+        self._events = events
+        self._tell_found = found
+        self._peers: dict[str, _Peer] = {}
+        self._nobody = _Peer()
+        self._vanishing: dict[str, None] = {}
+
+    @property
+    def shown(self) -> dict[str, Process | None]:
+        """The sessions of the peers that are shown, and what is known of their processes."""
+        return {session: peer.process for session, peer in self._peers.items() if not peer.silent}
+
+    def tokens(self, session: str) -> tuple[str, ...]:
+        """The tokens that a session holds."""
+        return tuple(self._peers[session].tokens) if session in self._peers else ()
+
+    def appear(self, token: str) -> None:
+        """A token is there. Told twice, it counts once."""
+        self.settle()
+        session = session_of(token)
+        peer = self._found(session) if session else self._nobody
+        if token not in peer.tokens:
+            peer.tokens[token] = None
+            if not peer.silent:
+                self._events.appeared(token)
+
+    def vanish(self, token: str) -> None:
+        """A token is gone; it is shown until `settle`."""
+        self._vanishing[token] = None
+
+    def arrive(self, process: Process) -> None:
+        """A process of this library is there."""
+        self.settle()
+        self._found(process.session).process = process
+        self.heard(process.session)
+
+    def heard(self, session: str) -> None:
+        """The loop of a process is running: if it was silent, it and its tokens are shown again."""
+        peer = self._peers.get(session)
+        if peer is not None and peer.silent:
+            peer.silent = False
+            self._show(session)
+            for token in tuple(peer.tokens):
+                self._events.appeared(token)
+
+    def silence(self, session: str) -> None:
+        """The loop of a process has not been heard of for too long: it counts as lost until it is heard again."""
+        peer = self._peers.get(session)
+        if peer is not None and not peer.silent:
+            peer.silent = True
+            self._hide(session, tuple(peer.tokens))
+
+    def settle(self) -> None:
+        """Report what has vanished: lost processes first, then the tokens."""
+        if not self._vanishing:
+            return
+        vanishing, self._vanishing = self._vanishing, {}
+        for process in filter(None, map(Process.parse, vanishing)):
+            if process.session in self._peers:
+                self._lose(process.session)
+        gone: dict[str, list[str]] = {}
+        for token in vanishing:
+            gone.setdefault(session_of(token), []).append(token)
+        self._withdraw(self._nobody, gone.pop("", []))
+        for session, tokens in gone.items():
+            peer = self._peers.get(session)
+            if peer is None:
+                continue
+            if peer.process is None and peer.tokens.keys() <= set(tokens):
+                self._lose(session)
+            else:
+                self._withdraw(peer, tokens)
+
+    def _lose(self, session: str) -> None:
+        peer = self._peers.pop(session)
+        if not peer.silent:
+            self._hide(session, tuple(peer.tokens))
+
+    def _withdraw(self, peer: _Peer, tokens: list[str]) -> None:
+        for token in tokens:
+            if token in peer.tokens:
+                del peer.tokens[token]
+                if not peer.silent:
+                    self._events.vanished(token)
+
+    def _hide(self, session: str, tokens: tuple[str, ...]) -> None:
+        self._events.link(session, False)
+        for token in tokens:
+            self._events.vanished(token)
+
+    def _show(self, session: str) -> None:
+        self._tell_found(session)
+        self._events.link(session, True)
+
+    def _found(self, session: str) -> _Peer:
+        peer = self._peers.get(session)
+        if peer is None:
+            peer = self._peers[session] = _Peer()
+            self._show(session)
+        return peer

@@ -1,0 +1,101 @@
+"""Questions to others."""
+
+from __future__ import annotations
+
+from asyncio import AbstractEventLoop
+from collections.abc import Callable
+from typing import Final
+
+from actors.transport.protocol import Answer, Failed, NoAnswer, Replied
+from actors.transport.zenoh import objects
+from actors.transport.zenoh.library import direct, import_zenoh
+from actors.transport.zenoh.wakeup import Wakeup
+from actors.transport.zenoh.worker import Worker
+
+__all__ = ["Question"]
+
+_FOREVER: Final = 1.8e16
+"""Seconds; Zenoh knows no infinite time. The time of a question is measured here, so that its end is told from an error."""
+
+
+class Question:
+    """One question, from being asked to its end.
+
+    Invariant: `done` is called at most once, with the first of: an answer, the end of its time, the end of its servers; and not after
+    `close`. Zenoh is told to forget what has ended early.
+    """
+
+    def __init__(
+        self,
+        key: str,
+        timeout: float | None,
+        done: Callable[[Answer], None],
+        over: Callable[[Question], None],
+        loop: AbstractEventLoop,
+    ) -> None:
+        """`over` is called with the question when it is over, however it ends, before `done`."""
+        self.key = key
+        self._done = done
+        self._over = over
+        self._open = True
+        self._cancellation = import_zenoh().CancellationToken()
+        self._timer = None if timeout is None else loop.call_later(max(timeout, 0), self.end, NoAnswer(timed_out=True))
+
+    def ask(
+        self,
+        session: objects.Session,
+        payload: bytes,
+        attachment: bytes,
+        wakeup: Wakeup,
+        worker: Worker,
+        unanswered: Callable[[Question], None],
+    ) -> None:
+        """Ask it. `unanswered` is called on the loop when all who were asked have ended without an answer; it calls `end`, soon."""
+        library = import_zenoh()
+        handler = direct(
+            lambda reply: wakeup.post(self._replied, reply),
+            lambda: wakeup.post(unanswered, self),
+        )
+
+        def get() -> None:
+            try:
+                session.get(
+                    self.key,
+                    handler,
+                    payload=payload,
+                    attachment=attachment,
+                    target=library.QueryTarget.ALL_COMPLETE,
+                    consolidation=library.ConsolidationMode.NONE,
+                    timeout=_FOREVER,
+                    allowed_destination=library.Locality.REMOTE,
+                    cancellation_token=self._cancellation,
+                )
+            except library.ZError:  # the session has been closed
+                wakeup.post(unanswered, self)
+
+        worker.do(get)
+
+    def end(self, answer: Answer) -> None:
+        """End it with an answer, unless it has ended."""
+        if self._open:
+            self.close()
+            self._done(answer)
+
+    def close(self) -> None:
+        """Give it up: `done` is not called any more."""
+        if self._open:
+            self._open = False
+            if self._timer is not None:
+                self._timer.cancel()
+            self._cancellation.cancel()
+            self._over(self)
+
+    def _replied(self, reply: objects.Reply) -> None:
+        if not self._open:
+            return
+        sample, error = reply.ok, reply.err
+        if sample is not None:
+            attached = sample.attachment
+            self.end(Replied(sample.payload.to_bytes(), b"" if attached is None else attached.to_bytes()))
+        elif error is not None:
+            self.end(Failed(error.payload.to_bytes()))

@@ -1,0 +1,156 @@
+"""The transport over Zenoh: opening, closing, and the way in between."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from collections.abc import Callable
+from typing import Final
+
+from actors.transport.protocol import Answer, Delivery, Events, Handle, Link, Outlet, Query, Sample, WireUnavailable
+from actors.transport.zenoh import objects
+from actors.transport.zenoh.config import ZenohConfig, session_settings, write_config
+from actors.transport.zenoh.connection import Connection
+from actors.transport.zenoh.gossip_point import GossipPoint
+from actors.transport.zenoh.library import import_zenoh, one_line
+from actors.transport.zenoh.worker import Worker
+
+__all__ = ["ZenohTransport"]
+
+_LOOKING: Final = 0.2
+"""Seconds after which it is seen that the gossip point has gone."""
+
+_CAUSES: Final = {
+    "Address already in use": "another process listens there; choose another port",
+    "Cannot assign requested address": "no network interface of this machine has that address",
+    "Address family not supported": "this machine has no IPv6; listen at 0.0.0.0 instead of [::]",
+    "failed to lookup address": "the name of the host is not known",
+    "Network is unreachable": "no network leads there",
+}
+
+
+class _Running:
+    """What there is between `open` and `close`.
+
+    Invariants: calls that may wait are made by the worker, in order; a timer for the gossip point is running until `close`.
+    """
+
+    def __init__(
+        self, connection: Connection, worker: Worker, point: GossipPoint, loop: asyncio.AbstractEventLoop
+    ) -> None:
+        self.connection = connection
+        self._worker = worker
+        self._point = point
+        self._loop = loop
+        self._timer = loop.call_later(_LOOKING, self._look)
+
+    async def close(self) -> None:
+        """Close everything. The worker goes on if this is cancelled."""
+        self._timer.cancel()
+        await self.connection.close()
+        await self._worker.result(self._point.close)
+        self._worker.close()
+
+    def _look(self) -> None:
+        if not self._point.held and not self.connection.has_router():
+            self._worker.do(self._point.hold)
+        self._timer = self._loop.call_later(_LOOKING, self._look)
+
+
+class ZenohTransport:
+    """A `Transport` by a Zenoh session in the format of ROS 2's `rmw_zenoh`.
+
+    Invariant: it is opened at most once. Methods that declare something raise RuntimeError unless it is open.
+    """
+
+    def __init__(self, config: ZenohConfig | None = None) -> None:
+        self._config = config or ZenohConfig()
+        self._session = f"{2**124 + secrets.randbelow(15 * 2**124):x}"  # 32 digits, the first of them not 0
+        self._opened = False
+        self._running: _Running | None = None
+
+    @property
+    def session(self) -> str:
+        """The identity of this process on the network."""
+        return self._session
+
+    async def open(self, tokens: str, events: Events) -> None:
+        """Connect, and watch for all tokens that match `tokens`. Raises WireUnavailable, also if a client finds no router."""
+        if self._opened:
+            raise RuntimeError("a transport is opened once")
+        self._opened = True
+        loop = asyncio.get_running_loop()
+        worker = Worker("zenoh worker")
+        point = GossipPoint(self._config)
+        sessions: list[objects.Session] = []
+
+        def abandon() -> None:
+            point.close()
+            for session in sessions:
+                session.close()
+
+        try:
+            await worker.result(lambda: sessions.append(_open_session(self._config, self._session, point)))
+            connection = Connection(sessions[0], tokens, events, loop, worker)
+        except BaseException:
+            worker.do(abandon)  # after the opening, which goes on if this was cancelled
+            worker.close()
+            raise
+        self._running = _Running(connection, worker, point, loop)
+
+    async def close(self) -> None:
+        """Withdraw everything and disconnect. Never raises; harmless if it is not open."""
+        self._opened = True
+        running, self._running = self._running, None
+        if running is not None:
+            await running.close()
+
+    def announce(self, token: str) -> Handle:
+        """Show `token` to all other processes."""
+        return self._connection.announce(token)
+
+    def outlet(self, key: str, delivery: Delivery) -> Outlet:
+        """Open the sending end of `key`."""
+        return self._connection.outlet(key, delivery)
+
+    def subscribe(self, key: str, delivery: Delivery, take: Callable[[Sample], None]) -> Handle:
+        """Call `take` with each sample of `key`."""
+        return self._connection.subscribe(key, delivery, take)
+
+    def serve(self, key: str, take: Callable[[Query], None]) -> Handle:
+        """Call `take` with each question on `key`."""
+        return self._connection.serve(key, take)
+
+    def ask(
+        self, key: str, payload: bytes, attachment: bytes, timeout: float | None, done: Callable[[Answer], None]
+    ) -> Handle:
+        """Ask the other processes a question."""
+        return self._connection.ask(key, payload, attachment, timeout, done)
+
+    def report(self) -> tuple[Link, ...]:
+        """What has been exchanged with each process that is connected now; nothing if it is not open."""
+        return self._running.connection.report() if self._running is not None else ()
+
+    @property
+    def _connection(self) -> Connection:
+        if self._running is None:
+            raise RuntimeError("the transport is not open")
+        return self._running.connection
+
+
+def _open_session(config: ZenohConfig, session: str, point: GossipPoint) -> objects.Session:
+    settings = write_config(config.file, session_settings(config, session))
+    point.hold()
+    library = import_zenoh()
+    try:
+        opened: objects.Session = library.open(settings)
+    except library.ZError as error:
+        text = one_line(error)
+        if "Unable to connect" in text:
+            raise WireUnavailable(
+                f"no router answers at {', '.join(config.connect)}; start one there, or be a peer"
+            ) from error
+        causes = (cause for sign, cause in _CAUSES.items() if sign in text)
+        where = f" at {', '.join(config.listen)}" if config.listen else ""
+        raise WireUnavailable(f"cannot listen{where}: {next(causes, text)}") from error
+    return opened

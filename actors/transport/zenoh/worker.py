@@ -1,0 +1,62 @@
+"""One thread for calls that may wait, so that the loop never does."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable
+from queue import SimpleQueue
+from typing import TypeVar
+
+__all__ = ["Worker"]
+
+T = TypeVar("T")
+
+
+class Worker:
+    """A thread that makes calls one after the other, in the order in which they were handed over.
+
+    Invariants: there is a thread exactly between construction and `close`; it is a daemon, so that a call that never returns does not keep
+    the process alive.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._calls: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._thread = threading.Thread(target=self._work, name=name, daemon=True)
+        self._thread.start()
+
+    def do(self, call: Callable[[], None]) -> None:
+        """Have `call` made. It must not raise."""
+        self._calls.put(call)
+
+    async def result(self, call: Callable[[], T]) -> T:
+        """Have `call` made, and wait for what it returns or raises. If the waiting is cancelled, the call is made nevertheless."""
+        loop = asyncio.get_running_loop()
+        future: asyncio.Future[T] = loop.create_future()
+
+        def settle(result: T | None, error: BaseException | None) -> None:
+            if future.cancelled():
+                return
+            if error is not None:
+                future.set_exception(error)
+            else:
+                future.set_result(result)  # type: ignore[arg-type]
+
+        def make() -> None:
+            try:
+                result = call()
+            except BaseException as error:  # whatever it is, it belongs to the one who waits
+                loop.call_soon_threadsafe(settle, None, error)
+            else:
+                loop.call_soon_threadsafe(settle, result, None)
+
+        self._calls.put(make)
+        return await future
+
+    def close(self) -> None:
+        """End the thread after the calls that it has. Waits for none of them."""
+        self._calls.put(None)
+
+    def _work(self) -> None:
+        while (call := self._calls.get()) is not None:
+            call()

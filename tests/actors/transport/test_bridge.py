@@ -1,0 +1,167 @@
+"""The life of the connection with other processes: how it is switched on, what it shows of nodes, and what it leaves behind."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from actors import Child, Node, StartFailed, Topic, publishes, run, subscribes
+from actors.interfaces.message import make_message
+from actors.testing import Rig
+from tests.actors.transport.hosts import Hosts, hosts
+from tests.actors.transport.memory import End, Network
+from tests.stage import NUMBERS, events, number
+
+__all__ = ["hosts"]
+pytestmark = pytest.mark.virtual
+
+
+class Talker(Node):
+    out = publishes(NUMBERS)
+
+
+class Listener(Node):
+    numbers = subscribes(NUMBERS)
+
+
+async def test_a_program_is_connected_by_run_with_a_transport_and_withdraws_everything_at_its_end() -> None:
+    network = Network()
+    async with run(Talker, sinks=(), transport=network.end()) as talking:
+        async with run(Listener, sinks=(), transport=network.end()) as listening:
+            assert talking.node(Talker).out.subscription_count == 1
+            talking.node(Talker).out(number(5))
+            assert (await listening.node(Listener).numbers.next()).data == 5
+        assert talking.node(Talker).out.subscription_count == 0
+    assert (network.tokens, network.ends) == ({}, {})
+
+
+async def test_nodes_of_other_processes_are_listed_with_host_and_process(hosts: Hosts) -> None:
+    rig = await hosts.start(Talker)
+    other = await hosts.start(Child(Listener, namespace="robot1"))
+
+    seen = [(node.name, node.state, node.host, node.process) for node in rig.system.snapshot().nodes]
+    assert seen == [
+        ("/rig", "running", "", 0),
+        ("/rig", "elsewhere", "box", 2),
+        ("/robot1/listener", "elsewhere", "box", 2),
+        ("/talker", "running", "", 0),
+    ]
+    assert [node.name for node in other.system.snapshot().nodes if node.state == "elsewhere"] == ["/rig", "/talker"]
+
+
+async def test_a_node_whose_process_the_transport_does_not_know_has_no_host(hosts: Hosts) -> None:
+    rig, other = await hosts.start(Node), await hosts.start(Node)
+    ghost = hosts.ends[other].announce("@ros2_lv/0/77/0/0/NN/%/%robot1/ghost")
+    await rig.quiet()
+
+    (seen,) = (node for node in rig.system.snapshot().nodes if node.name == "/robot1/ghost")
+    assert (seen.host, seen.process) == ("", 0)
+    ghost.close()
+
+
+async def test_a_node_is_listed_from_its_start_to_its_end_for_good(hosts: Hosts) -> None:
+    rig, other = await hosts.start(Node), await hosts.start(Node)
+    versions = [rig.system.graph.version]
+    joined = await other.system.join(Child(Node, name="guest"))
+    await rig.quiet()
+    present = [node.name for node in rig.system.snapshot().nodes]
+    versions.append(rig.system.graph.version)
+    await other.system.leave(joined)
+    await rig.quiet()
+    versions.append(rig.system.graph.version)
+
+    assert "/guest" in present
+    assert "/guest" not in [node.name for node in rig.system.snapshot().nodes]
+    assert versions[0] < versions[1] < versions[2], "who watches the graph is told"
+
+
+async def test_a_transport_that_cannot_be_opened_is_one_line_and_the_tree_runs_alone(rig: Rig) -> None:
+    network = Network()
+    network.broken = True
+    await rig.start(Talker, Listener, transport=network.end())
+    rig.node(Talker).out(number(1))
+
+    assert (await rig.node(Listener).numbers.next()).data == 1
+    (line,) = events(rig.logs, "no connection with other processes")
+    assert (line.level, line.fields) == (40, {"because": "port 7447 is in use: end the program that uses it"})
+
+
+async def test_a_tree_that_fails_to_start_closes_the_transport() -> None:
+    class Broken(Node):
+        async def on_start(self) -> None:
+            await self.clock.sleep(1.0)
+            raise OSError("no such device")
+
+    network = Network()
+    with pytest.raises(StartFailed):
+        async with run(Broken, sinks=(), transport=network.end()):
+            raise AssertionError("it has started")
+    assert (network.tokens, network.ends) == ({}, {})
+
+
+async def test_a_system_that_is_stopped_while_the_transport_opens_does_not_wait_for_it() -> None:
+    class Slow(End):
+        async def open(self, *_: object) -> None:
+            await asyncio.sleep(3600.0)
+
+    loop = asyncio.get_running_loop()
+    begun = loop.time()
+    task = asyncio.create_task(_run_with(Slow(Network(), "1")))
+    await asyncio.sleep(1.0)
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
+    assert loop.time() - begun == 1.0
+
+
+async def _run_with(transport: End) -> None:
+    async with run(Talker, sinks=(), transport=transport):
+        raise AssertionError("it has started")
+
+
+async def test_tokens_that_come_while_it_opens_are_taken_in_and_those_that_cannot_be_read_are_logged(
+    hosts: Hosts,
+) -> None:
+    await hosts.start(Talker)
+    hosts.network.tokens["@ros2_lv/0/not a token"] = hosts.ends[hosts.rigs[0]]
+    rig = await hosts.start(Listener)
+
+    assert rig.node(Listener).numbers.publisher_count == 1
+    (line,) = events(rig.logs, "a token cannot be read")
+    assert line.fields["token"] == "@ros2_lv/0/not a token"
+    del hosts.network.tokens["@ros2_lv/0/not a token"]
+    rig.system.runtime.log.info("it goes on")
+    hosts.network.ends[hosts.ends[rig].session].events.vanished("@ros2_lv/0/not a token")
+
+
+async def test_what_the_format_cannot_represent_stays_in_its_process_and_is_logged(hosts: Hosts) -> None:
+    odd = make_message(
+        "Odd", {"__module__": "x", "__qualname__": "Odd", "__ros_type__": "_x/msg/Odd", "__annotations__": {}}
+    )
+    rig = await hosts.start(Node)
+    topic = Topic(odd, "odd")
+    probe = rig.probe(topic)
+    rig.publish(topic, odd())
+    await rig.quiet()
+
+    assert len(probe) == 1
+    assert {line.fields["what"] for line in events(rig.logs, "not visible to other processes")} == {"/odd"}
+
+
+@pytest.mark.parametrize(("domain", "seen"), [("7", True), ("0", False), ("", False)])
+async def test_a_domain_is_apart_from_the_others(monkeypatch: pytest.MonkeyPatch, domain: str, seen: bool) -> None:
+    network = Network()
+    monkeypatch.setenv("ROS_DOMAIN_ID", "7")
+    async with run(Talker, sinks=(), transport=network.end()) as system:
+        monkeypatch.setenv("ROS_DOMAIN_ID", domain)
+        async with run(Listener, sinks=(), transport=network.end()):
+            assert system.node(Talker).out.subscription_count == int(seen)
+
+
+@pytest.mark.parametrize("domain", ["-1", "233", "seven", "٣"])
+async def test_a_domain_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch, domain: str) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", domain)
+    with pytest.raises(ValueError, match=r"ROS_DOMAIN_ID='.*': a domain is a number from 0 to 232"):
+        async with run(Talker, sinks=(), transport=Network().end()):
+            raise AssertionError("it has started")

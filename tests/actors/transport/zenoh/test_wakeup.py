@@ -1,0 +1,184 @@
+"""From other threads into the loop, and from the loop to a thread."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+import pytest
+
+from actors.transport.zenoh.wakeup import Wakeup
+from actors.transport.zenoh.worker import Worker
+
+
+class CountingLoop(asyncio.SelectorEventLoop):
+    """A loop that counts how often it is woken."""
+
+    woken = 0
+
+    def call_soon_threadsafe(self, *args: Any, **kwargs: Any) -> asyncio.Handle:
+        self.woken += 1
+        return super().call_soon_threadsafe(*args, **kwargs)
+
+
+def in_a_thread(call: Callable[[], object]) -> None:
+    thread = threading.Thread(target=call)
+    thread.start()
+    thread.join()
+
+
+def run(test: Callable[[CountingLoop], Any]) -> None:
+    loop = CountingLoop()
+    try:
+        loop.run_until_complete(test(loop))
+    finally:
+        loop.close()
+
+
+def test_many_calls_of_a_thread_are_made_in_order_with_one_wake_up() -> None:
+    made: list[int] = []
+
+    async def test(loop: CountingLoop) -> None:
+        wakeup = Wakeup(loop)
+        in_a_thread(lambda: [wakeup.post(made.append, number) for number in range(3000)])
+        assert made == []
+        while len(made) < 3000:
+            await asyncio.sleep(0)
+        assert loop.woken == 1
+
+    run(test)
+    assert made == list(range(3000))
+
+
+def test_others_have_their_turn_between_many_calls() -> None:
+    async def test(loop: CountingLoop) -> None:
+        wakeup, made = Wakeup(loop), [0]
+
+        def call(_: None) -> None:
+            made[0] += 1
+
+        for _ in range(5000):
+            wakeup.post(call, None)
+        seen = [0]
+        while made[0] < 5000:
+            await asyncio.sleep(0)
+            seen.append(made[0])
+        assert max(after - before for before, after in pairwise(seen)) <= 512
+
+    run(test)
+
+
+def test_a_call_that_takes_long_gives_others_their_turn() -> None:
+    async def test(loop: CountingLoop) -> None:
+        wakeup, made = Wakeup(loop), []
+
+        def slow(number: int) -> None:
+            threading.Event().wait(0.003)
+            made.append(number)
+
+        for number in range(3):
+            wakeup.post(slow, number)
+        seen = [0]
+        while len(made) < 3:
+            await asyncio.sleep(0)
+            seen.append(len(made))
+        assert max(after - before for before, after in pairwise(seen)) == 1
+
+    run(test)
+
+
+def test_no_call_is_forgotten_while_a_thread_goes_on_posting() -> None:
+    async def test(loop: CountingLoop) -> None:
+        wakeup, made = Wakeup(loop), []
+        thread = threading.Thread(target=lambda: [wakeup.post(made.append, number) for number in range(50_000)])
+        thread.start()
+        while len(made) < 50_000:
+            await asyncio.sleep(0.001)
+        thread.join()
+        assert made == list(range(50_000))
+
+    run(test)
+
+
+def test_a_call_that_raises_is_reported_and_the_others_are_made() -> None:
+    async def test(loop: CountingLoop) -> None:
+        reported: list[BaseException] = []
+        loop.set_exception_handler(lambda _, context: reported.append(context["exception"]))
+        wakeup, made = Wakeup(loop), []
+        wakeup.post(lambda _: 1 / 0, None)
+        wakeup.post(made.append, 1)
+        while not made:
+            await asyncio.sleep(0)
+        assert [type(error) for error in reported] == [ZeroDivisionError]
+
+    run(test)
+
+
+def test_nothing_is_called_after_close_also_not_what_was_posted_before() -> None:
+    async def test(loop: CountingLoop) -> None:
+        wakeup, made = Wakeup(loop), []
+        wakeup.post(made.append, 1)
+        wakeup.close()
+        wakeup.post(made.append, 2)
+        await asyncio.sleep(0.01)
+        assert made == []
+
+        closing = Wakeup(loop)
+        closing.post(lambda _: closing.close(), None)
+        closing.post(made.append, 3)
+        await asyncio.sleep(0.01)
+        assert made == []
+
+    run(test)
+
+
+def test_posting_to_a_loop_that_was_closed_is_harmless() -> None:
+    loop = CountingLoop()
+    wakeup = Wakeup(loop)
+    loop.close()
+
+    wakeup.post(print, "never")
+
+
+async def test_a_worker_makes_calls_in_order_and_tells_their_results() -> None:
+    worker, made = Worker("test"), []
+    worker.do(lambda: made.append(threading.current_thread().name))
+
+    assert await worker.result(lambda: len(made)) == 1
+    with pytest.raises(ZeroDivisionError):
+        await worker.result(lambda: 1 / 0)
+    worker.close()
+
+    assert made == ["test"]
+
+
+async def test_a_call_whose_waiting_was_cancelled_is_made_nevertheless() -> None:
+    worker, go, made = Worker("test"), threading.Event(), []
+
+    def call() -> None:
+        go.wait()
+        made.append(1)
+
+    waiting = asyncio.create_task(worker.result(call))
+    await asyncio.sleep(0)
+    waiting.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await waiting
+    go.set()
+    await worker.result(lambda: None)
+    worker.close()
+
+    assert made == [1]
+
+
+async def test_no_thread_is_left_of_a_closed_worker() -> None:
+    worker = Worker("soon gone")
+    worker.close()
+
+    (thread,) = [one for one in threading.enumerate() if one.name == "soon gone"] or [threading.Thread()]
+    if thread.ident is not None:
+        thread.join(10)
+    assert not thread.is_alive()
