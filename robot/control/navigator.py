@@ -56,7 +56,7 @@ class Navigator:
     ) -> None:
         self._footprint, self._margins = footprint or Footprint(), margins or Margins()
         self.config = config or NavigatorConfig()
-        self.follower = Follower(limits, tolerance)
+        self.follower = Follower(limits, tolerance, self.config.following)
         self.state = State.IDLE
         self.goal: Pose2 | None = None
         self.path: Path | None = None
