@@ -18,7 +18,7 @@ from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Body
-from robot.interfaces.your_package.srv import SensorCalibration
+from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 from robot.model.modes import Mode
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
