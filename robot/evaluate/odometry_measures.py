@@ -24,7 +24,8 @@ from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.sim.physics import PhysicsBody
 from robot.testing import PERIOD, Conditions, Trial
-from robot.tree import only, robot_tree
+from robot.run.choice import only
+from robot.tree import robot_tree
 
 __all__ = ["OnMap", "Walked", "calibration_error", "patrol", "walk"]
 
