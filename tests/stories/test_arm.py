@@ -6,10 +6,10 @@ import math
 import time
 
 import pytest
-from robot.interfaces.tutorials.robot_arm_control.action import MoveArm
-from robot.interfaces.tutorials.robot_arm_control.srv import GetPosition, GetPosition_Response
 
 from actors import GoalCanceled, System
+from robot.interfaces.tutorials.robot_arm_control.action import MoveArm
+from robot.interfaces.tutorials.robot_arm_control.srv import GetPosition, GetPosition_Response
 from robot.tutorials.robot_arm import GET_CURRENT_POSITION, MOVE_ARM
 from tests.stories.conftest import Start
 
