@@ -1,10 +1,11 @@
-"""Tools for testing robots: a virtual clock, `Rig` to run a system within a test, and `scenario` to run a test under many seeds."""
+"""Tools for testing robots: a virtual clock, `Rig` and `Lab` to run one system or several within a test, and `scenario` to run it under many seeds."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from actors.testing.lab import Lab
     from actors.testing.rig import ExpectedFailure, Leak, Probe, Rig, UnexpectedFailure
     from actors.testing.simulation.decorator import scenario
     from actors.testing.simulation.invariants import Invariant
@@ -14,6 +15,7 @@ __all__ = [
     "Deadlock",
     "ExpectedFailure",
     "Invariant",
+    "Lab",
     "Leak",
     "Livelock",
     "Probe",
@@ -34,6 +36,10 @@ def __getattr__(name: str) -> Any:
         from actors.testing import rig
 
         return getattr(rig, name)
+    if name == "Lab":
+        from actors.testing.lab import Lab
+
+        return Lab
     if name == "Invariant":
         from actors.testing.simulation.invariants import Invariant
 
