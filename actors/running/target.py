@@ -78,8 +78,6 @@ async def grown_hosts(make: Maker) -> dict[str, list[Tree]]:
     if not isinstance(made, Mapping):
         return {}
     hosts = cast("Mapping[object, object]", made)
-    if not hosts or not all(isinstance(host, str) for host in hosts):
-        raise Unusable(f"what should make trees for hosts made {_called(hosts)}: return a tree for each name of a host")
     return {str(host): _trees(trees) for host, trees in hosts.items()}
 
 

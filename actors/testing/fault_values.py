@@ -99,7 +99,7 @@ class Fault:
             "link-duplicate": f"{share} arrive twice, {lasting}",
             "link-reorder": f"{share} are overtaken, {lasting}",
             "host-crash": f"the host {self.target} is without power, {lasting}",
-            "router-stop": f"there is no router, {lasting}",
+            "router-stop": f"there is no {self.target}, {lasting}",
             "clock-offset": f"the time of day of {self.target} is {self.by:+g} s ahead",
         }[self.kind]
 
@@ -111,7 +111,8 @@ def parse(text: str) -> tuple[Fault, ...]:
 
 def _parse_one(word: str) -> Fault:
     match = _TEXT.fullmatch(word)
-    if match is None or match["kind"] not in get_args(Kind):
+    sized = match is not None and match["size"] is not None
+    if match is None or match["kind"] not in get_args(Kind) or (sized and match["kind"] not in ON_LINKS):
         raise ValueError(
             f"{word!r} is not a fault: write KIND:TARGET#NTH, KIND:TARGET#NTH+SECONDS or KIND:TARGET#NTH+SECONDS*SIZE, KIND one of {', '.join(get_args(Kind))}"
         )

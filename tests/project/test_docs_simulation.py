@@ -23,7 +23,7 @@ def test_the_scenario_of_several_hosts_passes_and_a_cut_that_lasts_is_found_out(
     forgetful = several.replace("    await lab.recover()\n", "")
     pytester.makepyfile(test_oven=one + several, test_forgetful=one + forgetful)
     named = ("-k", "network_is_back")
-    cut = ("--scenario-replay", "1 fifo cut:oven=guard#4200+30")
+    cut = ("--scenario-replay", "1 fifo cut:oven=guard#4200+60")
     run_pytest(pytester, "test_oven.py", *named).assert_outcomes(passed=1, deselected=1)
     run_pytest(pytester, "test_oven.py", *named, *cut).assert_outcomes(passed=1, deselected=1)
     run_pytest(pytester, "test_forgetful.py", *named, *cut).assert_outcomes(failed=1, deselected=1)
