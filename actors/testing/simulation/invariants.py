@@ -85,7 +85,7 @@ class Watch:
         if self._simulation.reported != self._reported:
             self._reported = self._simulation.reported
             self._look_at_counts()
-        if system.graph.version != self._version:
+        if system.failure is None and system.graph.version != self._version:
             self._version = system.graph.version
             self._look_at_graph()
 
