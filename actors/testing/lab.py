@@ -262,11 +262,6 @@ class Lab:
         for rig in self.rigs:
             rig.forgive_threads()
 
-    @property
-    def killed_systems(self) -> tuple[System, ...]:
-        """The systems of crashed hosts."""
-        return tuple(system for rig in self.rigs for system in rig.killed_systems)
-
     async def close(self) -> None:
         """Stop all systems, the newest first. Raises `Leak` and `UnexpectedFailure` as `Rig.close` does, for the first host with one."""
         self._storm.end()

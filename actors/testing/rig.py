@@ -93,8 +93,6 @@ class Rig:
         self._tree: Spec | None = None
         self.leaks = LeakWatch(loop)
         """Remembers what ran before the rig was created; that is not reported as left over."""
-        self.killed = False
-        """Whether `kill` has ended the system."""
 
     # -- the system ---------------------------------------------------------------------------------------------------------
 
@@ -174,11 +172,6 @@ class Rig:
         """The reports of the supervisors so far."""
         return list(self.system.reports)
 
-    @property
-    def killed_systems(self) -> tuple[System, ...]:
-        """The system, if it was killed."""
-        return (self.system,) if self.killed else ()
-
     def forgive_threads(self) -> None:
         """Do not report the threads that run now as left over."""
         self.leaks.forgive_threads()
@@ -186,9 +179,8 @@ class Rig:
     def kill(self) -> None:
         """End the system at once, without any clean-up, as a power failure does. What fails because of it does not fail the test.
 
-        Threads of its nodes that go on are not reported as left over. Raises `NotStarted`.
+        Raises `NotStarted`.
         """
-        self.killed = True
         self._watch.end()
         self.system.kill()
 

@@ -85,7 +85,8 @@ class Watch:
         if self._simulation.reported != self._reported:
             self._reported = self._simulation.reported
             self._look_at_counts()
-        if system.failure is None and system.graph.version != self._version:
+        ended_early = system.failure is not None or system.killed  # some of its endpoints are closed at its stop
+        if not ended_early and system.graph.version != self._version:
             self._version = system.graph.version
             self._look_at_graph()
 

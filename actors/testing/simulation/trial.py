@@ -139,15 +139,14 @@ class Scenario:
             _measure(stage, profile, loop.time())
             for watch in watches:
                 watch.look(loop.time())
-            if any(simulation.deaths for simulation in simulations):
+            if any(simulation.deaths or simulation.system.killed for simulation in simulations):
                 stage.forgive_threads()
         except BaseException as error:
             await _close_after(stage, error)
             raise
         await stage.close()
-        killed = stage.killed_systems
         for simulation in simulations:
-            if simulation.system not in killed:
+            if not simulation.system.killed:
                 _demand_orderly_ends(simulation)
         if problems:
             raise problems[0]

@@ -146,7 +146,7 @@ async def test_to_reboot_a_host_that_is_up_changes_nothing_and_a_crash_may_come_
     lab.crash("robot")
     lab.crash("robot")
     await lab.advance(1.0)
-    assert lab.killed_systems == (robot.system,)
+    assert robot.system.killed
 
 
 async def test_the_time_of_day_is_the_same_on_all_hosts_but_for_their_offsets(lab: Lab) -> None:

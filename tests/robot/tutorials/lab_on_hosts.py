@@ -211,7 +211,10 @@ async def keeps_its_promises(lab: Lab) -> None:
 
 def _agree(lab: Lab) -> None:
     """All hosts have the same picture of who is there: nobody is missing, and nobody who is gone."""
-    pictures = {host: sorted(view.name for view in lab[host].system.snapshot().nodes if view.name != "/rig") for host in lab.hosts}
+    pictures = {
+        host: sorted(view.name for view in lab[host].system.snapshot().nodes if view.name != "/rig")
+        for host in lab.hosts
+    }
     for host, picture in pictures.items():
         assert picture == pictures["sensor"], f"{host} sees {picture}, and sensor {pictures['sensor']}"
         topic = lab[host].system.graph.topic("/numbers")
@@ -222,7 +225,9 @@ SCENARIO = Scenario(keeps_its_promises, on_hosts=True)
 
 
 def main(argv: Sequence[str]) -> int:
-    parser = argparse.ArgumentParser(prog="python -m tests.robot.tutorials.lab_on_hosts", description="Break the lab's network.")
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.robot.tutorials.lab_on_hosts", description="Break the lab's network."
+    )
     parser.add_argument("--seeds", type=int, default=500)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--replay", metavar="TRIAL")
