@@ -73,7 +73,7 @@ class _Counted(Node):
 
 
 class Speaker(_Counted):
-    """Publishes numbers that only increase, also over its lives, and now and then a mode."""
+    """Publishes numbers that only increase, also over its lives, and at its start and now and then during the faults a mode."""
 
     numbers = publishes(NUMBERS)
     mode = publishes(MODE)
@@ -88,6 +88,10 @@ class Speaker(_Counted):
         self.numbers(Int32(data=number))
 
     @every(hz=0.4)
+    def change_mode(self) -> None:
+        if self.time() < STORM:  # so that the last one has to be kept for those who are cut off
+            self.set_mode()
+
     def set_mode(self) -> None:
         self.ledger.mode = number = next(self.ledger.numbers)
         self.mode(Int32(data=number))

@@ -6,7 +6,10 @@ import pytest
 
 from actors.testing import Lab, scenario
 from actors.testing.faults import NETWORK, draw
-from actors.testing.simulation.trial import Trial
+from actors.testing.simulation.trial import Outcome, Trial
+from actors.transport.simulated.endpoints import Outlet, Subscription
+from actors.transport.simulated.link import Stream
+from actors.transport.simulated.questions import Question
 from robot.tutorials.humanoid_lab import MOTOR_COMMANDS
 from tests.robot.tutorials.lab_on_hosts import SCENARIO, Ledger, keeps_its_promises, main, start_lab
 
@@ -69,3 +72,32 @@ def test_the_command_counts_seeds_and_replays_a_trial(capsys: pytest.CaptureFixt
     assert "2 seeds in" in capsys.readouterr().out
     assert main(["--replay", "1 cut:sensor=motor#3000+4"]) == 0
     assert "this trial passes" in capsys.readouterr().out
+
+
+def first_failure(seeds: range) -> Outcome | None:
+    profile = SCENARIO.play(Trial(0, shuffled=False)).profile
+    outcomes = (SCENARIO.play(Trial(seed, faults=draw(NETWORK, seed, profile))) for seed in seeds)
+    return next((outcome for outcome in outcomes if outcome.error is not None), None)
+
+
+def test_a_transport_whose_questions_to_a_lost_process_stay_open_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Question, "lose", lambda question, stream: None)
+    found = first_failure(range(20))
+    assert found is not None
+    assert "still open at t=" in str(found.error)
+
+
+def test_a_transport_that_keeps_nothing_for_those_who_come_back_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Outlet, "join", join_without_history)
+    found = first_failure(range(20))
+    assert found is not None
+    assert "takes the mode for" in str(found.error)
+
+
+def join_without_history(outlet: Outlet, stream: Stream, subscription: Subscription) -> None:
+    wanted, subscription.history = subscription.history, 0
+    JOIN(outlet, stream, subscription)
+    subscription.history = wanted
+
+
+JOIN = Outlet.join
