@@ -1,4 +1,4 @@
-"""The robot's supervisor tree: who is in it, in which order, and what happens when one of them fails.
+"""The robot's supervisor tree: its nodes, their order, and what happens when one of them fails.
 
 One supervisor, `rest_for_one`: a node that fails is restarted together with those that were started after it, because they build on it.
 The first to start is the last to stop: the motors, which hold the safe stop.
@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from actors import Child, Intensity, Supervisor, rest_for_one
-from actors.suggest import did_you_mean
 from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
 from robot.nodes.battery import Battery
@@ -43,21 +42,7 @@ from robot.sim.battery import Pack
 if TYPE_CHECKING:
     from robot.nodes.carrier import Delivery
 
-__all__ = ["UnknownNode", "only", "robot_tree"]
-
-
-class UnknownNode(LookupError):
-    """A node was asked for that the tree does not have; the text is one line that names the closest ones."""
-
-
-def only(tree: Supervisor, names: Sequence[str]) -> Supervisor:
-    """The tree with just these nodes, in its own order. Raises `UnknownNode`."""
-    known = [child.name for child in tree.children]
-    wanted = {name.lstrip("/") for name in names}
-    for name in sorted(wanted.difference(known)):
-        near = did_you_mean(name, known, "did", most=3, cutoff=0.5, quoted=False)
-        raise UnknownNode(f"there is no node {name!r}; {near or 'there are: ' + ', '.join(known)}")
-    return tree.replace(children=[child for child in tree.children if child.name in wanted])
+__all__ = ["robot_tree"]
 
 
 def robot_tree(
@@ -113,7 +98,7 @@ def robot_tree(
 
 
 def _clock(rate: float | None) -> list[Child]:
-    """What tells the time to others, `rate` times a second; nothing without a rate."""
+    """The clock publisher at `rate` Hz; none without a rate."""
     if rate is None:
         return []
     from actors.nodes import ClockPublisher
@@ -128,7 +113,7 @@ def _mission(
     laps: int,
     delivery: Delivery | None,
 ) -> list[Child]:
-    """What gives the robot its goals: the errand, else the patrol, else nothing."""
+    """The node that gives the robot its goals: the carrier, the patrol, or none."""
     if delivery is not None:
         from robot.nodes.carrier import Carrier
 
@@ -139,7 +124,7 @@ def _mission(
 
 
 def _handling(body: Body) -> list[Child]:
-    """What a robot with an arm has more than others."""
+    """The nodes of a robot with an arm."""
     if body.arm is None:
         return []
     from robot.nodes.arm import ArmDriver

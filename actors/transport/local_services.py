@@ -72,10 +72,6 @@ class Asked:
             error = ServiceFailed(server, type(error).__name__, str(error))
         self._query.fail(write_reply_error(error))
 
-    def drop(self) -> None:
-        """Leave it without an answer."""
-        self._query.drop()
-
 
 class Shown(NamedTuple):
     """A server of this process, as it is shown."""
@@ -196,10 +192,11 @@ class Services:
 
     def beside(self, entry: ServerEntry[Any]) -> None:
         """Log it if a name is served in this process and in another one."""
-        local: Any = entry.local
-        for remote in entry.remotes if local is not None else ():
+        if entry.local is None:
+            return
+        for remote in entry.remotes:
             self._side.runtime.log.warning(
-                f"two servers of one {entry.kind}", name=entry.name, here=local.host, elsewhere=remote.host,
+                f"two servers of one {entry.kind}", name=entry.name, here=entry.local.host, elsewhere=remote.host,
                 remedy="give one of them another name or namespace; calls of this process go to the one that is here",
             )  # fmt: skip
 

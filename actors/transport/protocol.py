@@ -103,6 +103,7 @@ class NoAnswer:
 
 
 Answer: TypeAlias = Replied | Failed | NoAnswer
+"""What becomes of a question."""
 
 
 @dataclass(frozen=True, slots=True)

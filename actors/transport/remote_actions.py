@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from actors.actions.goals import GoalStatus
 from actors.actions.peers import GoalFollower, Outcome
-from actors.errors import ActionUnavailable, Reject
+from actors.errors import ActionUnavailable, Reject, ServiceFailed
 from actors.interfaces import derived, registry
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
 from actors.interfaces.action_msgs.srv import CancelGoal
@@ -25,7 +26,7 @@ from actors.transport.format.extensions import Extension, parse_extension
 from actors.transport.format.keys import DataKey, write_key
 from actors.transport.format.tokens import EndpointKind
 from actors.transport.local_topics import delivery_of
-from actors.transport.protocol import Answer, Failed, Replied, Sample
+from actors.transport.protocol import Answer, NoAnswer, Replied, Sample
 from actors.transport.remote_services import failure_of
 from actors.transport.types_here import described_type
 
@@ -114,14 +115,9 @@ class RemoteActionServer:
             return answer
 
         def done(replied: Answer) -> None:
-            agreed = False
-            if isinstance(replied, Replied):
-                try:
-                    agreed = len(decode(CancelGoal.Response, replied.payload).goals_canceling) > 0
-                except CdrError:
-                    agreed = False
+            response = _decoded(CancelGoal.Response, replied)
             if not answer.done():
-                answer.set_result(agreed)
+                answer.set_result(response is not None and len(response.goals_canceling) > 0)
 
         request = CancelGoal.Request(goal_info=GoalInfo(goal_id=UUID(uuid=goal_id)))
         self.ask("cancel_goal", goal.owner, encode(request), done, reason)
@@ -158,7 +154,8 @@ class RemoteActionServer:
             ("feedback", message, ACTION_FEEDBACK, self._feedback),
         )
         subscribe = not self._handles
-        self._shown[node] = shown = []
+        shown: list[Endpoint] = []
+        self._shown[node] = shown
         for part, type, qos, take in topics:
             name = f"{self.name}/_action/{part}"
             endpoint = self._side.endpoint(node, EndpointKind.SUBSCRIPTION, name, described_type(type), qos)
@@ -172,12 +169,25 @@ class RemoteActionServer:
         for told in message.status_list:
             goal = self._goals.get(told.goal_info.goal_id.uuid.tobytes())
             if goal is not None:
-                goal.status_is(GoalStatus(told.status))
+                goal.status_is(_status_of(told.status))
 
     def _feedback(self, message: Any) -> None:
         goal = self._goals.get(message.goal_id.uuid.tobytes())
         if goal is not None:
             goal.client.on_feedback(message.feedback)
+
+
+def _decoded(kind: type[Any], answer: Answer) -> Any:
+    """The response in an answer; None if there is none, or if it cannot be read."""
+    try:
+        return decode(kind, answer.payload) if isinstance(answer, Replied) else None
+    except CdrError:
+        return None
+
+
+def _status_of(number: int) -> GoalStatus:
+    """A status of ROS 2; UNKNOWN for a number that is none."""
+    return GoalStatus(number) if 0 <= number <= GoalStatus.ABORTED else GoalStatus.UNKNOWN
 
 
 def _decoding(type: type[Message], take: Callable[[Any], None]) -> Callable[[Sample], None]:
@@ -213,17 +223,13 @@ class RemoteGoal:
 
     def considered(self, answer: Answer) -> None:
         """Take the answer to the request."""
-        server = self.server
-        try:
-            response = decode(self._service.Response, answer.payload) if isinstance(answer, Replied) else None
-        except CdrError as error:
-            self._not_accepted(
-                ActionUnavailable(f"{server.host} answered a goal of {server.name} with no message: {error}")
-            )
-            return
+        server, response = self.server, _decoded(self._service.Response, answer)
         if response is None:
-            assert not isinstance(answer, Replied)
-            self._not_accepted(failure_of(server, answer) or ActionUnavailable(server.unanswered(0.0)))
+            if isinstance(answer, Replied):
+                failure: Exception = ServiceFailed(server.host, "CdrError", "its answer to the goal cannot be read")
+            else:
+                failure = failure_of(server, answer) or ActionUnavailable(server.unanswered(math.inf))
+            self._not_accepted(failure)
         elif not response.accepted:
             self._not_accepted(Reject(_reason_in(answer)))
         elif self.future.done():
@@ -252,15 +258,11 @@ class RemoteGoal:
         self.client.on_result(self._outcome(service, answer))
 
     def _outcome(self, service: Any, answer: Answer) -> Outcome:
-        host = self.server.host
-        if not isinstance(answer, Replied):
-            how = "ended" if isinstance(answer, Failed) else "ended or was lost"
+        host, response = self.server.host, _decoded(service.Response, answer)
+        if response is None:
+            how = "ended or was lost" if isinstance(answer, NoAnswer) else "ended"
             return Outcome(GoalStatus.ABORTED, reason=f"{host} {how} while the goal ran")
-        try:
-            response = decode(service.Response, answer.payload)
-        except CdrError as error:
-            return Outcome(GoalStatus.ABORTED, reason=f"{host} answered with no result: {error}")
-        status = GoalStatus(response.status)
+        status = _status_of(response.status)
         if not status.is_terminal:
             return Outcome(GoalStatus.ABORTED, reason=f"{host} does not know the goal any more")
         return Outcome(status, response.result, _reason_in(answer))
@@ -268,10 +270,10 @@ class RemoteGoal:
 
 def _reason_in(answer: Answer) -> str:
     """The reason that one of our peers has given; empty from others."""
-    if not isinstance(answer, Replied):
-        return ""
     try:
-        extension = parse_extension(parse_attachment(answer.attachment).extension)
+        extension = (
+            parse_extension(parse_attachment(answer.attachment).extension) if isinstance(answer, Replied) else None
+        )
     except WireFormatError:
-        return ""
+        extension = None
     return "" if extension is None else extension.reason

@@ -95,8 +95,7 @@ class Session:
 
     def _transport(self) -> Transport | None:
         """The connection with other processes; none on the virtual clock, which they do not share."""
-        from actors.transport.environment import transport_from_environment
-        from actors.transport.protocol import WireUnavailable
+        from actors.transport import WireUnavailable, transport_from_environment
 
         if self.options.clock == "virtual":
             return None
@@ -152,7 +151,7 @@ class Session:
 
     def _chosen(self, tree: Supervisor) -> Supervisor:
         """The tree, or what `--only` leaves of it."""
-        from robot.tree import UnknownNode, only
+        from robot.run.choice import UnknownNode, only
 
         names = self.options.only
         if not names:
@@ -242,7 +241,7 @@ class Session:
 
 def check_crashes(tree: Supervisor, crashes: Sequence[Crash]) -> None:
     """Refuse to crash what is not there. Raises `UsageError`."""
-    from robot.tree import UnknownNode, only
+    from robot.run.choice import UnknownNode, only
 
     for crash in crashes:
         try:

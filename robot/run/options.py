@@ -14,7 +14,7 @@ from robot.scenes.worlds import WORLDS
 
 __all__ = [
     "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Options", "Parser", "UsageError", "parse", "parse_fetch", "parse_goal",
-    "parse_seed", "seconds", "within",
+    "parse_seed", "seconds", "whole", "within",
 ]  # fmt: skip
 
 Goal = tuple[float, float, float]
@@ -267,6 +267,21 @@ def within(low: float, high: float, unit: str) -> Callable[[str], float]:
             value = nan
         if not low <= value <= high:  # also true for NaN
             raise argparse.ArgumentTypeError(f"{text}: give {low:g} to {high:g} {unit}")
+        return value
+
+    return parse
+
+
+def whole(low: int, high: int) -> Callable[[str], int]:
+    """A whole number within bounds, for argparse."""
+
+    def parse(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = low - 1
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text}: give a whole number from {low} to {high}")
         return value
 
     return parse

@@ -64,18 +64,18 @@ class Connection:
         alive = f"@robactor/{own.scope}/alive"
         library = import_zenoh()
         self._beat = session.declare_publisher(
-            f"{alive}/{own.session}",
+            alive,
             priority=library.Priority.INTERACTIVE_HIGH,
             congestion_control=library.CongestionControl.DROP,
             express=True,
             allowed_destination=library.Locality.REMOTE,
         )
         self._heartbeat = Heartbeat(loop, self._send_beat, self._with_heartbeat, self._silence)
-        beaten = direct(lambda sample: self.wakeup.post(self._heard, str(sample.key_expr)))
+        beaten = direct(lambda sample: self.wakeup.post(self._heard, sample.payload))
         # The references keep what they declare.
         self._watching: list[Any] = [
             session.declare_subscriber(
-                f"{alive}/*",
+                alive,
                 beaten,
                 allowed_origin=library.Locality.REMOTE,
             ),
@@ -223,10 +223,10 @@ class Connection:
 
     def _send_beat(self) -> None:
         with suppress(import_zenoh().ZError):
-            self._beat.put(b"")
+            self._beat.put(self._own_session.encode())
 
-    def _heard(self, key: str) -> None:
-        session = key.rpartition("/")[2]
+    def _heard(self, payload: objects.Text) -> None:
+        session = payload.to_bytes().decode("ascii", "replace")
         self._heartbeat.heard(session)
         self._presence.heard(session)
 

@@ -14,9 +14,6 @@ from actors.transport.zenoh.outlets import Publishers
 
 __all__ = ["ask_history", "declare_publishers", "declare_subscriber"]
 
-_HEARTBEAT: Final = 0.5
-"""Seconds after which an advanced publisher tells the number of its last sample, so that the loss of the last one is noticed."""
-
 _PATIENCE: Final = 5.0
 """Seconds within which a publisher must tell what it keeps."""
 
@@ -34,7 +31,7 @@ _PRIORITIES: Final = (
 def declare_publishers(session: objects.Session, key: str, delivery: Delivery) -> Publishers:
     """What an outlet sends with. With history it is an advanced publisher, which keeps samples and answers those who come later."""
     zenoh, ext = import_zenoh(), import_ext()
-    blocks = delivery.reliable and delivery.keep_all
+    blocks = delivery.reliable and bool(delivery.keep_all or delivery.history)
     settings: dict[str, Any] = {
         "congestion_control": zenoh.CongestionControl.BLOCK if blocks else zenoh.CongestionControl.DROP,
         "reliability": zenoh.Reliability.RELIABLE if delivery.reliable else zenoh.Reliability.BEST_EFFORT,
@@ -45,7 +42,9 @@ def declare_publishers(session: objects.Session, key: str, delivery: Delivery) -
     plain = session.declare_publisher(key, **settings)
     if not delivery.history:
         return Publishers(plain, plain)
-    misses = ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=_HEARTBEAT)
+    # Without a heartbeat: it is a task of Zenoh's, and to undeclare the publisher waits for its end with Python's lock held. The thread that
+    # would end it may be waiting for that lock, in a callback: then the process hangs for good.
+    misses = ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None)
     advanced = ext.declare_advanced_publisher(
         session,
         key,

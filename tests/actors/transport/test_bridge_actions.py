@@ -9,7 +9,9 @@ import pytest
 
 from actors import (
     Aborted,
+    ActionUnavailable,
     Backoff,
+    CallCycle,
     Child,
     Done,
     GoalAborted,
@@ -20,17 +22,21 @@ from actors import (
     NotRunning,
     Reject,
     Service,
+    ServiceFailed,
     Steps,
     WrongType,
 )
 from actors.actions.goals import GoalStatus
-from actors.interfaces import decode, derived
-from actors.interfaces.action_msgs.msg import GoalInfo
+from actors.interfaces import decode, derived, encode, type_hash
+from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
+from actors.interfaces.action_msgs.msg import GoalStatus as GoalStatusMessage
 from actors.interfaces.action_msgs.srv import CancelGoal
 from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.std_srvs.srv import Trigger
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.transport.format.attachments import Attachment, write_attachment
-from actors.transport.protocol import Answer, Replied
+from actors.transport.format.types import write_type
+from actors.transport.protocol import Answer, Delivery, Replied
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.stage import COUNT, events, order, result, step
 
@@ -237,11 +243,15 @@ async def test_the_action_of_ones_own_process_wins_and_both_processes_log_the_ot
 async def test_a_client_whose_node_ends_is_no_subscriber_any_more(hosts: Hosts) -> None:
     await hosts.start(Counter)
     client = await hosts.start(Node)
+    await (await client.start_goal(COUNT, order(1)))
     joined = await client.system.join(Child(Node, name="guest"))
     async with joined.node.start(COUNT, order(1)) as goal:
         await goal
     before = [token for token in hosts.network.tokens if "/guest/" in token and ("/MS/" in token or "/SC/" in token)]
     await client.system.leave(joined)
+    remote: Any = client.system.graph.actions["/count"].server
+    assert await remote.cancel(bytes(16), "it does not exist") is False
+    assert len([one for one in hosts.ends[client].subscriptions if "_action" in one.key]) == 2, "shared by all clients"
     assert len(before) == 4
     assert not [token for token in hosts.network.tokens if "/guest" in token]
 
@@ -288,3 +298,145 @@ async def test_a_goal_id_that_is_in_use_is_rejected_and_the_first_goal_goes_on(h
     again = await client.call(send, send.type.Request(goal_id=UUID(uuid=goal.goal_id), goal=order(1)))
     assert not again.accepted
     assert await goal == result(2)
+
+
+# What may go wrong ------------------------------------------------------------------------------------------------------------
+
+
+class Server:
+    """An action server without a bridge, whose answers the test makes."""
+
+    def __init__(self, hosts: Hosts, at: Any, **answers: bytes) -> None:
+        self.end = hosts.ends[at]
+        self.answers = answers
+        kinds: dict[str, Any] = {
+            "send_goal": derived.send_goal_service(Fibonacci),
+            "get_result": derived.get_result_service(Fibonacci),
+            "cancel_goal": CancelGoal,
+        }
+        for index, (part, kind) in enumerate(kinds.items()):
+            name, hashed = f"count/_action/{part}", type_hash(kind)
+            dds = write_type(kind.__ros_type__)
+            self.end.serve(f"0/{name}/{dds}/{hashed}", lambda query, part=part: self.answer(part, query))
+            mangled = name.replace("/", "%")
+            self.end.announce(f"@ros2_lv/0/2/90/{91 + index}/SS/%/%/odd/%{mangled}/{dds}/{hashed}/::,10:,:,:,,")
+
+    def answer(self, part: str, query: Any) -> None:
+        if part in self.answers:
+            query.reply(self.answers[part], b"")
+        else:
+            query.fail(b"Timeout")
+
+
+ACCEPTED = encode(derived.send_goal_service(Fibonacci).Response(accepted=True))  # type: ignore[attr-defined]
+RESULT: Any = derived.get_result_service(Fibonacci).Response  # type: ignore[attr-defined]
+
+
+async def test_a_server_that_answers_nonsense_does_not_leave_its_clients_waiting(hosts: Hosts) -> None:
+    client, other = await hosts.start(Node), await hosts.start(Node)
+    server = Server(hosts, other)
+    await client.quiet()
+    with pytest.raises(ActionUnavailable, match="/odd, which serves /count, neither accepted nor rejected the goal"):
+        await client.start_goal(COUNT, order(1))
+    server.answers["send_goal"] = b"nonsense"
+    with pytest.raises(ServiceFailed, match=r"/odd failed .* its answer to the goal cannot be read"):
+        await client.start_goal(COUNT, order(1))
+    server.answers["send_goal"] = ACCEPTED
+    reasons: list[str] = []
+    for answer in (b"nonsense", encode(RESULT(status=0)), encode(RESULT(status=77))):
+        server.answers["get_result"] = answer
+        outcome = await (await client.start_goal(COUNT, order(1))).ended()
+        reasons.append(outcome.reason)
+    server.answers["get_result"] = encode(RESULT(status=5))
+    canceled = await (await client.start_goal(COUNT, order(1))).ended()
+
+    assert reasons == [
+        "/odd ended while the goal ran",
+        "/odd does not know the goal any more",
+        "/odd does not know the goal any more",
+    ]
+    assert (canceled.status, canceled.reason) == (GoalStatus.CANCELED, "")
+
+
+async def test_status_and_feedback_that_are_none_or_of_other_goals_are_ignored(hosts: Hosts) -> None:
+    server, client = await hosts.start(Counter), await hosts.start(Node)
+    goal = await client.start_goal(COUNT, order(3))
+    for part in ("status", "feedback"):
+        (key,) = (one.key for one in hosts.ends[client].subscriptions if part in one.key)
+        outlet = hosts.ends[server].outlet(key, Delivery())
+        outlet.put(b"nonsense", b"")
+        message = (
+            encode(GoalStatusArray(status_list=(GoalStatusMessage(status=2),)))
+            if part == "status"
+            else encode(derived.feedback_message(Fibonacci)())
+        )
+        outlet.put(message, b"")
+    assert await goal == result(3)
+    assert goal.feedback_count == 3
+
+
+async def test_a_server_that_neither_accepts_nor_rejects_is_named(hosts: Hosts) -> None:
+    class Slow(Node):
+        @COUNT.accepts
+        async def check(self, goal: Fibonacci.Goal) -> None:
+            await self.clock.sleep(60.0)
+
+        @COUNT.serve()
+        async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+            yield Done(result(0))
+
+    await hosts.start(Slow)
+    client = await hosts.start(Node)
+    with pytest.raises(
+        ActionUnavailable, match="/slow, which serves /count, neither accepted nor rejected the goal within 2 s"
+    ):
+        await client.start_goal(COUNT, order(1), timeout=2.0)
+
+
+async def test_a_client_that_gives_up_on_a_goal_that_is_rejected_later_leaves_nothing_behind(hosts: Hosts) -> None:
+    await hosts.start(Counter)
+    client = await hosts.start(Node)
+    sending = asyncio.create_task(client.start_goal(COUNT, order(-1)))
+    for _ in range(3):
+        await asyncio.sleep(0)
+    sending.cancel()
+    await client.quiet()
+    assert client.system.graph.actions["/count"].server.active == 0  # type: ignore[union-attr]
+
+
+async def test_a_client_that_gives_up_while_it_cancels_drops_the_answer(hosts: Hosts) -> None:
+    await hosts.start(Counter)
+    client = await hosts.start(Node)
+    goal = await client.start_goal(COUNT, order(5))
+    canceling = asyncio.create_task(goal.cancel())
+    await asyncio.sleep(0)
+    canceling.cancel()
+    await client.quiet()
+    assert goal.status is GoalStatus.CANCELED
+
+
+async def test_a_node_that_waits_for_the_acceptance_of_its_goal_elsewhere_is_part_of_a_cycle(hosts: Hosts) -> None:
+    ask = Service(Trigger, "ask")
+    said: list[str] = []
+
+    class Client(Node):
+        @ask.serve()
+        async def asked(self, request: Trigger.Request) -> Trigger.Response:
+            await self.start(COUNT, order(1)).send()
+            return Trigger.Response()
+
+    class Server(Node):
+        @COUNT.accepts
+        async def check(self, goal: Fibonacci.Goal) -> None:
+            try:
+                await self.call(ask, Trigger.Request())
+            except CallCycle as cycle:
+                said.append(str(cycle.nodes))
+
+        @COUNT.serve()
+        async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+            yield Done(result(0))
+
+    client, _ = await hosts.start(Client), await hosts.start(Server)
+    await client.call(ask, Trigger.Request())
+    assert (said, client.now) == (["('/server', '/client')"], 0.0)

@@ -8,7 +8,7 @@ import pytest
 
 from actors import GoalAborted, Node, NotRunning, qos
 from actors.testing import Rig
-from actors.transport.simulated import Network
+from actors.transport.simulated.network import Network
 from tests.actors.transport.test_bridge_actions import Counter
 from tests.actors.transport.test_bridge_services import Adder
 from tests.stage import ADD, COUNT, NUMBERS, number, order, result, total, two, values

@@ -106,7 +106,8 @@ async def test_the_questions_to_a_process_that_has_fallen_silent_end_unless_anot
     assert [one.kind for one in a.log if one.of == session] == ["up", "down"]
     assert [one for one in a.transport.report() if one.session == session] == []
 
-    other.put(f"{scope}/alive/{session}", b"")
+    other.put(f"{scope}/alive", b"\xff")
+    other.put(f"{scope}/alive", session.encode())
     await a.until(lambda: a.is_linked(session), "it is heard again")
     assert {one.of for one in a.told("appeared")[5:]} == {one.of for one in a.told("vanished")}
     assert [(one.host, one.process) for one in a.transport.report() if one.session == session] == [("lab", 4711)]
