@@ -47,12 +47,8 @@ def find(name: str) -> Maker:
             known = ", ".join(sorted(_trees_in(module))) or "none"
             raise Unusable(f"{name!r}: {module_name} has nothing of the name {attribute!r}; trees that it has: {known}")
         found = getattr(found, part)
-    if _is_tree(found) or isinstance(found, Mapping):
-
-        def ready() -> object:
-            return found
-
-        return ready
+    if _is_tree(found) or _is_for_hosts(found):
+        return lambda: found
     if isinstance(found, type) or not callable(found):
         raise Unusable(f"{name!r} is {_called(found)}: neither a tree, nor a node class, nor a function that makes one")
     try:
@@ -132,6 +128,11 @@ def _is_tree(value: object) -> bool:
     return isinstance(value, (Supervisor, DynamicSupervisor, Child)) or (
         isinstance(value, type) and issubclass(value, Node)
     )
+
+
+def _is_for_hosts(value: object) -> bool:
+    """Whether it may be a mapping from hosts to trees; the trees are looked at when they are made."""
+    return isinstance(value, Mapping)
 
 
 def _trees_in(module: ModuleType) -> list[str]:

@@ -10,8 +10,10 @@ if TYPE_CHECKING:
     from actors.testing.simulation.decorator import scenario
     from actors.testing.simulation.invariants import Invariant
     from actors.time.virtual_loop import Deadlock, Livelock, Stalled, VirtualLoop
+    from actors.transport.simulated.conditions import Conditions
 
 __all__ = [
+    "Conditions",
     "Deadlock",
     "ExpectedFailure",
     "Invariant",
@@ -36,6 +38,10 @@ def __getattr__(name: str) -> Any:
         from actors.testing import rig
 
         return getattr(rig, name)
+    if name == "Conditions":
+        from actors.transport.simulated.conditions import Conditions
+
+        return Conditions
     if name == "Lab":
         from actors.testing.lab import Lab
 

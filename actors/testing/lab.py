@@ -19,7 +19,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from actors.suggest import did_you_mean
 from actors.supervision.declarations import Supervisor
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from actors.running.trees import Runnable
     from actors.supervision.declarations import Spec
     from actors.testing.fault_values import Fault
-    from actors.transport.simulated.topology import Mode
 
 __all__ = ["Lab"]
 
@@ -78,8 +77,7 @@ class Lab:
         self._excused = excused
         self.loop = virtual_loop("a Lab", "lab")
         self.seed = seed
-        self.network = Network(seed, conditions=conditions)
-        """The network, for what is not offered here."""
+        self._network = Network(seed, conditions=conditions)
         self.rigs: list[Rig] = []
         self.recovered_at: float | None = None
         """The time of the first `recover`."""
@@ -87,7 +85,7 @@ class Lab:
         self._machines: dict[str, _Machine] = {}
         self._router = False
         self._tasks: list[asyncio.Task[None]] = []
-        self._storm = Storm(self, faults)
+        self._storm = Storm(self, self._network, faults)
 
     # -- hosts --------------------------------------------------------------------------------------------------------------
 
@@ -96,16 +94,17 @@ class Lab:
         host: str,
         *trees: Runnable | Spec | type[Node],
         parameters: ParameterSources | None = None,
-        mode: Mode = "peer",
+        mode: Literal["peer", "client"] = "peer",
         router: bool = False,
         clock_offset: float = 0.0,
     ) -> Rig:
         """Add a host and start a tree on it, or several nodes under a plain supervisor. Returns its rig when all of it is ready.
 
-        Without a tree the host serves the test, for example to publish and to record. `mode` and `router` are those of
-        `Network.add_host`. The time of day of the host is `clock_offset` seconds ahead. Others are found within the next 0.05 s.
+        Without a tree the host serves the test, for example to publish and to record. In mode ``client`` it reaches others by the router
+        only, which runs on the host with `router`. The time of day of the host is `clock_offset` seconds ahead. Others are found within
+        the next 0.05 s. Raises ValueError if there is a host of this name, or a router, already.
         """
-        self.network.add_host(host, mode, clock_offset=clock_offset, router=router)
+        self._network.add_host(host, mode, clock_offset=clock_offset, router=router)
         self._router = self._router or router
         machine = self._machines[host] = _Machine(trees, parameters, self._rig())
         await self._boot(host, machine)
@@ -115,13 +114,13 @@ class Lab:
         rig = machine.rig
         self.rigs.append(rig)
         trees = machine.trees or (Supervisor(host, children=[]),)
-        transport = self.network.transport(host)
+        transport = self._network.transport(host)
         await rig.start(
             *trees,
             seed=self.seed,
             parameters=machine.parameters,
             transport=transport,
-            clock_offset=self.now + self.network.host(host).clock_offset,
+            clock_offset=self.now + self._network.host(host).clock_offset,
         )
         machine.running = True
 
@@ -156,7 +155,7 @@ class Lab:
         Its rig is no longer of use; `reboot` starts another one.
         """
         machine = self._machine(host)
-        self.network.crash(host)
+        self._network.crash(host)
         if machine.running:
             machine.running = False
             machine.rig.kill()
@@ -165,8 +164,8 @@ class Lab:
     async def reboot(self, host: str) -> Rig:
         """Start a crashed host again with the trees that it was started with, and return its new rig when they are ready."""
         machine = self._machine(host)
-        if not self.network.host(host).up:
-            self.network.reboot(host)
+        if not self._network.host(host).up:
+            self._network.reboot(host)
             machine.rig = self._rig()
             await self._boot(host, machine)
         return machine.rig
@@ -181,7 +180,7 @@ class Lab:
     def shift_clock(self, host: str, seconds: float) -> None:
         """Set the time of day of a host forward, or back. Raises LookupError."""
         machine = self._machine(host)
-        self.network.host(host).clock_offset += seconds
+        self._network.host(host).clock_offset += seconds
         if machine.running:
             machine.rig.system.clock.shift_wall(seconds)
 
@@ -189,26 +188,26 @@ class Lab:
 
     def cut(self, one: str, other: str, *, one_way: bool = False) -> None:
         """Let nothing pass between two hosts, or only nothing from `one` to `other`. What is on its way arrives."""
-        self.network.cut(one, other, one_way=one_way)
+        self._network.cut(one, other, one_way=one_way)
 
     def heal(self, one: str, other: str, *, one_way: bool = False) -> None:
         """Undo `cut` and `impair`. The two find each other within the next 0.05 s."""
-        self.network.repair(one, other, one_way=one_way)
-        self.network.heal(one, other, one_way=one_way)
+        self._network.repair(one, other, one_way=one_way)
+        self._network.heal(one, other, one_way=one_way)
 
     def impair(self, one: str, other: str, *, one_way: bool = False, **changes: float) -> None:
         """Make the link between two hosts worse until `heal`: `loss=0.2`, `delay=0.1`, and the other fields of `Conditions`."""
         for start, end in [(one, other)] if one_way else [(one, other), (other, one)]:
-            conditions = replace(self.network.link(start, end).usual, **changes)
-            self.network.impair(start, end, conditions, one_way=True)
+            conditions = replace(self._network.link(start, end).usual, **changes)
+            self._network.impair(start, end, conditions, one_way=True)
 
     def stop_router(self) -> None:
         """End the router."""
-        self.network.stop_router()
+        self._network.stop_router()
 
     def start_router(self) -> None:
         """Start the router again."""
-        self.network.start_router()
+        self._network.start_router()
 
     async def recover(self) -> None:
         """End every fault of the network: links are healed, the router runs, hosts that are down are rebooted. Drawn faults come no more.
@@ -223,7 +222,7 @@ class Lab:
         await self._see_through()
         for host in self._machines:
             await self.reboot(host)
-        self.network.start_router()
+        self._network.start_router()
 
     async def _see_through(self) -> None:
         while self._tasks:

@@ -23,9 +23,6 @@ class Weathered(Protocol):
     def loop(self) -> asyncio.AbstractEventLoop: ...
 
     @property
-    def network(self) -> Network: ...
-
-    @property
     def hosts(self) -> dict[str, bool]: ...
 
     def is_up(self, host: str) -> bool: ...
@@ -44,8 +41,9 @@ class Storm:
     them ends early. After `end` nothing happens any more.
     """
 
-    def __init__(self, lab: Weathered, faults: Sequence[Fault]) -> None:
+    def __init__(self, lab: Weathered, network: Network, faults: Sequence[Fault]) -> None:
         self._lab = lab
+        self._network = network
         self._active: list[Fault] = []
         now = lab.loop.time()
         self._timers: list[asyncio.TimerHandle] = [
@@ -69,7 +67,7 @@ class Storm:
                 self._later(fault, self._lift, fault)
         elif kind == "router-stop":
             self._active.append(fault)
-            lab.network.stop_router()
+            self._network.stop_router()
             self._later(fault, self._lift, fault)
         elif not lab.is_up(target):
             pass
@@ -87,10 +85,10 @@ class Storm:
         if fault.kind in ON_LINKS:
             self._set_links(fault.target)
         elif not any(other.kind == fault.kind for other in self._active):
-            self._lab.network.start_router()
+            self._network.start_router()
 
     def _set_links(self, target: str) -> None:
-        network = self._lab.network
+        network = self._network
         for source, end in directions_of(target):
             here = [fault for fault in self._active if (source, end) in directions_of(fault.target)]
             link = network.link(source, end)

@@ -24,7 +24,7 @@ from actors.testing import Lab
 from actors.testing.faults import NETWORK, draw
 from actors.testing.simulation.search import shrink
 from actors.testing.simulation.trial import Scenario, Trial
-from robot.interfaces.humanoid_control_interfaces.srv import PlanTrajectory
+from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanTrajectory
 from robot.tutorials.humanoid_lab import MOTOR_COMMANDS, PLAN_TRAJECTORY, MotorController, Planner, SensorSimulator
 from tests.stage import COUNT, NUMBERS, order, result, step
 
