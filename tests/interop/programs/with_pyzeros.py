@@ -11,9 +11,11 @@ import msgspec
 import numpy as np
 import pyzeros
 import zenoh
+from cydr import types
 from lines import obey, say
 from pyzeros.qos import QosProfile
 from ros2_pyterfaces.cydr import all_msgs, all_srvs
+from ros2_pyterfaces.cydr.idl import IdlStruct, make_idl_service
 
 config = zenoh.Config()
 for path, value in {
@@ -27,6 +29,22 @@ for path, value in {
     "timestamping/enabled": {"router": True, "peer": True, "client": True},
 }.items():
     config.insert_json5(path, json.dumps(value))
+
+
+class AddTwoIntsRequest(IdlStruct):
+    """The package lacks the types of example_interfaces."""
+
+    __idl_typename__ = "example_interfaces/srv/AddTwoInts_Request"
+    a: types.int64 = np.int64(0)
+    b: types.int64 = np.int64(0)
+
+
+class AddTwoIntsResponse(IdlStruct):
+    __idl_typename__ = "example_interfaces/srv/AddTwoInts_Response"
+    sum: types.int64 = np.int64(0)
+
+
+AddTwoInts = make_idl_service(AddTwoIntsRequest, AddTwoIntsResponse, typename="example_interfaces/srv/AddTwoInts")
 loop = asyncio.new_event_loop()
 things: dict[tuple[str, str], Any] = {}
 
@@ -83,9 +101,14 @@ async def subscription(topic: str, type: str, qos: dict[str, Any]) -> None:
     things["subscription", topic] = one
 
 
+def service_type(name: str) -> Any:
+    last = name.split("/")[-1]
+    return AddTwoInts if last == "AddTwoInts" else getattr(all_srvs, last)
+
+
 async def server(service: str, type: str, answers: dict[str, Any]) -> None:
     """Answers requests with `answers`; AddTwoInts with the sum, and not at all if it is 0. It cannot answer with an error."""
-    one = pyzeros.Server(getattr(all_srvs, type.split("/")[-1]), service, session=node, scope=None)
+    one = pyzeros.Server(service_type(type), service, session=node, scope=None)
     things["server", service] = one
 
     async def serve() -> None:
@@ -103,7 +126,7 @@ async def server(service: str, type: str, answers: dict[str, Any]) -> None:
 
 
 async def client(service: str, type: str, timeout: float) -> None:
-    one = pyzeros.Client(getattr(all_srvs, type.split("/")[-1]), service, session=node, scope=None)
+    one = pyzeros.Client(service_type(type), service, session=node, scope=None)
     things["client", service] = one
     async with asyncio.timeout(timeout):
         await one.wait_for_service()
