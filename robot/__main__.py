@@ -12,6 +12,9 @@ commands:
   run        run the whole robot in a world: stand up, walk, dock, sit      run --help for its options
   evaluate   measure it: evaluate walk | odometry | maps | barn | battery | arm | rates     evaluate walk --help
   picture    render the robot, its map and its path to PNG                  picture --help
+  node       the nodes of the running graph, from any terminal              node list
+  topic      its topics, and what is sent on them                           topic list | echo
+  router     a meeting point for several machines                           router --help
 
 options:
   -h, --help, --version
@@ -42,9 +45,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         from robot.picture import main as picture_main
 
         return picture_main(rest)
-    from actors.suggest import did_you_mean  # late, as all else
+    from cli.command import GROUPS, run_group  # late, as all else
 
-    hint = did_you_mean(command, ("run", "evaluate", "picture"), quoted=False)
+    if command in GROUPS:
+        return run_group(command, rest)
+    from actors.suggest import did_you_mean
+
+    hint = did_you_mean(command, ("run", "evaluate", "picture", *GROUPS), quoted=False)
     print(f"robot: there is no command {command!r}{hint} (see python -m robot --help)", file=sys.stderr)
     return 2
 

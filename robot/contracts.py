@@ -1,5 +1,8 @@
 """Every topic, service and action of the robot in one place: what its nodes say to each other, and what others may ask of it.
 
+First the robot's own: types of ROS 2's common packages and of robactor_msgs. Then what the tutorials ask of a robot, by types of their own
+packages: the same nodes serve it, and the names of these types and topics are the tutorials'.
+
 Frames: `odom` starts under the robot and drifts, `map` is the map's; `base_link` is the body. Units are SI.
 """
 
@@ -12,13 +15,6 @@ from actors.interfaces.sensor_msgs.msg import BatteryState, CameraInfo, Image, I
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from actors.interfaces.tf2_msgs.msg import TFMessage
-from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
-from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
-from robot.interfaces.my_robot_interfaces.action import MoveToPosition
-from robot.interfaces.my_robot_interfaces.msg import SensorData
-from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus
-from robot.interfaces.proposed_interfaces.action import NavigateAndGrab
-from robot.interfaces.proposed_interfaces.srv import GetRobotPose
 from robot.interfaces.robactor_msgs.action import Dock, FetchAndCarry
 from robot.interfaces.robactor_msgs.msg import (
     BatteryStatus,
@@ -36,10 +32,17 @@ from robot.interfaces.robactor_msgs.msg import (
     SafetyState,
 )
 from robot.interfaces.robactor_msgs.srv import ConfirmObject, GetPlace
-from robot.interfaces.robot_arm_control.action import MoveArm
-from robot.interfaces.robot_arm_control.srv import GetPosition
-from robot.interfaces.your_package.action import HumanoidNav
-from robot.interfaces.your_package.srv import SensorCalibration
+from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
+from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath
+from robot.interfaces.tutorials.my_robot_interfaces.action import MoveToPosition
+from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
+from robot.interfaces.tutorials.my_robot_interfaces.srv import GetBatteryStatus
+from robot.interfaces.tutorials.proposed_interfaces.action import NavigateAndGrab
+from robot.interfaces.tutorials.proposed_interfaces.srv import GetRobotPose
+from robot.interfaces.tutorials.robot_arm_control.action import MoveArm
+from robot.interfaces.tutorials.robot_arm_control.srv import GetPosition
+from robot.interfaces.tutorials.your_package.action import HumanoidNav
+from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 
 __all__ = [
     "ARM_JOINT_STATES", "AUTONOMY_CMD", "BATTERY_STATE", "BATTERY_STATUS", "BODY_DRIVE", "CALIBRATE_ARM", "CALIBRATE_GRIPPER", "CALIBRATE_SENSOR",
@@ -50,6 +53,8 @@ __all__ = [
     "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RESTORE_CONFIG", "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SENSOR_DATA", "SIT",
     "STAND", "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE", "WALK",
 ]  # fmt: skip
+
+# -- the robot's own ---------------------------------------------------------------------------------------------------------------
 
 # Sensors: best effort, the newest counts.
 IMU = Topic(Imu, "/imu/data", qos.SENSOR_DATA)
@@ -78,8 +83,6 @@ ARM_JOINT_STATES = Topic(JointState, "/arm/joint_states", qos.SENSOR_DATA)
 """50 Hz, the arm's four joints, measured; only of a robot with an arm, like all that has to do with it."""
 MOTOR_POWER = Topic(MotorPower, "/motor_power", qos.SENSOR_DATA)
 """10 Hz."""
-SENSOR_DATA = Topic(SensorData, "/sensor_data", qos.DEFAULT)
-"""The tutorials' message; its `emergency_stop` stops the robot."""
 
 # Where frames are: /tf as it changes, /tf_static once for all.
 TF = Topic(TFMessage, "/tf", QoS(depth=100))
@@ -130,30 +133,19 @@ GOAL_REPORT = Topic(GoalReport, "/mission/goals", QoS(depth=100))
 """One message for each goal of the mission that has ended."""
 
 # Questions.
-GET_BATTERY_STATUS = Service(GetBatteryStatus, "/get_battery_status")
-"""The tutorials' voltage gauge; not the coulomb count of BATTERY_STATE."""
-CALIBRATE_SENSOR = Service(SensorCalibration, "/calibrate_sensor")
-"""For `imu` the robot must stand still for 3 s: ask with a timeout of more."""
 CAPTURE_PHOTO = Service(Trigger, "/capture_photo")
 """Stores one camera image as PNG; the message of the answer is its path."""
 STAND = Service(Trigger, "/spot/stand")
 SIT = Service(Trigger, "/spot/sit")
 WALK = Service(Trigger, "/spot/walk")
-GET_CURRENT_POSITION = Service(GetPosition, "/get_current_position")
-"""Where the arm is, IDLE or MOVING: the same arm that MOVE_ARM moves."""
 GRIPPER = Service(SetBool, "/gripper")
 """True closes it, and succeeds when it then grips something; false opens it."""
-CALIBRATE_ARM = Service(SensorCalibration, "/calibrate_arm")
-"""For `arm` and `gripper`; the arm must rest and hold nothing."""
 CALIBRATE_GRIPPER = Service(Trigger, "/calibrate_gripper")
 """Closes and opens it once. Refused while it grips something."""
 CONFIRM_OBJECT = Service(ConfirmObject, "/confirm_object_detection")
 """Whether the camera sees an object now, and where: frame `base_link`."""
-PLAN_PATH = Service(PlanPath, "/plan_path")
 GET_PLACE = Service(GetPlace, "/get_place")
 """A name of the map, such as ``shelf_3`` -> the pose to stand at."""
-GET_ROBOT_POSE = Service(GetRobotPose, "/get_robot_pose")
-"""The latest of POSE, answered at once, whatever else the robot does."""
 ENABLE = Service(SetBool, "/robot/enable")
 """Whether the robot controller lets velocity commands through."""
 EMERGENCY_STOP = Service(SetBool, "/emergency_stop")
@@ -164,17 +156,35 @@ SAVE_CONFIG = Service(Trigger, "/robot/save_config")
 RESTORE_CONFIG = Service(Trigger, "/robot/restore_config")
 
 # Long jobs.
-NAVIGATE_TO_GOAL = Action(NavigateToGoal, "/navigate_to_goal")
-MOVE_TO_POSITION = Action(MoveToPosition, "/move_to_position")
-HUMANOID_NAVIGATE = Action(HumanoidNav, "/humanoid_navigate")
-"""The three share one navigator: a goal of one preempts those of the others. Without `avoid_obstacles` this one goes straight, or aborts."""
 DOCK = Action(Dock, "/dock")
 """To the charging station, and sit down on it."""
 UNDOCK = Action(Dock, "/undock")
 """Up, and away from it."""
+FETCH_AND_CARRY = Action(FetchAndCarry, "/fetch_and_carry")
+"""Fetches an object as NAVIGATE_AND_GRAB does, and puts it down elsewhere."""
+
+# -- what the tutorials ask of a robot: the same nodes serve these, by types of the tutorials' packages ------------------------------
+
+SENSOR_DATA = Topic(SensorData, "/sensor_data", qos.DEFAULT)
+"""The tutorials' message; its `emergency_stop` stops the robot."""
+GET_BATTERY_STATUS = Service(GetBatteryStatus, "/get_battery_status")
+"""The tutorials' voltage gauge; not the coulomb count of BATTERY_STATE."""
+CALIBRATE_SENSOR = Service(SensorCalibration, "/calibrate_sensor")
+"""For `imu` the robot must stand still for 3 s: ask with a timeout of more."""
+GET_CURRENT_POSITION = Service(GetPosition, "/get_current_position")
+"""Where the arm is, IDLE or MOVING: the same arm that MOVE_ARM moves."""
+CALIBRATE_ARM = Service(SensorCalibration, "/calibrate_arm")
+"""For `arm` and `gripper`; the arm must rest and hold nothing."""
+PLAN_PATH = Service(PlanPath, "/plan_path")
+"""A path by the map alone, frame `map`; nothing moves."""
+GET_ROBOT_POSE = Service(GetRobotPose, "/get_robot_pose")
+"""The latest of POSE, answered at once, whatever else the robot does."""
+NAVIGATE_TO_GOAL = Action(NavigateToGoal, "/navigate_to_goal")
+"""Walks to a pose, frame `map`. It shares one navigator with the next two: a goal of one preempts those of the others."""
+MOVE_TO_POSITION = Action(MoveToPosition, "/move_to_position")
+HUMANOID_NAVIGATE = Action(HumanoidNav, "/humanoid_navigate")
+"""Without `avoid_obstacles` it goes straight, or aborts."""
 MOVE_ARM = Action(MoveArm, "/move_arm")
 """Moves the arm within its limits; a new goal preempts. Feedback 10 Hz."""
 NAVIGATE_AND_GRAB = Action(NavigateAndGrab, "/navigate_and_grab")
 """Fetches an object: the target pose is about where the object is."""
-FETCH_AND_CARRY = Action(FetchAndCarry, "/fetch_and_carry")
-"""The same, and puts it down elsewhere."""

@@ -1,4 +1,4 @@
-"""The robot's supervisor tree: who is in it, in which order, and what happens when one of them fails.
+"""The robot's supervisor tree: its nodes, their order, and what happens when one of them fails.
 
 One supervisor, `rest_for_one`: a node that fails is restarted together with those that were started after it, because they build on it.
 The first to start is the last to stop: the motors, which hold the safe stop.
@@ -113,7 +113,7 @@ def robot_tree(
 
 
 def _clock(rate: float | None) -> list[Child]:
-    """What tells the time to others, `rate` times a second; nothing without a rate."""
+    """The clock publisher at `rate` Hz; none without a rate."""
     if rate is None:
         return []
     from actors.nodes import ClockPublisher
@@ -128,7 +128,7 @@ def _mission(
     laps: int,
     delivery: Delivery | None,
 ) -> list[Child]:
-    """What gives the robot its goals: the errand, else the patrol, else nothing."""
+    """The node that gives the robot its goals: the carrier, the patrol, or none."""
     if delivery is not None:
         from robot.nodes.carrier import Carrier
 
@@ -139,7 +139,7 @@ def _mission(
 
 
 def _handling(body: Body) -> list[Child]:
-    """What a robot with an arm has more than others."""
+    """The nodes of a robot with an arm."""
     if body.arm is None:
         return []
     from robot.nodes.arm import ArmDriver

@@ -53,11 +53,12 @@ class Following(Generic[F]):
     * A task that waits in `changed` is woken by the next feedback and by the end.
     """
 
-    __slots__ = ("changed", "dropped", "feedback", "feedback_count", "goal_id", "outcome", "server", "status")
+    __slots__ = ("changed", "dropped", "feedback", "feedback_count", "goal_id", "outcome", "owner", "server", "status")
 
-    def __init__(self, server: ActionPeer, goal_id: bytes) -> None:
+    def __init__(self, server: ActionPeer, goal_id: bytes, owner: str) -> None:
         self.server: Final = server
         self.goal_id: Final = goal_id
+        self.owner: Final = owner
         self.status = GoalStatus.UNKNOWN
         self.outcome: Outcome | None = None
         self.feedback: deque[F] = deque()
@@ -230,7 +231,7 @@ class Goal(Generic[R, F]):
         exclusive = node.inbox.task is asyncio.current_task()
         if exclusive:
             refuse_cycle(node, server.node)
-        sent: Following[F] = Following(server, node.new_id())
+        sent: Following[F] = Following(server, node.new_id(), node.fqn)
         request = server.submit(sent.goal_id, self._message, sent)
         if exclusive:
             node.waits_for = request

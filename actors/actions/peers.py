@@ -46,6 +46,11 @@ class GoalFollower(Protocol):
     The methods are called in the order of the events, beginning with the acceptance. They must not raise.
     """
 
+    @property
+    def owner(self) -> str:
+        """The fully qualified name of the node that has sent the goal."""
+        ...
+
     def on_status(self, status: GoalStatus) -> None:
         """Called when the status has changed to one that is not terminal."""
         ...

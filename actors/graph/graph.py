@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.graph.mismatch import mismatch_of
 from actors.graph.servers import ActionEntry, ServerEntry, ServiceEntry
+from actors.graph.watching import GraphWatcher, KnownElsewhere
 
 if TYPE_CHECKING:
-    from actors.graph.watching import GraphWatcher, KnownElsewhere
     from actors.interfaces.message import Message
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 

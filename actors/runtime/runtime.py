@@ -46,7 +46,8 @@ class Runtime:
     Invariants:
 
     - It belongs to the event loop and the thread in which it was made.
-    - The numbers of `random` depend on `seed` and the key only; the ids of `new_id` on `seed` and the number of ids before.
+    - The numbers of `random` depend on `seed` and the key only; the ids of `new_id` on `seed`, the number of ids before, and
+      the process, if `distinguish` was called.
     - `close` is called once, after the tree and the nodes beside it have ended.
     """
 
@@ -217,6 +218,10 @@ class Runtime:
     def random(self, key: str) -> Random:
         """A generator of random numbers for `key`, which depends on the system's seed and `key` only."""
         return Random(f"{self.seed}/{key}")
+
+    def distinguish(self, process: str) -> None:
+        """Draw ids that differ from those of another process with the same seed. To be called before the first id is drawn."""
+        self._ids = self.random(f"ids of {process}")
 
     def new_id(self) -> bytes:
         """A new id of 16 bytes in the form of a random UUID, drawn from the system's seeded generator."""

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.tokens import EndpointKind, EndpointToken, graph_of
+from actors.transport.local_actions import Actions
 from actors.transport.local_clients import Clients
 from actors.transport.local_services import Services
 from actors.transport.local_side import LocalSide
@@ -53,6 +54,7 @@ def connect(runtime: Runtime, transport: Transport, domain_id: int | None = None
     be opened is logged, and the system then runs alone. Raises ValueError for an invalid ROS_DOMAIN_ID.
     """
     bridge = Bridge(runtime, transport, _domain_of_environment() if domain_id is None else domain_id)
+    runtime.distinguish(transport.session)
     runtime.observers.opening.append(bridge.open)
     runtime.observers.closing.append(bridge.close)
 
@@ -89,14 +91,19 @@ class Bridge:
         self._topics = Topics(side)
         self._clients = Clients(side)
         self._services = Services(side, self._clients)
+        self._actions = Actions(side, self._topics, self._services, self._clients)
+        self._begun = False
+        """Whether the transport has to be closed."""
         self._open = False
         self._early: list[tuple[Callable[[str], None], str]] = []
 
     async def open(self) -> None:
         """Open the transport, and show what is there. Logs it if that is not possible."""
+        self._begun = True
         try:
             await self._transport.open(graph_of(self._domain_id), self)
         except WireUnavailable as error:
+            self._begun = False
             self._runtime.log.error("no connection with other processes", because=str(error))
             return
         self._open = True
@@ -108,6 +115,8 @@ class Bridge:
                 self.subscription_joined(subscription)
         for service in list(graph.services.values()):
             self.server_changed(service)
+        for action in list(graph.actions.values()):
+            self.server_changed(action)
         for record in self._runtime.directory.records.values():
             if record.running is not None:
                 self._ready(record.running)
@@ -120,11 +129,11 @@ class Bridge:
 
     async def close(self) -> None:
         """Withdraw everything, and close the transport. The other processes learn of it at once."""
-        if not self._open:
-            return
+        if self._open:
+            self._graph.watchers.remove(self)
         self._open = False
-        self._graph.watchers.remove(self)
-        await self._transport.close()
+        if self._begun:
+            await self._transport.close()
         for token in list(self._endpoints):
             self._gone(token)
         self._graph.elsewhere = tuple
@@ -149,7 +158,8 @@ class Bridge:
 
     def server_changed(self, entry: ServerEntry[Any]) -> None:
         with self._representable("" if entry.local is None else entry.local.host, entry.name):
-            self._services.server_changed(entry)
+            part = self._actions if entry.kind == "action" else self._services
+            part.server_changed(entry)
 
     def _ready(self, life: Incarnation) -> None:
         with self._representable(life.fqn, life.fqn):
@@ -160,7 +170,7 @@ class Bridge:
                 self._topics.promise(life.fqn, *topic)
 
     def _dismissed(self, record: NodeRecord) -> None:
-        for part in (self._topics, self._services, self._clients, self._side):
+        for part in (self._actions, self._topics, self._services, self._clients, self._side):
             part.forget(record.identity.fqn)
 
     @contextmanager
@@ -189,6 +199,8 @@ class Bridge:
             self._endpoints[token] = endpoint
             part = self._topics if endpoint.kind in TOPICS else self._services
             part.appeared(node, endpoint, token)
+            if endpoint.kind is EndpointKind.SERVER:
+                self._actions.appeared(node, endpoint)
 
     def vanished(self, token: str) -> None:
         """See `Events.vanished`."""
@@ -202,6 +214,8 @@ class Bridge:
         if endpoint is not None:
             part = self._topics if endpoint.kind in TOPICS else self._services
             part.vanished(endpoint, token)
+            if endpoint.kind is EndpointKind.SERVER:
+                self._actions.vanished(endpoint)
         if self._remote.vanished(token):
             self._graph.changed()
 

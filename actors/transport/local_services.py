@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from actors.transport.protocol import Handle, Query
     from actors.transport.remote_graph import RemoteNode
 
-__all__ = ["Asked", "Services"]
+__all__ = ["Asked", "Services", "Shown"]
 
 
 class Asked:
@@ -72,12 +72,8 @@ class Asked:
             error = ServiceFailed(server, type(error).__name__, str(error))
         self._query.fail(write_reply_error(error))
 
-    def drop(self) -> None:
-        """Leave it without an answer."""
-        self._query.drop()
 
-
-class _Shown(NamedTuple):
+class Shown(NamedTuple):
     """A server of this process, as it is shown."""
 
     node: str
@@ -104,8 +100,8 @@ class Services:
         self._side = side
         self._clients = clients
         self._graph = side.runtime.graph
-        self._shown: dict[str, _Shown] = {}
-        self._promised: dict[str, _Shown] = {}
+        self._shown: dict[str, Shown] = {}
+        self._promised: dict[str, Shown] = {}
         self._remote: dict[str, RemoteServer] = {}
         self._callers: dict[bytes, str] = {}
         """GID of a client of another process -> its node."""
@@ -117,26 +113,26 @@ class Services:
         name, server, shown = entry.name, entry.local, self._shown.get(entry.name)
         if server is not None and name not in self._promised:
             if shown is None or (shown.node, shown.type) != (server.host, server.type):
-                self._shown[name] = self.show(server.host, name, server.type, SERVICES, self._answer)
-                self._beside(entry)
+                self._shown[name] = self.show(server.host, name, server.type, SERVICES, self.answer)
+                self.beside(entry)
                 if shown is not None:
                     shown.close()
         elif server is None and entry.restarting is None and shown is not None:
             self._shown.pop(name).close()
 
     def promise(
-        self, node: str, name: str, type: Any, qos: QoS, take: Callable[[_Shown, str, Asked], None] | None = None
+        self, node: str, name: str, type: Any, qos: QoS, take: Callable[[Shown, str, Asked], None] | None = None
     ) -> None:
         """Show a standard service of a node, until `forget`. Requests go to `take`, or open the service."""
         if name not in self._promised:
-            self._promised[name] = self.show(node, name, type, qos, take or self._answer)
+            self._promised[name] = self.show(node, name, type, qos, take or self.answer)
 
     def forget(self, node: str) -> None:
         """Withdraw the standard services of a node that has ended for good."""
         for name in [name for name, shown in self._promised.items() if shown.node == node]:
             self._promised.pop(name).close()
 
-    def show(self, node: str, name: str, type: Any, qos: QoS, take: Callable[[_Shown, str, Asked], None]) -> _Shown:
+    def show(self, node: str, name: str, type: Any, qos: QoS, take: Callable[[Shown, str, Asked], None]) -> Shown:
         endpoint = self._side.endpoint(node, EndpointKind.SERVER, name, described_type(type), qos)
 
         def arrived(query: Query) -> None:
@@ -148,11 +144,11 @@ class Services:
             else:
                 take(shown, name, Asked(self._side, query, sent, extension))
 
-        shown = _Shown(node, type, endpoint, self._side.transport.serve(write_key(endpoint.token.key), arrived))
+        shown = Shown(node, type, endpoint, self._side.transport.serve(write_key(endpoint.token.key), arrived))
         endpoint.show()
         return shown
 
-    def _answer(self, shown: _Shown, name: str, asked: Asked) -> None:
+    def answer(self, shown: Shown, name: str, asked: Asked) -> None:
         """Hand a request to the server of this process, and its answer back."""
         entry = self._graph.service(name)
         if entry.local is None:
@@ -171,7 +167,7 @@ class Services:
         if cycle is not None:
             asked.fail(shown.node, CallCycle(cycle))
             return
-        caller = RemoteCaller(self._callers.get(asked.gid, "a node elsewhere"), self._side.runtime.deadlines, chain)
+        caller = RemoteCaller(self.caller_of(asked.gid), self._side.runtime.deadlines, chain)
         request = server.submit(message, caller, math.inf)
 
         def respond(future: asyncio.Future[Any]) -> None:
@@ -183,6 +179,10 @@ class Services:
 
         request.future.add_done_callback(respond)
 
+    def caller_of(self, gid: bytes) -> str:
+        """The name of the node of a client of another process."""
+        return self._callers.get(gid, "a node elsewhere")
+
     def absent(self, node: str, name: str) -> Exception:
         """The error for a request to a server that is not there now."""
         for record in self._side.runtime.directory.records.values():
@@ -190,12 +190,13 @@ class Services:
                 return NodeRestarting(node, record.incarnation)
         return NotRunning(f"{node}, which served {name}, has stopped: start it again, or ask another service")
 
-    def _beside(self, entry: ServerEntry[Any]) -> None:
+    def beside(self, entry: ServerEntry[Any]) -> None:
         """Log it if a name is served in this process and in another one."""
-        local: Any = entry.local
-        for remote in entry.remotes if local is not None else ():
+        if entry.local is None:
+            return
+        for remote in entry.remotes:
             self._side.runtime.log.warning(
-                f"two servers of one {entry.kind}", name=entry.name, here=local.host, elsewhere=remote.host,
+                f"two servers of one {entry.kind}", name=entry.name, here=entry.local.host, elsewhere=remote.host,
                 remedy="give one of them another name or namespace; calls of this process go to the one that is here",
             )  # fmt: skip
 
@@ -212,7 +213,7 @@ class Services:
         server = RemoteServer(node, token, ForeignType(token.type, token.type_hash), self._clients)
         self._remote[text] = server
         entry.add_remote(server)
-        self._beside(entry)
+        self.beside(entry)
 
     def vanished(self, token: EndpointToken, text: str) -> None:
         """Undo `appeared`."""

@@ -19,7 +19,7 @@ __all__ = ["Endpoint", "LocalSide"]
 class Endpoint:
     """An endpoint of this process, as it is shown on the network.
 
-    Invariant: it is shown at most once, and not again after `close`.
+    Invariant: it is shown once, from `show` to `close`.
     """
 
     def __init__(self, transport: Transport, token: EndpointToken) -> None:
@@ -37,8 +37,8 @@ class Endpoint:
 
     def close(self) -> None:
         """Withdraw it."""
-        if self._handle is not None:
-            self._handle.close()
+        assert self._handle is not None
+        self._handle.close()
 
 
 class LocalSide:

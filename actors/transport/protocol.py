@@ -9,7 +9,9 @@ the network: what cannot be sent is lost, as the `Delivery` permits, and counted
 callbacks come from the loop, and must not raise. After the `close` of a handle its callback is not called again.
 
 **Order.** The samples of one outlet reach one subscription in the order of their `put`, each at most once. `Events.appeared` comes before
-`Events.vanished` for a token, each once in a life of the token. A sample may arrive before the token of its sender has appeared.
+`Events.vanished` for a token, each once in a life of the token. A sample may arrive before the token of its sender has appeared. What a
+process declares becomes known elsewhere in the order in which it is declared: whoever a token has appeared to reaches the subscriptions and
+servers that its process declared before it.
 
 **Own traffic.** What this transport announces, puts, serves and asks never comes back to itself.
 
@@ -58,7 +60,8 @@ class Delivery:
     """How many samples a queue keeps for one subscription, at least 1."""
 
     history: int = 0
-    """How many samples are kept for subscriptions that come later (an outlet), or are wanted of those kept (a subscription); 0: none."""
+    """How many samples are kept for subscriptions that come later (an outlet), or are wanted of those kept (a subscription); 0: none.
+    A subscription that comes back after its process was lost is a later one, too; it gets what it has missed."""
 
     priority: int = 5
     """1 (real time) to 7 (background), as in Zenoh: a sample of a lower number overtakes those of higher numbers on every link."""
@@ -100,6 +103,7 @@ class NoAnswer:
 
 
 Answer: TypeAlias = Replied | Failed | NoAnswer
+"""What becomes of a question."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,9 +21,6 @@ class RemoteNode:
         self.token = token
         self.fqn = f"{token.namespace.rstrip('/')}/{token.name}"
 
-    def __repr__(self) -> str:
-        return f"<node {self.fqn} of session {self.session}>"
-
     @property
     def session(self) -> str:
         """The identity of its process on the network."""

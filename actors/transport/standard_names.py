@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from actors.qos import PARAMETER_EVENTS, PARAMETERS, ROSOUT, SERVICES
 
@@ -29,9 +29,8 @@ def standard_services(life: Incarnation) -> Iterator[Standard]:
     for service in PARAMETER_SERVICES:
         yield Standard(f"{life.fqn}/{service.name}", service.type, PARAMETERS)
     for name in type(life.node).__standard_services__:
-        offered = life.node.__standard_service__(name)
-        if offered is not None:
-            yield Standard(f"{life.fqn}/{name}", offered[0], SERVICES)
+        offered = cast("tuple[Any, Any]", life.node.__standard_service__(name))
+        yield Standard(f"{life.fqn}/{name}", offered[0], SERVICES)
 
 
 def standard_publishers() -> Iterator[Standard]:

@@ -85,6 +85,11 @@ class Follower:
         self._last = ZERO_TWIST
         self._fan = fan_of(self.config, self.limits)
 
+    def set_limits(self, limits: Limits) -> None:
+        """Command within other limits from the next step on."""
+        self.limits = limits
+        self._fan = fan_of(self.config, limits)
+
     def __repr__(self) -> str:
         return f"Follower({self.path!r}, {self._along:.2f} m done)"
 

@@ -5,6 +5,7 @@ node.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -55,7 +56,7 @@ class Navigator:
     ) -> None:
         self._footprint, self._margins = footprint or Footprint(), margins or Margins()
         self.config = config or NavigatorConfig()
-        self.follower = Follower(limits, tolerance)
+        self.follower = Follower(limits, tolerance, self.config.following)
         self.state = State.IDLE
         self.goal: Pose2 | None = None
         self.path: Path | None = None
@@ -94,6 +95,12 @@ class Navigator:
         self.around = Surroundings(grid, self._footprint)
         self._field: LocalField | None = None
         self._planned = Planned()
+
+    def retune(self, limits: Limits, tolerance: Tolerance, patience: float) -> None:
+        """Use other limits, tolerances and another patience (s) from the next step on; a running goal goes on."""
+        self.follower.set_limits(limits)
+        self.follower.tolerance = tolerance
+        self.config = replace(self.config, patience=patience)
 
     def set_goal(self, goal: Pose2, start: Pose2 | None = None, *, straight: bool = False) -> None:
         """Take a new goal; a running one is dropped. With `start`, the path is planned at once.
@@ -141,14 +148,21 @@ class Navigator:
 
     # --- steps ------------------------------------------------------------------------------------------------------
 
-    def step(self, now: float, pose: Pose2, velocity: Twist2 | None = None, scan: Floats | None = None) -> Motion:
-        """The command from `now` (s) on. `scan`: ranges (m) taken at this pose, or None when there is no new one.
+    def step(
+        self,
+        now: float,
+        pose: Pose2,
+        velocity: Twist2 | None = None,
+        scan: Floats | None = None,
+        scanned_at: Pose2 | None = None,
+    ) -> Motion:
+        """The command from `now` (s) on. `scan`: ranges (m), or None when there is no new one, taken at `scanned_at` (None: at `pose`).
 
         `velocity` is the measured one in body axes: the command is chosen for where the body will be when it takes
         effect.
         """
         if scan is not None:
-            self.around.integrate_scan(now, pose, scan)
+            self.around.integrate_scan(now, scanned_at or pose, scan)
         self.around.advance(now)
         if not self.state.running:
             return self._motion(ZERO_TWIST)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from robot.control.follow_config import FollowerConfig
 
 __all__ = ["NavigatorConfig"]
 
@@ -60,3 +62,7 @@ class NavigatorConfig:
     """A longer pause between two steps counts for this much, s: speed must not jump after it."""
     usual_pace: float = 0.75
     """Share of the highest speed that arrival times are computed with."""
+
+    # -- the path itself
+    following: FollowerConfig = field(default_factory=FollowerConfig)
+    """How it is followed."""

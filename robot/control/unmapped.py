@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from robot.control.limits import Limits, Tolerance
 from robot.control.navigator import Navigator
+from robot.control.navigator_config import NavigatorConfig
 from robot.geometry.planar import Pose2
 from robot.model.footprint import Footprint
 from robot.planning.grid import Grid
 from robot.planning.planner import Margins
 
-__all__ = ["SHEET", "WALKING", "unmapped_grid", "unmapped_navigator"]
+__all__ = ["SHEET", "WALKING", "Tuning", "unmapped_grid", "unmapped_navigator"]
 
-WALKING = Footprint(length=1.10, width=0.46, ahead=-0.08)
-"""What trunk and legs of the walking robot sweep at up to 1.6 m/s: 0.47 m ahead, 0.63 m behind (the knees), 0.23 m to each side."""
-BESIDE = Margins(roomy=0.11, tight=0.03)
-"""That outline holds no slack; measured: with the usual margins, 2 cm less, one of 30 BARN runs in physics touched a post."""
-SHEET = Footprint()
-"""The data sheet's rectangle: the outline of the body that has no legs to sweep with."""
 _MARGIN = 5.0
 """Floor that may be used beyond start and goal, m."""
 _WELL_WITHIN = 0.9
@@ -28,6 +24,26 @@ _WELL_WITHIN = 0.9
 _RESOLUTION = 0.05
 """m."""
 _FAST = Limits(vx_min=-0.5, vx_max=1.5, wz_max=1.3, acceleration=1.5, creep=0.6, eagerness=5.0)
+"""Chosen on the 30 BARN worlds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tuning:
+    """The body's outline with the margins that go with it, and the numbers of navigation."""
+
+    footprint: Footprint
+    margins: Margins
+    limits: Limits = _FAST
+    config: NavigatorConfig = field(default_factory=NavigatorConfig)
+
+
+WALKING = Tuning(Footprint(length=1.10, width=0.46, ahead=-0.08), Margins(roomy=0.11, tight=0.03))
+"""What trunk and legs of the walking robot sweep at up to 1.6 m/s: 0.47 m ahead, 0.63 m behind (the knees), 0.23 m to each side.
+
+That outline holds no slack; measured: with the usual margins, 2 cm less, one of 30 BARN runs in physics touched a post.
+"""
+SHEET = Tuning(Footprint(), Margins())
+"""The data sheet's rectangle: the outline of the body that has no legs to sweep with."""
 
 
 def unmapped_grid(start: Pose2, goal: Pose2) -> Grid:
@@ -38,8 +54,8 @@ def unmapped_grid(start: Pose2, goal: Pose2) -> Grid:
     return Grid(np.zeros(shape, dtype=np.bool_), _RESOLUTION, x0, y0)
 
 
-def unmapped_navigator(start: Pose2, goal: Pose2, radius: float, footprint: Footprint = WALKING) -> Navigator:
+def unmapped_navigator(start: Pose2, goal: Pose2, radius: float, tuning: Tuning = WALKING) -> Navigator:
     """A navigator that knows nothing but where it is and where it shall go: to within `radius` (m), in any heading."""
     tolerance = Tolerance(position=_WELL_WITHIN * radius, yaw=2 * math.pi)
-    margins = BESIDE if footprint == WALKING else Margins()
-    return Navigator(unmapped_grid(start, goal), _FAST, tolerance, footprint, margins)
+    grid = unmapped_grid(start, goal)
+    return Navigator(grid, tuning.limits, tolerance, tuning.footprint, tuning.margins, tuning.config)

@@ -11,7 +11,6 @@ from typing import Literal
 import numpy as np
 
 from robot.control.gait_controller import GaitController
-from robot.evaluate.trial import FLAT, PERIOD
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Body
 from robot.model.arm import JOINTS, LIMITS, STOWED, forward, inverse
@@ -19,6 +18,7 @@ from robot.model.modes import Mode
 from robot.planning.trajectory import ARM_LIMITS, Quintic, Stop
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
+from robot.testing import FLAT, PERIOD
 
 __all__ = [
     "angle_error",

@@ -16,7 +16,7 @@ import numpy as np
 
 from robot.control.gait_controller import GaitController
 from robot.control.motion import Motion, State
-from robot.control.unmapped import SHEET, WALKING, unmapped_navigator
+from robot.control.unmapped import SHEET, WALKING, Tuning, unmapped_navigator
 from robot.evaluate.barn_worlds import BarnWorld
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2, Twist2
@@ -65,8 +65,9 @@ def score(world: BarnWorld, seconds: float) -> float:
 class Walk:
     """One robot in one world; `steps` walks it."""
 
-    def __init__(self, world: BarnWorld, backend: Backend, seed: int) -> None:
+    def __init__(self, world: BarnWorld, backend: Backend, seed: int, tuning: Tuning | None = None) -> None:
         self.world = world
+        self._tuning = tuning or (SHEET if backend == "kinematic" else WALKING)
         self.body: Body
         self._drive: KinematicBody | None = None
         if backend == "kinematic":
@@ -105,8 +106,7 @@ class Walk:
         goal = Pose2(
             here.x + away * np.cos(here.yaw + bearing), here.y + away * np.sin(here.yaw + bearing), here.yaw + bearing
         )
-        footprint = WALKING if self._drive is None else SHEET
-        navigator = self.navigator = unmapped_navigator(here, goal, self.world.goal_radius, footprint)
+        navigator = unmapped_navigator(here, goal, self.world.goal_radius, self._tuning)
         navigator.set_goal(goal)
         begun = self._ticks
         while self.ended is None:
@@ -153,9 +153,9 @@ class Walk:
             self.ended = "time-out"
 
 
-def run(world: BarnWorld, backend: Backend, seed: int) -> Outcome:
-    """Walk through `world` once."""
-    walk = Walk(world, backend, seed)
+def run(world: BarnWorld, backend: Backend, seed: int, tuning: Tuning | None = None) -> Outcome:
+    """Walk through `world` once; without `tuning` with the numbers that go with the body."""
+    walk = Walk(world, backend, seed, tuning)
     deque(walk.steps(), maxlen=0)
     walk.body.close()
     ended: Ended = walk.ended or "gave up"

@@ -14,16 +14,16 @@ from actors import Child, Node, execute, run
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.std_srvs.srv import Trigger
 from robot.contracts import CALIBRATE_SENSOR, IMU_CALIBRATION, POSE, STAND
-from robot.evaluate.trial import PERIOD, Trial
 from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Body
-from robot.interfaces.your_package.srv import SensorCalibration
+from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 from robot.model.modes import Mode
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.sim.physics import PhysicsBody
+from robot.testing import PERIOD, Conditions, Trial
 from robot.tree import only, robot_tree
 
 __all__ = ["OnMap", "Walked", "calibration_error", "patrol", "walk"]
@@ -56,7 +56,7 @@ class Walked:
 def walk(seed: int, delay: float) -> Walked:
     """Stand up, then walk about for a minute; infinite after a fall."""
     random = np.random.default_rng([seed, 6])
-    trial = Trial(seed, delay=delay)
+    trial = Trial(seed, conditions=Conditions(delay=delay))
     trial.stand_up()
     rows: list[tuple[float, float, float, float]] = []
     turned = [_yaw_error(trial)]

@@ -8,15 +8,14 @@ from math import degrees
 import numpy as np
 
 from robot.control.gaits import GAITS
-from robot.evaluate.trial import Record, Trial
-from robot.evaluate.walk_faults import FAULTS
+from robot.testing import FAULTS, Conditions, Record, Trial
 
 __all__ = ["fault_falls", "slippery_falls", "speed_error", "sway", "switch_falls"]
 
 
 def _walked(seed: int, delay: float, gait: str, speed: float) -> Record | None:
     """Eight seconds of straight walking, settled; None after a fall."""
-    trial = Trial(seed, delay=delay, gait=gait)
+    trial = Trial(seed, conditions=Conditions(delay=delay), gait=gait)
     trial.stand_up()
     trial.run(3.0 + speed / 1.5, (speed, 0.0, 0.0))
     record = trial.run(8.0, (speed, 0.0, 0.0))
@@ -40,7 +39,7 @@ def switch_falls(seed: int, delay: float, speed: float = 0.5) -> float:
     random = np.random.default_rng([seed, 20])
     fallen = 0
     for before, after in permutations(GAITS, 2):
-        trial = Trial(seed, delay=delay, gait=before)
+        trial = Trial(seed, conditions=Conditions(delay=delay), gait=before)
         trial.stand_up()
         command = (speed, 0.0, random.uniform(-0.4, 0.4))
         trial.run(2.0 + random.uniform(0.0, 1.0), command)
@@ -52,7 +51,7 @@ def switch_falls(seed: int, delay: float, speed: float = 0.5) -> float:
 
 def slippery_falls(seed: int, delay: float, friction: float, speed: float) -> float:
     """Falls in 10 s on a floor of this friction, or a speed that is missed by more than 10 per cent."""
-    trial = Trial(seed, delay=delay, friction=friction)
+    trial = Trial(seed, conditions=Conditions(delay=delay, friction=friction))
     trial.stand_up()
     trial.run(2.0, (speed, 0.0, 0.0))
     record = trial.run(8.0, (speed, 0.0, 0.0))
@@ -63,12 +62,12 @@ def fault_falls(seed: int, delay: float, speed: float = 0.5) -> float:
     """Falls within 3 s of each way in which a sensor fails, at a random moment of a walk at `speed` (m/s)."""
     random = np.random.default_rng([seed, 21])
     fallen = 0
-    for begin in FAULTS.values():
-        trial = Trial(seed, delay=delay)
+    for fault in FAULTS:
+        trial = Trial(seed, conditions=Conditions(delay=delay))
         trial.stand_up()
         command = (speed, 0.0, random.uniform(-0.3, 0.3))
         trial.run(2.0 + random.uniform(0.0, 0.5), command)
-        trial.spoil = begin()
+        trial.spoil(fault)
         trial.run(3.0)
         fallen += trial.fallen
     return float(fallen)

@@ -9,12 +9,12 @@ from time import process_time
 import numpy as np
 
 from robot.control.command import CommandLimits
-from robot.evaluate.trial import PERIOD, Trial
 from robot.geometry.planar import Pose2
 from robot.model.kinematics import leg_forward, leg_inverse, leg_jacobian
 from robot.model.parameters import GRAVITY, JOINT_LIMITS, MASS
 from robot.model.power import HOTEL_LOAD
 from robot.scenes.scene import Box, Scene
+from robot.testing import PERIOD, Conditions, Trial
 
 __all__ = [
     "box_field",
@@ -39,9 +39,9 @@ WINDOW = 0.5
 FAST = CommandLimits(forward=3.5, backward=1.5, sideways=1.2, turn=3.2)
 
 
-def _walking(seed: int, delay: float, command: Command, **body: float) -> Trial:
+def _walking(seed: int, delay: float, command: Command) -> Trial:
     """A robot that walks at `command` and has settled."""
-    trial = Trial(seed, delay=delay, limits=FAST, **body)  # type: ignore[arg-type]
+    trial = Trial(seed, conditions=Conditions(delay=delay), limits=FAST)
     trial.stand_up()
     trial.run(2.0 + hypot(command[0], command[1]) / 1.5, command)
     return trial
@@ -66,7 +66,7 @@ def largest_push(seed: int, delay: float, direction: tuple[float, float], most: 
 
     def survives(impulse: float) -> bool:
         for quarter in range(4):
-            trial = Trial(seed, delay=delay)
+            trial = Trial(seed, conditions=Conditions(delay=delay))
             trial.stand_up()
             trial.run(1.0 + quarter * WINDOW / 4, (0.0, 0.0, 0.0))
             trial.body.push((direction[0] * impulse, direction[1] * impulse, 0.0))
@@ -82,7 +82,7 @@ def falls(seed: int, delay: float, seconds: float, push: float = 0.0) -> float:
     """Falls while random commands change every 4 s; with `push` (N s) in a random direction every 10 s. The robot is put up again."""
     random = np.random.default_rng([seed, 77])
     fallen, left = 0, seconds
-    trial = Trial(seed, delay=delay)
+    trial = Trial(seed, conditions=Conditions(delay=delay))
     trial.stand_up()
     until_push = 10.0
     while left > 0.0:
@@ -97,7 +97,7 @@ def falls(seed: int, delay: float, seconds: float, push: float = 0.0) -> float:
         left -= 4.0
         if trial.fallen:
             fallen += 1
-            trial = Trial(seed + 1000 * fallen, delay=delay)
+            trial = Trial(seed + 1000 * fallen, conditions=Conditions(delay=delay))
             trial.stand_up()
     return float(fallen)
 
@@ -108,7 +108,7 @@ def steepest(seed: int, delay: float, direction: str, steps: tuple[int, ...] = (
     def walks(degrees: int) -> bool:
         rise = tan(radians(degrees))
         slope = {"up": (rise, 0.0), "down": (-rise, 0.0), "across": (0.0, rise)}[direction]
-        trial = Trial(seed, delay=delay, slope=slope, friction=1.0)
+        trial = Trial(seed, conditions=Conditions(delay=delay, slope=slope, friction=1.0))
         trial.stand_up()
         trial.run(1.5, (0.0, 0.0, 0.0))
         record = trial.run(8.0, (0.4, 0.0, 0.0))
@@ -151,7 +151,7 @@ def box_field(seed: int, delay: float, heights: tuple[int, ...] = (4, 6, 8, 10, 
 def _reaches(seed: int, delay: float, boxes: tuple[Box, ...], speed: float, distance: float) -> bool:
     """Whether a robot that is steered back to y = 0 walks `distance` m over `boxes` within twice the nominal time."""
     scene = Scene("rough", (-20.0, -20.0, 20.0, 20.0), boxes, Pose2(0.0, 0.0), Pose2(0.0, 0.0))
-    trial = Trial(seed, delay=delay, scene=scene)
+    trial = Trial(seed, scene, Conditions(delay=delay))
     trial.stand_up()
     for _ in range(int(2.0 * distance / speed / 0.2)):
         x, y, yaw = trial.pose()
@@ -188,7 +188,7 @@ def cost_of_transport(seed: int, delay: float, speed: float) -> float:
 def odometry_error(seed: int, delay: float, distance: float = 100.0) -> float:
     """Error of the odometry's end point, per cent of the distance walked on a winding course of at least `distance` m."""
     random = np.random.default_rng([seed, 5])
-    trial = Trial(seed, delay=delay)
+    trial = Trial(seed, conditions=Conditions(delay=delay))
     trial.stand_up()
     start, believed, walked = trial.pose(), trial.believed(), 0.0
     while walked < distance and not trial.fallen:

@@ -1,4 +1,4 @@
-"""What a node uses to tell others where frames are: a part of the node, made in its `on_start`."""
+"""Broadcasters of transforms for one node, made in its `on_start`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class TfBroadcaster:
 
 
 class StaticTfBroadcaster:
-    """Publishes transforms that never change on `/tf_static`, latched: whoever comes later gets all of them.
+    """Publishes transforms that never change on `/tf_static`, latched, so that late subscribers get all of them.
 
     A latched topic keeps one message for each publisher, so every message of a broadcaster holds all of its transforms. Several
     broadcasters, of one node or of many, do not touch each other's.

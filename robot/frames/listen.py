@@ -1,4 +1,4 @@
-"""What a node uses to know where frames are: a part of the node, made in its `on_start`, that listens to `/tf` and `/tf_static`."""
+"""A listener to `/tf` and `/tf_static` for one node, made in its `on_start`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How one frame moved in its parent: the transforms of the last seconds, in order of their stamps."""
+"""The motion of one frame in its parent: the transforms of the last seconds, in order of their stamps."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The message, service and action types of the tutorials, beside the common ones of `actors.interfaces`.
+"""The message, service and action types of the robot's own ROS package, robactor_msgs; those of the tutorials are in `tutorials`.
 
-    from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus
+    from robot.interfaces.robactor_msgs.msg import GaitStatus
 
-Importing this package makes them known by their ROS names too: `get_service("my_robot_interfaces/GetBatteryStatus")`.
+Importing this package makes them known by their ROS names too: `get_message("robactor_msgs/GaitStatus")`.
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The arm as a node: one action that moves it, one service that says where it is, and a gripper; all of one arm.
+"""The arm driver: one action that moves the arm, one service that tells where it is, and the gripper.
 
 A goal is checked when it comes: four finite angles within the joints' limits, and no stop in force. A newer goal preempts: the arm brakes
 within its limits first, and the next motion begins where that ended. When the robot is stopped (`/safety/state`), or its safety monitor is
@@ -32,9 +32,9 @@ from robot.contracts import (
     SAFETY_STATE,
 )
 from robot.interfaces.robactor_msgs.msg import GripperState, SafetyState
-from robot.interfaces.robot_arm_control.action import MoveArm, MoveArm_Feedback, MoveArm_Goal, MoveArm_Result
-from robot.interfaces.robot_arm_control.srv import GetPosition, GetPosition_Request, GetPosition_Response
-from robot.interfaces.your_package.srv import (
+from robot.interfaces.tutorials.robot_arm_control.action import MoveArm, MoveArm_Feedback, MoveArm_Goal, MoveArm_Result
+from robot.interfaces.tutorials.robot_arm_control.srv import GetPosition, GetPosition_Request, GetPosition_Response
+from robot.interfaces.tutorials.your_package.srv import (
     SensorCalibration,
     SensorCalibration_Request,
     SensorCalibration_Response,

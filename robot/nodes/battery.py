@@ -1,4 +1,4 @@
-"""The battery controller: it counts the charge, judges it, and answers for it."""
+"""The battery node: simulates the pack, estimates charge and run time, and publishes both."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from robot.estimation.battery_gauge import BatteryGauge, UnknownRobot
 from robot.estimation.battery_levels import CRITICAL, ChargeLevel, LevelMonitor
 from robot.estimation.battery_runtime import RuntimeEstimator
 from robot.hardware.battery import SupplyStatus
-from robot.interfaces.my_robot_interfaces.srv import (
+from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
+from robot.interfaces.tutorials.my_robot_interfaces.srv import (
     GetBatteryStatus,
     GetBatteryStatus_Request,
     GetBatteryStatus_Response,
 )
-from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
 from robot.model.power import electrical_power
 from robot.sim.battery import Pack
 
@@ -30,7 +30,9 @@ class Battery(Node):
 
     state = publishes(BATTERY_STATE)
     judgement = publishes(BATTERY_STATUS)
-    robot_id = parameter("robot_01", description="Whose battery this is; requests for another robot are refused.")
+    robot_id = parameter(
+        "robot_01", read_only=True, description="Whose battery this is; requests for another robot are refused."
+    )
 
     def __init__(self, pack: Pack) -> None:
         self._pack = pack
@@ -50,7 +52,7 @@ class Battery(Node):
 
     @MOTOR_POWER.on()
     def load(self, message: MotorPower) -> None:
-        """Ten times a second: let the pack deliver what the motors took."""
+        """Advance the pack by the energy that the motors took since the last message (10 Hz)."""
         self._motors, self._charger = message.mean, message.charger
         now = self.clock.now()
         dt, self._stepped = now - self._stepped, now
@@ -71,7 +73,7 @@ class Battery(Node):
 
     @GET_BATTERY_STATUS.serve()
     async def status(self, request: GetBatteryStatus_Request) -> GetBatteryStatus_Response:
-        """The tutorials' voltage gauge. Raises `UnknownRobot` for another robot's id."""
+        """Answer with the tutorials' voltage gauge. Raises `UnknownRobot` for another robot's id."""
         self.log.info(f"Battery status requested for: {request.robot_id}")
         try:
             reading = self._gauge.read(request.robot_id, self._pack.state.gauge_voltage, is_charging=self._charging)

@@ -15,7 +15,7 @@ from actors.suggest import did_you_mean
 from robot.contracts import CALIBRATE_SENSOR, GAIT_STATUS, IMU_CALIBRATION, IMU_RAW, ODOMETRY
 from robot.estimation.rest import AT_REST, NotAtRest, Rest, rest_of
 from robot.interfaces.robactor_msgs.msg import GaitStatus, ImuCalibration
-from robot.interfaces.your_package.srv import (
+from robot.interfaces.tutorials.your_package.srv import (
     SensorCalibration,
     SensorCalibration_Request,
     SensorCalibration_Response,

@@ -1,4 +1,4 @@
-"""The camera's driver: colour and depth at 30 Hz, points at 10 Hz, photos on request. What nobody listens to is not rendered."""
+"""The camera's driver: colour and depth at 30 Hz, points at 10 Hz, photos on request. Topics without subscribers are not rendered."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Camera(Node):
         self._body = body
         self._scene, self._view = body.scene, View(body.scene)
         self._clouds = 0
-        """How many clouds were due until now: one is not lost with a tick that was skipped."""
+        """Number of clouds due so far, so that a skipped tick does not lose one."""
 
     @every(hz="rate")
     def shoot(self, tick: Tick) -> None:
@@ -85,7 +85,7 @@ class Camera(Node):
         return Trigger.Response(success=True, message=str(path))
 
     def _look(self) -> tuple[Frame, Time]:
-        """What a camera does: it takes in the true world of this instant."""
+        """Render the true world of this instant."""
         now = self.clock.now()
         self._body.advance(now)
         if self._body.scene is not self._scene:  # its obstacles have changed
@@ -94,7 +94,7 @@ class Camera(Node):
 
 
 def eye_of(body: Body) -> Eye:
-    """Where the camera of this body is: on its gimbal, which follows the body's place and heading."""
+    """The pose of the body's camera: it is on a gimbal that follows the body's place and heading and stays level."""
     truth = body.truth()
     w, x, y, z = truth.quaternion.tolist()
     yaw = yaw_of(w, x, y, z)

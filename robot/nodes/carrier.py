@@ -12,9 +12,9 @@ from actors.interfaces.std_srvs.srv import Trigger
 from robot.contracts import FETCH_AND_CARRY, GOAL_REPORT, NAVIGATE_AND_GRAB, POSE, SIT
 from robot.geometry.messages import from_pose
 from robot.geometry.vectors import Triple
-from robot.interfaces.proposed_interfaces.action import NavigateAndGrab
 from robot.interfaces.robactor_msgs.action import FetchAndCarry
 from robot.interfaces.robactor_msgs.msg import GoalReport
+from robot.interfaces.tutorials.proposed_interfaces.action import NavigateAndGrab
 
 __all__ = ["Carrier", "Delivery"]
 
@@ -32,7 +32,7 @@ class Delivery:
 
 
 class Carrier(Node):
-    """Runs one errand by navigate_and_grab or fetch_and_carry, tells its stages, and sits. Publishes mission/goals, one report when it has ended."""
+    """Runs one errand by navigate_and_grab or fetch_and_carry, logs its stages, and sits. Publishes one report on mission/goals at its end."""
 
     reports = publishes(GOAL_REPORT)
 
@@ -83,7 +83,7 @@ class Carrier(Node):
         return stage
 
     async def _report(self, outcome: str, reason: str, taken: float) -> None:
-        """The place in the report is where the robot believes to be."""
+        """Publish the report; its place is the robot's estimate of its own pose."""
         async with self.subscribe(POSE) as poses:
             here = from_pose((await poses.next(timeout=5.0)).pose)
         self.reports(

@@ -1,4 +1,4 @@
-"""Is it there, and where? The camera's detections of one object, gathered until they agree."""
+"""The confirmation of an object: collects the camera's detections of it until enough of them agree."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from math import hypot, isfinite
 from statistics import median
 
 from actors import Node, parameter
+from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Point, PointStamped
 from actors.interfaces.std_msgs.msg import Header
 from robot.contracts import CONFIRM_OBJECT, DETECTIONS
@@ -66,7 +67,7 @@ class ObjectConfirmation(Node):
                         except FrameError as error:
                             problem = f": {error}"
                         if len(seen) >= self.images and (middle := _agreed(seen[-self.images :])) is not None:
-                            return self._found(name, middle)
+                            return _found(name, middle, detection.header.stamp)
         except TimeoutError:
             pass
         if seen:
@@ -74,12 +75,6 @@ class ObjectConfirmation(Node):
                 message=f"{name} was seen {len(seen)} times, but not {self.images} times in one place"
             )
         return ConfirmObject.Response(message=f"{name} is not in sight{problem}")
-
-    def _found(self, name: str, place: Triple) -> ConfirmObject_Response:
-        x, y, z = place
-        header = Header(stamp=self.clock.stamp(), frame_id=FRAME)
-        position = PointStamped(header=header, point=Point(x=x, y=y, z=z))
-        return ConfirmObject.Response(success=True, message=f"{name} confirmed", position=position)
 
     async def _in_base(self, detection: Detection, look: Look) -> Triple:
         """The object's middle in base_link. Raises `FrameError`."""
@@ -93,6 +88,13 @@ class ObjectConfirmation(Node):
         away = hypot(x - eye[0], y - eye[1])
         further = 1.0 + VISIBLE_DEPTH * look.thickness / 2 / away if away > 0.0 else 1.0
         return (eye[0] + (x - eye[0]) * further, eye[1] + (y - eye[1]) * further, z)
+
+
+def _found(name: str, place: Triple, seen: Time) -> ConfirmObject_Response:
+    """A reply with the place in base_link at the stamp of the last picture."""
+    x, y, z = place
+    position = PointStamped(header=Header(stamp=seen, frame_id=FRAME), point=Point(x=x, y=y, z=z))
+    return ConfirmObject.Response(success=True, message=f"{name} confirmed", position=position)
 
 
 def _agreed(places: list[Triple]) -> Triple | None:

@@ -1,4 +1,4 @@
-"""Docking as a node: to the front of the charging station by navigation, then onto it by sight, and down on its contacts."""
+"""The docking node: drives to the charging station by navigation, onto it by the LiDAR, and sits down on its contacts."""
 
 from __future__ import annotations
 
@@ -42,30 +42,32 @@ from robot.contracts import (
 )
 from robot.control.dock import DockConfig, Sight, approach, remaining
 from robot.estimation.dock_finder import find_dock
-from robot.geometry.messages import from_pose, pose_stamped
+from robot.estimation.pose_history import PoseHistory
+from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2, compose, inverse
-from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.robactor_msgs.action import Dock, Dock_Feedback, Dock_Goal, Dock_Result
 from robot.interfaces.robactor_msgs.msg import DockStatus, GaitStatus, SafetyState
+from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
 from robot.model.modes import Mode
 from robot.scenes.dock import BEFORE
 
 __all__ = ["Docking"]
 
-STOP = Twist()
+CONFIG = DockConfig()
+STANDSTILL = Twist()
 DOCKED = Pose2(0.0, 0.0)
 """Where the robot goes, in the frame of the dock."""
 
 
 class Task(Enum):
-    """What was asked for last."""
+    """The action that was asked for last."""
 
     DOCK = auto()
     UNDOCK = auto()
 
 
 class Stage(StrEnum):
-    """What goes on in it: the feedback's words."""
+    """The stages of a task, as its feedback names them."""
 
     GOING = "going"
     LOOKING = "looking"
@@ -76,7 +78,7 @@ class Stage(StrEnum):
 
 
 class State(StrEnum):
-    """What dock_status tells."""
+    """The states of dock_status."""
 
     UNDOCKED = "UNDOCKED"
     DOCKING = "DOCKING"
@@ -99,21 +101,50 @@ class Docking(Node):
     another goal took the robot away. A dock without a station to see (`visible` False) is approached by the map alone.
 
     Takes pose, lidar/scan, gait_status, battery_state, safety/state, plan; publishes autonomy/cmd_vel during the final approach.
-    Parameters: tries, time_limit.
+    Parameters: tries, time_limit, approach_speed, approach_turn, position_tolerance, yaw_tolerance, find_timeout, lost_timeout, charge_timeout.
     """
 
     cmd = publishes(AUTONOMY_CMD)
     status = publishes(DOCK_STATUS)
     tries = parameter(3, ge=1, le=10, description="Approaches before it gives up.")
     time_limit = parameter(120.0, unit="s", ge=1.0, description="For all of it, when the goal names no time.")
+    approach_speed = parameter(
+        CONFIG.ahead_speed,
+        unit="m/s",
+        ge=0.05,
+        le=0.5,
+        description="Fastest forward and backward on the way onto the dock and off it.",
+    )
+    approach_turn = parameter(CONFIG.turn_speed, unit="rad/s", ge=0.1, le=1.0, description="Fastest turn on that way.")
+    position_tolerance = parameter(
+        CONFIG.close,
+        unit="m",
+        ge=0.01,
+        le=0.2,
+        description="So near to the dock's pose counts as on it; the contacts reach 0.3 m.",
+    )
+    yaw_tolerance = parameter(CONFIG.straight, unit="rad", ge=0.01, le=0.3, description="And so straight.")
+    find_timeout = parameter(
+        CONFIG.finding,
+        unit="s",
+        ge=1.0,
+        le=60.0,
+        description="How long to look for the station before it is not found.",
+    )
+    lost_timeout = parameter(
+        CONFIG.lost, unit="s", ge=0.2, le=10.0, description="How long the station may be out of sight on the way."
+    )
+    charge_timeout = parameter(
+        CONFIG.contact, unit="s", ge=1.0, le=60.0, description="How long to wait for the charger, once it sits."
+    )
 
-    def __init__(self, dock: Pose2, visible: bool, config: DockConfig | None = None) -> None:
+    def __init__(self, dock: Pose2, visible: bool) -> None:
         self._dock = dock
         self._visible = visible
-        self._config = config or DockConfig()
 
     async def on_start(self) -> None:
         self._pose: Pose2 | None = None
+        self._poses = PoseHistory()
         self._mode = ""
         self._charging = False
         self._outcome = self._stopped = ""
@@ -124,11 +155,12 @@ class Docking(Node):
         self._state: State | None = None
         self._report()
 
-    # -- what it hears -----------------------------------------------------------------------------------------------
+    # -- inputs -----------------------------------------------------------------------------------------------
 
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:
         self._pose = from_pose(message.pose)
+        self._poses.add(seconds(message.header.stamp), self._pose)
 
     @GAIT_STATUS.on()
     def gait(self, message: GaitStatus) -> None:
@@ -145,19 +177,22 @@ class Docking(Node):
 
     @PATH.on()
     def plan(self, message: Path) -> None:
-        """Somebody is being navigated: when that begins during a final approach, the robot is theirs."""
+        """A new plan means that navigation walks to a goal; one that begins during a final approach preempts it."""
         self._others_path = self.clock.now()
 
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:
-        """Compare what the map says with what is seen of the station, while that matters."""
-        if self._stage not in (Stage.LOOKING, Stage.APPROACHING) or not self._visible or self._pose is None:
+        """Update the sight of the station while looking or approaching, from the pose at the scan's own stamp."""
+        if self._stage not in (Stage.LOOKING, Stage.APPROACHING) or not self._visible:
             return
-        seen = find_dock(message.ranges.astype(float), self._pose, self._dock)
+        taken_at = self._poses.at(seconds(message.header.stamp))
+        if taken_at is None:
+            return
+        seen = find_dock(message.ranges.astype(float), taken_at, self._dock)
         if seen is None:
             return
-        by_map = compose(inverse(self._dock), self._pose)
-        self._sight = self._sight.with_one_more(seen, by_map, self.clock.now(), self._config.share)
+        by_map = compose(inverse(self._dock), taken_at)
+        self._sight = self._sight.with_one_more(seen, by_map, self.clock.now(), CONFIG.share)
 
     # -- dock --------------------------------------------------------------------------------------------------------
 
@@ -201,7 +236,7 @@ class Docking(Node):
     async def _conclude(
         self, stages: AsyncGenerator[Dock_Feedback, None], goal: Dock_Goal, outcome: str, message: str
     ) -> AsyncGenerator[Dock_Feedback | Done[Dock_Result] | Aborted[Dock_Result], None]:
-        """The stages as feedback, then how it ended; the robot stands still after every end."""
+        """Yield the stages as feedback and then the result. The robot has stopped when it ends, however it ends."""
         deadline = self.clock.now() + (goal.timeout or self.time_limit)
         success = False
         try:
@@ -220,7 +255,7 @@ class Docking(Node):
             outcome, message = "canceled", "canceled on the way"
         finally:
             if self._stage in (Stage.APPROACHING, Stage.LEAVING):
-                self.cmd(STOP)
+                self.cmd(STANDSTILL)
             self._stage, self._outcome = None, outcome
             self._report()
         result = Dock.Result(success=success, outcome=outcome, message=message)
@@ -236,26 +271,26 @@ class Docking(Node):
                 yield feedback
             yield Dock.Feedback(stage=Stage.SITTING.value)
             await self.call(SIT, Trigger.Request())
-            await self._until(lambda: self._mode == Mode.SIT, self._config.sitting)
-            await self._until(lambda: self._charging, self._config.contact)
+            await self._until(lambda: self._mode == Mode.SIT, CONFIG.sitting)
+            await self._until(lambda: self._charging, self.charge_timeout)
             if self._charging:
                 return
             self.log.warning("docked, but the charger's contacts do not touch", attempt=attempt, tries=self.tries)
             yield Dock.Feedback(stage=Stage.RISING.value)
-            await self._rise()
+            await self._stand_up()
         raise _Failed("misaligned", f"the charger's contacts did not close in {self.tries} approaches")
 
     async def _leave(self) -> AsyncGenerator[Dock_Feedback, None]:
         yield Dock.Feedback(stage=Stage.RISING.value)
-        await self._rise()
+        await self._stand_up()
         if self._pose is None or remaining(self._place(), DOCKED) > -BEFORE.x / 2:
-            return  # it stood elsewhere
+            return  # it did not stand on the dock
         self._sight = Sight()
         async for feedback in self._drive_to(BEFORE, Stage.LEAVING):
             yield feedback
 
     async def _go(self) -> AsyncGenerator[Dock_Feedback, None]:
-        """To the front of the station, by navigation."""
+        """Walk to the front of the station by navigation."""
         target = compose(self._dock, BEFORE)
         goal = NavigateToGoal.Goal(target_pose=pose_stamped(target, self.clock.stamp()))
         try:
@@ -269,35 +304,44 @@ class Docking(Node):
             raise _Failed("not reached", f"the front of the dock was not reached: {error.reason}") from None
 
     async def _look(self) -> AsyncGenerator[Dock_Feedback, None]:
-        """Stand in front of it until it has been seen often enough. Navigation has let go of the robot by then."""
-        config = self._config
+        """Wait in front of the station until it has been seen `looks` times; navigation has stopped by then."""
         self._sight, begun = Sight(), self.clock.now()
         yield Dock.Feedback(stage=Stage.LOOKING.value, distance_remaining=-BEFORE.x)
-        while self.clock.now() < begun + config.settling or (self._visible and self._sight.count < config.looks):
-            if self.clock.now() > begun + config.finding:
+        while self.clock.now() < begun + CONFIG.settling or (self._visible and self._sight.count < CONFIG.looks):
+            if self.clock.now() > begun + self.find_timeout:
                 raise _Failed(
-                    "dock not found", f"no station seen within {config.finding:g} s where the map has the dock"
+                    "dock not found", f"no station seen within {self.find_timeout:g} s where the map has the dock"
                 )
-            await self.clock.sleep(config.period)
+            await self.clock.sleep(CONFIG.period)
 
     async def _drive_to(self, target: Pose2, stage: Stage) -> AsyncGenerator[Dock_Feedback, None]:
-        """Slowly to a pose in the dock's frame, forward, backward and sideways as need be."""
-        await self._walking()
-        config, begun = self._config, self.clock.now()
+        """Drive to a pose in the dock's frame by the control law of `approach`."""
+        await self._ensure_walking()
+        begun = self.clock.now()
         self._sight = replace(self._sight, at=begun)
         while True:
             if self._others_path >= begun:
                 raise _Failed("preempted", "another goal took the robot away")
-            if stage is Stage.APPROACHING and self._visible and self.clock.now() - self._sight.at > config.lost:
-                raise _Failed("dock lost", f"the station has been out of sight for {config.lost:g} s")
+            if stage is Stage.APPROACHING and self._visible and self.clock.now() - self._sight.at > self.lost_timeout:
+                raise _Failed("dock lost", f"the station has been out of sight for {self.lost_timeout:g} s")
             place = self._place()
-            command = approach(place, target, config)
+            command = approach(place, target, self._bounds())
             if command is None:
-                self.cmd(STOP)
+                self.cmd(STANDSTILL)
                 return
             self.cmd(Twist(linear=Vector3(x=command.vx, y=command.vy), angular=Vector3(z=command.wz)))
             yield Dock.Feedback(stage=stage.value, distance_remaining=remaining(place, target))
-            await self.clock.sleep(config.period)
+            await self.clock.sleep(CONFIG.period)
+
+    def _bounds(self) -> DockConfig:
+        """The control law's numbers with those that are parameters."""
+        return replace(
+            CONFIG,
+            ahead_speed=self.approach_speed,
+            turn_speed=self.approach_turn,
+            close=self.position_tolerance,
+            straight=self.yaw_tolerance,
+        )
 
     def _place(self) -> Pose2:
         """Pose in the frame of the dock: correction * dock^-1 * pose on the map."""
@@ -306,25 +350,25 @@ class Docking(Node):
 
     # -- modes of the gait ---------------------------------------------------------------------------------------------
 
-    async def _rise(self) -> None:
+    async def _stand_up(self) -> None:
         reply = await self.call(STAND, Trigger.Request())
         if not reply.success:
             raise _Failed("not reached", reply.message)
-        await self._until(lambda: self._mode == Mode.STAND, self._config.rising)
+        await self._until(lambda: self._mode == Mode.STAND, CONFIG.rising)
 
-    async def _walking(self) -> None:
+    async def _ensure_walking(self) -> None:
         try:
             reply = await self.call(WALK, Trigger.Request())
         except ActorError as error:
             raise _Failed("not reached", str(error)) from None
-        if not reply.success or not await self._until(lambda: self._mode == Mode.WALK, self._config.rising):
+        if not reply.success or not await self._until(lambda: self._mode == Mode.WALK, CONFIG.rising):
             raise _Failed("not reached", reply.message if not reply.success else "the robot does not walk")
 
     async def _until(self, true: Callable[[], bool], seconds: float) -> bool:
-        """Wait for something, at most so long; whether it came."""
+        """Wait until `true()` holds, at most `seconds`; returns whether it does."""
         deadline = self.clock.now() + seconds
         while not true() and self.clock.now() < deadline:
-            await self.clock.sleep(self._config.period)
+            await self.clock.sleep(CONFIG.period)
         return true()
 
     def _report(self) -> None:
@@ -337,7 +381,7 @@ class Docking(Node):
 
 
 def state_of(task: Task, stage: Stage | None, charging: bool) -> State:
-    """What dock_status tells: a robot that leaves its dock is docked as long as the charger is felt."""
+    """The state of dock_status. A robot that leaves its dock counts as docked while the charger is connected."""
     if task is Task.DOCK and stage is not None:
         return State.DOCKING
     return State.DOCKED if charging else State.UNDOCKED

@@ -20,12 +20,6 @@ from actors.interfaces.geometry_msgs.msg import PoseStamped
 from robot.contracts import FETCH_AND_CARRY, GAIT_STATUS, GRIPPER_STATE, NAVIGATE_AND_GRAB, POSE
 from robot.geometry.messages import from_pose, pose_stamped
 from robot.geometry.planar import Pose2
-from robot.interfaces.proposed_interfaces.action import (
-    NavigateAndGrab,
-    NavigateAndGrab_Feedback,
-    NavigateAndGrab_Goal,
-    NavigateAndGrab_Result,
-)
 from robot.interfaces.robactor_msgs.action import (
     FetchAndCarry,
     FetchAndCarry_Feedback,
@@ -33,6 +27,12 @@ from robot.interfaces.robactor_msgs.action import (
     FetchAndCarry_Result,
 )
 from robot.interfaces.robactor_msgs.msg import GaitStatus, GripperState
+from robot.interfaces.tutorials.proposed_interfaces.action import (
+    NavigateAndGrab,
+    NavigateAndGrab_Feedback,
+    NavigateAndGrab_Goal,
+    NavigateAndGrab_Result,
+)
 from robot.model.arm import MOUNT, OutOfReach, forward
 from robot.nodes.skills import Skills, TaskFailed
 from robot.nodes.story import Story, Told
@@ -69,7 +69,7 @@ class Fetch(Node):
         self._busy = ""
         self._lifted = False
 
-    # -- what it hears -------------------------------------------------------------------------------------------------------
+    # -- inputs -------------------------------------------------------------------------------------------------------
 
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:

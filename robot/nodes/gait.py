@@ -1,4 +1,4 @@
-"""The gait controller as a node: samples in, motor targets out, one step for each joint state."""
+"""The gait node: one step of the gait controller for each joint state, from sensor samples to motor targets."""
 
 from __future__ import annotations
 
@@ -43,10 +43,6 @@ from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 
 __all__ = ["Gait"]
 
-COMMAND_LIFE = 0.5
-"""Seconds after which a velocity command is forgotten."""
-SENSOR_LIFE = 0.1
-"""Seconds after which a silent sensor counts as lost."""
 CRITICAL, RECOVERED = 0.10, 0.13
 """Charge below which the robot sits and refuses to walk, and above which it may walk again."""
 
@@ -54,14 +50,20 @@ CRITICAL, RECOVERED = 0.10, 0.13
 class Gait(Node):
     """Sits, stands and walks. Takes imu/data, foot_contacts, joint_states, cmd_vel, battery_state; serves spot/sit, spot/stand, spot/walk.
 
-    Publishes motor_targets (200 Hz), or body_drive for the kinematic body, odom (50 Hz) and gait_status. Parameters: backend, motor_delay, gait.
+    Publishes motor_targets (200 Hz), or body_drive for the kinematic body, odom (50 Hz) and gait_status. Parameters: backend, motor_delay, gait,
+    command_timeout, sensor_timeout.
     """
 
     targets = publishes(MOTOR_TARGETS)
     drive = publishes(BODY_DRIVE)
     odometry = publishes(ODOMETRY)
     status = publishes(GAIT_STATUS)
-    backend = parameter("physics", choices=("physics", "kinematic"), read_only=True)
+    backend = parameter(
+        "physics",
+        choices=("physics", "kinematic"),
+        read_only=True,
+        description="Which body it drives: by motor_targets, or by body_drive.",
+    )
     motor_delay = parameter(
         0.004, unit="s", ge=0.0, le=0.02, read_only=True, description="How late the drives act, as far as is known."
     )
@@ -69,6 +71,12 @@ class Gait(Node):
         "trot",
         choices=("trot", "crawl", "pace", "bound", "pronk"),
         description="May be set at any time; a walk under way slows down as far as the new gait needs and changes when all feet stand.",
+    )
+    command_timeout = parameter(
+        0.5, unit="s", ge=0.05, le=5.0, description="After so long without a command on cmd_vel it steps in place."
+    )
+    sensor_timeout = parameter(
+        0.1, unit="s", ge=0.05, le=1.0, description="Encoders or contacts that are silent for longer are lost."
     )
 
     async def on_start(self) -> None:
@@ -106,18 +114,18 @@ class Gait(Node):
         sampled = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
         gap = 0.005 if self._stepped is None else sampled - self._stepped
         self._stepped = sampled
-        if gap > SENSOR_LIFE:  # by the samples' own time: a loop that was held up has not lost any
+        if gap > self.sensor_timeout:  # by the samples' own time: a loop that was held up has not lost any
             self.log.warning("joint encoders are back: sitting down", seconds=round(gap, 2))
             controller.interrupt()
         dt = min(max(gap, 0.001), 0.02)
         if self.gait != self._asked_gait:
             self._asked_gait = self.gait
             controller.select_gait(self._asked_gait)
-        if self._commanded >= 0.0 and now - self._commanded > COMMAND_LIFE:
+        if self._commanded >= 0.0 and now - self._commanded > self.command_timeout:
             self._commanded = -1.0
             controller.command(0.0, 0.0, 0.0)
         sample = JointSample(message.position, message.velocity, message.effort, self._contact)
-        self._send(controller.step(dt, self._imu, sample, now - self._contacts_heard > SENSOR_LIFE))
+        self._send(controller.step(dt, self._imu, sample, now - self._contacts_heard > self.sensor_timeout))
         if controller.lost != self._lost:
             self._warn(controller.lost)
         self._steps += 1
@@ -178,7 +186,7 @@ class Gait(Node):
         self._report()
 
     def _encoders_silent(self) -> bool:
-        return self._joints_heard >= 0.0 and self.clock.now() - self._joints_heard > SENSOR_LIFE
+        return self._joints_heard >= 0.0 and self.clock.now() - self._joints_heard > self.sensor_timeout
 
     def _ask(self, mode: Mode, text: str) -> Trigger_Response:
         if self._critical and mode != Mode.SIT:
@@ -189,7 +197,7 @@ class Gait(Node):
         return Trigger.Response(success=True, message=text)
 
     def _warn(self, lost: tuple[str, ...]) -> None:
-        """Say which sensors are no longer believed, what is done about it, and which are back."""
+        """Log which sensors were lost, what the gait does about it, and which have come back."""
         for sensor in lost:
             if sensor not in self._lost:
                 remedy = {"imu": "standing without it", "joints": "sitting down"}.get(sensor, "walking by schedule")

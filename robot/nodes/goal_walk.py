@@ -1,10 +1,10 @@
-"""The part of the navigation node that walks: one walk at a time, whoever asks for it."""
+"""The part of the navigation node that walks to goals, one at a time, for all three of its actions."""
 
 from __future__ import annotations
 
 from collections.abc import AsyncGenerator, Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import hypot
 
 from actors import ActorError, Node, Reject
@@ -12,10 +12,13 @@ from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_srvs.srv import Trigger
 from robot.contracts import STAND, WALK
-from robot.control.limits import Limits
+from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion, State
 from robot.control.navigator import Navigator
+from robot.estimation.pose_history import PoseHistory
+from robot.geometry.messages import seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose
+from robot.geometry.vectors import Floats
 from robot.model.modes import Mode
 from robot.planning import path as paths
 from robot.planning.energy import EnergyGuard
@@ -34,23 +37,33 @@ HALTED = 3.0
 CRITICAL = 0.10
 """Share of charge below which no walk begins."""
 TYPICAL_SPEED = 0.7
-"""Energy is reckoned at this speed at most, m/s: the default."""
-STOP = Twist()
+"""The energy of a walk is computed for this speed at most, m/s."""
+STANDSTILL = Twist()
 
 
 @dataclass(slots=True)
 class Heard:
-    """The latest words of those whom a walk depends on; the node that hears them writes them here."""
+    """The latest inputs of a walk. The node that subscribes to them writes them here."""
 
     pose: Pose2 | None = None
     velocity: Twist2 = ZERO_TWIST
     scan: LaserScan | None = None
-    """Not yet used for a step."""
+    """The latest scan, until a step has used it."""
     gait: str = ""
     gait_goal: str = ""
     charge: float = 1.0
     stopped: str = ""
-    """Why safety has stopped the robot; empty when it has not."""
+    """The reasons of a safety stop; empty when there is none."""
+    poses: PoseHistory = field(default_factory=PoseHistory)
+    """Those of the last seconds, for scans that were taken a while ago."""
+
+    def take_scan(self) -> tuple[Floats | None, Pose2 | None]:
+        """The ranges (m) of a scan that no step has used, and the pose at its stamp; (None, None) without a scan or where the pose is unknown."""
+        scan, self.scan = self.scan, None
+        taken_at = self.poses.at(seconds(scan.header.stamp)) if scan is not None else None
+        if scan is None or taken_at is None:
+            return None, None
+        return scan.ranges.astype(float), taken_at
 
 
 class GoalWalk:
@@ -66,7 +79,6 @@ class GoalWalk:
         heard: Heard,
         grid: Grid,
         dock: Pose2 | None,
-        max_speed: float,
         *,
         cmd: Callable[[Twist], object],
         plan: Callable[[paths.Path], object],
@@ -77,8 +89,8 @@ class GoalWalk:
         self._cmd = cmd
         self._plan = plan
         self.planner = Planner(grid)
-        self.energy = EnergyGuard(min(max_speed, TYPICAL_SPEED))
-        self._navigator = Navigator(grid, Limits(vx_max=max_speed))
+        self.energy = EnergyGuard(TYPICAL_SPEED)
+        self._navigator = Navigator(grid)
         self._motion: Motion | None = None
         self._owner: object | None = None
         self._shown: paths.Path | None = None
@@ -86,18 +98,23 @@ class GoalWalk:
     # -- control -----------------------------------------------------------------------------------------------------
 
     def steer(self) -> None:
-        """One step of the navigator, while a goal owns it."""
+        """Step the navigator and publish its command, while a walk is under way."""
         if self._owner is None or self._heard.pose is None or self._heard.gait != Mode.WALK:
             return
-        scan, self._heard.scan = self._heard.scan, None
-        ranges = scan.ranges.astype(float) if scan is not None else None
-        motion = self._navigator.step(self._node.clock.now(), self._heard.pose, self._heard.velocity, ranges)
+        motion = self._navigator.step(
+            self._node.clock.now(), self._heard.pose, self._heard.velocity, *self._heard.take_scan()
+        )
         self._motion = motion
         self._cmd(Twist(linear=Vector3(x=motion.vx, y=motion.vy), angular=Vector3(z=motion.wz)))
         if self._navigator.path is not self._shown:
             self._shown = self._navigator.path
             if self._shown is not None:
                 self._plan(self._shown)
+
+    def retune(self, limits: Limits, tolerance: Tolerance, patience: float) -> None:
+        """Walk within these limits from the next step on, arrive by these tolerances, and be patient for so long, s."""
+        self.energy.set_speed(min(limits.vx_max, TYPICAL_SPEED))
+        self._navigator.retune(limits, tolerance, patience)
 
     async def walk(self, goal: Pose2, *, straight: bool = False) -> AsyncGenerator[Motion, None]:
         """Walk to `goal`, yielding what the navigator says ten times a second, the final word last.
@@ -109,7 +126,7 @@ class GoalWalk:
         self._navigator.cancel()
         self._motion = None
         try:
-            await self._rise()
+            await self._ensure_walking()
             assert self._heard.pose is not None
             self._navigator.set_goal(goal, start=self._heard.pose, straight=straight)
             home, walked = self._home(goal), self._node.clock.now()
@@ -133,11 +150,11 @@ class GoalWalk:
             if self._owner is me:
                 self._owner = None
                 self._navigator.cancel()
-                self._cmd(STOP)
+                self._cmd(STANDSTILL)
                 self._node.spawn(self._rest())
 
-    async def _rise(self) -> None:
-        """Have the robot walk: from wherever the gait is."""
+    async def _ensure_walking(self) -> None:
+        """Ask the gait to walk and wait until it does, at most 10 s. Raises `Reject` and `RuntimeError`."""
         reply = await self._node.call(WALK, Trigger.Request())
         if not reply.success:
             raise Reject(reply.message)
@@ -150,16 +167,16 @@ class GoalWalk:
             await self._node.clock.sleep(0.1)
 
     async def _rest(self) -> None:
-        """After a goal, unless something else was asked meanwhile: stand, a third of the power of stepping in place."""
+        """Half a second after a goal, ask the gait to stand unless another walk has begun: standing takes a third of the power of stepping in place."""
         await self._node.clock.sleep(0.5)
         if self._owner is None and self._heard.gait_goal == Mode.WALK:
             with suppress(ActorError):  # a gait that is away will not walk either
                 await self._node.call(STAND, Trigger.Request())
 
-    # -- before a goal is accepted -----------------------------------------------------------------------------------
+    # -- checks of a goal -----------------------------------------------------------------------------------
 
     def check(self, goal: Pose2, *, straight: bool = False) -> None:
-        """Refuse what cannot be reached, before it is accepted. Raises `Reject` with the reason in words."""
+        """Check a goal before it is accepted. Raises `Reject` with the reason when it cannot be reached."""
         if self._heard.stopped:
             raise Reject(f"safety stop: {self._heard.stopped}")
         if self._heard.charge < CRITICAL:
@@ -178,7 +195,7 @@ class GoalWalk:
             raise Reject(objection)
 
     def _home(self, goal: Pose2) -> float:
-        """How far it is from `goal` to the place before the dock, m; 0 without a dock."""
+        """Length of the way from `goal` to the front of the dock, m; 0 without a dock."""
         if self._dock is None:
             return 0.0
         before = compose(self._dock, BEFORE)
@@ -189,7 +206,7 @@ class GoalWalk:
 
 
 def verdict(motion: Motion | None) -> tuple[bool, str]:
-    """Whether a walk that ended with `motion` reached its goal, and in words how it ended."""
+    """Whether a walk that ended with `motion` reached its goal, and the message of its result."""
     if motion is None or motion.state not in ENDED:
         return False, "preempted by a newer goal"
     if motion.state is State.ARRIVED:

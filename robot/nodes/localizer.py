@@ -1,4 +1,4 @@
-"""Where the robot is on the map: odometry between scans, and at each scan a correction that makes it fit the map.
+"""The localizer: odometry between scans, and a correction at each scan by matching it to the map.
 
 Equations: docs/control.md#localization.
 """
@@ -9,14 +9,17 @@ from actors import Node, parameter, publishes
 from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from robot.contracts import GET_ROBOT_POSE, ODOMETRY, POSE, SCAN
+from robot.estimation.pose_history import PoseHistory
 from robot.estimation.scan_match import ACCEPTED, ScanMatcher
 from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose, inverse
-from robot.interfaces.proposed_interfaces.srv import GetRobotPose, GetRobotPose_Request, GetRobotPose_Response
+from robot.interfaces.tutorials.proposed_interfaces.srv import GetRobotPose, GetRobotPose_Request, GetRobotPose_Response
 from robot.planning.grid import Grid
 
 __all__ = ["Localizer"]
 
+LONGEST = 0.1
+"""A scan is taken to be at most so much newer than the odometry, s: five messages."""
 JUMP = 0.5
 """An odometry step longer than this, m, means that odometry has begun anew."""
 
@@ -38,6 +41,7 @@ class Localizer(Node):
         self._odom = Pose2(0.0, 0.0)
         self._stamp = 0.0
         self._speed = ZERO_TWIST
+        self._odoms = PoseHistory()
         self._refused = 0
 
     def resume(self, state: Pose2) -> None:
@@ -47,6 +51,9 @@ class Localizer(Node):
     def odometry(self, message: Odometry) -> None:
         odom = from_pose(message.pose.pose)
         jumped = abs(odom.x - self._odom.x) + abs(odom.y - self._odom.y) > JUMP
+        if jumped:
+            self._odoms.clear()
+        self._odoms.add(seconds(message.header.stamp), odom)
         if self._offset is None or jumped:
             self._offset = compose(self._here, inverse(odom))
         self._odom, self._stamp = odom, seconds(message.header.stamp)
@@ -58,11 +65,12 @@ class Localizer(Node):
 
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:
-        """Fit the scan to the map, from where the robot must have been when it was taken."""
-        if self._offset is None:
+        """Match the scan to the map, starting from the estimate at the scan's stamp."""
+        stamp = seconds(message.header.stamp)
+        was = self._odoms.at(stamp)
+        if self._offset is None or was is None:
             return
-        dt = min(max(seconds(message.header.stamp) - self._stamp, 0.0), 0.1)
-        moved = compose(self._odom, self._speed.over(dt))
+        moved = compose(was, self._speed.over(min(max(stamp - self._stamp, 0.0), LONGEST)))
         prior = compose(self._offset, moved)
         fitted, quality = self._matcher.correct(prior, message.ranges.astype(float))
         if quality < ACCEPTED:
@@ -77,7 +85,7 @@ class Localizer(Node):
 
     @GET_ROBOT_POSE.serve()
     async def get_robot_pose(self, request: GetRobotPose_Request) -> GetRobotPose_Response:
-        """The latest pose, at once; without success before the first odometry."""
+        """Answer with the latest pose; success is False before the first odometry."""
         if self._offset is None:
             return GetRobotPose.Response(success=False, message="no odometry yet: the pose is not known")
         words = f"at ({self._here.x:.2f}, {self._here.y:.2f}), heading {self._here.yaw:.2f} rad"

@@ -1,4 +1,4 @@
-"""The map as a node: the grid for all who plan or draw, and where its named places are."""
+"""The map server: publishes the occupancy grid and answers where named places are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The motor node: the last to stop, and the robot's last line of safety.
+"""The motor node: the last to stop, and the last to act when everything above it has failed.
 
 It owns the body's drives. While targets keep coming it passes them on; 100 ms after the last one, whatever has become of the gait
 controller or its supervisor, it sits the robot down by itself. When it is stopped it does the same, and only then ends.
@@ -29,7 +29,7 @@ SILENCE = 0.1
 SAFE_STOP_SECONDS = 1.4
 """How long a stop of the node may take to sit the robot down."""
 STEPPING_SIT_SECONDS = 2.4
-"""The same for a body that does its legs by itself, which sits in its own time."""
+"""The same for a body that steps by itself and sits at its own pace."""
 
 
 class Motors(Node):
@@ -51,7 +51,7 @@ class Motors(Node):
 
     @every(hz=RATE, late="catch_up")
     def drive(self) -> None:
-        """Keep the body's time going, count the energy, and watch for silence."""
+        """Advance the body, count the energy, and sit down when the targets stop."""
         now = self.clock.now()
         self._body.advance(now)
         self._energy += self._body.truth().power

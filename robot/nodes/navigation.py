@@ -1,18 +1,21 @@
-"""The navigation controller as a node: three actions and a planning service on one navigator."""
+"""The navigation node: three actions and a planning service that share one navigator."""
 
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 from contextlib import aclosing
+from dataclasses import replace
 from math import hypot, isfinite
 
 import numpy as np
 
-from actors import Aborted, Done, Node, Reject, Steps, every, parameter, publishes
+from actors import Aborted, Done, Node, Parameter, Reject, Steps, every, parameter, publishes
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.nav_msgs.msg import Odometry, Path
 from actors.interfaces.sensor_msgs.msg import BatteryState, LaserScan
 from actors.interfaces.std_msgs.msg import Header
+from actors.parameters import post_set
 from robot.contracts import (
     AUTONOMY_CMD,
     BATTERY_STATE,
@@ -28,25 +31,27 @@ from robot.contracts import (
     SAFETY_STATE,
     SCAN,
 )
+from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion
+from robot.control.navigator_config import NavigatorConfig
 from robot.geometry.angles import wrap
-from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2, Twist2
-from robot.interfaces.humanoid_control_interfaces.action import (
+from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
+from robot.interfaces.tutorials.humanoid_control_interfaces.action import (
     NavigateToGoal,
     NavigateToGoal_Feedback,
     NavigateToGoal_Goal,
     NavigateToGoal_Result,
 )
-from robot.interfaces.humanoid_control_interfaces.srv import PlanPath, PlanPath_Request, PlanPath_Response
-from robot.interfaces.my_robot_interfaces.action import (
+from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath, PlanPath_Request, PlanPath_Response
+from robot.interfaces.tutorials.my_robot_interfaces.action import (
     MoveToPosition,
     MoveToPosition_Feedback,
     MoveToPosition_Goal,
     MoveToPosition_Result,
 )
-from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
-from robot.interfaces.your_package.action import (
+from robot.interfaces.tutorials.your_package.action import (
     HumanoidNav,
     HumanoidNav_Feedback,
     HumanoidNav_Goal,
@@ -59,6 +64,7 @@ from robot.planning.grid import Grid
 
 __all__ = ["Navigation"]
 
+LIMITS, TOLERANCE = Limits(), Tolerance()
 NEAR = 0.1
 """A humanoid_navigate goal within this of the robot (m, and rad of heading) is reached at once."""
 FEEDBACK_EVERY = 10
@@ -72,12 +78,27 @@ class Navigation(Node):
     came by the same action, else aborted, and its reason says so. A goal that cannot be reached by the map is rejected with a named reason.
 
     Takes pose, odom, lidar/scan, gait_status, battery_state, battery_status, safety/state; publishes autonomy/cmd_vel (20 Hz while it walks), plan.
-    Parameters: max_speed.
+    Parameters: max_speed, max_turn, acceleration, position_tolerance, yaw_tolerance, patience.
     """
 
     cmd = publishes(AUTONOMY_CMD)
     plan = publishes(PATH)
     max_speed = parameter(0.7, unit="m/s", ge=0.1, le=1.6, description="Fastest walk along a path.")
+    max_turn = parameter(LIMITS.wz_max, unit="rad/s", ge=0.2, le=1.5, description="Fastest turn.")
+    acceleration = parameter(
+        LIMITS.acceleration, unit="m/s2", ge=0.1, le=1.5, description="At most; braking is never delayed."
+    )
+    position_tolerance = parameter(
+        TOLERANCE.position, unit="m", ge=0.02, le=0.5, description="So near to its goal a walk has arrived."
+    )
+    yaw_tolerance = parameter(TOLERANCE.yaw, unit="rad", ge=0.01, le=3.2, description="And so near to its heading.")
+    patience = parameter(
+        NavigatorConfig().patience,
+        unit="s",
+        ge=0.0,
+        le=120.0,
+        description="How long to wait for something in the way before backing up, turning or another way.",
+    )
 
     def __init__(self, grid: Grid, dock: Pose2 | None = None) -> None:
         """With a `dock`, no walk is made or gone on with that leaves no energy for the way there."""
@@ -92,12 +113,18 @@ class Navigation(Node):
             self._heard,
             self._grid,
             self._dock,
-            self.max_speed,
             cmd=self.cmd,
             plan=lambda path: self.plan(self._path_message(path)),
         )
+        self._retune(())
 
-    # -- what it hears -----------------------------------------------------------------------------------------------
+    @post_set
+    def _retune(self, changed: Sequence[Parameter]) -> None:
+        """Use the parameters from the next step on, also during a walk."""
+        limits = replace(LIMITS, vx_max=self.max_speed, wz_max=self.max_turn, acceleration=self.acceleration)
+        self._walk.retune(limits, Tolerance(self.position_tolerance, self.yaw_tolerance), self.patience)
+
+    # -- inputs -----------------------------------------------------------------------------------------------
 
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:
@@ -105,6 +132,7 @@ class Navigation(Node):
         if last is not None:
             self._walked += hypot(here.x - last.x, here.y - last.y)
         self._heard.pose = here
+        self._heard.poses.add(seconds(message.header.stamp), here)
 
     @ODOMETRY.on(qos=1)
     def odometry(self, message: Odometry) -> None:
@@ -129,12 +157,12 @@ class Navigation(Node):
 
     @SAFETY_STATE.on()
     def safety(self, message: SafetyState) -> None:
-        """Under a safety stop no goal is accepted, and the one that runs ends."""
+        """During a safety stop no goal is accepted, and a running one is aborted."""
         self._heard.stopped = "; ".join(message.reasons) if message.stopped else ""
 
     @every(hz=20)
     def steer(self) -> None:
-        """One step of the walk, while a goal owns it."""
+        """Step the walk, while one is under way."""
         self._walk.steer()
 
     # -- navigate_to_goal --------------------------------------------------------------------------------------------
@@ -263,7 +291,7 @@ class Navigation(Node):
 
     @PLAN_PATH.serve()
     async def plan_path(self, request: PlanPath_Request) -> PlanPath_Response:
-        """A path on the map; a start or goal that cannot be used is answered with success False and the reason."""
+        """Plan a path on the map. An invalid start or goal is answered with success False and the reason."""
         try:
             path = self._walk.planner.plan(from_pose(request.start.pose), from_pose(request.goal.pose))
         except NavigationError as error:

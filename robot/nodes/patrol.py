@@ -25,27 +25,29 @@ from robot.contracts import (
 )
 from robot.geometry.messages import from_pose, pose_stamped
 from robot.geometry.planar import Pose2
-from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.robactor_msgs.action import Dock
 from robot.interfaces.robactor_msgs.msg import GaitStatus, GoalReport, SafetyState
+from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
 from robot.model.modes import Mode
 from robot.planning.grid import Grid
 from robot.planning.path import line_cells
 
 __all__ = ["Patrol"]
 
-DOCKING_TRIES = 3
-
 
 class Patrol(Node):
     """Walks `waypoints` for ever, or once with laps=1, and then sits. Publishes mission/goals, one report for each goal that ended.
 
-    Parameters: low_percent, resume_percent (of the coulomb count), laps (0: for ever).
+    Parameters: low_percent, resume_percent (of the coulomb count), docking_tries, retry_pause, laps (0: for ever).
     """
 
     reports = publishes(GOAL_REPORT)
     low_percent = parameter(30.0, unit="%", ge=0.0, le=100.0, description="Charge below which it goes to the dock.")
     resume_percent = parameter(80.0, unit="%", ge=0.0, le=100.0, description="Charge at which it leaves the dock.")
+    docking_tries = parameter(3, ge=1, le=20, description="How often it tries to dock before it goes on without.")
+    retry_pause = parameter(
+        1.0, unit="s", ge=0.1, le=60.0, description="Before a goal that was not reached is tried again."
+    )
     laps = parameter(0, ge=0, description="How often to walk the waypoints; 0: for ever.")
 
     def __init__(self, waypoints: Sequence[tuple[str, Pose2]], dock: Pose2, grid: Grid) -> None:
@@ -58,7 +60,7 @@ class Patrol(Node):
         self._pose: Pose2 | None = None
         self._stopped = ""
         self._tired = False
-        """The last goal was not for the charge there is."""
+        """Whether the last goal was refused for want of charge."""
         self._rising = False
         self.finished = False
 
@@ -77,7 +79,7 @@ class Patrol(Node):
 
     @GAIT_STATUS.on()
     def gait(self, message: GaitStatus) -> None:
-        """Say that the robot stands when it does: the answer to the request comes two seconds before."""
+        """Log that the robot stands. The answer to the request comes two seconds earlier, before it has risen."""
         if self._rising and message.mode in (Mode.STAND, Mode.WALK):
             self._rising = False
             self.log.info("Robot is now standing")
@@ -102,7 +104,7 @@ class Patrol(Node):
                 self._next += 1
                 self.checkpoint(self._next)
             else:
-                await self.clock.sleep(1.0)
+                await self.clock.sleep(self.retry_pause)
         await self.call(SIT, Trigger.Request())
         self.log.info("mission over: sitting down", goals=self._next)
         self.finished = True
@@ -111,7 +113,7 @@ class Patrol(Node):
         return self.laps > 0 and self._next >= self.laps * len(self._waypoints)
 
     async def _until_known(self) -> None:
-        """Wait for the battery's and the localizer's first words."""
+        """Wait for the first message of battery and localizer."""
         while self._charge is None or self._pose is None:
             await self.clock.sleep(0.05)
 
@@ -142,7 +144,7 @@ class Patrol(Node):
             await handle
 
     async def _try(self, name: str, goal: Pose2, errand: Awaitable[None]) -> bool:
-        """Do an errand that ends at `goal`, and report. False when it should be tried again: somebody was away, or the way is blocked now."""
+        """Await an errand that ends at `goal` and publish its report. False if it failed and should be tried again."""
         begun = self.clock.now()
         behind = self._is_behind(goal)
         outcome, reason, again = "succeeded", "", False
@@ -171,12 +173,12 @@ class Patrol(Node):
         return not again
 
     async def _recharge(self) -> None:
-        """To the dock, wait there until there is enough charge, and leave it again."""
+        """Dock, wait until the charge is `resume_percent`, and leave the dock again."""
         self.log.warning("battery low: going to the dock", percent=round(self._charge or 0.0, 1), gauge="coulomb count")
-        for _ in range(DOCKING_TRIES):
+        for _ in range(self.docking_tries):
             if await self._try("dock", self._dock, self._onto_dock()):
                 break
-            await self.clock.sleep(1.0)
+            await self.clock.sleep(self.retry_pause)
         while self._charging and (self._charge or 0.0) < self.resume_percent:
             await self.clock.sleep(1.0)
         await self._stand()
@@ -187,7 +189,7 @@ class Patrol(Node):
             self.log.warning("did not leave the dock", why=str(error))
 
     def _is_behind(self, goal: Pose2) -> bool:
-        """Whether something stands on the straight line from here to the goal."""
+        """Whether the map has an obstacle on the straight line from the robot to the goal."""
         if self._pose is None or hypot(goal.x - self._pose.x, goal.y - self._pose.y) < self._grid.resolution:
             return False
         grid = self._grid

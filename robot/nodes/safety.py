@@ -1,4 +1,4 @@
-"""The safety monitor: it watches what the others say and stops the robot when something is not as it must be."""
+"""The safety monitor: stops the robot when a command, an estimate or another node violates a limit."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from robot.contracts import (
     STAND,
 )
 from robot.control.stop_causes import StopLatch
-from robot.interfaces.my_robot_interfaces.msg import SensorData
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
+from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 from robot.model.modes import Mode
 
 __all__ = ["SafetyMonitor"]
@@ -42,8 +42,6 @@ TILTING = 10
 """So many odometry messages in a row (0.2 s) must say so: an estimate that has just begun, on a robot that has just been put down, is no fall."""
 SETTLING = 0.1
 """Seconds after a stop in which commands from before it may still arrive."""
-BRAKING, MOVING = 1.5, 0.15
-"""Seconds after a stop, and the speed in m/s, from which on a robot that has not stopped is sat down."""
 
 
 class SafetyMonitor(Node):
@@ -63,10 +61,14 @@ class SafetyMonitor(Node):
     max_tilt = parameter(0.87, unit="rad", ge=0.1, le=3.2, description="Of the body's z axis from the vertical.")
     silence = parameter(0.5, unit="s", ge=0.1, le=10.0, description="For how long gait and odometry may be silent.")
     sensor_timeout = parameter(2.0, unit="s", ge=0.1, le=60.0, description="How long the gait may go without sensors.")
-    max_forward = parameter(1.6, unit="m/s", ge=0.0, le=3.0)
-    max_backward = parameter(0.5, unit="m/s", ge=0.0, le=3.0)
-    max_sideways = parameter(0.4, unit="m/s", ge=0.0, le=3.0)
-    max_turn = parameter(1.5, unit="rad/s", ge=0.0, le=6.0)
+    max_forward = parameter(1.6, unit="m/s", ge=0.0, le=3.0, description="A faster command on cmd_vel stops the robot.")
+    max_backward = parameter(0.5, unit="m/s", ge=0.0, le=3.0, description="The same, backward.")
+    max_sideways = parameter(0.4, unit="m/s", ge=0.0, le=3.0, description="The same, to either side.")
+    max_turn = parameter(1.5, unit="rad/s", ge=0.0, le=6.0, description="The same, turning either way.")
+    braking_time = parameter(
+        1.5, unit="s", ge=0.1, le=10.0, description="A stopped robot that still moves after so long is sat down."
+    )
+    still_speed = parameter(0.15, unit="m/s", ge=0.02, le=1.0, description="What counts as moving then.")
 
     def __init__(self) -> None:
         self._latch = StopLatch()
@@ -82,7 +84,7 @@ class SafetyMonitor(Node):
         self._sitting = self._asking = False
         self._publish()
 
-    # -- what it watches ----------------------------------------------------------------------------------------------------
+    # -- inputs ----------------------------------------------------------------------------------------------------
 
     @SENSOR_DATA.on()
     def sensors(self, message: SensorData) -> None:
@@ -113,7 +115,11 @@ class SafetyMonitor(Node):
         self._judge("tilt", tilted, f"the body tilts by {degrees(tilt):.0f} degrees")
         if tilted:
             self._sit("the robot tilts")
-        elif self._latch.stopped and self.clock.now() - self._since > BRAKING and hypot(v.x, v.y) > MOVING:
+        elif (
+            self._latch.stopped
+            and self.clock.now() - self._since > self.braking_time
+            and hypot(v.x, v.y) > self.still_speed
+        ):
             self._sit("the stopped robot moves")
 
     @GAIT_STATUS.on()
@@ -133,7 +139,7 @@ class SafetyMonitor(Node):
 
     @every(hz=RATE)
     def watch(self) -> None:
-        """Notice silence, counted in ticks: a loop that was held up has skipped them, and nobody has been heard meanwhile."""
+        """Detect silence. It is counted in ticks: a loop that was blocked skips ticks, and has not received anything meanwhile either."""
         for topic, ticks in self._quiet.items():
             if ticks >= 0:  # who has never been heard is not missed
                 self._quiet[topic] = ticks + 1
@@ -145,7 +151,7 @@ class SafetyMonitor(Node):
 
     @EMERGENCY_STOP.serve()
     async def emergency_stop(self, request: SetBool_Request) -> SetBool_Response:
-        """True: stop. False: clear the stop, which is refused, with the reasons, while a cause is still there."""
+        """True stops the robot; false clears the stop, which is refused with the reasons while a cause persists."""
         if request.data:
             self._judge("request", True, "emergency stop requested")
             return SetBool.Response(success=True, message="Emergency stop: " + "; ".join(self._latch.reasons))
@@ -181,7 +187,7 @@ class SafetyMonitor(Node):
         self._publish()
 
     def _publish(self) -> None:
-        """Stamps rise from message to message, also within one instant: so it shows which word is the last."""
+        """Publish with a stamp that grows strictly, also within one instant, so that receivers know which message is the newest."""
         latch, stamp = self._latch, self.clock.stamp()
         now = nanoseconds_of(stamp)
         if self._stamped - JUMP < now <= self._stamped:
@@ -191,7 +197,7 @@ class SafetyMonitor(Node):
         self.state(SafetyState(stamp=stamp, stopped=latch.stopped, reasons=latch.reasons, present=latch.present))
 
     def _sit(self, why: str) -> None:
-        """Sit the robot down, once for each stop."""
+        """Ask the gait to sit, once for each stop."""
         if not self._sitting:
             self._sitting = True
             self.log.error("sitting down", why=why)

@@ -45,7 +45,7 @@ async def save(asker: Node, file: Path) -> int:
 
 
 async def load(asker: Node, file: Path) -> tuple[int, list[str]]:
-    """Set what `file` says and is not so: how many were set, and in words what could not be.
+    """Set the parameters whose values differ from those in `file`; returns how many were set, and the reasons of those that were refused.
 
     Raises `OSError` and `ValueError` (`InvalidParams`, with file and line) for a file that cannot be read.
     """
@@ -96,7 +96,7 @@ async def _set(asker: Node, name: str, parameter: str, value: object) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """As YAML writes it, and reads it back."""
+    """A value as YAML writes and reads it."""
     if isinstance(value, str | bool | int | float):
         return value
     return [_plain(one) for one in value] if value is not None else None

@@ -1,4 +1,4 @@
-"""What a task can have the robot do, each a few words: look for an object, walk somewhere, stand still, move the arm, grip.
+"""The skills that tasks are composed of: look for an object, walk somewhere, stand still, move the arm, grip.
 
 Every skill raises `TaskFailed` with a stage and a reason that a user can read. A skill that is canceled leaves nothing moving: its goals are
 canceled with it.
@@ -22,10 +22,10 @@ from robot.contracts import (
 )
 from robot.geometry.messages import pose_stamped
 from robot.geometry.planar import Pose2
-from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
-from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
 from robot.interfaces.robactor_msgs.srv import ConfirmObject
-from robot.interfaces.robot_arm_control.action import MoveArm
+from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
+from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath
+from robot.interfaces.tutorials.robot_arm_control.action import MoveArm
 from robot.model.arm import STOWED
 from robot.model.modes import Mode
 from robot.planning.grasp import STANDING, Spot
@@ -49,7 +49,7 @@ class Stalled:
         self._left, self._yaw = inf, inf
 
     def at(self, now: float, left: float, yaw: float) -> bool:
-        """Take in how far it is and how the robot is turned (m, rad), at `now` (s)."""
+        """Whether the walk has stalled, given the distance left (m) and the heading (rad) at `now` (s)."""
         if left < self._left - 0.01 or abs(yaw - self._yaw) > 0.05:
             self._since, self._left, self._yaw = now, min(left, self._left), yaw
         return left < NEARLY and now - self._since > PATIENCE
@@ -63,7 +63,7 @@ class TaskFailed(Exception):
 
 
 class Skills:
-    """Asks navigation, the arm and the camera on behalf of a node; that node writes down here what it hears of pose, gait and gripper."""
+    """Calls navigation, arm and camera on behalf of a node. That node writes its latest pose, gait and gripper state here."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -77,7 +77,7 @@ class Skills:
 
     @property
     def here(self) -> Pose2:
-        """Where the robot is on the map. Raises `TaskFailed` before the localizer's first word."""
+        """The robot's pose on the map. Raises `TaskFailed` before the first message of the localizer."""
         if self.pose is None:
             raise TaskFailed("navigate", "the robot does not know where it is")
         return self.pose
@@ -128,7 +128,7 @@ class Skills:
     async def walk(self, goal: Pose2) -> AsyncGenerator[float, None]:
         """Walk to a pose with the arm stowed, and stand still there; yields the distance that is left, m.
 
-        A robot that gets no nearer a hand's breadth before its goal, because it does not like what is there, is there: the arm makes up for it.
+        A walk that stalls a hand's breadth before its goal counts as done: the arm makes up for the rest.
         """
         await self.stow()
         request = NavigateToGoal.Goal(target_pose=pose_stamped(goal, self._node.clock.stamp()))
@@ -166,7 +166,7 @@ class Skills:
         return [float(angle) for angle in result.final_angles]
 
     async def grip(self, closing: bool) -> bool:
-        """Close the gripper, or open it; whether it then holds something, or nothing, as wanted."""
+        """Close or open the gripper; returns whether it then holds something after closing, nothing after opening."""
         try:
             reply = await self._node.call(GRIPPER, SetBool.Request(data=closing), timeout=LOOK_TIMEOUT)
         except ActorError as error:

@@ -1,4 +1,4 @@
-"""What an operator asks of the robot as a whole: how it is, and to keep or restore its settings."""
+"""The status node: tells the robot's state in one service, and saves and restores the parameters of all nodes."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class RobotStatus(Node):
 
     @GET_STATUS.serve()
     async def status(self, request: Trigger_Request) -> Trigger_Response:
-        """The tutorial's four lines, from what was heard last; what was never heard is unknown."""
+        """Answer in the tutorial's four lines with the latest values; those never received are "unknown"."""
         battery = f"{self._charge:.1f}%" if self._charge is not None else "unknown"
         here = self._position
         position = f"x={here.x:.1f}, y={here.y:.1f}, z={here.z:.1f}" if here is not None else "unknown"
@@ -62,7 +62,7 @@ class RobotStatus(Node):
 
     @RESTORE_CONFIG.serve(concurrent=1)
     async def restore_config(self, request: Trigger_Request) -> Trigger_Response:
-        """Set what `config_file` says, but for parameters that are read-only; the message names what was refused."""
+        """Set the parameters of `config_file` that are not read-only; the message names those that were refused."""
         file = Path(self.config_file)
         try:
             count, refused = await load(self, file)

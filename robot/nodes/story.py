@@ -1,4 +1,4 @@
-"""What the feedback of a long task tells: stages in order, a distance that never grows, and per cent that never fall."""
+"""Feedback of a long task: stages in order, a distance that never grows, and per cent that never fall."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Told(NamedTuple):
 
 
 class Story:
-    """`stages` are the names, each with the per cent at which it begins. A task that has to do a stage over does not tell it twice."""
+    """The progress of one task. `stages` are the names, each with the per cent at which it begins; a stage that is repeated is not reported twice."""
 
     __slots__ = ("_distance", "_percent", "_reached", "_stages")
 
@@ -29,7 +29,7 @@ class Story:
         self._percent = 0.0
 
     def tell(self, stage: str, share: float = 0.0, distance: float = inf) -> Told:
-        """`share` of the stage is done, and `distance` m are left to walk."""
+        """The next feedback: `share` (0..1) of the stage is done, and `distance` m are left to walk."""
         index = [name for name, _ in self._stages].index(stage)
         if index >= self._reached:
             self._reached = index

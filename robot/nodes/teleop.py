@@ -47,10 +47,10 @@ class RobotController(Node):
     status = publishes(DRIVE_STATUS)
     enabled = parameter(False, description="Whether commands are let through; /robot/enable sets it too.")
     timeout = parameter(0.5, unit="s", ge=0.05, le=5.0, read_only=True, description="How long a command is valid.")
-    max_forward = parameter(1.6, unit="m/s", ge=0.0, le=3.0, read_only=True)
-    max_backward = parameter(0.5, unit="m/s", ge=0.0, le=3.0, read_only=True)
-    max_sideways = parameter(0.4, unit="m/s", ge=0.0, le=3.0, read_only=True)
-    max_turn = parameter(1.5, unit="rad/s", ge=0.0, le=6.0, read_only=True)
+    max_forward = parameter(1.6, unit="m/s", ge=0.0, le=3.0, read_only=True, description="Commands are clipped to it.")
+    max_backward = parameter(0.5, unit="m/s", ge=0.0, le=3.0, read_only=True, description="The same, backward.")
+    max_sideways = parameter(0.4, unit="m/s", ge=0.0, le=3.0, read_only=True, description="The same, to either side.")
+    max_turn = parameter(1.5, unit="rad/s", ge=0.0, le=6.0, read_only=True, description="The same, turning either way.")
     safety_timeout = parameter(
         0.0,
         unit="s",

@@ -38,6 +38,10 @@ class EnergyGuard:
         self._energy: float | None = None
         self._home_only = False
 
+    def set_speed(self, speed: float) -> None:
+        """Reckon with walks at another speed, m/s, from now on."""
+        self._speed = speed
+
     def heard(self, percent: float, energy: float) -> None:
         """The charge, and the energy in Wh that is left before it is critical."""
         self._percent, self._energy = percent, energy

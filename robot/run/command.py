@@ -13,6 +13,7 @@ from robot.run.options import Crash, Options, UsageError, parse
 
 if TYPE_CHECKING:
     from actors import Supervisor, System
+    from actors.transport import Transport
     from robot.assembly import Robot
     from robot.hardware.body import Body
     from robot.run.flight import Flight
@@ -92,6 +93,18 @@ class Session:
             raise UsageError(f"--params: {error}") from None
         return {f"/{child.name}": taken.get(f"/{child.name}", {}) for child in chosen.children}
 
+    def _transport(self) -> Transport | None:
+        """The connection with other processes; none on the virtual clock, which they do not share."""
+        from actors.transport.environment import transport_from_environment
+        from actors.transport.protocol import WireUnavailable
+
+        if self.options.clock == "virtual":
+            return None
+        try:
+            return transport_from_environment(os.environ, listen=self.options.listen, connect=self.options.connect)
+        except WireUnavailable as error:
+            raise UsageError(str(error)) from None
+
     # -- the run ------------------------------------------------------------------------------------------------------------
 
     async def _main(self) -> int:
@@ -113,7 +126,7 @@ class Session:
         report: dict[str, Any] = {}
         context = run(
             tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level), observers=flight.observers,
-            parameters=self._parameters(tree),
+            parameters=self._parameters(tree), transport=self._transport(),
         )  # fmt: skip
         try:
             async with context as system:

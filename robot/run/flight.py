@@ -16,7 +16,7 @@ __all__ = ["Flight"]
 
 
 class Flight:
-    """Looks on from before the tree starts until after it has stopped. The record is that of the first fall, if there is one."""
+    """Records from before the tree starts until after it has stopped. The record ends at the first fall, if there is one."""
 
     def __init__(self, options: Options, score: Score) -> None:
         self._path = options.flight_record
@@ -27,7 +27,7 @@ class Flight:
         self.observers = tuple(one for one in (self._recorder, self._trace) if one is not None)
 
     def look(self) -> None:
-        """Keep what led to a fall, before later seconds push it out."""
+        """Save the record at the first fall, before later messages displace it."""
         if self._recorder is not None and self._fall is None and self._score.falls:
             self._fall = self._recorder.freeze()
 

@@ -1,4 +1,4 @@
-"""The judge: it sees the true state, which no controller may, and keeps the score."""
+"""The judge of a run: reads the true state, which no controller may, and records how well the goals were met."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class SafetyStop:
 
 @dataclass(slots=True)
 class Score:
-    """What the judge saw."""
+    """What the judge has recorded so far."""
 
     walked: float = 0.0
     falls: int = 0

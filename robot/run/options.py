@@ -14,7 +14,7 @@ from robot.scenes.worlds import WORLDS
 
 __all__ = [
     "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Options", "Parser", "UsageError", "parse", "parse_fetch", "parse_goal",
-    "parse_seed", "seconds", "within",
+    "parse_seed", "seconds", "whole", "within",
 ]  # fmt: skip
 
 Goal = tuple[float, float, float]
@@ -81,6 +81,10 @@ class Options:
     """The nodes to run; empty: all of them."""
     arm: bool
     fetch: Fetch | None
+    listen: tuple[str, ...] = ()
+    """The endpoints where other machines connect to."""
+    connect: tuple[str, ...] = ()
+    """The endpoints of other machines to connect to."""
 
 
 def parse(argv: Sequence[str]) -> Options:
@@ -88,6 +92,8 @@ def parse(argv: Sequence[str]) -> Options:
     given = _parser().parse_args(argv)
     if given.trace and given.clock != "virtual":
         raise UsageError("--trace: two runs are equal on the virtual clock only; add --clock virtual")
+    if given.clock == "virtual" and (given.listen or given.connect):
+        raise UsageError("--listen, --connect: other machines live in real time; leave out --clock virtual")
     if given.publish_clock is not None:
         _within("--publish-clock", given.publish_clock, 0.1, 1000.0, "Hz")
     duration = given.duration
@@ -113,6 +119,8 @@ def parse(argv: Sequence[str]) -> Options:
         only=_names(given.only),
         arm=given.arm or given.fetch is not None,
         fetch=parse_fetch(given.fetch, given.goal),
+        listen=tuple(given.listen),
+        connect=tuple(given.connect),
     )
 
 
@@ -122,6 +130,7 @@ def _parser() -> argparse.ArgumentParser:
         description="Run the whole robot in a world: it stands up, walks its patrol, reports battery and pose, docks when low, and sits when told to stop.",
     )
     _add_circumstances(parser.add_argument)
+    _add_network(parser.add_argument)
     _add_errand(parser.add_argument)
     _add_output(parser.add_argument)
     return parser
@@ -159,6 +168,24 @@ def _add_circumstances(add: Any) -> None:
     add("--seed", type=parse_seed, default=0, metavar="N", help="of all noise and randomness (default 0)")
 
 
+def _add_network(add: Any) -> None:
+    """Where other processes are."""
+    add(
+        "--connect",
+        action="append",
+        default=[],
+        metavar="ENDPOINT",
+        help="take part in the graph of another machine, tcp/HOST:7447; processes of this one find each other by themselves",
+    )
+    add(
+        "--listen",
+        action="append",
+        default=[],
+        metavar="ENDPOINT",
+        help="let other machines connect to tcp/0.0.0.0:PORT",
+    )
+
+
 def _add_errand(add: Any) -> None:
     """What is to be done, and by which nodes."""
     add(
@@ -173,8 +200,7 @@ def _add_errand(add: Any) -> None:
         nargs="+",
         metavar="NODE",
         help="run just these nodes of the robot (names divided by spaces or commas). Each one starts without the others and takes "
-        "up work with those that come later. Nodes in different processes do not hear each other yet: give those that "
-        "belong together in one command",
+        "up work with those that come later, in this process or another",
     )
     add("--arm", action="store_true", help="carry an arm of 6.2 kg, and all that belongs to it")
     add(
@@ -241,6 +267,21 @@ def within(low: float, high: float, unit: str) -> Callable[[str], float]:
             value = nan
         if not low <= value <= high:  # also true for NaN
             raise argparse.ArgumentTypeError(f"{text}: give {low:g} to {high:g} {unit}")
+        return value
+
+    return parse
+
+
+def whole(low: int, high: int) -> Callable[[str], int]:
+    """A whole number within bounds, for argparse."""
+
+    def parse(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = low - 1
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text}: give a whole number from {low} to {high}")
         return value
 
     return parse

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from actors import Node, Service, Supervisor, parameter
 from robot.estimation.battery_gauge import BatteryGauge, UnknownRobot
-from robot.interfaces.my_robot_interfaces.srv import (
+from robot.interfaces.tutorials.my_robot_interfaces.srv import (
     GetBatteryStatus,
     GetBatteryStatus_Request,
     GetBatteryStatus_Response,

@@ -8,7 +8,7 @@ from random import Random
 from typing import Protocol
 
 from actors import Node, Service, Supervisor, parameter
-from robot.interfaces.your_package.srv import (
+from robot.interfaces.tutorials.your_package.srv import (
     SensorCalibration,
     SensorCalibration_Request,
     SensorCalibration_Response,

@@ -7,7 +7,7 @@ from itertools import islice
 
 from actors import Node, Service, Supervisor, Topic, every, publishes
 from actors.interfaces.std_msgs.msg import Float32, String
-from robot.interfaces.proposed_interfaces.srv import (
+from robot.interfaces.tutorials.proposed_interfaces.srv import (
     GetAverageTemperature,
     GetAverageTemperature_Request,
     GetAverageTemperature_Response,

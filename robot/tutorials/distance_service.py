@@ -5,7 +5,11 @@ from __future__ import annotations
 from math import hypot, isfinite
 
 from actors import Node, Service, Supervisor
-from robot.interfaces.my_robot_pkg.srv import CalculateDistance, CalculateDistance_Request, CalculateDistance_Response
+from robot.interfaces.tutorials.my_robot_pkg.srv import (
+    CalculateDistance,
+    CalculateDistance_Request,
+    CalculateDistance_Response,
+)
 from robot.tutorials.program import main, system
 
 __all__ = ["CALCULATE_DISTANCE", "DistanceService", "tree"]

@@ -9,7 +9,12 @@ from __future__ import annotations
 import asyncio
 
 from actors import Action, Done, GoalFailed, GoalRejected, Node, Reject, Steps, Supervisor, parameter
-from robot.interfaces.my_robot_pkg.action import Fibonacci, Fibonacci_Feedback, Fibonacci_Goal, Fibonacci_Result
+from robot.interfaces.tutorials.my_robot_pkg.action import (
+    Fibonacci,
+    Fibonacci_Feedback,
+    Fibonacci_Goal,
+    Fibonacci_Result,
+)
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 
 __all__ = ["FIBONACCI", "LARGEST", "FibonacciClient", "FibonacciServer", "numbers_up_to", "tree", "why_not"]

@@ -13,8 +13,8 @@ from actors import ActorError, Node, Service, Supervisor, Topic, background, eve
 from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
 from actors.interfaces.nav_msgs.msg import Path
 from actors.interfaces.std_msgs.msg import Header
-from robot.interfaces.humanoid_control_interfaces.msg import MotorCommand, SensorData
-from robot.interfaces.humanoid_control_interfaces.srv import (
+from robot.interfaces.tutorials.humanoid_control_interfaces.msg import MotorCommand, SensorData
+from robot.interfaces.tutorials.humanoid_control_interfaces.srv import (
     PlanTrajectory,
     PlanTrajectory_Request,
     PlanTrajectory_Response,

@@ -12,7 +12,7 @@ import numpy as np
 
 from actors import Aborted, Action, Done, GoalFailed, GoalRejected, Node, Reject, Steps, Supervisor, parameter
 from robot.geometry.planar import Pose2
-from robot.interfaces.your_package.action import (
+from robot.interfaces.tutorials.your_package.action import (
     HumanoidNav,
     HumanoidNav_Feedback,
     HumanoidNav_Goal,

@@ -9,7 +9,7 @@ import asyncio
 
 from actors import Action, Done, GoalFailed, GoalRejected, Node, Reject, Steps, Supervisor, parameter
 from robot.geometry.planar import Pose2
-from robot.interfaces.my_robot_interfaces.action import (
+from robot.interfaces.tutorials.my_robot_interfaces.action import (
     MoveToPosition,
     MoveToPosition_Feedback,
     MoveToPosition_Goal,

@@ -15,7 +15,7 @@ from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
 from actors.interfaces.nav_msgs.msg import Path
 from actors.interfaces.std_msgs.msg import Header
 from robot.geometry.planar import Pose2
-from robot.interfaces.humanoid_control_interfaces.srv import PlanPath, PlanPath_Request, PlanPath_Response
+from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath, PlanPath_Request, PlanPath_Response
 from robot.planning.errors import NavigationError
 from robot.planning.grid import Grid
 from robot.planning.planner import Planner

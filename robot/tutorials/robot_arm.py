@@ -25,8 +25,8 @@ from actors import (
     qos,
 )
 from robot.interfaces.robactor_msgs.msg import ArmState
-from robot.interfaces.robot_arm_control.action import MoveArm, MoveArm_Feedback, MoveArm_Goal, MoveArm_Result
-from robot.interfaces.robot_arm_control.srv import GetPosition, GetPosition_Request, GetPosition_Response
+from robot.interfaces.tutorials.robot_arm_control.action import MoveArm, MoveArm_Feedback, MoveArm_Goal, MoveArm_Result
+from robot.interfaces.tutorials.robot_arm_control.srv import GetPosition, GetPosition_Request, GetPosition_Response
 from robot.sim.stepping_arm import Ending, InvalidTarget, TutorialArm
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from actors import Node, Supervisor, Topic, every, publishes
 from actors.interfaces.std_msgs.msg import Header
-from robot.interfaces.my_robot_interfaces.msg import SensorData
+from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 from robot.tutorials.program import main, system
 
 __all__ = ["SENSOR_DATA", "SensorDataPublisher", "tree"]

@@ -64,3 +64,15 @@ async def test_the_tests_of_the_page_pass(page: str, name: str, names: dict[str,
     test = names[name]
     assert inspect.iscoroutinefunction(test)
     await test(rig)
+
+
+PLAIN = [
+    (page, found)
+    for page in PAGES
+    for found in re.findall(r"^def (test_\w+)\(\) -> None", (DOCS / page).read_text(encoding="utf-8"), re.MULTILINE)
+]
+
+
+@pytest.mark.parametrize(("page", "name"), PLAIN)
+def test_the_tests_without_a_rig_pass_too(page: str, name: str) -> None:
+    once(page)[name]()

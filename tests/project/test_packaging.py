@@ -18,7 +18,7 @@ import actors
 
 ROOT = Path(__file__).parents[2]
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-IMPORTED_AS = {"PyYAML": "yaml", "mujoco-core": "mujoco"}
+IMPORTED_AS = {"PyYAML": "yaml", "mujoco-core": "mujoco", "eclipse-zenoh": "zenoh"}
 """The name to import, for distributions that do not go by their own."""
 OURS = {"actors", "robot", "cli", "tests"}
 COMMANDS = {"coverage", "mypy", "pyright", "ruff"}
@@ -114,6 +114,7 @@ def test_what_is_declared_is_imported() -> None:
         "structlog",
         "xxhash",
         "yaml",
+        "zenoh",
     }
 
 

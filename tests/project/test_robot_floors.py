@@ -14,6 +14,7 @@ FLOORS = (
     "evaluate",
     "picture",
     "run",
+    "testing",
     "assembly",
     "tree",
     "nodes",

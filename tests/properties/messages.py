@@ -7,7 +7,7 @@ import random
 import string
 from typing import Any
 
-import robot.interfaces  # noqa: F401  # makes the types of the tutorials known
+import robot.interfaces.tutorials  # noqa: F401  # makes the types of the robot and of the tutorials known
 from actors.interfaces import Field, Message, get_action, get_message, get_service, known_names
 from actors.interfaces.derived import event_message, feedback_message, get_result_service, send_goal_service
 from actors.interfaces.fields import INTEGER_RANGES

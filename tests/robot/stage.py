@@ -39,11 +39,11 @@ from robot.frames import TfListener
 from robot.geometry.messages import pose_stamped, to_pose
 from robot.geometry.planar import Pose2, compose, inverse
 from robot.hardware.body import Body
-from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
-from robot.interfaces.my_robot_interfaces.action import MoveToPosition
-from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus, GetBatteryStatus_Response
 from robot.interfaces.robactor_msgs.msg import GaitStatus
-from robot.interfaces.your_package.action import HumanoidNav
+from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
+from robot.interfaces.tutorials.my_robot_interfaces.action import MoveToPosition
+from robot.interfaces.tutorials.my_robot_interfaces.srv import GetBatteryStatus, GetBatteryStatus_Response
+from robot.interfaces.tutorials.your_package.action import HumanoidNav
 from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 from robot.nodes.docking import Docking

@@ -20,7 +20,7 @@ class Conditions:
     """Seconds that each message travels, more than 0."""
 
     jitter: float = 0.0
-    """Seconds that a message may travel longer; drawn evenly from 0 to this."""
+    """Seconds that a message may travel longer, drawn evenly from 0 to this. It does not overtake others by it."""
 
     bandwidth: float = math.inf
     """Bytes a second. What comes faster waits in a queue."""

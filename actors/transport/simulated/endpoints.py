@@ -167,7 +167,7 @@ class _Published(Message):
     def deliver(self) -> None:
         for subscription in self._subscriptions:
             if not subscription.receive(self._outlet, self._number, self._sample):
-                self.stream.dropped += 1
+                self.stream.late += 1
 
 
 class _Kept(Message):

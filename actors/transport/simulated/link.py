@@ -22,22 +22,37 @@ HEADER = 64
 class Stream:
     """What one process sends to another while they are connected.
 
-    Invariant: reliable messages of one stream leave each of its links in the order in which they entered it, but for their priorities
-    in the link's queue. Nothing arrives any more once `open` is false.
+    Invariants: reliable messages arrive at the end of each link in the order in which they were sent on it; so do those sent with best
+    effort, but for the reordered ones; neither waits for the other. Nothing arrives any more once `open` is false.
     """
 
-    __slots__ = ("broken", "dropped", "floors", "open", "received", "route", "sent")
+    __slots__ = (
+        "best_effort_until",
+        "broken",
+        "displaced",
+        "late",
+        "open",
+        "received",
+        "reliable_until",
+        "route",
+        "sent",
+    )
 
     def __init__(self, route: tuple[Link, ...]) -> None:
         self.route = route
-        self.floors = [0.0] * len(route)
+        self.reliable_until = [0.0] * len(route)
         """For each link, when the latest of the reliable messages arrives at its end."""
+        self.best_effort_until = [0.0] * len(route)
+        """The same of those sent with best effort, but for the reordered ones."""
         self.open = True
         self.broken = False
         """Whether nothing passes from one link to the next any more, because the router between them is gone."""
         self.sent = self.received = 0
         """Bytes, of content."""
-        self.dropped = 0
+        self.displaced = 0
+        """Samples that newer ones have displaced in a queue."""
+        self.late = 0
+        """Samples that came again, or after a later one."""
 
     def send(self, message: Message) -> None:
         self.sent += message.size
@@ -161,7 +176,7 @@ class Link:
             waiting.append(message)
             if len(waiting) > flow.depth:
                 waiting.popleft().dropped = True
-                message.stream.dropped += 1
+                message.stream.displaced += 1
         if not self.is_cut:
             self._resume(self._free_at)
 
@@ -206,16 +221,23 @@ class Link:
             if conditions.loss:
                 while self._rng.random() < conditions.loss:
                     at += conditions.resend
-            floors, hop = message.stream.floors, message.hop
-            if at < floors[hop]:
-                at = floors[hop]
-            floors[hop] = at
-            self._arrivals.add(at, message)
+            self._arrivals.add(_in_order(message.stream.reliable_until, message.hop, at), message)
         elif conditions.loss and self._rng.random() < conditions.loss:
             self.lost += 1
         else:
             if conditions.reordering and self._rng.random() < conditions.reordering:
                 at += at - now
+            else:
+                at = _in_order(message.stream.best_effort_until, message.hop, at)
             if conditions.duplication and self._rng.random() < conditions.duplication:
                 self._arrivals.add(at + self._rng.random() * (at - now), copy(message))
             self._arrivals.add(at, message)
+
+
+def _in_order(until: list[float], hop: int, at: float) -> float:
+    """When what would arrive at a time arrives, not before the latest one; it is the latest then."""
+    latest = until[hop]
+    if at < latest:
+        return latest
+    until[hop] = at
+    return at

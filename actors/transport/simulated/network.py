@@ -56,7 +56,7 @@ class Network:
         number = self._processes[host]
         session = f"{Random(f'session/{self._seed}/{host}/{number}').getrandbits(128):x}"
         transport = SimulatedTransport(self._connections, session, host, number)
-        self._transports.append(transport)
+        self._transports = [*(one for one in self._transports if not one.closed), transport]
         return transport
 
     def kill(self, transport: SimulatedTransport) -> None:
@@ -92,7 +92,7 @@ class Network:
     # The router ----------------------------------------------------------------------------------------------------------
 
     def stop_router(self) -> None:
-        """End the process of the router. Whoever is connected by it learns of it at once."""
+        """End the process of the router. Whoever is connected by it learns of it at once. Without a router nothing happens."""
         self._topology.routes = False
         self._connections.break_routes()
         self._connections.look_around()
@@ -100,7 +100,7 @@ class Network:
     def start_router(self) -> None:
         """Start it again, if its machine is up."""
         router = self._topology.router
-        self._topology.routes = router is not None and router.up
+        self._topology.routes = router is None or router.up
         self._connections.look_around()
 
     # Links ---------------------------------------------------------------------------------------------------------------

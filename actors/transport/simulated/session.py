@@ -95,8 +95,6 @@ class SimulatedTransport:
         self.host = host
         self.process = process
         self.closed = False
-        self.killed = False
-        """Whether it has ended without a farewell."""
         self._session = session
         self._surroundings = surroundings
         self._events: Events = _Nobody()
@@ -125,7 +123,7 @@ class SimulatedTransport:
         if not self.closed:
             for peer in self._peers.values():
                 peer.outgoing.send(_Call(peer.outgoing, 0, _FAREWELL, partial(peer.transport.lose, peer.outgoing)))
-            self._end()
+            self.kill()
 
     def announce(self, token: str) -> Handle:
         return self._declare(Announcement(token, self._withdraw))
@@ -165,7 +163,7 @@ class SimulatedTransport:
                 process=peer.transport.process,
                 sent_bytes=peer.outgoing.sent,
                 received_bytes=peer.incoming.received,
-                dropped=peer.outgoing.dropped + peer.incoming.dropped,
+                dropped=peer.outgoing.displaced + peer.incoming.late,
             )
             for peer in self._peers.values()
         )
@@ -228,10 +226,6 @@ class SimulatedTransport:
 
     def kill(self) -> None:
         """End at once, without a farewell."""
-        self.killed = not self.closed
-        self._end()
-
-    def _end(self) -> None:
         self.closed = True
         self._events = _Nobody()
         for declared in self._declared:

@@ -43,7 +43,7 @@ class Topology:
         self.router: Host | None = None
         """The machine on which the router of this network runs, or ran; None if processes find each other without one."""
         self.routes = True
-        """Whether the router runs."""
+        """Whether the router runs, if there is one; never while its machine is down."""
 
     def add_host(self, name: str, mode: Mode, clock_offset: float, router: bool) -> Host:
         if name in self._hosts:
@@ -83,12 +83,10 @@ class Topology:
         return (self.link(source.name, target.name),)
 
     def can_meet(self, one: Host, other: Host) -> bool:
-        """Whether processes of the two can find each other and connect now."""
-        if not (one.up and other.up):
-            return False
+        """Whether processes of the two, which are up, can find each other and connect now."""
         needed = [*self.route(one, other), *self.route(other, one)]
         if self.router is not None:
-            if not (self.router.up and self.routes):
+            if not self.routes:
                 return False
             for host in (one, other):
                 needed += self.link(host.name, self.router.name), self.link(self.router.name, host.name)

@@ -12,7 +12,7 @@ from actors.suggest import did_you_mean
 from actors.transport.protocol import WireUnavailable
 from actors.transport.zenoh.library import import_zenoh, one_line
 
-__all__ = ["LEASE", "ZenohConfig", "point_settings", "session_settings", "write_config"]
+__all__ = ["LEASE", "ZenohConfig", "point_settings", "router_settings", "session_settings", "write_config"]
 
 LEASE: Final = 2000
 """After so many milliseconds of silence on a link its two ends give it up. This side announces it, the other side applies it."""
@@ -138,6 +138,23 @@ def point_settings(config: ZenohConfig) -> Iterator[_Setting]:
             "listen/endpoints": [config.gossip_point],
             "connect/endpoints": [],
             "scouting/gossip/autoconnect": {"router": [], "peer": []},
+        }
+    )
+
+
+def router_settings(listen: tuple[str, ...], connect: tuple[str, ...]) -> Iterator[_Setting]:
+    """The settings of a router, as ROS 2's is. Raises WireUnavailable for an endpoint."""
+    yield from _ours(_COMMON)
+    yield from _ours(
+        {
+            "mode": "router",
+            "listen/endpoints": _endpoints(listen, "listen"),
+            "connect/endpoints": _endpoints(connect, "connect"),
+            "connect/timeout_ms": -1,
+            "connect/exit_on_failure": False,
+            "connect/retry": _RETRY,
+            "scouting/gossip/autoconnect": {"router": [], "peer": []},
+            "routing/router/peers_failover_brokering": True,  # it carries what two peers cannot exchange themselves
         }
     )
 

@@ -8,6 +8,7 @@ from asyncio import AbstractEventLoop
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from typing import Any, Final
 
 from actors.transport.format.errors import WireFormatError
@@ -50,6 +51,7 @@ class Connection:
         self._loop = loop
         self._worker = worker
         self._answers = Worker("zenoh answers")
+        self._own_session = str(session.zid())
         self._handles: set[object] = set()
         self._own: Counter[str] = Counter()
         self._traffic = Traffic()
@@ -57,21 +59,26 @@ class Connection:
         self._questions: dict[Question, None] = {}
         self._afterwards: list[Callable[[], None]] = []
         self._settling: Any = None
-        own = Process(scope_of(tokens), str(session.zid()), os.getpid(), socket.gethostname())
+        own = Process(scope_of(tokens), self._own_session, os.getpid(), socket.gethostname())
         self._process = self._declare_token(own.token)
         alive = f"@robactor/{own.scope}/alive"
         library = import_zenoh()
         self._beat = session.declare_publisher(
-            f"{alive}/{own.session}",
+            alive,
             priority=library.Priority.INTERACTIVE_HIGH,
             congestion_control=library.CongestionControl.DROP,
             express=True,
             allowed_destination=library.Locality.REMOTE,
         )
         self._heartbeat = Heartbeat(loop, self._send_beat, self._with_heartbeat, self._silence)
+        beaten = direct(lambda sample: self.wakeup.post(self._heard, sample.payload))
         # The references keep what they declare.
         self._watching: list[Any] = [
-            session.declare_subscriber(f"{alive}/*", direct(self._beaten), allowed_origin=library.Locality.REMOTE),
+            session.declare_subscriber(
+                alive,
+                beaten,
+                allowed_origin=library.Locality.REMOTE,
+            ),
             self._watch(f"@robactor/{own.scope}/*/*/*"),
             self._watch(tokens),
         ]
@@ -108,16 +115,12 @@ class Connection:
             return declare_subscriber(self._session, key, delivery, subscription.arrived)
 
         def ask(subscription: Subscription, source: Source) -> None:
-            def answered(sample: objects.Sample) -> None:
-                self.wakeup.post(lambda kept: subscription.answered(source, kept), sample)
-
-            def complete() -> None:
-                self.wakeup.post(subscription.complete, source)
-
+            answered = partial(self.wakeup.post, partial(subscription.answered, source))
+            complete = partial(self.wakeup.post, subscription.complete, source)
             self._answers.do(lambda: ask_history(self._session, key, delivery.history, source, answered, complete))
 
         subscription = Subscription(
-            key, delivery, take, self.wakeup, self._traffic, declare, ask, self._handles.discard
+            self._own_session, key, delivery, take, self.wakeup, self._traffic, declare, ask, self._handles.discard
         )
         self._handles.add(subscription)
         return subscription
@@ -182,13 +185,16 @@ class Connection:
     def _reported(self, sample: objects.Sample) -> None:
         """A token of anybody has appeared or vanished. On a thread of Zenoh, or on the loop's for tokens of our own."""
         token = str(sample.key_expr)
-        if token not in self._own:
-            appeared = sample.kind == import_zenoh().SampleKind.PUT
-            self.wakeup.post(self._appeared if appeared else self._vanished, token)
+        self.wakeup.post(self._take_report, (token, sample.kind, token in self._own))
 
-    def _appeared(self, token: str) -> None:
+    def _take_report(self, report: tuple[str, object, bool]) -> None:
+        token, kind, own = report
         process = Process.parse(token)
-        if process is not None:
+        if own:
+            return
+        if kind != import_zenoh().SampleKind.PUT:
+            self._vanished(token)
+        elif process is not None:
             self._presence.arrive(process)
         else:
             self._presence.appear(token)
@@ -217,12 +223,10 @@ class Connection:
 
     def _send_beat(self) -> None:
         with suppress(import_zenoh().ZError):
-            self._beat.put(b"")
+            self._beat.put(self._own_session.encode())
 
-    def _beaten(self, sample: objects.Sample) -> None:
-        self.wakeup.post(self._heard, str(sample.key_expr).rpartition("/")[2])
-
-    def _heard(self, session: str) -> None:
+    def _heard(self, payload: objects.Text) -> None:
+        session = payload.to_bytes().decode("ascii", "replace")
         self._heartbeat.heard(session)
         self._presence.heard(session)
 
@@ -235,12 +239,11 @@ class Connection:
         self._presence.silence(session)
         lost = {_served_key(token) for token in tokens} - {""}
         asked = [question for question in self._questions if question.key in lost]
-        if asked:
-            others = [token for other in self._presence.shown for token in self._presence.tokens(other)]
-            served = {_served_key(token) for token in others}
-            for question in asked:
-                if question.key not in served:
-                    self._unanswered(question)
+        others = [token for other in self._presence.shown for token in self._presence.tokens(other)] if asked else []
+        served = {_served_key(token) for token in others}
+        for question in asked:
+            if question.key not in served:
+                self._unanswered(question)
 
 
 class Announcement:

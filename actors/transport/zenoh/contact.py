@@ -26,11 +26,13 @@ class Contacts:
     """Passes on the samples of each publisher in the order of their sequence numbers, each once, none skipped that is kept.
 
     Invariant: a publisher is either unknown, or its samples wait in `_waiting` for the end of a question, or the number of its last sample is
-    in `_last`. Samples without a number are passed on as they come.
+    in `_last`. Samples without a number are passed on as they come. The history of this session's own publishers, which answer although
+    the subscriber is to hear only others, is not passed on.
     """
 
-    def __init__(self, ask: Callable[[Source], None], deliver: Callable[[objects.Sample], None]) -> None:
-        """`ask` asks a publisher for its history; `answered` and `complete` are called later with what it says."""
+    def __init__(self, own: str, ask: Callable[[Source], None], deliver: Callable[[objects.Sample], None]) -> None:
+        """`own` is this session; `ask` asks a publisher for its history, and `answered` and `complete` are called later."""
+        self._own = own
         self._ask = ask
         self._deliver = deliver
         self._last: dict[Source, int] = {}
@@ -40,10 +42,13 @@ class Contacts:
         """Take a sample of the subscriber."""
         info = sample.source_info
         if info is None:
-            self._deliver(sample)
+            if sample.timestamp is None or str(sample.timestamp.get_id()) != self._own:
+                self._deliver(sample)
             return
         source: Source = str(info.source_id.zid), info.source_id.eid
         number: int = info.source_sn
+        if source[0] == self._own:
+            return
         if source in self._waiting:
             self._waiting[source][number] = sample
         elif source in self._last:
@@ -55,9 +60,10 @@ class Contacts:
             self._waiting[source] = {number: sample}
             self._ask(source)
 
-    def answered(self, source: Source, sample: objects.Sample) -> None:
+    def answered(self, source: Source, reply: objects.Reply) -> None:
         """A kept sample of a publisher has arrived."""
-        if source in self._waiting and sample.source_info is not None:
+        sample = reply.ok
+        if source in self._waiting and sample is not None and sample.source_info is not None:
             self._waiting[source][sample.source_info.source_sn] = sample
 
     def complete(self, source: Source) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, Final
 
 from actors.transport.protocol import Delivery
@@ -68,7 +69,7 @@ def declare_subscriber(
     subscriber: objects.Declared = ext.declare_advanced_subscriber(
         session,
         key,
-        direct(_of_others(session, arrived)),
+        direct(arrived),
         allowed_origin=remote,
         history=ext.HistoryConfig(detect_late_publishers=True, max_samples=delivery.history),
         recovery=recovery if delivery.reliable else None,
@@ -82,40 +83,18 @@ def ask_history(
     key: str,
     most: int,
     source: Source,
-    answered: Callable[[objects.Sample], None],
+    answered: Callable[[objects.Reply], None],
     complete: Callable[[], None],
 ) -> None:
     """Ask one advanced publisher for the last `most` samples that it keeps. `complete` is called in any case; both on Zenoh's threads."""
     zenoh = import_zenoh()
 
-    def replied(reply: objects.Reply) -> None:
-        if reply.ok is not None:
-            answered(reply.ok)
-
-    try:
+    with suppress(zenoh.ZError):  # the session has been closed; `complete` is called nevertheless
         session.get(
             f"{key}/@adv/pub/{source[0]}/{source[1]}/**?_max={most};_anyke",
-            direct(replied, complete),
+            direct(answered, complete),
             target=zenoh.QueryTarget.ALL,
             consolidation=zenoh.ConsolidationMode.NONE,
             timeout=_PATIENCE,
             allowed_destination=zenoh.Locality.REMOTE,
         )
-    except zenoh.ZError:  # the session has been closed
-        complete()
-
-
-def _of_others(session: objects.Session, arrived: Callable[[objects.Sample], None]) -> Callable[[objects.Sample], None]:
-    """Without the history of this session's own publishers, which answer it wherever the subscription may hear from."""
-    own = str(session.zid())
-
-    def take(sample: objects.Sample) -> None:
-        source, timestamp = sample.source_info, sample.timestamp
-        if source is None and timestamp is None:
-            arrived(sample)
-            return
-        origin = timestamp.get_id() if source is None else source.source_id.zid  # what has no number has a time
-        if str(origin) != own:
-            arrived(sample)
-
-    return take

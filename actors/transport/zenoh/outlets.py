@@ -69,7 +69,7 @@ class Outlet:
         self._done = 0
         self._closed = False
         self._matching: bool = publishers.plain.matching_status.matching
-        self._wanted = self._matching
+        self._wanted: bool = self._matching
         handler = direct(lambda status: wakeup.post(self._matched, status.matching))
         self._listener = publishers.plain.declare_matching_listener(handler)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from asyncio import AbstractEventLoop
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Final
 
 from actors.transport.protocol import Answer, Failed, NoAnswer, Replied
@@ -58,7 +59,7 @@ class Question:
         )
 
         def get() -> None:
-            try:
+            with suppress(library.ZError):  # the session has been closed; the end is told nevertheless
                 session.get(
                     self.key,
                     handler,
@@ -70,8 +71,6 @@ class Question:
                     allowed_destination=library.Locality.REMOTE,
                     cancellation_token=self._cancellation,
                 )
-            except library.ZError:  # the session has been closed
-                wakeup.post(unanswered, self)
 
         worker.do(get)
 
@@ -93,9 +92,9 @@ class Question:
     def _replied(self, reply: objects.Reply) -> None:
         if not self._open:
             return
-        sample, error = reply.ok, reply.err
-        if sample is not None:
-            attached = sample.attachment
-            self.end(Replied(sample.payload.to_bytes(), b"" if attached is None else attached.to_bytes()))
-        elif error is not None:
-            self.end(Failed(error.payload.to_bytes()))
+        sample = reply.ok
+        if sample is None:
+            self.end(Failed(reply.err.payload.to_bytes()))
+            return
+        attached = sample.attachment
+        self.end(Replied(sample.payload.to_bytes(), b"" if attached is None else attached.to_bytes()))

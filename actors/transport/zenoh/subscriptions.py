@@ -33,6 +33,7 @@ class Subscription:
 
     def __init__(
         self,
+        own: str,
         key: str,
         delivery: Delivery,
         take: Callable[[Sample], None],
@@ -42,7 +43,7 @@ class Subscription:
         ask: Callable[[Subscription, Source], None],
         forget: Callable[[Subscription], None],
     ) -> None:
-        """`declare` makes Zenoh's subscriber, which calls `arrived`; `ask` asks a publisher for its history, as `Contacts` wants it;
+        """`own` is this session; `declare` makes Zenoh's subscriber, which calls `arrived`; `ask` asks a publisher for its history, as `Contacts` wants it;
         `forget` is called when the subscription is closed."""
         self._key = key
         self._take = take
@@ -55,7 +56,7 @@ class Subscription:
         self._hangs = False
         self._closed = False
         self._forget = forget
-        contacts = Contacts(lambda source: ask(self, source), self._pass)
+        contacts = Contacts(own, lambda source: ask(self, source), self._pass)
         self.answered, self.complete = contacts.answered, contacts.complete
         self._next = contacts.take if delivery.history else self._pass
         self._subscriber = declare(self)
@@ -82,10 +83,8 @@ class Subscription:
     def _wait_for_room(self) -> None:
         if not self._hangs:
             self._room.clear()
-            if (
-                len(self._queue) >= self._most and not self._closed
-            ):  # again, because room may have been made just before
-                self._hangs = not self._room.wait(_PATIENCE)
+            still_full = len(self._queue) >= self._most and not self._closed  # room may have been made just before
+            self._hangs = still_full and not self._room.wait(_PATIENCE)
 
     def _drop_oldest(self) -> None:
         try:

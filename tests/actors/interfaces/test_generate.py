@@ -19,10 +19,10 @@ from actors.interfaces.generate import generate, main
 ROOT = Path(__file__).parents[3]
 
 
-@pytest.mark.parametrize("home", ["actors", "robot"])
+@pytest.mark.parametrize("home", ["actors.interfaces", "robot.interfaces", "robot.interfaces.tutorials"])
 def test_the_modules_that_ship_are_up_to_date(home: str, capsys: pytest.CaptureFixture[str]) -> None:
-    folder = ROOT / home / "interfaces"
-    status = main([str(folder / "share"), "--out", str(folder), "--home", f"{home}.interfaces", "--check"])
+    folder = ROOT.joinpath(*home.split("."))
+    status = main([str(folder / "share"), "--out", str(folder), "--home", home, "--check"])
     assert status == 0, capsys.readouterr().out
 
 

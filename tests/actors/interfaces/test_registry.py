@@ -23,7 +23,7 @@ from actors.interfaces.derived import event_message, feedback_message, get_resul
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.std_srvs.srv import SetBool
-from robot.interfaces.my_robot_interfaces.msg import SensorData
+from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 
 
 def test_I51_both_spellings_of_a_name_mean_the_same_class() -> None:

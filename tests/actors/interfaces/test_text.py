@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-import robot.interfaces  # noqa: F401  # makes the types of the tutorials known
+import robot.interfaces.tutorials  # noqa: F401  # makes the types of the robot and of the tutorials known
 from actors.interfaces import UnknownInterface, definition_text, schema_text, show
 from actors.interfaces.std_srvs.srv import SetBool
 from actors.interfaces.text import show_text

@@ -9,9 +9,12 @@ import pytest
 from actors import Child, Node, StartFailed, Topic, publishes, run, subscribes
 from actors.interfaces.message import make_message
 from actors.testing import Rig
+from actors.transport.protocol import Events
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.actors.transport.memory import End, Network
-from tests.stage import NUMBERS, events, number
+from tests.actors.transport.test_bridge_actions import Counter
+from tests.actors.transport.test_bridge_services import Adder
+from tests.stage import ADD, COUNT, NUMBERS, events, number, order, result, total, two
 
 __all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
@@ -133,6 +136,58 @@ async def test_tokens_that_come_while_it_opens_are_taken_in_and_those_that_canno
     del hosts.network.tokens["@ros2_lv/0/not a token"]
     rig.system.runtime.log.info("it goes on")
     hosts.network.ends[hosts.ends[rig].session].events.vanished("@ros2_lv/0/not a token")
+
+
+class Late(Node):
+    async def on_start(self) -> None:
+        await self.clock.sleep(2.0)
+
+
+class SlowEnd(End):
+    """Is known to others a second before `open` returns."""
+
+    async def open(self, tokens: str, events: Events) -> None:
+        await super().open(tokens, events)
+        await asyncio.sleep(1.0)
+
+
+async def test_what_is_there_when_the_transport_is_open_is_shown_and_what_it_told_before_is_taken_in(
+    hosts: Hosts,
+) -> None:
+    other = await hosts.start(Talker)
+    network = hosts.network
+    rig = Rig()
+    hosts.rigs.append(rig)
+    end = SlowEnd(network, "f")
+    opening = asyncio.create_task(rig.start(Child(Talker, name="two"), Listener, Adder, Counter, Late, transport=end))
+    await other.advance(0.5)
+    brief = hosts.ends[other].announce("@ros2_lv/0/77/0/0/NN/%/%/brief")
+    await other.advance(0.1)
+    brief.close()
+    before = other.node(Talker).out.subscription_count
+    await opening
+    await other.quiet()
+    probe = other.probe(NUMBERS)
+    await other.quiet()
+    rig.node("two").out(number(1))  # type: ignore[attr-defined]
+    await other.quiet()
+
+    assert len(probe) == 1
+    assert (before, other.node(Talker).out.subscription_count) == (0, 2)
+    assert rig.node(Listener).numbers.publisher_count == 2
+    assert await other.call(ADD, two(1, 0)) == total(1)
+    assert await (await other.start_goal(COUNT, order(1))) == result(1)
+    assert "/brief" not in [node.name for node in rig.system.snapshot().nodes]
+
+
+async def test_a_name_that_no_key_may_hold_does_not_end_the_others(hosts: Hosts) -> None:
+    rig, other = await hosts.start(Node), await hosts.start(Talker)
+    hosts.ends[other].announce(
+        "@ros2_lv/0/2/90/91/MP/%/%/odd/%topic/std_msgs::msg::dds_::Int32_/RIHS01_0/no quality"
+    ).close()
+    await rig.quiet()
+    (line,) = events(rig.logs, "a token cannot be read")
+    assert "no quality" in str(line.fields["token"])
 
 
 async def test_what_the_format_cannot_represent_stays_in_its_process_and_is_logged(hosts: Hosts) -> None:

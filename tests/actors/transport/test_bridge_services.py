@@ -31,6 +31,7 @@ from actors.testing import Rig
 from actors.transport.format.attachments import Attachment, parse_attachment, write_attachment
 from actors.transport.format.extensions import Extension, parse_extension, write_extension
 from actors.transport.format.gids import gid_of
+from actors.transport.format.replies import parse_reply_error
 from actors.transport.protocol import Answer, Failed, NoAnswer, Replied
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.stage import ADD, events, total, two
@@ -223,10 +224,37 @@ async def test_when_the_server_of_ones_own_process_ends_the_one_elsewhere_takes_
     assert rig.system.graph.services["/add"].server.host == "/other_adder"  # type: ignore[union-attr]
 
 
+async def test_while_the_server_of_ones_own_process_is_restarted_the_one_elsewhere_does_not_take_its_place(
+    hosts: Hosts,
+) -> None:
+    rig = await hosts.start(Child(Adder, backoff=Backoff(5.0, 5.0)))
+    rig.crash(Adder)
+    await rig.quiet()
+    other = await hosts.start(Child(Adder, name="other_adder"))
+    with pytest.raises(NodeRestarting, match="/adder"):
+        await rig.call(ADD, two(1, 1))
+    hosts.lose(other)
+    await rig.advance(6.0)
+    assert await rig.call(ADD, two(1, 1)) == total(2)
+
+
+async def test_another_node_of_a_process_takes_over_a_name_and_is_the_server_elsewhere(hosts: Hosts) -> None:
+    rig, client = await hosts.start(Child(Adder, backoff=Backoff(5.0, 5.0))), await hosts.start(Node)
+    rig.crash(Adder)
+    await rig.quiet()
+    await rig.system.join(Child(Parallel))
+    await client.quiet()
+
+    assert client.system.graph.services["/add"].server.host == "/parallel"  # type: ignore[union-attr]
+    assert await client.call(ADD, two(1, 1)) == total(2)
+
+
 async def test_the_next_server_elsewhere_takes_the_place_of_one_that_is_lost(hosts: Hosts) -> None:
     client = await hosts.start(Node)
     servers = [await hosts.start(Child(Adder, name=name)) for name in ("one", "two")]
     entry = client.system.graph.services["/add"]
+    third = await hosts.start(Child(Adder, name="three"))
+    hosts.lose(third)
     hosts.lose(servers[0])
     await client.quiet()
     after_one = entry.server.host  # type: ignore[union-attr]
@@ -234,6 +262,23 @@ async def test_the_next_server_elsewhere_takes_the_place_of_one_that_is_lost(hos
     await client.quiet()
 
     assert (after_one, entry.server) == ("/two", None)
+
+
+async def test_a_request_for_a_service_that_has_just_gone_is_told_so(hosts: Hosts) -> None:
+    server, client = await hosts.start(Node), await hosts.start(Node)
+    joined = await server.system.join(Child(Tuned, name="tuned"))
+    await client.quiet()
+    (question,) = (one for one in hosts.ends[server].servers if "tuned/get_parameters" in one.key)
+    await server.system.leave(joined)
+    hosts.ends[server].servers.append(question)  # it was on its way
+    ours = write_attachment(Attachment(1, 0, bytes(16), write_extension(Extension())))
+    answers = asked(hosts, client, question.key, encode(GetParameters.Request()), ours)
+    await client.quiet()
+    assert isinstance(answers[0], Failed)
+    assert str(parse_reply_error(answers[0].payload)).startswith(
+        "/tuned, which served /tuned/get_parameters, has stopped"
+    )
+    question.close()
 
 
 # Call cycles ---------------------------------------------------------------------------------------------------------------

@@ -6,14 +6,17 @@ import asyncio
 
 import pytest
 
-from actors.transport.simulated import Conditions, Network, SimulatedTransport
+from actors.transport.simulated.conditions import Conditions
+from actors.transport.simulated.network import Network
+from actors.transport.simulated.session import SimulatedTransport
+from actors.transport.simulated.topology import Mode
 from tests.actors.transport.contract import LossContract, PartitionContract, TransportContract
 
 
 class SimulatedWire:
     """Each transport on a host of its own."""
 
-    def __init__(self, network: Network, mode: str) -> None:
+    def __init__(self, network: Network, mode: Mode) -> None:
         self.network = network
         self.mode = mode
         self.hosts = 0

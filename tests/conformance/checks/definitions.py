@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-import robot.interfaces  # noqa: F401  # makes the types of the tutorials known
+import robot.interfaces.tutorials  # noqa: F401  # makes the types of the robot and of the tutorials known
 from actors.interfaces import Field, Message, load_folder, registry
 
 VECTORS = Path(__file__).parents[1] / "vectors"

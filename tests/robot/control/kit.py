@@ -20,7 +20,7 @@ from robot.geometry.vectors import Floats, Rows, Triple, Vector, to_ground
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.footprint import Footprint
 from robot.model.kinematics import inverse
-from robot.model.legs import leg_state
+from robot.model.legs import LegState, leg_state
 from robot.model.mass import standing_mass
 from robot.model.parameters import GRAVITY
 from robot.model.stance import nominal_feet
@@ -107,6 +107,12 @@ def moment(
 ) -> Step:
     """One control step of a walk, of a robot that stands at rest on level ground if not said otherwise."""
     return Step(dt, state or predicted(), terrain or sloping(), wanted, turn, sway, height, standing_mass(height))
+
+
+def pushes(legs: LegState, effort: Sequence[float] | Vector) -> Floats:
+    """What the feet push with beyond carrying the legs, by J' f = weight - torque; body axes, shape (4, 3)."""
+    beyond = np.reshape(legs.weight, (4, 3)) - np.reshape(effort, (4, 3))
+    return np.array([np.linalg.solve(np.array(j).T, row) for j, row in zip(legs.jacobians, beyond, strict=True)])
 
 
 def turned_about_z(vector: Sequence[float], yaw: float) -> Vector:

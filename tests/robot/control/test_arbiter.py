@@ -51,6 +51,15 @@ def test_every_source_times_out_after_half_a_second(source: Source) -> None:
     assert arbiter.decide(10.5).reason == "all commands timed out"
 
 
+@pytest.mark.parametrize("source", list(Source))
+def test_who_drives_may_change_the_command_at_any_time(source: Source) -> None:
+    arbiter = VelocityArbiter()
+    for now, wanted in ((0.0, AHEAD), (0.05, TURN), (0.1, AHEAD)):
+        assert arbiter.offer(source, wanted, now) is Verdict.ACCEPTED
+        assert arbiter.decide(now).velocity == wanted
+    assert arbiter.decide(0.55).velocity == AHEAD, "the timeout is that of the latest command"
+
+
 def test_the_next_source_takes_over_when_a_higher_one_falls_silent() -> None:
     arbiter = VelocityArbiter()
     arbiter.offer(Source.TELEOP, AHEAD, 0.0)

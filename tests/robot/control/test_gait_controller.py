@@ -10,13 +10,13 @@ import pytest
 
 from robot.control.gait_controller import GaitController
 from robot.control.safe_stop import SafeStop
-from robot.evaluate.trial import PERIOD, Trial
 from robot.sim.physics import PhysicsBody
+from robot.testing import PERIOD, Conditions, Trial
 from tests.robot.stage import floor
 
 
 def standing(seed: int = 1, delay: float = 0.008) -> Trial:
-    trial = Trial(seed, delay=delay)
+    trial = Trial(seed, conditions=Conditions(delay=delay))
     trial.stand_up()
     return trial
 

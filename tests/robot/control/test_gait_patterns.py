@@ -9,19 +9,19 @@ import pytest
 
 from robot.control.gaits import GAITS
 from robot.estimation.leg_odometry import Estimator
-from robot.evaluate.trial import PERIOD, Trial
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.model.kinematics import inverse
 from robot.model.parameters import GRAVITY, STAND_HEIGHT
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Box
+from robot.testing import PERIOD, Conditions, Trial
 from tests.robot.stage import floor
 
 SLOW = pytest.mark.slow
 
 
-def walking(gait: str = "trot", speed: float = 0.0, seconds: float = 2.5, **body: float) -> Trial:
-    trial = Trial(1, gait=gait, **body)  # type: ignore[arg-type]
+def walking(gait: str = "trot", speed: float = 0.0, seconds: float = 2.5, friction: float = 0.8) -> Trial:
+    trial = Trial(1, conditions=Conditions(friction=friction), gait=gait)
     trial.stand_up()
     trial.run(seconds, (speed, 0.0, 0.0))
     return trial
@@ -174,7 +174,7 @@ def test_a_foot_that_touches_late_in_its_swing_stands_at_once() -> None:
         contact[0] = contact[0] or touched
         return imu, JointSample(joints.position, joints.velocity, joints.effort, contact)
 
-    trial.spoil = touch
+    trial.spoil(touch)
     for _ in range(200):
         trial.step()
         assert listener.targets is not None
@@ -189,7 +189,7 @@ def test_a_foot_that_finds_no_ground_goes_on_downwards() -> None:
     """Down from a step: the ground comes later than expected."""
     step = Box(1.6, 0.0, 1.6, 4.0, height=0.1)
     scene = floor(step)
-    trial = Trial(2, scene=scene)
+    trial = Trial(2, scene)
     trial.stand_up()
     for _ in range(40):
         trial.run(0.2, (0.5, 0.0, -0.8 * trial.pose()[2]))

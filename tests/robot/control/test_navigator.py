@@ -31,6 +31,7 @@ from robot.planning.planner import Planner
 from robot.scenes.scene import Box, Cylinder, Scene
 from robot.scenes.worlds import get_world
 from tests.robot.control.navigation_sim import Walker, body_clearance, random_scene, walk
+from tests.robot.stage import floor
 
 
 def ready(scene: Scene, start: Pose2 | None = None, seed: int = 0) -> tuple[Navigator, Walker]:
@@ -251,6 +252,18 @@ def test_without_a_goal_it_stands() -> None:
     motion = navigator.step(0.0, walker.pose, Twist2(), walker.scan())
     assert (motion.vx, motion.vy, motion.wz, motion.state) == (0.0, 0.0, 0.0, State.IDLE)
     assert navigator.cancel().state is State.IDLE
+
+
+def test_a_scan_is_laid_on_the_map_from_where_it_was_taken() -> None:
+    """A box that is on the map is nothing new, though the robot has turned since the scan; seen from the new heading it would be."""
+    navigator, walker = ready(floor(Box(3.0, 0.0, 1.0, 1.0)))
+    walker.lidar_sd = 0.0
+    taken_at, ranges = walker.pose, walker.scan()
+    turned = Pose2(taken_at.x, taken_at.y, taken_at.yaw + 0.5)
+    navigator.step(0.0, turned, scan=ranges, scanned_at=taken_at)
+    assert navigator.around.changes == 0
+    navigator.step(0.1, turned, scan=ranges)
+    assert navigator.around.changes == 1
 
 
 def test_a_pose_that_is_no_number_stops_the_robot_until_it_is_one_again() -> None:

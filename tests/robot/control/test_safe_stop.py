@@ -18,7 +18,7 @@ from robot.model.kinematics import feet, inverse, leg_jacobian
 from robot.model.legs import LEVEL, leg_state
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, MASS, SIDES, SIT_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
-from tests.robot.control.kit import DT, HEIGHT, MIRRORED, joints_at, standing
+from tests.robot.control.kit import DT, HEIGHT, MIRRORED, joints_at, pushes, standing
 
 ALL = (True, True, True, True)
 DIAGONAL = (True, False, False, True)
@@ -45,9 +45,7 @@ def places(targets: MotorTargets) -> Floats:
 
 def loads(sample: JointSample, targets: MotorTargets) -> Floats:
     """The forces that the torques push with, body axes, shape (4, 3)."""
-    legs = leg_state(sample.position.tolist(), LEVEL)
-    beyond = np.array(legs.weight).reshape(4, 3) - targets.effort.reshape(4, 3)
-    return np.array([np.linalg.solve(np.array(j).T, row) for j, row in zip(legs.jacobians, beyond, strict=True)])
+    return pushes(leg_state(sample.position.tolist(), LEVEL), targets.effort)
 
 
 def gone(speed: float, time: float) -> float:
@@ -198,10 +196,10 @@ def test_the_standing_legs_carry_half_of_the_weight_and_one_alone_a_quarter(
 
 def test_four_feet_carry_it_without_tilting_the_body() -> None:
     sample = standing()
-    pushes = loads(sample, SafeStop().step(DT, sample))
+    forces = loads(sample, SafeStop().step(DT, sample))
     legs = leg_state(sample.position.tolist(), LEVEL)
     arms = np.array(legs.feet) - legs.centre - (0.0, 0.0, FOOT_RADIUS)
-    assert np.cross(arms, pushes).sum(axis=0) == pytest.approx((0.0, 0.0, 0.0), abs=0.02)
+    assert np.cross(arms, forces).sum(axis=0) == pytest.approx((0.0, 0.0, 0.0), abs=0.02)
 
 
 def test_the_load_is_let_go_and_the_springs_soften_over_the_last_moments() -> None:

@@ -19,23 +19,16 @@ from robot.model.kinematics import feet, inverse
 from robot.model.mass import standing_mass
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, MASS, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.stance import nominal_feet
-from tests.robot.control.kit import DT, HEIGHT, MIRRORED, predicted
+from tests.robot.control.kit import DT, HEIGHT, MIRRORED, predicted, pushes
 
 BEHIND = standing_mass(STAND_HEIGHT).behind
 
 
-def forces(state: PredictedState, targets: Targets) -> Floats:
-    """What the torques beyond the legs' own weight push with, odom axes, shape (4, 3)."""
-    effort, weight = np.array(targets.effort).reshape(4, 3), np.array(state.legs.weight).reshape(4, 3)
-    body = [np.linalg.solve(np.array(j).T, w - e) for j, e, w in zip(state.legs.jacobians, effort, weight, strict=True)]
-    return np.array(body) @ np.array(state.rotation).T
-
-
 def wrench(state: PredictedState, targets: Targets) -> Floats:
-    """Their sum, and their moment about the centre of mass."""
-    pushes = forces(state, targets)
+    """The sum of what the feet push with, and its moment about the centre of mass, odom axes."""
+    forces = pushes(state.legs, targets.effort) @ np.array(state.rotation).T
     arms = np.array(state.feet) - np.array(state.rotation) @ state.legs.centre - (0.0, 0.0, FOOT_RADIUS)
-    return np.concatenate([pushes.sum(axis=0), np.cross(arms, pushes).sum(axis=0)])
+    return np.concatenate([forces.sum(axis=0), np.cross(arms, forces).sum(axis=0)])
 
 
 def settled(state: PredictedState, seconds: float = 1.0) -> Targets:

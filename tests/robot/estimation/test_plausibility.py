@@ -9,12 +9,11 @@ import pytest
 
 from robot.control.gait_controller import GaitController
 from robot.estimation.plausibility import ImuWatch, JointWatch
-from robot.evaluate.trial import PERIOD, Trial
-from robot.evaluate.walk_faults import FAULTS
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.kinematics import inverse
 from robot.model.parameters import GRAVITY, SIT_HEIGHT
 from robot.model.stance import nominal_feet
+from robot.testing import FAULTS, PERIOD, Trial
 
 POSE = inverse(nominal_feet(SIT_HEIGHT)).joints
 STANDING_ON = np.ones(4, dtype=np.bool_)
@@ -129,7 +128,7 @@ def test_no_fault_of_a_sensor_fells_a_walking_robot(fault: str) -> None:
     trial = Trial(1)
     trial.stand_up()
     trial.run(1.8, (0.5, 0.0, 0.2))
-    trial.spoil = FAULTS[fault]()
+    trial.spoil(fault)
     trial.run(2.4)
     assert not trial.fallen
     if "IMU" in fault:
@@ -151,10 +150,10 @@ def test_it_walks_on_when_the_imu_is_back() -> None:
     trial = Trial(2)
     trial.stand_up()
     trial.run(1.5, (0.5, 0.0, 0.0))
-    trial.spoil = FAULTS["IMU silent"]()
+    trial.spoil("IMU silent")
     trial.run(1.5)
     modes = [trial.gait.mode]
-    trial.spoil = None
+    trial.spoil(None)
     trial.run(1.5)
     modes.append(trial.gait.mode)
     assert modes == ["stand", "walk"]
@@ -166,10 +165,10 @@ def test_a_contact_that_works_again_is_believed_again() -> None:
     trial = Trial(3)
     trial.stand_up()
     trial.run(1.2, (0.3, 0.0, 0.0))
-    trial.spoil = FAULTS["one contact stuck closed"]()
+    trial.spoil("one contact stuck closed")
     trial.run(1.0)
     lost = [trial.gait.lost]
-    trial.spoil = None
+    trial.spoil(None)
     trial.run(1.2)
     lost.append(trial.gait.lost)
     assert lost == [("contact fl",), ()]

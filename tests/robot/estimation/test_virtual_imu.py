@@ -10,14 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot.estimation.virtual_imu import CATCH_UP, virtual_imu
-from robot.evaluate.trial import Trial
-from robot.evaluate.walk_faults import FAULTS
 from robot.geometry.vectors import Rows, Vector
 from robot.hardware.body import JointSample
 from robot.model.kinematics import inverse
 from robot.model.legs import LegState, foot_velocities, leg_state
 from robot.model.parameters import GRAVITY, STAND_HEIGHT
 from robot.model.stance import nominal_feet
+from robot.testing import Conditions, Trial
 
 LEVEL = (0.0, 0.0, 1.0)
 UPRIGHT: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -105,10 +104,10 @@ def test_without_two_standing_feet_the_attitude_is_kept(contact: tuple[bool, ...
 
 @pytest.mark.parametrize(("fault", "seed", "turn"), [("IMU not a number", 1, 0.22), ("IMU frozen", 3, -0.29)])
 def test_F_07_an_imu_that_fails_in_a_walk_leaves_the_robot_standing_upright(fault: str, seed: int, turn: float) -> None:
-    trial = Trial(seed, delay=0.008)
+    trial = Trial(seed, conditions=Conditions(delay=0.008))
     trial.stand_up()
     trial.run(2.2, (0.5, 0.0, turn))
-    trial.spoil = FAULTS[fault]()
+    trial.spoil(fault)
     record = trial.run(3.0)
     assert not trial.fallen
     assert record.tilt.max() < radians(4.0)
@@ -116,11 +115,11 @@ def test_F_07_an_imu_that_fails_in_a_walk_leaves_the_robot_standing_upright(faul
 
 
 def test_half_of_the_samples_of_an_imu_will_do() -> None:
-    trial = Trial(1, delay=0.008)
+    trial = Trial(1, conditions=Conditions(delay=0.008))
     trial.stand_up()
     trial.run(1.0, (0.6, 0.0, 0.3))
     turns = iter(range(10_000))
-    trial.spoil = lambda imu, joints: (imu if next(turns) % 2 else None, joints)
+    trial.spoil(lambda imu, joints: (imu if next(turns) % 2 else None, joints))
     record = trial.run(4.0, (0.6, 0.0, 0.3))
     assert record.tilt.max() < radians(3.0)
     assert record.velocity[-200:].mean(axis=0) == pytest.approx((0.6, 0.0, 0.3), abs=0.05)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 from robot.evaluate import walk
-from robot.evaluate.levels import Metric, measure, table
+from robot.evaluate.levels import Metric, conclude, machine, measure, table
+from robot.run.options import UsageError
 
 
 def metric(name: str, bounds: tuple[float | None, float | None, float | None] = (3.0, 2.0, 1.0)) -> Metric:
@@ -45,3 +48,48 @@ def test_the_help_of_walk_says_how_long_it_takes(capsys: pytest.CaptureFixture[s
     with pytest.raises(SystemExit):
         walk.main(["--help"])
     assert "All of it takes half an hour on an idle machine." in capsys.readouterr().out
+
+
+def test_more_is_better_where_it_is_said_so() -> None:
+    speed = Metric("speed", "m/s", (1.0, 2.0, 3.0), float, larger_is_better=True)
+    assert [speed.level(value) for value in (0.5, 1.0, 2.5, 4.0)] == ["", "acceptable", "good", "excellent"]
+
+
+def test_a_level_without_a_bound_is_never_reached() -> None:
+    assert metric("error", (3.0, None, None)).level(0.1) == "acceptable"
+    assert metric("error", (None, None, 1.0)).level(2.0) == ""
+
+
+def test_the_table_word_by_word() -> None:
+    values = {1: 0.5, 2: 4.0, 3: 2.5}
+    line = Metric("a thing measured", "mm", (3.0, 2.0, None), lambda seed: values[seed])
+    result = measure([line], [1, 2, 3], backend="none")
+    result |= {"date": "2026-01-02", "machine": {"processor": "P", "cores": 2, "python": "3.11", "mujoco": "none"}}
+    assert table("A title", result).splitlines() == [
+        "A title, back end none",
+        "seeds 1, 2, 3; 2026-01-02; P, 2 cores, Python 3.11, MuJoCo none",
+        "",
+        "metric                                        median       min       max unit   accept.    good excell.  level",
+        "a thing measured                                 2.5       0.5         4 mm           3       2       -  acceptable",
+    ]
+
+
+def test_the_exit_code_says_whether_everything_is_acceptable(capsys: pytest.CaptureFixture[str]) -> None:
+    fine, bad = (measure([metric("one")], [seed], backend="none") for seed in (2, 5))
+    assert conclude("fine", fine, as_json=False) == 0
+    assert conclude("bad", bad, as_json=True) == 1
+    assert json.loads(capsys.readouterr().out.partition("\n{")[2].join(["{", ""]))["metrics"][0]["level"] == ""
+
+
+def test_quick_and_only_choose_and_nothing_chosen_is_a_mistake_that_names_what_there_is() -> None:
+    lines = [metric("fast"), Metric("slow", "m", (None, None, None), float)]
+    assert [row["name"] for row in measure(lines, [1], backend="none", quick=True)["metrics"]] == ["fast"]
+    with pytest.raises(UsageError, match=r"--only slow: no metric's name contains that; there are: 'fast'$"):
+        measure(lines, [1], backend="none", quick=True, only="slow")
+
+
+def test_the_settings_of_a_measurement_are_in_its_result() -> None:
+    result = measure([metric("one")], [4], backend="none", delay_ms=8.0)
+    assert (result["backend"], result["seeds"], result["delay_ms"]) == ("none", [4], 8.0)
+    assert result["metrics"][0]["values"] == [4.0]
+    assert machine().keys() == {"processor", "cores", "system", "python", "mujoco"}

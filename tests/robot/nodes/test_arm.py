@@ -35,8 +35,8 @@ from robot.contracts import (
 from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import SafetyState
-from robot.interfaces.robot_arm_control.action import MoveArm
-from robot.interfaces.robot_arm_control.srv import GetPosition
+from robot.interfaces.tutorials.robot_arm_control.action import MoveArm
+from robot.interfaces.tutorials.robot_arm_control.srv import GetPosition
 from robot.model.arm import MOUNT, STOWED, Tip, forward, inverse
 from robot.nodes.arm import ArmDriver
 from robot.planning.trajectory import ARM_LIMITS

@@ -21,8 +21,8 @@ from robot.contracts import (
 )
 from robot.evaluate.battery import CONTRACT
 from robot.geometry.messages import pose_stamped
-from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
+from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
 from robot.nodes.battery import Battery
 from robot.planning.energy import EnergyGuard, walking_energy
 from robot.scenes.worlds import get_world

@@ -14,7 +14,7 @@ from actors.interfaces.sensor_msgs.msg import Imu
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
 from robot.contracts import CALIBRATE_SENSOR, CMD_VEL, IMU, IMU_CALIBRATION, STAND, WALK
-from robot.interfaces.your_package.srv import SensorCalibration
+from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 from robot.nodes.calibration import Calibration
 from robot.nodes.proprioception import Proprioception
 from robot.scenes.worlds import get_world

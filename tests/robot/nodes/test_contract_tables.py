@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+import subprocess
+import sys
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -14,6 +17,7 @@ import pytest
 
 from actors import Action, Service, Topic
 from robot import contracts, tutorials
+from robot.interfaces import tutorials as tutorial_types
 
 KINDS: dict[type, str] = {Topic: "topic", Service: "service", Action: "action"}
 
@@ -168,6 +172,25 @@ def test_T_11_T_15_Q_04_Q_05_Q_06_a_contract_of_the_robot_is_as_it_is_written_he
 @pytest.mark.parametrize("name", rows(TUTORIALS))
 def test_T_11_a_contract_of_the_tutorials_is_as_it_is_written_here(name: str) -> None:
     assert described(tutorial_contracts()[name]) == rows(TUTORIALS)[name]
+
+
+def test_the_robots_own_contracts_come_first_and_use_no_type_of_the_tutorials() -> None:
+    theirs = {path.name for path in (Path(tutorial_types.__file__).parent / "share").iterdir()}
+    assert len(theirs) == 6
+    sections = [
+        "tutorials" if described(one)[2].split("/")[0] in theirs else "own" for one in contracts_of(contracts).values()
+    ]
+    assert (sections.count("own"), sections.count("tutorials")) == (51, 12)
+    assert sections == sorted(sections)
+
+
+def test_importing_the_robots_own_types_does_not_make_those_of_the_tutorials_known() -> None:
+    program = (
+        "import robot.interfaces; from actors.interfaces import known_names; names = known_names();"
+        "print(sum(n.startswith('robactor_msgs/') for n in names), sum(n.startswith('my_robot_interfaces/') for n in names))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["18", "0"]
 
 
 def test_every_contract_has_a_row() -> None:

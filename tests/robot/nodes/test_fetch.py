@@ -27,13 +27,13 @@ from robot.contracts import (
     POSE,
 )
 from robot.hardware.body import Body
-from robot.interfaces.proposed_interfaces.action import (
+from robot.interfaces.robactor_msgs.action import FetchAndCarry
+from robot.interfaces.tutorials.proposed_interfaces.action import (
     NavigateAndGrab,
     NavigateAndGrab_Feedback,
     NavigateAndGrab_Result,
 )
-from robot.interfaces.proposed_interfaces.srv import GetRobotPose
-from robot.interfaces.robactor_msgs.action import FetchAndCarry
+from robot.interfaces.tutorials.proposed_interfaces.srv import GetRobotPose
 from robot.model.arm import STOWED
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody

@@ -25,12 +25,12 @@ from robot.contracts import (
     WALK,
 )
 from robot.control.gait_controller import GaitController
-from robot.evaluate.trial import FLAT
 from robot.hardware.body import JOINT_NAMES, Body, ImuSample, JointSample
 from robot.interfaces.robactor_msgs.msg import FootContacts, GaitStatus
 from robot.model.parameters import GRAVITY
 from robot.nodes.gait import Gait
 from robot.sim.physics import PhysicsBody
+from robot.testing import FLAT
 from robot.tree import only
 from tests.robot.stage import floor, said, twist
 

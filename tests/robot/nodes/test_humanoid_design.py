@@ -24,12 +24,12 @@ from robot.contracts import (
     MOVE_ARM,
     PLAN_PATH,
 )
-from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
-from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus
-from robot.interfaces.proposed_interfaces.srv import GetRobotPose
-from robot.interfaces.robot_arm_control.action import MoveArm
-from robot.interfaces.your_package.action import HumanoidNav
-from robot.interfaces.your_package.srv import SensorCalibration
+from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath
+from robot.interfaces.tutorials.my_robot_interfaces.srv import GetBatteryStatus
+from robot.interfaces.tutorials.proposed_interfaces.srv import GetRobotPose
+from robot.interfaces.tutorials.robot_arm_control.action import MoveArm
+from robot.interfaces.tutorials.your_package.action import HumanoidNav
+from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 from robot.sim.kinematic import KinematicBody
 from robot.tutorials.motor_controller import MotorController
 from tests.robot.stage import KITCHEN, at, awake

@@ -25,10 +25,10 @@ from robot.contracts import (
     SCAN,
 )
 from robot.geometry.angles import wrap
-from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
-from robot.interfaces.proposed_interfaces.srv import GetRobotPose
 from robot.interfaces.robactor_msgs.srv import GetPlace
-from robot.interfaces.your_package.action import HumanoidNav
+from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath
+from robot.interfaces.tutorials.proposed_interfaces.srv import GetRobotPose
+from robot.interfaces.tutorials.your_package.action import HumanoidNav
 from robot.nodes.camera import Camera
 from tests.robot.stage import (
     humanoid,

@@ -8,6 +8,7 @@ from math import nan
 import pytest
 
 from actors import Child
+from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Point
 from actors.interfaces.std_msgs.msg import Header
 from actors.testing import Rig
@@ -20,8 +21,11 @@ from robot.scenes.objects import Look
 LOOKS = {"cup": Look("red", 0.07, 0.10)}
 
 
-def seen(x: float, y: float = 0.0, label: str = "red", frame: str = "base_link") -> Detection:
-    return Detection(header=Header(frame_id=frame), label=label, position=Point(x=x, y=y, z=0.1))
+AT_FIRST = Time()
+
+
+def seen(x: float, y: float = 0.0, label: str = "red", frame: str = "base_link", stamp: Time = AT_FIRST) -> Detection:
+    return Detection(header=Header(stamp=stamp, frame_id=frame), label=label, position=Point(x=x, y=y, z=0.1))
 
 
 async def asked(rig: Rig, *detections: Detection, name: str = "cup") -> ConfirmObject_Response:
@@ -41,6 +45,11 @@ async def test_X_03_three_detections_in_one_place_confirm_and_tell_the_objects_m
     assert answer.position.header.frame_id == "base_link"
     point = answer.position.point
     assert (point.x, point.y, point.z) == pytest.approx((1.01 + 0.8 * 0.035, 0.0, 0.1))
+
+
+async def test_the_answer_is_stamped_with_the_picture_that_confirmed_it(rig: Rig) -> None:
+    answer = await asked(rig, seen(1.0), seen(1.0), seen(1.0, stamp=Time(sec=7)))
+    assert answer.position.header.stamp == Time(sec=7)
 
 
 @pytest.mark.parametrize(

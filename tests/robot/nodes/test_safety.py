@@ -47,9 +47,9 @@ from robot.contracts import (
     WALK,
 )
 from robot.geometry.planar import Pose2
-from robot.interfaces.humanoid_control_interfaces.action import NavigateToGoal
-from robot.interfaces.my_robot_interfaces.msg import SensorData
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus
+from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
+from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 from robot.nodes.safety import SafetyMonitor
 from robot.nodes.teleop import RobotController
 from robot.scenes.worlds import get_world

@@ -25,9 +25,9 @@ from robot.contracts import (
 )
 from robot.geometry.messages import pose_stamped
 from robot.geometry.planar import Pose2
-from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
-from robot.interfaces.proposed_interfaces.srv import GetRobotPose
-from robot.interfaces.your_package.srv import SensorCalibration
+from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath
+from robot.interfaces.tutorials.proposed_interfaces.srv import GetRobotPose
+from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 from tests.robot.stage import done, robot
 
 T = TypeVar("T")

@@ -21,8 +21,8 @@ from robot.contracts import (
     STAND,
     WALK,
 )
-from robot.interfaces.my_robot_interfaces.action import MoveToPosition
-from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus
+from robot.interfaces.tutorials.my_robot_interfaces.action import MoveToPosition
+from robot.interfaces.tutorials.my_robot_interfaces.srv import GetBatteryStatus
 from tests.robot.stage import robot
 
 

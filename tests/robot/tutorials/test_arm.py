@@ -8,8 +8,8 @@ import pytest
 
 from actors import Child, Goal, GoalCanceled, GoalRejected
 from actors.testing import Rig
-from robot.interfaces.robot_arm_control.action import MoveArm, MoveArm_Feedback, MoveArm_Result
-from robot.interfaces.robot_arm_control.srv import GetPosition
+from robot.interfaces.tutorials.robot_arm_control.action import MoveArm, MoveArm_Feedback, MoveArm_Result
+from robot.interfaces.tutorials.robot_arm_control.srv import GetPosition
 from robot.tutorials.robot_arm import (
     GET_CURRENT_POSITION,
     MOVE_ARM,

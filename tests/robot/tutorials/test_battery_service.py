@@ -8,7 +8,7 @@ import pytest
 
 from actors import Child, Node, ServiceFailed, every
 from actors.testing import Rig
-from robot.interfaces.my_robot_interfaces.srv import GetBatteryStatus
+from robot.interfaces.tutorials.my_robot_interfaces.srv import GetBatteryStatus
 from robot.tutorials.battery_service import BatteryClient, BatteryServer, tree
 from tests.robot.stage import battery_status, said
 from tests.robot.tutorials.kit import alone

@@ -12,7 +12,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci_Feedback, Fibo
 from actors.node.retry import retry
 from actors.supervision.policy import Backoff
 from actors.testing import Rig
-from robot.interfaces.my_robot_pkg.action import Fibonacci
+from robot.interfaces.tutorials.my_robot_pkg.action import Fibonacci
 from robot.tutorials import navigate_stand_in
 from robot.tutorials.fibonacci import FIBONACCI, FibonacciClient, FibonacciServer, tree
 from robot.tutorials.navigate_stand_in import NAVIGATE_TO_GOAL, NavigationClient, NavigationServer

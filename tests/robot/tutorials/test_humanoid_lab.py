@@ -10,8 +10,8 @@ from actors import Child
 from actors.interfaces.geometry_msgs.msg import Point
 from actors.testing import Rig, scenario
 from actors.testing.faults import Crash, Delay, Duplicate, Lose, Reorder, SlowStart
-from robot.interfaces.humanoid_control_interfaces.msg import SensorData
-from robot.interfaces.humanoid_control_interfaces.srv import PlanTrajectory
+from robot.interfaces.tutorials.humanoid_control_interfaces.msg import SensorData
+from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanTrajectory
 from robot.tutorials.humanoid_lab import (
     MOTOR_COMMANDS,
     PLAN_TRAJECTORY,

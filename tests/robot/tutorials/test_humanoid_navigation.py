@@ -9,7 +9,7 @@ import pytest
 
 from actors import Child, Goal, GoalAborted, GoalCanceled, GoalRejected
 from actors.testing import Rig
-from robot.interfaces.your_package.action import HumanoidNav, HumanoidNav_Feedback, HumanoidNav_Result
+from robot.interfaces.tutorials.your_package.action import HumanoidNav, HumanoidNav_Feedback, HumanoidNav_Result
 from robot.scenes.scene import Box, Cylinder
 from robot.tutorials.humanoid_navigation import HUMANOID_NAVIGATE, HumanoidNavClient, HumanoidNavServer, tree
 from tests.robot.stage import said, warnings

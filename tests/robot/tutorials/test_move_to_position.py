@@ -9,7 +9,11 @@ import pytest
 
 from actors import Goal, GoalCanceled, GoalRejected, GoalStatus, Node, every
 from actors.testing import Rig
-from robot.interfaces.my_robot_interfaces.action import MoveToPosition, MoveToPosition_Feedback, MoveToPosition_Result
+from robot.interfaces.tutorials.my_robot_interfaces.action import (
+    MoveToPosition,
+    MoveToPosition_Feedback,
+    MoveToPosition_Result,
+)
 from robot.tutorials.move_to_position import MOVE_TO_POSITION, MoveClient, MoveServer, tree
 from tests.robot.stage import said, warnings
 from tests.robot.tutorials.kit import alone, increasing

@@ -10,9 +10,9 @@ import pytest
 from actors import ActorError, Child, Node, Service, ServiceFailed, StartFailed
 from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Request, AddTwoInts_Response
 from actors.testing import Rig
-from robot.interfaces.humanoid_control_interfaces.srv import PlanPath
-from robot.interfaces.my_robot_pkg.srv import CalculateDistance, CalculateDistance_Response
-from robot.interfaces.your_package.srv import SensorCalibration
+from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath
+from robot.interfaces.tutorials.my_robot_pkg.srv import CalculateDistance, CalculateDistance_Response
+from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 from robot.scenes.scene import Cylinder
 from robot.tutorials import add_two_ints, calibration, minimal_service, planner_service
 from robot.tutorials.add_two_ints import ADD_TWO_INTS, AddClient, AddServer, AsyncAddClient

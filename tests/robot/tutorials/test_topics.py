@@ -11,7 +11,7 @@ from actors.interfaces.sensor_msgs.msg import Image, JointState
 from actors.interfaces.std_msgs.msg import Float32, String
 from actors.interfaces.std_srvs.srv import SetBool
 from actors.testing import Rig
-from robot.interfaces.proposed_interfaces.srv import GetAverageTemperature, GetAverageTemperature_Response
+from robot.interfaces.tutorials.proposed_interfaces.srv import GetAverageTemperature, GetAverageTemperature_Response
 from robot.tutorials import (
     camera_detector,
     camera_topics,

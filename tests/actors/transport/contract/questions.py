@@ -89,6 +89,21 @@ class QuestionContract:
 
             assert answers == [Replied(b"mine", b"")]
 
+    async def test_a_question_that_one_leaves_is_answered_by_another(self, wire: Wire) -> None:
+        async with parties(wire, 3) as (a, b, c):
+            left = b.serve("7/add/T/H", lambda query: query.drop())
+            asked = c.serve("7/add/T/H")
+            await b.told_to(a)
+            await c.told_to(a)
+            answers, _ = a.ask("7/add/T/H")
+            await a.until(lambda: left and asked, "both are asked")
+            await b.told_to(a)
+
+            assert answers == []
+            asked[0].reply(b"mine", b"")
+            await a.until(lambda: answers, "it is answered")
+            assert answers == [Replied(b"mine", b"")]
+
     async def test_many_questions_are_each_answered_with_their_own_answer(self, wire: Wire) -> None:
         async with parties(wire, 3) as (a, b, c):
             for party in (a, b):

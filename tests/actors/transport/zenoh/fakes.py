@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-__all__ = ["FakePublisher", "FakeText", "numbered", "sample"]
+__all__ = ["FakePublisher", "FakeQuery", "FakeReply", "FakeSample", "FakeSession", "FakeText", "numbered", "sample"]
 
 
 @dataclass
@@ -46,6 +46,12 @@ class FakeSample:
     kind: object = None
 
 
+@dataclass
+class FakeReply:
+    ok: FakeSample | None
+    err: object = None
+
+
 def sample(payload: bytes, *, attachment: bytes | None = None, sender: str = "") -> FakeSample:
     """A sample without a number."""
     attached = None if attachment is None else FakeText(attachment)
@@ -81,3 +87,21 @@ class FakePublisher:
         self.undeclared += 1
 
     __hash__ = object.__hash__
+
+
+@dataclass
+class FakeQuery:
+    dropped: int = 0
+
+    def drop(self) -> None:
+        self.dropped += 1
+
+
+class FakeSession:
+    """A session that remembers the handler of its queryable."""
+
+    handler: Any = None
+
+    def declare_queryable(self, key: str, handler: Any, **settings: Any) -> FakePublisher:
+        self.handler = handler
+        return FakePublisher()

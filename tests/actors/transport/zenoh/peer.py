@@ -69,7 +69,7 @@ async def main(port: int, name: str) -> None:
     while line := (await reader.readline()).decode().split():
         match line:
             case ["hang", seconds]:
-                time.sleep(float(seconds))
+                time.sleep(float(seconds))  # noqa: ASYNC251  # the loop is to hang
             case ["threads"]:
                 say("threads", number=threads())
             case ["sockets"]:

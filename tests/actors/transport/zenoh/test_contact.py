@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from actors.transport.zenoh.contact import Contacts, Source
-from tests.actors.transport.zenoh.fakes import FakeSample, numbered, sample
+from tests.actors.transport.zenoh.fakes import FakeReply, FakeSample, numbered, sample
 
 
 class Reader:
@@ -12,7 +12,7 @@ class Reader:
     def __init__(self) -> None:
         self.got: list[bytes] = []
         self.asked: list[Source] = []
-        self.contacts = Contacts(self.asked.append, lambda one: self.got.append(one.payload.to_bytes()))
+        self.contacts = Contacts("own", self.asked.append, lambda one: self.got.append(one.payload.to_bytes()))
 
     def take(self, *samples: FakeSample) -> None:
         for one in samples:
@@ -34,7 +34,7 @@ def test_what_was_kept_comes_before_what_made_the_contact() -> None:
     reader.take(numbered(7), numbered(8))
     assert reader.got == []
     for number in (5, 6, 7):
-        reader.contacts.answered(("a1", 1), numbered(number))
+        reader.contacts.answered(("a1", 1), FakeReply(numbered(number)))
     reader.contacts.complete(("a1", 1))
     reader.take(numbered(8), numbered(9))
 
@@ -57,9 +57,10 @@ def test_late_answers_and_answers_without_a_number_are_not_taken() -> None:
     reader = Reader()
 
     reader.take(numbered(3))
-    reader.contacts.answered(("a1", 1), sample(b"no number"))
+    reader.contacts.answered(("a1", 1), FakeReply(sample(b"no number")))
+    reader.contacts.answered(("a1", 1), FakeReply(None))
     reader.contacts.complete(("a1", 1))
-    reader.contacts.answered(("a1", 1), numbered(2))
+    reader.contacts.answered(("a1", 1), FakeReply(numbered(2)))
     reader.contacts.complete(("a1", 1))
 
     assert reader.got == [b"3"]
@@ -68,7 +69,7 @@ def test_late_answers_and_answers_without_a_number_are_not_taken() -> None:
 def test_samples_without_a_number_pass() -> None:
     reader = Reader()
 
-    reader.take(sample(b"one"), sample(b"one"))
+    reader.take(sample(b"one"), sample(b"one", sender="a1"))
 
     assert reader.got == [b"one", b"one"]
 
@@ -91,3 +92,15 @@ def test_the_publishers_heard_of_longest_ago_are_forgotten() -> None:
     reader.take(numbered(0, publisher=1000), numbered(0, publisher=0))
 
     assert len(reader.got) == 1002
+
+
+def test_what_this_session_keeps_itself_does_not_come_back() -> None:
+    reader = Reader()
+    own = numbered(3)
+    assert own.source_info is not None
+    own.source_info.source_id.zid = "own"
+
+    reader.take(sample(b"one", sender="own"), own)
+
+    assert reader.got == []
+    assert reader.asked == []

@@ -1,31 +1,47 @@
-"""One robot on trial: body and gait controller in a closed loop, with the truth written down. For evaluations and tests."""
+"""One robot on trial: body and gait controller in a closed loop, with the truth written down."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import asin, atan2, cos, sin
-from typing import TypeAlias
+from typing import Final
 
 import numpy as np
 
+from actors.suggest import did_you_mean
 from robot.control.command import CommandLimits
 from robot.control.gait_controller import GaitController
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
-from robot.hardware.body import ImuSample, JointSample, Truth
+from robot.hardware.body import Truth
 from robot.model.modes import Mode
 from robot.scenes.scene import Scene
 from robot.sim.physics import PhysicsBody
+from robot.testing.faults import FAULTS, Spoil
 
-__all__ = ["FLAT", "PERIOD", "Record", "Spoil", "Trial"]
+__all__ = ["FLAT", "PERIOD", "Conditions", "Record", "Trial"]
 
-Spoil: TypeAlias = Callable[[ImuSample, JointSample], tuple[ImuSample | None, JointSample]]
-
-PERIOD = 0.005
+PERIOD: Final = 0.005
 """Of control, s: the rate of the sensors."""
+_LONGEST_RISE = 10.0
+"""Seconds after which a robot that does not stand is left as it is."""
 FLAT = Scene("flat", (-500.0, -500.0, 500.0, 500.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
+"""A floor without anything on it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """What the robot has to cope with."""
+
+    delay: float = 0.008
+    """Between a motor target and its effect, s."""
+    slope: tuple[float, float] = (0.0, 0.0)
+    """Rise of the floor along x and y, m/m."""
+    payload: float = 0.0
+    """On its back, kg."""
+    friction: float = 0.8
+    """Between feet and floor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,31 +78,46 @@ class Record:
 
 
 class Trial:
-    """A robot that is walked about. Everything is seeded; the same trial gives the same record."""
+    """A robot in physics that is walked about, pushed, and deprived of its sensors. The same trial gives the same record, bit for bit.
+
+    `body` is the simulated robot (`body.push` and `body.truth()` are for tests), `gait` its controller, which knows nothing but its sensors.
+    A robot that has once fallen counts as fallen from then on. Raises `BackendMissing` without MuJoCo.
+    """
 
     def __init__(
         self,
         seed: int,
-        *,
-        delay: float = 0.008,
         scene: Scene = FLAT,
+        conditions: Conditions | None = None,
+        *,
         gait: str = "trot",
-        slope: tuple[float, float] = (0.0, 0.0),
-        payload: float = 0.0,
-        friction: float = 0.8,
         limits: CommandLimits | None = None,
     ) -> None:
-        self.body = PhysicsBody(scene, seed=seed, delay=delay, slope=slope, payload=payload, friction=friction)
-        self.gait = GaitController(gait=gait, motor_delay=delay, limits=limits)
+        given = conditions or Conditions()
+        self.body = PhysicsBody(
+            scene, seed=seed, delay=given.delay, slope=given.slope, payload=given.payload, friction=given.friction
+        )
+        self.gait = GaitController(gait=gait, motor_delay=given.delay, limits=limits)
         self.fallen = False
-        self.spoil: Spoil | None = None
-        """What happens to the samples on their way from the sensors to the controller."""
+        self._spoil: Spoil | None = None
         self._steps = 0
 
+    def spoil(self, fault: str | Spoil | None) -> None:
+        """From now on the controller gets what a broken sensor would give: a fault of `FAULTS` by name, or a function of your own.
+
+        `None` mends everything. Raises `LookupError` for a name that is no fault.
+        """
+        if isinstance(fault, str):
+            if fault not in FAULTS:
+                hint = did_you_mean(fault, FAULTS, "did", most=3) or f"there are: {', '.join(FAULTS)}"
+                raise LookupError(f"no fault is called {fault!r}; {hint}")
+            fault = FAULTS[fault]()
+        self._spoil = fault
+
     def step(self) -> Truth:
-        """One control period."""
+        """One control period of 5 ms."""
         imu, joints = self.body.imu(), self.body.joints()
-        self.body.command(self.gait.step(PERIOD, *(self.spoil(imu, joints) if self.spoil else (imu, joints))))
+        self.body.command(self.gait.step(PERIOD, *(self._spoil(imu, joints) if self._spoil else (imu, joints))))
         self._steps += 1
         self.body.advance(self._steps * PERIOD)
         truth = self.body.truth()
@@ -94,10 +125,10 @@ class Trial:
         return truth
 
     def stand_up(self) -> None:
-        """From the start until standing."""
+        """From the start until standing, a fall, or ten seconds."""
         self.run(0.3)
         self.gait.request(Mode.STAND)
-        while self.gait.mode != Mode.STAND and self._steps < 2000 and not self.fallen:
+        while self.gait.mode != Mode.STAND and self._steps * PERIOD < _LONGEST_RISE and not self.fallen:
             self.step()
 
     def run(self, seconds: float, command: tuple[float, float, float] | None = None) -> Record:

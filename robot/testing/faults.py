@@ -1,16 +1,19 @@
-"""Sensors that fail, for evaluations and tests: each fault turns true samples into what a broken sensor would give."""
+"""Sensors that fail: each fault turns true samples into what a broken sensor would give."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 
-from robot.evaluate.trial import Spoil
 from robot.hardware.body import ImuSample, JointSample
 
-__all__ = ["FAULTS"]
+__all__ = ["FAULTS", "Spoil"]
+
+Spoil: TypeAlias = Callable[[ImuSample, JointSample], tuple[ImuSample | None, JointSample]]
+"""What happens to the samples on their way from the sensors to the controller; no IMU sample: the IMU says nothing."""
 
 _NAN = np.full(3, np.nan)
 

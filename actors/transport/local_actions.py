@@ -1,0 +1,223 @@
+"""Actions of this process on the network, and those of other processes.
+
+An action consists of three services and two topics. Goals, results and cancel requests that come from other processes are handed to the action's
+server here, so that the reasons that ROS 2 has no field for reach the clients that can read them. Status and feedback are ordinary topics.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+
+from actors.actions.goals import NO_GOAL_ID, CancelCode, GoalStatus
+from actors.actions.peers import Outcome
+from actors.errors import Reject
+from actors.interfaces import derived
+from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
+from actors.interfaces.action_msgs.srv import CancelGoal
+from actors.interfaces.cdr import decode
+from actors.interfaces.errors import CdrError
+from actors.qos import ACTION_FEEDBACK, ACTION_STATUS, SERVICES
+from actors.time.values import nanoseconds_of, stamp_of
+from actors.transport.remote_actions import RemoteActionServer
+
+if TYPE_CHECKING:
+    from actors.actions.server import ActionServer
+    from actors.graph.servers import ServerEntry
+    from actors.transport.format.tokens import EndpointToken
+    from actors.transport.local_clients import Clients
+    from actors.transport.local_services import Asked, Services, Shown
+    from actors.transport.local_side import LocalSide
+    from actors.transport.local_topics import Topics
+    from actors.transport.remote_graph import RemoteNode
+
+__all__ = ["Actions"]
+
+ACTION: Final = "/_action/"
+PARTS: Final = ("send_goal", "get_result", "cancel_goal")
+
+
+class _Followed:
+    """A goal that has come from another process. Who waits there for its result gets it at its end, also if its node ends then.
+
+    Invariant: `waiting` is empty once the goal has ended.
+    """
+
+    def __init__(self, actions: Actions, goal_id: bytes, owner: str) -> None:
+        self.owner = owner
+        self._actions = actions
+        self._goal_id = goal_id
+        self.waiting: list[tuple[Shown, Asked]] = []
+
+    def on_status(self, status: GoalStatus) -> None:
+        """Do nothing: the topic of the action carries it."""
+
+    def on_feedback(self, feedback: Any) -> None:
+        """Do nothing: the topic of the action carries it."""
+
+    def on_result(self, outcome: Outcome) -> None:
+        self._actions.ended(self._goal_id)
+        waiting, self.waiting = self.waiting, []
+        for shown, asked in waiting:
+            _answer_result(shown, asked, outcome.status, outcome.result, outcome.reason)
+
+
+class _Parts(NamedTuple):
+    """The services of one action in one node of another process, as far as they are known, by the last part of their names."""
+
+    node: RemoteNode
+    tokens: dict[str, EndpointToken]
+
+
+class Actions:
+    """The actions of one system on the network.
+
+    Invariants:
+
+    * `_followed` holds the goals of other processes that have been requested and have not been rejected or ended.
+    * An action of another process stands in the graph as long as the tokens of its three services are known.
+    """
+
+    def __init__(self, side: LocalSide, topics: Topics, services: Services, clients: Clients) -> None:
+        self._side = side
+        self._topics = topics
+        self._services = services
+        self._clients = clients
+        self._graph = side.runtime.graph
+        self._followed: dict[bytes, _Followed] = {}
+        self._parts: dict[tuple[str, int, str], _Parts] = {}
+        self._remote: dict[tuple[str, int, str], RemoteActionServer] = {}
+
+    # -- actions of this process --------------------------------------------------------------------------------------------
+
+    def server_changed(self, entry: ServerEntry[Any]) -> None:
+        """Show an action, until its node has ended for good. Raises WireFormatError."""
+        server = cast("ActionServer | None", entry.local)
+        if server is None:
+            return
+        node, prefix, kind = server.host, entry.name + ACTION, server.type
+        services, topics = self._services, self._topics
+        services.promise(node, prefix + "send_goal", derived.send_goal_service(kind), SERVICES, self._send_goal)
+        services.promise(node, prefix + "get_result", derived.get_result_service(kind), SERVICES, self._get_result)
+        services.promise(node, prefix + "cancel_goal", CancelGoal, SERVICES, self._cancel_goal)
+        topics.promise(node, prefix + "status", GoalStatusArray, ACTION_STATUS)
+        topics.promise(node, prefix + "feedback", derived.feedback_message(kind), ACTION_FEEDBACK)
+        services.beside(entry)
+
+    def _taken(self, shown: Shown, name: str, asked: Asked) -> tuple[ActionServer, Any] | None:
+        """The server and the request; None if it has been answered with an error."""
+        server = cast("ActionServer | None", self._graph.action(name.rpartition(ACTION)[0]).local)
+        if server is None:
+            asked.fail(shown.node, self._services.absent(shown.node, name))
+            return None
+        try:
+            return server, decode(shown.type.Request, asked.payload)
+        except CdrError as error:
+            asked.fail(shown.node, error)
+            return None
+
+    def _send_goal(self, shown: Shown, name: str, asked: Asked) -> None:
+        if (taken := self._taken(shown, name, asked)) is None:
+            return
+        server, request = taken
+        goal_id = request.goal_id.uuid.tobytes()
+        followed = _Followed(self, goal_id, self._services.caller_of(asked.gid))
+        known = self._followed.setdefault(goal_id, followed)
+
+        def respond(future: asyncio.Future[int]) -> None:
+            error = future.exception()
+            if error is not None and known is followed:
+                self.ended(goal_id)
+            if error is None:
+                asked.reply(shown.node, shown.type.Response(accepted=True, stamp=stamp_of(future.result())))
+            elif isinstance(error, Reject):
+                asked.reply(shown.node, shown.type.Response(accepted=False), error.reason)
+            else:
+                asked.fail(shown.node, error)
+
+        server.submit(goal_id, request.goal, followed).future.add_done_callback(respond)
+
+    def _get_result(self, shown: Shown, name: str, asked: Asked) -> None:
+        if (taken := self._taken(shown, name, asked)) is None:
+            return
+        server, request = taken
+        goal_id = request.goal_id.uuid.tobytes()
+        goal = server.table.get(goal_id)
+        if goal is None:
+            _answer_result(shown, asked, GoalStatus.UNKNOWN, None, "")
+        elif goal.status.is_terminal:
+            _answer_result(shown, asked, goal.status, goal.result, goal.reason)
+        elif goal_id in self._followed:
+            self._followed[goal_id].waiting.append((shown, asked))
+        else:  # a goal of this process
+            self._services.answer(shown, name, asked)
+
+    def _cancel_goal(self, shown: Shown, name: str, asked: Asked) -> None:
+        if (taken := self._taken(shown, name, asked)) is None:
+            return
+        server, request = taken
+        info, reason = request.goal_info, asked.extension.reason
+        goal_id = info.goal_id.uuid.tobytes()
+        if not reason or goal_id == NO_GOAL_ID or nanoseconds_of(info.stamp):
+            self._services.answer(
+                shown, name, asked
+            )  # one of the forms of ROS 2 for several goals, or a client of ROS 2
+            return
+
+        def respond(future: asyncio.Future[bool]) -> None:
+            agreed = future.result()
+            code = CancelCode.NONE if agreed else CancelCode.REJECTED
+            goals = (GoalInfo(goal_id=info.goal_id),) if agreed else ()
+            asked.reply(shown.node, CancelGoal.Response(return_code=int(code), goals_canceling=goals))
+
+        asyncio.ensure_future(server.cancel(goal_id, reason)).add_done_callback(respond)
+
+    def ended(self, goal_id: bytes) -> None:
+        """Forget a goal that has ended or was not accepted."""
+        self._followed.pop(goal_id, None)
+
+    def forget(self, node: str) -> None:
+        """Withdraw what a node of this process, which has ended for good, has shown as a client of actions."""
+        for server in self._remote.values():
+            server.forget(node)
+
+    # -- actions of other processes -----------------------------------------------------------------------------------------
+
+    def appeared(self, node: RemoteNode, token: EndpointToken) -> None:
+        """Take in a service of another process, which may be part of an action."""
+        action, found, part = token.name.rpartition(ACTION)
+        if not found or part not in PARTS:
+            return
+        key = *node.identity, action
+        parts = self._parts.setdefault(key, _Parts(node, {}))
+        parts.tokens[part] = token
+        if len(parts.tokens) == len(PARTS) and key not in self._remote:
+            entry = self._graph.action(action)
+            server = self._remote[key] = RemoteActionServer(self._side, self._clients, node, action, parts.tokens)
+            entry.add_remote(server)
+            self._services.beside(entry)
+
+    def vanished(self, token: EndpointToken) -> None:
+        """Undo `appeared`."""
+        action, _, part = token.name.rpartition(ACTION)
+        key = token.node.session, token.node.node_id, action
+        parts = self._parts.get(key)
+        if parts is None or parts.tokens.pop(part, None) is None:
+            return
+        if not parts.tokens:
+            del self._parts[key]
+        server = self._remote.pop(key, None)
+        if server is not None:
+            entry = self._graph.action(action)
+            entry.remove_remote(server, server.host)
+            entry.forget(server.host)
+            server.close()
+
+
+def _answer_result(shown: Shown, asked: Asked, status: GoalStatus, result: Any, reason: str) -> None:
+    response = shown.type.Response
+    asked.reply(
+        shown.node,
+        response(status=int(status)) if result is None else response(status=int(status), result=result),
+        reason,
+    )

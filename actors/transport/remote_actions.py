@@ -1,0 +1,279 @@
+"""Action servers of other processes, as they stand in the graph of this one, and the goals that are sent to them."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from actors.actions.goals import GoalStatus
+from actors.actions.peers import GoalFollower, Outcome
+from actors.errors import ActionUnavailable, Reject, ServiceFailed
+from actors.interfaces import derived, registry
+from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
+from actors.interfaces.action_msgs.srv import CancelGoal
+from actors.interfaces.cdr import decode, encode
+from actors.interfaces.errors import CdrError
+from actors.interfaces.foreign import ForeignType
+from actors.interfaces.hashes import type_hash
+from actors.interfaces.unique_identifier_msgs.msg import UUID
+from actors.qos import ACTION_FEEDBACK, ACTION_STATUS
+from actors.time.values import nanoseconds_of
+from actors.transport.format.attachments import parse_attachment
+from actors.transport.format.errors import WireFormatError
+from actors.transport.format.extensions import Extension, parse_extension
+from actors.transport.format.keys import DataKey, write_key
+from actors.transport.format.tokens import EndpointKind
+from actors.transport.local_topics import delivery_of
+from actors.transport.protocol import Answer, NoAnswer, Replied, Sample
+from actors.transport.remote_services import failure_of
+from actors.transport.types_here import described_type
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import Message
+    from actors.qos.policies import QoS
+    from actors.transport.format.tokens import EndpointToken
+    from actors.transport.local_clients import Clients
+    from actors.transport.local_side import Endpoint, LocalSide
+    from actors.transport.protocol import Handle
+    from actors.transport.remote_graph import RemoteNode
+
+__all__ = ["RemoteActionServer"]
+
+
+class RemoteActionServer:
+    """A server of an action in another process.
+
+    Invariants:
+
+    * `_goals` holds the goals that have been sent there and have neither been rejected nor ended.
+    * Its status and feedback are subscribed to from the first goal on. Each node that has sent a goal is shown as a subscriber.
+    """
+
+    node = None
+
+    def __init__(
+        self, side: LocalSide, clients: Clients, node: RemoteNode, name: str, tokens: Mapping[str, EndpointToken]
+    ) -> None:
+        self.name = name
+        self.goals = 0
+        self._side = side
+        self._clients = clients
+        self._node = node
+        self._tokens = dict(tokens)
+        self._goals: dict[bytes, RemoteGoal] = {}
+        self._handles: list[Handle] = []
+        self._shown: dict[str, list[Endpoint]] = {}
+
+    def __repr__(self) -> str:
+        return f"<server of {self.name} in {self.host}, elsewhere: {len(self._goals)} goals>"
+
+    @property
+    def host(self) -> str:
+        return self._node.fqn
+
+    @property
+    def identity(self) -> tuple[str, int]:
+        """What distinguishes its node from all others."""
+        return self._node.identity
+
+    @property
+    def type(self) -> Any:
+        """The action type. Tokens give the types of its parts only, so one with another hash is named by that of its goals."""
+        goals = self._tokens["send_goal"]
+        name = goals.type.removesuffix("_SendGoal")
+        known = registry.known(name)
+        if known is not None and type_hash(derived.send_goal_service(known)) == goals.type_hash:
+            return known
+        return ForeignType(name, f"{goals.type_hash} of {goals.type}")
+
+    @property
+    def active(self) -> int:
+        return len(self._goals)
+
+    def unanswered(self, seconds: float) -> str:
+        return f"{self.host}, which serves {self.name}, neither accepted nor rejected the goal within {seconds:g} s: give the goal more time"
+
+    def submit(self, goal_id: bytes, message: Message, client: GoalFollower | None) -> RemoteGoal:
+        """Send a goal. Raises CdrError for one that cannot be encoded."""
+        assert client is not None, "only the standard services of this process send goals without a client"
+        service: Any = derived.send_goal_service(self.type)
+        payload = encode(service.Request(goal_id=UUID(uuid=goal_id), goal=message))
+        goal = RemoteGoal(self, goal_id, client, service)
+        self.goals += 1
+        self._goals[goal_id] = goal
+        self._follow(client.owner)
+        self.ask("send_goal", client.owner, payload, goal.considered)
+        return goal
+
+    def cancel(self, goal_id: bytes, reason: str) -> asyncio.Future[bool]:
+        answer: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
+        goal = self._goals.get(goal_id)
+        if goal is None:
+            answer.set_result(False)
+            return answer
+
+        def done(replied: Answer) -> None:
+            response = _decoded(CancelGoal.Response, replied)
+            if not answer.done():
+                answer.set_result(response is not None and len(response.goals_canceling) > 0)
+
+        request = CancelGoal.Request(goal_info=GoalInfo(goal_id=UUID(uuid=goal_id)))
+        self.ask("cancel_goal", goal.owner, encode(request), done, reason)
+        return answer
+
+    def ask(self, part: str, node: str, payload: bytes, done: Callable[[Answer], None], reason: str = "") -> Handle:
+        """Send a request to one of the action's services, for a node of this process."""
+        token = self._tokens[part]
+        attachment = self._clients.of(node, token).attachment(Extension(reason=reason))
+        return self._clients.transport.ask(write_key(token.key), payload, attachment, None, done)
+
+    def over(self, goal_id: bytes) -> None:
+        """Forget a goal that was not accepted, or has ended."""
+        self._goals.pop(goal_id, None)
+
+    def forget(self, node: str) -> None:
+        """Withdraw the subscriptions of a node of this process."""
+        for endpoint in self._shown.pop(node, ()):
+            endpoint.close()
+
+    def close(self) -> None:
+        """Unsubscribe, because the server has gone. The questions about its goals are ended by the transport."""
+        for node in list(self._shown):
+            self.forget(node)
+        for handle in self._handles:
+            handle.close()
+
+    def _follow(self, node: str) -> None:
+        if node in self._shown:
+            return
+        message = derived.feedback_message(self.type)
+        topics: tuple[tuple[str, Any, QoS, Callable[[Any], None]], ...] = (
+            ("status", GoalStatusArray, ACTION_STATUS, self._status),
+            ("feedback", message, ACTION_FEEDBACK, self._feedback),
+        )
+        subscribe = not self._handles
+        shown: list[Endpoint] = []
+        self._shown[node] = shown
+        for part, type, qos, take in topics:
+            name = f"{self.name}/_action/{part}"
+            endpoint = self._side.endpoint(node, EndpointKind.SUBSCRIPTION, name, described_type(type), qos)
+            if subscribe:
+                key = write_key(DataKey(self._side.domain_id, name, *described_type(type)))
+                self._handles.append(self._side.transport.subscribe(key, delivery_of(qos), _decoding(type, take)))
+            endpoint.show()
+            shown.append(endpoint)
+
+    def _status(self, message: GoalStatusArray) -> None:
+        for told in message.status_list:
+            goal = self._goals.get(told.goal_info.goal_id.uuid.tobytes())
+            if goal is not None:
+                goal.status_is(_status_of(told.status))
+
+    def _feedback(self, message: Any) -> None:
+        goal = self._goals.get(message.goal_id.uuid.tobytes())
+        if goal is not None:
+            goal.client.on_feedback(message.feedback)
+
+
+def _decoded(kind: type[Any], answer: Answer) -> Any:
+    """The response in an answer; None if there is none, or if it cannot be read."""
+    try:
+        return decode(kind, answer.payload) if isinstance(answer, Replied) else None
+    except CdrError:
+        return None
+
+
+def _status_of(number: int) -> GoalStatus:
+    """A status of ROS 2; UNKNOWN for a number that is none."""
+    return GoalStatus(number) if 0 <= number <= GoalStatus.ABORTED else GoalStatus.UNKNOWN
+
+
+def _decoding(type: type[Message], take: Callable[[Any], None]) -> Callable[[Sample], None]:
+    def arrived(sample: Sample) -> None:
+        try:
+            message = decode(type, sample.payload)
+        except CdrError:
+            return  # of another publisher of this name: the server's own messages have its types
+        take(message)
+
+    return arrived
+
+
+class RemoteGoal:
+    """A goal that has been sent to a server of another process.
+
+    Invariants: `future` is completed once, when the goal is accepted or not, unless the client cancels it before. A goal that is accepted after
+    that is canceled. The client is told of the end of an accepted goal in every case.
+    """
+
+    def __init__(self, server: RemoteActionServer, goal_id: bytes, client: GoalFollower, service: Any) -> None:
+        self.server = server
+        self.client = client
+        self.future: asyncio.Future[int] = asyncio.get_running_loop().create_future()
+        self.owner = client.owner
+        self._goal_id = goal_id
+        self._service = service
+        self._status = GoalStatus.UNKNOWN
+
+    @property
+    def answered(self) -> bool:
+        return self.future.done()
+
+    def considered(self, answer: Answer) -> None:
+        """Take the answer to the request."""
+        server, response = self.server, _decoded(self._service.Response, answer)
+        if response is None:
+            if isinstance(answer, Replied):
+                failure: Exception = ServiceFailed(server.host, "CdrError", "its answer to the goal cannot be read")
+            else:
+                failure = failure_of(server, answer) or ActionUnavailable(server.unanswered(math.inf))
+            self._not_accepted(failure)
+        elif not response.accepted:
+            self._not_accepted(Reject(_reason_in(answer)))
+        elif self.future.done():
+            server.cancel(self._goal_id, "its client was canceled")
+            server.over(self._goal_id)
+        else:
+            self.status_is(GoalStatus.ACCEPTED)
+            self.future.set_result(nanoseconds_of(response.stamp))
+            service: Any = derived.get_result_service(server.type)
+            payload = encode(service.Request(goal_id=UUID(uuid=self._goal_id)))
+            server.ask("get_result", self.owner, payload, lambda told: self._ended(service, told))
+
+    def _not_accepted(self, error: Exception) -> None:
+        self.server.over(self._goal_id)
+        if not self.future.done():
+            self.future.set_exception(error)
+
+    def status_is(self, status: GoalStatus) -> None:
+        """Tell the client of a status that follows the present one. The end is told with the result."""
+        if self._status < status < GoalStatus.SUCCEEDED:
+            self._status = status
+            self.client.on_status(status)
+
+    def _ended(self, service: Any, answer: Answer) -> None:
+        self.server.over(self._goal_id)
+        self.client.on_result(self._outcome(service, answer))
+
+    def _outcome(self, service: Any, answer: Answer) -> Outcome:
+        host, response = self.server.host, _decoded(service.Response, answer)
+        if response is None:
+            how = "ended or was lost" if isinstance(answer, NoAnswer) else "ended"
+            return Outcome(GoalStatus.ABORTED, reason=f"{host} {how} while the goal ran")
+        status = _status_of(response.status)
+        if not status.is_terminal:
+            return Outcome(GoalStatus.ABORTED, reason=f"{host} does not know the goal any more")
+        return Outcome(status, response.result, _reason_in(answer))
+
+
+def _reason_in(answer: Answer) -> str:
+    """The reason that one of our peers has given; empty from others."""
+    try:
+        extension = (
+            parse_extension(parse_attachment(answer.attachment).extension) if isinstance(answer, Replied) else None
+        )
+    except WireFormatError:
+        extension = None
+    return "" if extension is None else extension.reason

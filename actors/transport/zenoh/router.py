@@ -1,0 +1,35 @@
+"""A router: the meeting point of several machines, which carries what their processes cannot exchange directly."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncGenerator
+from contextlib import asynccontextmanager
+
+from actors.transport.protocol import WireUnavailable
+from actors.transport.zenoh.config import router_settings, write_config
+from actors.transport.zenoh.library import import_zenoh, one_line
+from actors.transport.zenoh.worker import Worker
+
+__all__ = ["router"]
+
+
+@asynccontextmanager
+async def router(listen: tuple[str, ...], connect: tuple[str, ...] = ()) -> AsyncGenerator[str]:
+    """Run a router at the endpoints `listen`, joined with those at `connect`, while the block runs. Yields its identity.
+
+    Raises `WireUnavailable` if it cannot listen at one of them.
+    """
+    library = import_zenoh()
+    config = write_config("", router_settings(listen, connect))
+    worker = Worker("zenoh-router")
+    try:
+        try:
+            session = await worker.result(lambda: library.open(config))
+        except library.ZError as error:
+            raise WireUnavailable(f"no router at {', '.join(listen)}: {one_line(error)}") from error
+        try:
+            yield str(session.zid())
+        finally:
+            await worker.result(session.close)
+    finally:
+        worker.close()

@@ -1,0 +1,40 @@
+"""`router`: a meeting point for several machines, as `rmw_zenohd` is one."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+from collections.abc import Sequence
+
+from actors.transport.protocol import WireUnavailable
+from actors.transport.zenoh.router import router
+from cli.command import CommandFailed
+
+__all__ = ["main"]
+
+ENDPOINT = "tcp/0.0.0.0:7447"
+"""Where ROS 2's router listens: all interfaces, its port."""
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run until Ctrl-C; the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m robot router",
+        description="A Zenoh router: programs on several machines find each other through it.",
+    )
+    parser.add_argument(
+        "--listen", action="append", default=[], metavar="ENDPOINT", help=f"where others connect to ({ENDPOINT})"
+    )
+    parser.add_argument("--connect", action="append", default=[], metavar="ENDPOINT", help="another router to join")
+    return asyncio.run(_run(parser.parse_args(argv)))
+
+
+async def _run(options: argparse.Namespace) -> int:
+    listen = tuple(options.listen) or (ENDPOINT,)
+    try:
+        async with router(listen, tuple(options.connect)) as identity:
+            print(f"router {identity} listens at {', '.join(listen)}; Ctrl-C ends it", flush=True)
+            await asyncio.get_running_loop().create_future()
+    except WireUnavailable as error:
+        raise CommandFailed(str(error)) from error
+    raise AssertionError("a router runs until it is interrupted")

@@ -1,0 +1,442 @@
+"""Actions across processes: a goal, its feedback, its result and its cancellation are those of a goal within one process."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+import pytest
+
+from actors import (
+    Aborted,
+    ActionUnavailable,
+    Backoff,
+    CallCycle,
+    Child,
+    Done,
+    GoalAborted,
+    GoalCanceled,
+    GoalRejected,
+    Node,
+    NodeRestarting,
+    NotRunning,
+    Reject,
+    Service,
+    ServiceFailed,
+    Steps,
+    WrongType,
+)
+from actors.actions.goals import GoalStatus
+from actors.interfaces import decode, derived, encode, type_hash
+from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
+from actors.interfaces.action_msgs.msg import GoalStatus as GoalStatusMessage
+from actors.interfaces.action_msgs.srv import CancelGoal
+from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.std_srvs.srv import Trigger
+from actors.interfaces.unique_identifier_msgs.msg import UUID
+from actors.transport.format.attachments import Attachment, write_attachment
+from actors.transport.format.types import write_type
+from actors.transport.protocol import Answer, Delivery, Replied
+from tests.actors.transport.hosts import Hosts, hosts
+from tests.stage import COUNT, events, order, result, step
+
+__all__ = ["hosts"]
+pytestmark = pytest.mark.virtual
+
+GET_RESULT = Service(derived.get_result_service(Fibonacci), "count/_action/get_result")
+CANCEL = Service(CancelGoal, "count/_action/cancel_goal")
+
+
+class Counter(Node):
+    """Counts one number a second."""
+
+    @COUNT.accepts
+    def check(self, goal: Fibonacci.Goal) -> None:
+        if goal.order < 0:
+            raise Reject("too few")
+
+    @COUNT.cancels
+    def let_go(self, goal: Fibonacci.Goal) -> bool:
+        return goal.order != 99
+
+    @COUNT.serve(arrivals="parallel")
+    async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+        if goal.order == 13:
+            yield Aborted(result(13), "thirteen")
+            return
+        for number in range(goal.order):
+            yield step(number)
+            await self.clock.sleep(1.0)
+        yield Done(result(goal.order))
+
+
+def answer_of(service: Any, answers: list[Answer]) -> Any:
+    (answer,) = answers
+    assert isinstance(answer, Replied)
+    return decode(service.type.Response, answer.payload)
+
+
+async def test_a_goal_runs_in_another_process_with_its_feedback_and_result(hosts: Hosts) -> None:
+    server, client = await hosts.start(Counter), await hosts.start(Node)
+    states: list[GoalStatus] = []
+    async with client.me.start(COUNT, order(3)) as goal:
+        await client.advance(0.5)
+        states.append(goal.status)
+        views = [view for rig in (server, client) for view in rig.system.snapshot().services if view.name == "/count"]
+        feedback = [one async for one in goal]
+        answer = await goal
+        states.append(goal.status)
+
+    assert (feedback, answer) == ([step(0), step(1), step(2)], result(3))
+    assert states == [GoalStatus.EXECUTING, GoalStatus.SUCCEEDED]
+    assert [(view.server, view.type, view.calls, view.open) for view in views] == [
+        ("/counter", "example_interfaces/action/Fibonacci", 1, 1)
+    ] * 2
+    remote: Any = client.system.graph.actions["/count"].server
+    assert repr(remote) == "<server of /count in /counter, elsewhere: 0 goals>"
+
+
+async def test_a_goal_waits_for_a_server_that_is_started_later_and_several_may_run(hosts: Hosts) -> None:
+    client = await hosts.start(Node)
+    goals = [asyncio.create_task(client.start_goal(COUNT, order(number))) for number in (1, 2)]
+    await client.advance(1.0)
+    await hosts.start(Counter)
+    assert [await (await goal) for goal in goals] == [result(1), result(2)]
+
+
+async def test_a_rejection_says_why(hosts: Hosts) -> None:
+    await hosts.start(Counter)
+    client = await hosts.start(Node)
+    with pytest.raises(GoalRejected) as rejected:
+        await client.start_goal(COUNT, order(-1))
+    assert rejected.value.reason == "too few"
+    assert client.system.graph.actions["/count"].server.active == 0  # type: ignore[union-attr]
+
+
+async def test_an_abort_hands_over_its_result_and_reason(hosts: Hosts) -> None:
+    await hosts.start(Counter)
+    client = await hosts.start(Node)
+    goal = await client.start_goal(COUNT, order(13))
+    with pytest.raises(GoalAborted) as aborted:
+        await goal
+    assert (aborted.value.result, aborted.value.reason) == (result(13), "thirteen")
+
+
+async def test_a_cancellation_takes_effect_and_the_server_hears_its_reason(hosts: Hosts) -> None:
+    await hosts.start(Counter)
+    client = await hosts.start(Node)
+    goal = await client.start_goal(COUNT, order(5))
+    await client.advance(1.5)
+    assert await goal.cancel("changed my mind")
+    with pytest.raises(GoalCanceled) as canceled:
+        await goal
+    assert (canceled.value.reason, client.now) == ("changed my mind", 1.5)
+    assert not await goal.cancel()
+
+
+async def test_a_server_may_refuse_to_cancel(hosts: Hosts) -> None:
+    await hosts.start(Counter)
+    client = await hosts.start(Node)
+    goal = await client.start_goal(COUNT, order(99))
+    assert not await goal.cancel()
+    await client.advance(1.0)
+    assert goal.status is GoalStatus.EXECUTING
+
+
+async def test_leaving_the_block_cancels(hosts: Hosts) -> None:
+    server, client = await hosts.start(Counter), await hosts.start(Node)
+    async with client.me.start(COUNT, order(5)) as goal:
+        await client.advance(0.5)
+    assert goal.status is GoalStatus.CANCELED
+    assert server.state(Counter).actions["/count"].active == 0
+
+
+async def test_a_goal_whose_client_gives_up_before_the_answer_is_canceled(hosts: Hosts) -> None:
+    server, client = await hosts.start(Counter), await hosts.start(Node)
+    sending = asyncio.create_task(client.start_goal(COUNT, order(5)))
+    for _ in range(3):
+        await asyncio.sleep(0)
+    sending.cancel()
+    await client.quiet()
+    (goal,) = server.state(Counter).actions["/count"].table.records()
+    assert (goal.status, goal.reason) == (GoalStatus.CANCELED, "its client was canceled")
+    assert client.system.graph.actions["/count"].server.active == 0  # type: ignore[union-attr]
+
+
+async def test_a_server_process_that_is_lost_aborts_its_goals_with_a_reason_that_names_it(hosts: Hosts) -> None:
+    server, client = await hosts.start(Counter), await hosts.start(Node)
+    goal = await client.start_goal(COUNT, order(5))
+    await client.advance(1.5)
+    hosts.lose(server)
+    with pytest.raises(GoalAborted) as aborted:
+        await goal
+    assert (aborted.value.reason, client.now) == ("/counter ended or was lost while the goal ran", 1.5)
+    with pytest.raises(NotRunning, match="/counter, which served /count, has stopped"):
+        await client.start_goal(COUNT, order(1))
+    assert not [token for token in hosts.network.tokens if "/MS/" in token and "_action" in token]
+    assert not await goal.cancel()
+
+
+async def test_a_server_process_that_is_lost_before_it_answers_is_named(hosts: Hosts) -> None:
+    server, client = await hosts.start(Counter), await hosts.start(Node)
+    sending = asyncio.create_task(client.start_goal(COUNT, order(5)))
+    await asyncio.sleep(0)
+    hosts.lose(server)
+    with pytest.raises(NotRunning, match="/counter, which serves /count, has ended or is lost"):
+        await sending
+
+
+async def test_a_node_that_is_restarted_aborts_its_goals_and_takes_new_ones(hosts: Hosts) -> None:
+    server, client = await hosts.start(Child(Counter, backoff=Backoff(5.0, 5.0))), await hosts.start(Node)
+    goal = await client.start_goal(COUNT, order(50))
+    await client.advance(1.5)
+    server.crash(Counter)
+    with pytest.raises(GoalAborted, match="/counter"):
+        await goal
+    with pytest.raises(NodeRestarting, match=r"/counter \(incarnation 1\)"):
+        await client.start_goal(COUNT, order(1))
+    await server.advance(6.0)
+    assert await (await client.start_goal(COUNT, order(1))) == result(1)
+
+
+async def test_a_client_process_that_is_lost_leaves_its_goals_to_the_server(hosts: Hosts) -> None:
+    server, client = await hosts.start(Counter), await hosts.start(Node)
+    await client.start_goal(COUNT, order(3))
+    hosts.lose(client)
+    await server.advance(5.0)
+    (goal,) = server.state(Counter).actions["/count"].table.records()
+    assert goal.status is GoalStatus.SUCCEEDED
+
+
+async def test_an_action_of_another_definition_is_refused_with_both_hashes(hosts: Hosts) -> None:
+    client, other = await hosts.start(Node), await hosts.start(Node)
+    hashed = f"RIHS01_{'0' * 64}/::,10:,:,:,,"
+    kinds = {
+        "send_goal": "example_interfaces::action::dds_::Fibonacci_SendGoal_",
+        "get_result": "example_interfaces::action::dds_::Fibonacci_GetResult_",
+        "cancel_goal": "action_msgs::srv::dds_::CancelGoal_",
+    }
+    shown = [
+        hosts.ends[other].announce(f"@ros2_lv/0/2/90/{91 + index}/SS/%/%/counter/%count%_action%{part}/{kind}/{hashed}")
+        for index, (part, kind) in enumerate(kinds.items())
+    ]
+    await client.quiet()
+    with pytest.raises(WrongType, match=r"Fibonacci \(RIHS01_0000.*Fibonacci \(RIHS01_"):
+        await client.start_goal(COUNT, order(1))
+    for one in shown:
+        one.close()
+    await client.quiet()
+    assert "/count" not in client.system.graph.actions
+
+
+async def test_the_action_of_ones_own_process_wins_and_both_processes_log_the_other_one(hosts: Hosts) -> None:
+    first = await hosts.start(Counter)
+    second = await hosts.start(Child(Counter, name="other_counter"))
+    await first.start_goal(COUNT, order(1))
+
+    assert (first.state(Counter).actions["/count"].goals, second.state(Counter).actions["/count"].goals) == (1, 0)
+    for rig, elsewhere in ((first, "/other_counter"), (second, "/counter")):
+        (line,) = events(rig.logs, "two servers of one action")
+        assert line.fields["elsewhere"] == elsewhere
+
+
+async def test_a_client_whose_node_ends_is_no_subscriber_any_more(hosts: Hosts) -> None:
+    await hosts.start(Counter)
+    client = await hosts.start(Node)
+    await (await client.start_goal(COUNT, order(1)))
+    joined = await client.system.join(Child(Node, name="guest"))
+    async with joined.node.start(COUNT, order(1)) as goal:
+        await goal
+    before = [token for token in hosts.network.tokens if "/guest/" in token and ("/MS/" in token or "/SC/" in token)]
+    await client.system.leave(joined)
+    remote: Any = client.system.graph.actions["/count"].server
+    assert await remote.cancel(bytes(16), "it does not exist") is False
+    assert len([one for one in hosts.ends[client].subscriptions if "_action" in one.key]) == 2, "shared by all clients"
+    assert len(before) == 4
+    assert not [token for token in hosts.network.tokens if "/guest" in token]
+
+
+# By the services of ROS 2 alone ----------------------------------------------------------------------------------------------
+
+
+async def test_a_client_of_ros_2_asks_for_results_and_cancels_without_reasons(hosts: Hosts) -> None:
+    server, client = await hosts.start(Counter), await hosts.start(Node)
+    goal = await server.start_goal(COUNT, order(5))
+    other = await client.start_goal(COUNT, order(5))
+    ids = [UUID(uuid=one.goal_id) for one in (goal, other)]
+    waiting = [
+        asyncio.create_task(client.call(GET_RESULT, GET_RESULT.type.Request(goal_id=one), timeout=99.0)) for one in ids
+    ]
+    unknown = await client.call(GET_RESULT, GET_RESULT.type.Request(goal_id=UUID(uuid=bytes(16))))
+    answer = await client.call(CANCEL, CancelGoal.Request(goal_info=GoalInfo(goal_id=ids[0])))
+    everything = await client.call(CANCEL, CancelGoal.Request())
+    statuses = [(await one).status for one in waiting]
+    ended = await client.call(GET_RESULT, GET_RESULT.type.Request(goal_id=ids[0]))
+
+    assert (unknown.status, len(answer.goals_canceling), len(everything.goals_canceling)) == (0, 1, 1)
+    assert (statuses, ended.status) == ([5, 5], 5)
+    with pytest.raises(GoalCanceled, match="canceled by a client"):
+        await other
+
+
+async def test_what_is_no_request_is_answered_with_an_error_or_not_at_all(hosts: Hosts) -> None:
+    await hosts.start(Counter)
+    client = await hosts.start(Node)
+    answers: list[Answer] = []
+    for part in ("send_goal", "get_result", "cancel_goal"):
+        (key,) = (one.key for one in hosts.ends[hosts.rigs[0]].servers if part in one.key)
+        hosts.ends[client].ask(key, b"", write_attachment(Attachment(1, 0, bytes(16))), None, answers.append)
+    await client.quiet()
+    assert [type(answer).__name__ for answer in answers] == ["NoAnswer"] * 3
+
+
+async def test_a_goal_id_that_is_in_use_is_rejected_and_the_first_goal_goes_on(hosts: Hosts) -> None:
+    await hosts.start(Counter)
+    client = await hosts.start(Node)
+    goal = await client.start_goal(COUNT, order(2))
+    send: Any = Service(derived.send_goal_service(Fibonacci), "count/_action/send_goal")
+    again = await client.call(send, send.type.Request(goal_id=UUID(uuid=goal.goal_id), goal=order(1)))
+    assert not again.accepted
+    assert await goal == result(2)
+
+
+# What may go wrong ------------------------------------------------------------------------------------------------------------
+
+
+class Server:
+    """An action server without a bridge, whose answers the test makes."""
+
+    def __init__(self, hosts: Hosts, at: Any, **answers: bytes) -> None:
+        self.end = hosts.ends[at]
+        self.answers = answers
+        kinds: dict[str, Any] = {
+            "send_goal": derived.send_goal_service(Fibonacci),
+            "get_result": derived.get_result_service(Fibonacci),
+            "cancel_goal": CancelGoal,
+        }
+        for index, (part, kind) in enumerate(kinds.items()):
+            name, hashed = f"count/_action/{part}", type_hash(kind)
+            dds = write_type(kind.__ros_type__)
+            self.end.serve(f"0/{name}/{dds}/{hashed}", lambda query, part=part: self.answer(part, query))
+            mangled = name.replace("/", "%")
+            self.end.announce(f"@ros2_lv/0/2/90/{91 + index}/SS/%/%/odd/%{mangled}/{dds}/{hashed}/::,10:,:,:,,")
+
+    def answer(self, part: str, query: Any) -> None:
+        if part in self.answers:
+            query.reply(self.answers[part], b"")
+        else:
+            query.fail(b"Timeout")
+
+
+ACCEPTED = encode(derived.send_goal_service(Fibonacci).Response(accepted=True))  # type: ignore[attr-defined]
+RESULT: Any = derived.get_result_service(Fibonacci).Response  # type: ignore[attr-defined]
+
+
+async def test_a_server_that_answers_nonsense_does_not_leave_its_clients_waiting(hosts: Hosts) -> None:
+    client, other = await hosts.start(Node), await hosts.start(Node)
+    server = Server(hosts, other)
+    await client.quiet()
+    with pytest.raises(ActionUnavailable, match="/odd, which serves /count, neither accepted nor rejected the goal"):
+        await client.start_goal(COUNT, order(1))
+    server.answers["send_goal"] = b"nonsense"
+    with pytest.raises(ServiceFailed, match=r"/odd failed .* its answer to the goal cannot be read"):
+        await client.start_goal(COUNT, order(1))
+    server.answers["send_goal"] = ACCEPTED
+    reasons: list[str] = []
+    for answer in (b"nonsense", encode(RESULT(status=0)), encode(RESULT(status=77))):
+        server.answers["get_result"] = answer
+        outcome = await (await client.start_goal(COUNT, order(1))).ended()
+        reasons.append(outcome.reason)
+    server.answers["get_result"] = encode(RESULT(status=5))
+    canceled = await (await client.start_goal(COUNT, order(1))).ended()
+
+    assert reasons == [
+        "/odd ended while the goal ran",
+        "/odd does not know the goal any more",
+        "/odd does not know the goal any more",
+    ]
+    assert (canceled.status, canceled.reason) == (GoalStatus.CANCELED, "")
+
+
+async def test_status_and_feedback_that_are_none_or_of_other_goals_are_ignored(hosts: Hosts) -> None:
+    server, client = await hosts.start(Counter), await hosts.start(Node)
+    goal = await client.start_goal(COUNT, order(3))
+    for part in ("status", "feedback"):
+        (key,) = (one.key for one in hosts.ends[client].subscriptions if part in one.key)
+        outlet = hosts.ends[server].outlet(key, Delivery())
+        outlet.put(b"nonsense", b"")
+        message = (
+            encode(GoalStatusArray(status_list=(GoalStatusMessage(status=2),)))
+            if part == "status"
+            else encode(derived.feedback_message(Fibonacci)())
+        )
+        outlet.put(message, b"")
+    assert await goal == result(3)
+    assert goal.feedback_count == 3
+
+
+async def test_a_server_that_neither_accepts_nor_rejects_is_named(hosts: Hosts) -> None:
+    class Slow(Node):
+        @COUNT.accepts
+        async def check(self, goal: Fibonacci.Goal) -> None:
+            await self.clock.sleep(60.0)
+
+        @COUNT.serve()
+        async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+            yield Done(result(0))
+
+    await hosts.start(Slow)
+    client = await hosts.start(Node)
+    with pytest.raises(
+        ActionUnavailable, match="/slow, which serves /count, neither accepted nor rejected the goal within 2 s"
+    ):
+        await client.start_goal(COUNT, order(1), timeout=2.0)
+
+
+async def test_a_client_that_gives_up_on_a_goal_that_is_rejected_later_leaves_nothing_behind(hosts: Hosts) -> None:
+    await hosts.start(Counter)
+    client = await hosts.start(Node)
+    sending = asyncio.create_task(client.start_goal(COUNT, order(-1)))
+    for _ in range(3):
+        await asyncio.sleep(0)
+    sending.cancel()
+    await client.quiet()
+    assert client.system.graph.actions["/count"].server.active == 0  # type: ignore[union-attr]
+
+
+async def test_a_client_that_gives_up_while_it_cancels_drops_the_answer(hosts: Hosts) -> None:
+    await hosts.start(Counter)
+    client = await hosts.start(Node)
+    goal = await client.start_goal(COUNT, order(5))
+    canceling = asyncio.create_task(goal.cancel())
+    await asyncio.sleep(0)
+    canceling.cancel()
+    await client.quiet()
+    assert goal.status is GoalStatus.CANCELED
+
+
+async def test_a_node_that_waits_for_the_acceptance_of_its_goal_elsewhere_is_part_of_a_cycle(hosts: Hosts) -> None:
+    ask = Service(Trigger, "ask")
+    said: list[str] = []
+
+    class Client(Node):
+        @ask.serve()
+        async def asked(self, request: Trigger.Request) -> Trigger.Response:
+            await self.start(COUNT, order(1)).send()
+            return Trigger.Response()
+
+    class Server(Node):
+        @COUNT.accepts
+        async def check(self, goal: Fibonacci.Goal) -> None:
+            try:
+                await self.call(ask, Trigger.Request())
+            except CallCycle as cycle:
+                said.append(str(cycle.nodes))
+
+        @COUNT.serve()
+        async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+            yield Done(result(0))
+
+    client, _ = await hosts.start(Client), await hosts.start(Server)
+    await client.call(ask, Trigger.Request())
+    assert (said, client.now) == (["('/server', '/client')"], 0.0)

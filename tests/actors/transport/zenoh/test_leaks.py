@@ -1,0 +1,62 @@
+"""What is left after many sessions."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import os
+import subprocess
+import sys
+import threading
+
+import pytest
+
+from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from tests.actors.transport.contract.parties import Changes, Party, kept
+from tests.actors.transport.zenoh.wires import PeerWire
+
+
+def test_importing_the_framework_does_not_import_zenoh() -> None:
+    program = "import sys, actors, actors.transport.zenoh; print('zenoh' in sys.modules)"
+
+    assert subprocess.check_output([sys.executable, "-c", program], text=True) == "False\n"
+
+
+def memory() -> int:
+    """The resident bytes of this process."""
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+@pytest.mark.slow
+async def test_a_thousand_sessions_leave_no_file_no_thread_and_little_memory() -> None:
+    wire = PeerWire()
+    other = Party(wire.transport(), Changes())
+    await other.open()
+
+    async def once() -> None:
+        one = Party(ZenohTransport(ZenohConfig(gossip_port=wire.port)), Changes())
+        await one.open()
+        one.listen("7/chatter/T/H")
+        outlet = one.transport.outlet("7/chatter/T/H", kept(1))
+        outlet.put(b"x", b"")
+        one.transport.announce(f"@ros2_lv/7/{one.session}/0/0/NN")
+        await other.until(lambda: other.is_linked(one.session), "they are linked")
+        await one.transport.close()
+        await other.until(lambda: not other.is_linked(one.session), "they have parted")
+
+    for _ in range(100):
+        await once()
+    gc.collect()
+    files, threads, before = len(os.listdir("/proc/self/fd")), threading.active_count(), memory()
+    for _ in range(900):
+        await once()
+    other.log.clear()
+    gc.collect()
+    await asyncio.sleep(0.2)
+
+    print(f"{(memory() - before) / 900:.0f} bytes a session")
+    assert len(os.listdir("/proc/self/fd")) <= files
+    assert threading.active_count() <= threads
+    assert memory() - before < 900 * 40_000  # Zenoh itself keeps 5 to 25 kB for each session that it was linked with
+    await other.transport.close()

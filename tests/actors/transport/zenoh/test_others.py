@@ -1,0 +1,279 @@
+"""Sessions that are not ours: processes of ROS 2, and processes of ours that misbehave, played by plain Zenoh sessions."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import threading
+from collections.abc import AsyncIterator, Iterator
+from contextlib import closing
+
+import pytest
+import zenoh
+import zenoh.ext
+
+from actors.transport.protocol import Delivery, Link, NoAnswer, Query, Replied
+from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh.history import ask_history
+from actors.transport.zenoh.queries import Server
+from actors.transport.zenoh.questions import Question
+from actors.transport.zenoh.wakeup import Wakeup
+from actors.transport.zenoh.worker import Worker
+from tests.actors.transport.contract.parties import TOKENS, Changes, Party
+from tests.actors.transport.zenoh.fakes import FakeQuery, FakeSession
+from tests.actors.transport.zenoh.wires import free_port
+
+KEY = "7/b/a::srv::dds_::B_/H"
+
+
+def of_server(session: str) -> str:
+    return f"@ros2_lv/7/{session}/0/1/SS/%/%/node/%b/a::srv::dds_::B_/H/::,10:,:,:,,"
+
+
+@pytest.fixture
+def port() -> int:
+    return free_port()
+
+
+@pytest.fixture
+async def a(port: int) -> AsyncIterator[Party]:
+    """A transport at a port."""
+    one = Party(ZenohTransport(ZenohConfig(listen=(f"tcp/127.0.0.1:{port}",), gossip_port=0)), Changes())
+    await one.open()
+    yield one
+    await one.transport.close()
+
+
+@pytest.fixture
+def other(port: int, a: Party) -> Iterator[zenoh.Session]:
+    """A plain session that is linked with it."""
+    config = zenoh.Config()
+    for key, value in {
+        "connect/endpoints": [f"tcp/127.0.0.1:{port}"],
+        "listen/endpoints": [],
+        "scouting/multicast/enabled": False,
+        "scouting/delay": 0,
+        "timestamping/enabled": True,
+    }.items():
+        config.insert_json5(key, json.dumps(value))
+    with closing(zenoh.open(config)) as session:
+        yield session
+
+
+def handler(call: object) -> zenoh.handlers.Callback:  # type: ignore[type-arg]
+    return zenoh.handlers.Callback(call, indirect=False)  # type: ignore[arg-type]
+
+
+async def test_a_process_of_ros_2_is_shown_by_its_tokens(a: Party, other: zenoh.Session) -> None:
+    session = str(other.zid())
+    token = other.liveliness().declare_token(of_server(session))
+    await a.until(lambda: a.has("appeared", of_server(session)), "its server appears")
+    assert a.transport.report() == (Link(session, "", 0, 0, 0, 0),)
+
+    token.undeclare()
+    await a.until(lambda: a.has("vanished", of_server(session)), "its server vanishes")
+
+    assert [one.kind for one in a.log] == ["up", "appeared", "down", "vanished"]
+    assert a.transport.report() == ()
+
+
+async def test_the_questions_to_a_process_that_has_fallen_silent_end_unless_another_serves_them(
+    a: Party, other: zenoh.Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.heartbeat.PERIOD", 0.02)
+    monkeypatch.setattr("actors.transport.zenoh.heartbeat.SILENCE", 0.3)
+    session = str(other.zid())
+    asked: list[object] = []
+    both = "7/both/a::srv::dds_::B_/H"
+    scope = "@robactor/_ros2_lv_7"
+    kept = [
+        other.declare_queryable(KEY, handler(asked.append), complete=True),
+        other.declare_queryable(both, handler(asked.append), complete=True),
+        other.liveliness().declare_token(of_server(session)),
+        other.liveliness().declare_token(of_server(session).replace("%b", "%both")),
+        other.liveliness().declare_token(of_server(session).replace("SS", "SX")),
+        other.liveliness().declare_token(of_server(session).replace("SS", "MP")),
+        other.liveliness().declare_token(of_server("c3").replace("%b", "%both")),
+        other.liveliness().declare_token(f"{scope}/{session}/4711/lab"),
+    ]
+    await a.until(lambda: len(a.told("appeared")) == 5, "all tokens appear")
+    (lost, _), (waiting, _), (elsewhere, _) = a.ask(KEY), a.ask(both), a.ask("7/else/T/H", timeout=60)
+    await a.until(lambda: lost, "the question ends")
+
+    assert lost == [NoAnswer(timed_out=False)]
+    assert waiting == []
+    assert elsewhere == [NoAnswer(timed_out=False)]
+    assert [one.kind for one in a.log if one.of == session] == ["up", "down"]
+    assert [one for one in a.transport.report() if one.session == session] == []
+
+    other.put(f"{scope}/alive", b"\xff")
+    other.put(f"{scope}/alive", session.encode())
+    await a.until(lambda: a.is_linked(session), "it is heard again")
+    assert {one.of for one in a.told("appeared")[5:]} == {one.of for one in a.told("vanished")}
+    assert [(one.host, one.process) for one in a.transport.report() if one.session == session] == [("lab", 4711)]
+    assert len(kept) == 8
+
+
+async def test_a_question_of_a_plain_session_without_payload_is_answered(a: Party, other: zenoh.Session) -> None:
+    def answer(query: Query) -> None:
+        query.reply(query.payload + query.attachment + b"!", b"answered")
+
+    served = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    querier = other.declare_querier(KEY)
+    listener = querier.declare_matching_listener(handler(lambda _: loop.call_soon_threadsafe(served.set)))
+    a.serve(KEY, answer)
+    await served.wait()
+
+    replies = await asyncio.to_thread(lambda: [reply.ok for reply in querier.get()])
+
+    assert [reply.payload.to_bytes() for reply in replies if reply is not None] == [b"!"]
+    assert listener is not None
+
+
+async def test_an_answer_without_attachment_is_taken(a: Party, other: zenoh.Session) -> None:
+    def answer(query: zenoh.Query) -> None:
+        with query:
+            query.reply(KEY, b"plain")
+
+    served = other.declare_queryable(KEY, handler(answer), complete=True)
+    token = other.liveliness().declare_token(of_server(str(other.zid())))
+    await a.until(lambda: a.told("appeared"), "its server appears")
+
+    assert await a.answer(KEY) == Replied(b"plain", b"")
+    assert served is not token
+
+
+async def test_history_passes_between_ours_and_plain_advanced_classes_both_ways(a: Party, other: zenoh.Session) -> None:
+    loop = asyncio.get_running_loop()
+    token = other.liveliness().declare_token(of_server(str(other.zid())))
+    await a.until(lambda: a.told("appeared"), "the two are linked")
+    for history in (Delivery(depth=3, history=3), Delivery(reliable=False, depth=3, history=3)):
+        key = f"7/map{history.reliable}/T/H"
+        ours = a.transport.outlet(key, history)
+        own, _ = a.listen(key, history)
+        misses = zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=0.5) if history.reliable else None
+        theirs = zenoh.ext.declare_advanced_publisher(
+            other,
+            f"{key}/back",
+            cache=zenoh.ext.CacheConfig(max_samples=3),
+            publisher_detection=True,
+            sample_miss_detection=misses,
+        )
+        for number in range(5):
+            ours.put(b"%d" % number, b"ours")
+            theirs.put(b"%d" % number, attachment=b"theirs")
+        got: list[bytes] = []
+        changes = Changes()
+
+        def take(sample: zenoh.Sample, got: list[bytes] = got, changes: Changes = changes) -> None:
+            got.append(sample.payload.to_bytes())
+            loop.call_soon_threadsafe(changes.note)
+
+        subscriber = zenoh.ext.declare_advanced_subscriber(
+            other,
+            key,
+            handler(take),
+            history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=3),
+        )
+        heard, _ = a.listen(f"{key}/back", history)
+        await changes.until(lambda got=got: len(got) == 3, "our history has come to them")  # type: ignore[misc]
+        await a.until(lambda heard=heard: len(heard.samples) == 3, "their history has come to us")  # type: ignore[misc]
+
+        assert got == [b"2", b"3", b"4"]
+        assert heard.numbers == [2, 3, 4]
+        assert {sample.attachment for sample in heard.samples} == {b"theirs"}
+        assert own.samples == []
+        subscriber.undeclare()
+    token.undeclare()
+
+
+async def test_a_transport_is_opened_once_and_used_while_it_is_open() -> None:
+    one = Party(ZenohTransport(ZenohConfig(gossip_port=0)), Changes())
+    with pytest.raises(RuntimeError, match="the transport is not open"):
+        one.transport.announce("@ros2_lv/7/talker")
+    assert one.transport.report() == ()
+    await one.open()
+    outlet = one.transport.outlet("7/chatter/T/H", Delivery())
+    handles = [outlet, one.listen("7/a/T/H")[1], one.transport.serve(KEY, print), one.transport.announce("@a/b")]
+    with pytest.raises(RuntimeError, match="a transport is opened once"):
+        await one.transport.open(TOKENS, one)
+
+    await one.transport.close()
+    outlet.put(b"late", b"")
+    for handle in handles:
+        handle.close()
+
+    with pytest.raises(RuntimeError, match="the transport is not open"):
+        one.listen("7/a/T/H")
+
+
+async def test_a_token_that_is_announced_twice_is_never_told_to_its_own_transport(
+    a: Party, other: zenoh.Session
+) -> None:
+    text = "@ros2_lv/7/talker"
+    first, second = a.transport.announce(text), a.transport.announce(text)
+    first.close()
+    second.close()
+    token = other.liveliness().declare_token("@ros2_lv/7/listener")
+    await a.until(lambda: a.told("appeared"), "the other's token appears")
+
+    assert [one.of for one in a.log] == ["@ros2_lv/7/listener"]
+    token.undeclare()
+
+
+async def test_an_opening_that_is_cancelled_leaves_no_session() -> None:
+    port = free_port()
+    config = ZenohConfig(listen=(f"tcp/127.0.0.1:{port}",), gossip_port=free_port())
+    one = Party(ZenohTransport(config), Changes())
+    opening = asyncio.create_task(one.open())
+    await asyncio.sleep(0)
+    opening.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await opening
+    while [thread for thread in threading.enumerate() if thread.name == "zenoh worker"]:
+        await asyncio.sleep(0.01)
+
+    again = Party(ZenohTransport(config), Changes())
+    await again.open()
+    await again.transport.close()
+
+
+async def test_questions_of_a_session_that_was_closed_end() -> None:
+    session = zenoh.open(
+        zenoh.Config.from_json5("{scouting: {multicast: {enabled: false}, delay: 0}, listen: {endpoints: []}}")
+    )
+    session.close()
+    changes, loop = Changes(), asyncio.get_running_loop()
+    ended: list[object] = []
+    worker = Worker("test")
+    question = Question("7/a/T/H", None, print, print, loop)
+
+    ask_history(session, "7/map/T/H", 1, ("a1", 1), print, lambda: ended.append("history"))  # type: ignore[arg-type]
+
+    def unanswered(one: Question) -> None:
+        ended.append(one)
+        changes.note()
+
+    question.ask(session, b"", b"", Wakeup(loop), worker, unanswered)  # type: ignore[arg-type]
+    await changes.until(lambda: len(ended) == 2, "the question ends")
+    worker.close()
+
+    assert ended == ["history", question]
+
+
+async def test_a_question_that_comes_to_a_closed_server_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.queries.direct", lambda call: call)
+    session, query, worker = FakeSession(), FakeQuery(), Worker("test")
+    forgotten: list[Server] = []
+    take = pytest.fail
+    server = Server(session, "7/a/T/H", take, Wakeup(asyncio.get_running_loop()), worker, forgotten.append)  # type: ignore[arg-type]
+
+    session.handler(query)
+    server.close()
+    server.close()
+    await asyncio.sleep(0.01)
+    worker.close()
+
+    assert query.dropped == 1
+    assert forgotten == [server]

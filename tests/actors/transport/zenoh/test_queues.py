@@ -1,0 +1,303 @@
+"""The queues of outlets and subscriptions: what waits, what is dropped, who is held back."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import zenoh
+
+from actors.transport.protocol import Delivery, Sample
+from actors.transport.zenoh.outlets import Outlet, Publishers
+from actors.transport.zenoh.subscriptions import Subscription
+from actors.transport.zenoh.traffic import Traffic
+from actors.transport.zenoh.wakeup import Wakeup
+from actors.transport.zenoh.worker import Worker
+from tests.actors.transport.zenoh.fakes import FakePublisher, FakeSample, sample
+
+LARGE = bytes(64 * 1024)
+RELIABLE = Delivery(reliable=True, keep_all=True)
+
+
+class Sender:
+    """An outlet whose worker waits until it may go."""
+
+    def __init__(self, delivery: Delivery, *, matching: bool = True) -> None:
+        self.publisher = FakePublisher(matching)
+        self.traffic = Traffic()
+        self.worker = Worker("test")
+        self.told: list[bool] = []
+        self.forgotten: list[Outlet] = []
+        self.soon: list[Callable[[], None]] = []
+        self._go = threading.Event()
+        self.wakeup = Wakeup(asyncio.get_running_loop())
+        self.outlet = Outlet(
+            delivery,
+            Publishers(self.publisher, self.publisher),
+            self.wakeup,
+            self.worker,
+            self.traffic,
+            lambda outlet: self.told.append(outlet.wanted),
+            self.soon.append,
+            self.forgotten.append,
+        )
+        self.worker.do(lambda: self._go.wait() and None)
+
+    def put(self, *payloads: bytes) -> None:
+        for payload in payloads:
+            self.outlet.put(payload, b"")
+
+    async def finish(self) -> list[bytes]:
+        """Let the worker go, and see what was put."""
+        self._go.set()
+        await self.worker.result(lambda: None)
+        return self.publisher.payloads
+
+    def match(self, matching: bool) -> None:
+        """Zenoh tells that somebody, or nobody, listens."""
+        self.publisher.handler(FakePublisher(matching))
+
+
+@pytest.fixture(autouse=True)
+def plain_handlers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Handlers that a test can call."""
+    monkeypatch.setattr("actors.transport.zenoh.outlets.direct", lambda call: call)
+
+
+async def test_a_small_sample_is_put_at_once_and_a_large_one_by_the_worker() -> None:
+    one = Sender(Delivery(depth=10))
+
+    one.put(b"small")
+    assert one.publisher.payloads == [b"small"]
+    one.put(LARGE, b"behind")
+    assert one.publisher.payloads == [b"small"]
+
+    assert await one.finish() == [b"small", LARGE, b"behind"]
+    one.put(b"again at once")
+    assert one.publisher.payloads[-1] == b"again at once"
+    assert one.traffic.sent == len(b"small" + LARGE + b"behind" + b"again at once")
+
+
+async def test_a_sample_that_may_not_be_dropped_is_put_by_the_worker_if_somebody_listens() -> None:
+    wanted, unwanted = Sender(RELIABLE), Sender(RELIABLE, matching=False)
+
+    wanted.put(b"1")
+    unwanted.put(b"1")
+    assert (wanted.publisher.payloads, unwanted.publisher.payloads) == ([], [b"1"])
+
+    assert await wanted.finish() == [b"1"]
+    assert unwanted.traffic.sent == 0
+
+
+async def test_the_oldest_of_too_many_waiting_samples_are_dropped_and_counted() -> None:
+    one = Sender(Delivery(depth=2))
+
+    one.put(LARGE + b"1", LARGE + b"2", LARGE + b"3", b"4")
+
+    assert await one.finish() == [LARGE + b"3", b"4"]
+    assert one.traffic.unsent == 2
+    one.put(b"5")
+    assert one.publisher.payloads[-1] == b"5"
+
+
+async def test_what_may_not_be_dropped_is_dropped_when_64_megabytes_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.outlets.KEEP_ALL", 100)
+    one = Sender(RELIABLE)
+
+    one.put(bytes(60), bytes(60), b"too much")
+
+    assert await one.finish() == [bytes(60), bytes(60)]
+    assert one.traffic.unsent == 1
+    one.put(b"room again")
+    assert (await one.finish())[-1] == b"room again"
+
+
+async def test_what_zenoh_refuses_is_counted() -> None:
+    one = Sender(Delivery())
+
+    def refuse(payload: bytes, *, attachment: bytes | None = None) -> None:
+        raise zenoh.ZError("closed")
+
+    one.publisher.put = refuse  # type: ignore[method-assign]
+    one.put(b"1", LARGE)
+    await one.finish()
+
+    assert one.traffic.unsent == 2
+
+
+async def test_it_tells_when_somebody_listens_at_once_and_when_nobody_does_afterwards() -> None:
+    one = Sender(Delivery(), matching=False)
+
+    one.match(True)
+    one.match(True)
+    assert one.told == []
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    assert one.told == [True]
+    one.match(False)
+    await asyncio.sleep(0.01)
+    assert one.told == [True]
+    assert one.outlet.wanted
+    one.soon.pop()()
+
+    assert one.told == [True, False]
+    assert not one.outlet.wanted
+
+
+async def test_who_comes_back_in_the_meantime_was_never_away() -> None:
+    one = Sender(Delivery())
+
+    one.match(False)
+    one.match(True)
+    await asyncio.sleep(0.01)
+    one.soon.pop()()
+
+    assert one.told == []
+
+
+async def test_a_closed_outlet_sends_what_waits_and_nothing_more() -> None:
+    one = Sender(Delivery(depth=10))
+    one.put(LARGE)
+
+    one.outlet.close()
+    one.outlet.close()
+    one.put(b"late")
+    one.match(False)
+    await asyncio.sleep(0.01)
+    one.soon.pop()()
+
+    assert await one.finish() == [LARGE]
+    assert one.publisher.undeclared == 1
+    assert one.forgotten == [one.outlet]
+    assert one.told == []
+
+
+class Receiver:
+    """A subscription, and what it gets."""
+
+    def __init__(self, delivery: Delivery) -> None:
+        self.got: list[Sample] = []
+        self.traffic = Traffic()
+        self.declared = FakePublisher()
+        self.subscription = Subscription(
+            "own",
+            "7/chatter/T/H",
+            delivery,
+            self.got.append,
+            Wakeup(asyncio.get_running_loop()),
+            self.traffic,
+            lambda _: self.declared,
+            lambda _, source: None,
+            lambda _: None,
+        )
+
+    def arrive(self, *samples: FakeSample) -> None:
+        """Samples arrive on this thread."""
+        for one in samples:
+            self.subscription.arrived(one)
+
+    async def until(self, number: int) -> list[bytes]:
+        while len(self.got) < number:
+            await asyncio.sleep(0.001)
+        return [one.payload for one in self.got]
+
+    def dropped(self, session: str) -> int:
+        self.traffic.begin("unused")
+        return self.traffic.report({session: None})[0].dropped
+
+
+async def test_a_full_queue_drops_the_oldest_and_counts_them_by_their_sender() -> None:
+    one = Receiver(Delivery(depth=2))
+    one.traffic.begin("a1")
+
+    one.arrive(*(sample(b"%d" % number, sender="a1") for number in range(7)))
+
+    assert await one.until(4) == [b"3", b"4", b"5", b"6"]
+    await asyncio.sleep(0.01)
+    assert len(one.got) == 4
+    assert one.dropped("a1") == 3
+
+
+async def test_a_queue_has_room_for_the_history() -> None:
+    one = Receiver(Delivery(depth=1, history=5))
+
+    one.arrive(*(sample(b"%d" % number) for number in range(7)))
+
+    assert len(await one.until(7)) == 7
+
+
+async def test_a_full_queue_that_keeps_all_holds_the_sender_back_until_there_is_room() -> None:
+    one = Receiver(RELIABLE)
+    thread = threading.Thread(target=lambda: one.arrive(*(sample(b"%d" % number) for number in range(1500))))
+    thread.start()
+
+    assert await one.until(1500) == [b"%d" % number for number in range(1500)]
+    thread.join()
+
+
+async def test_a_loop_that_hangs_holds_the_sender_back_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.subscriptions._PATIENCE", 0.05)
+    one = Receiver(RELIABLE)
+    waits: list[float] = []
+
+    def arrive() -> None:
+        for number in range(1100):
+            began = time.monotonic()
+            one.arrive(sample(b"%d" % number))
+            waits.append(time.monotonic() - began)
+
+    thread = threading.Thread(target=arrive)
+    thread.start()
+    thread.join()  # this loop does not run meanwhile
+
+    assert sum(wait >= 0.05 for wait in waits[1000:]) == 1
+    assert len(await one.until(1100)) == 1100
+
+
+async def test_a_closed_subscription_takes_nothing_and_holds_nobody_back() -> None:
+    one = Receiver(RELIABLE)
+    one.arrive(*(sample(b"%d" % number) for number in range(1000)))
+    thread = threading.Thread(target=lambda: one.arrive(sample(b"held back")))
+    thread.start()
+
+    one.subscription.close()
+    one.subscription.close()
+    thread.join()
+    one.arrive(sample(b"late"))
+    await asyncio.sleep(0.01)
+
+    assert one.got == []
+    assert one.declared.undeclared == 1
+
+
+async def test_an_oldest_sample_that_the_loop_has_just_taken_is_not_counted_as_lost() -> None:
+    one = Receiver(Delivery(depth=0, history=0))
+
+    one.arrive(sample(b"1", sender="a1"))
+
+    assert await one.until(1) == [b"1"]
+    one.traffic.begin("a1")
+    assert one.dropped("a1") == 0
+
+
+def test_received_bytes_are_counted_by_sender_and_known_senders_by_their_gid(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.traffic._KNOWN", 1)
+    traffic = Traffic()
+    traffic.begin("a1")
+    attachment, other = bytes(17) + b"g" * 16, bytes(17) + b"h" * 16
+    first: Any = sample(b"", attachment=attachment, sender="a1")
+    nobody: Any = sample(b"", attachment=attachment)
+
+    traffic.received(first, attachment, 10)
+    traffic.received(nobody, attachment, 20)
+    traffic.received(nobody, other, 40)
+    traffic.received(nobody, attachment, 80)
+    traffic.received(first, b"", 160)
+
+    assert traffic.report({"a1": None})[0].received_bytes == 10 + 20 + 160
+    traffic.begin("a1")
+    assert traffic.report({"a1": None})[0].received_bytes == 0

@@ -1,0 +1,116 @@
+"""What a goal says when the rest of the robot refuses or fails: docking and walking on a gait that does not do its part."""
+
+from __future__ import annotations
+
+import pytest
+
+from actors import Child, Done, GoalAborted, Node, Steps
+from actors.interfaces.builtin_interfaces.msg import Time
+from actors.interfaces.std_srvs.srv import Trigger_Request, Trigger_Response
+from actors.testing import Rig
+from robot.contracts import AUTONOMY_CMD, DOCK, GAIT_STATUS, NAVIGATE_TO_GOAL, POSE, SAFETY_STATE, STAND, UNDOCK, WALK
+from robot.geometry.messages import pose_stamped
+from robot.geometry.planar import Pose2
+from robot.interfaces.robactor_msgs.action import Dock
+from robot.interfaces.robactor_msgs.msg import GaitStatus, SafetyState
+from robot.interfaces.tutorials.humanoid_control_interfaces.action import (
+    NavigateToGoal,
+    NavigateToGoal_Feedback,
+    NavigateToGoal_Goal,
+    NavigateToGoal_Result,
+)
+from robot.nodes.docking import Docking
+from robot.nodes.navigation import Navigation
+from robot.planning.grid import Grid
+from tests.robot.stage import floor, navigate
+
+ORIGIN = Pose2(0.0, 0.0)
+
+
+class Unwilling(Node):
+    """A gait that answers every request, and stays as it is."""
+
+    answer = Trigger_Response(success=True)
+
+    @WALK.serve()
+    async def walk(self, request: Trigger_Request) -> Trigger_Response:
+        return self.answer
+
+    @STAND.serve()
+    async def stand(self, request: Trigger_Request) -> Trigger_Response:
+        return self.answer
+
+
+class Refusing(Unwilling):
+    answer = Trigger_Response(success=False, message="no IMU: refusing to walk")
+
+
+class There(Node):
+    """Navigation to where the robot is already."""
+
+    @NAVIGATE_TO_GOAL.serve()
+    async def navigate(self, goal: NavigateToGoal_Goal) -> Steps[NavigateToGoal_Feedback, NavigateToGoal_Result]:
+        yield Done(NavigateToGoal.Result(success=True))
+
+
+def tell(rig: Rig, mode: str = "stand") -> None:
+    rig.publish(POSE, pose_stamped(ORIGIN, Time()))
+    rig.publish(GAIT_STATUS, GaitStatus(mode=mode, goal=mode))
+
+
+@pytest.mark.parametrize(
+    ("gait", "words"),
+    [
+        (Refusing, "not reached: no IMU: refusing to walk"),
+        (Unwilling, "not reached: the robot does not walk"),
+        (Node, r"not reached: .*/spot/walk"),
+    ],
+)
+async def test_docking_says_why_the_robot_did_not_walk_onto_the_dock(rig: Rig, gait: type[Node], words: str) -> None:
+    await rig.start(There, Child(gait, name="gait"), Child(Docking, args=(ORIGIN, False)))
+    tell(rig)
+    await rig.quiet()
+    commands = rig.probe(AUTONOMY_CMD)
+    with pytest.raises(GoalAborted, match=words) as failed:
+        await (await rig.start_goal(DOCK, Dock.Goal()))
+    assert failed.value.result.outcome == "not reached"
+    assert all(message.linear.x == 0.0 for message in commands)
+
+
+async def test_leaving_the_dock_says_why_the_robot_did_not_stand_up(rig: Rig) -> None:
+    await rig.start(Child(Refusing, name="gait"), Child(Docking, args=(ORIGIN, False)))
+    tell(rig, "sit")
+    await rig.quiet()
+    with pytest.raises(GoalAborted, match="not reached: no IMU: refusing to walk"):
+        await (await rig.start_goal(UNDOCK, Dock.Goal()))
+
+
+async def test_a_safety_stop_ends_docking_with_its_reasons(rig: Rig) -> None:
+    await rig.start(There, Child(Unwilling, name="gait"), Child(Docking, args=(Pose2(1.0, 0.0), False)))
+    tell(rig, "walk")
+    await rig.quiet()
+    commands = rig.probe(AUTONOMY_CMD)
+    going = await rig.start_goal(DOCK, Dock.Goal())
+    await rig.until(lambda: len(commands) > 0 and commands[-1].linear.x > 0.0)
+    rig.publish(SAFETY_STATE, SafetyState(stopped=True, reasons=("emergency stop requested",)))
+    with pytest.raises(GoalAborted, match="not reached: safety stop: emergency stop requested"):
+        await going
+    await rig.quiet()
+    assert commands[-1].linear.x == 0.0
+
+
+@pytest.mark.parametrize(
+    ("gait", "words"),
+    [
+        (Refusing, "no IMU: refusing to walk"),
+        (Unwilling, "the robot is not walking 10 s after it was asked to: its gait is 'stand'"),
+    ],
+)
+async def test_a_walk_says_why_it_did_not_begin(rig: Rig, gait: type[Node], words: str) -> None:
+    world = floor(half=5.0)
+    await rig.start(Child(gait, name="gait"), Child(Navigation, args=(Grid.from_scene(world),)))
+    tell(rig)
+    await rig.quiet()
+    going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(2.0, 0.0))
+    with pytest.raises(GoalAborted, match=words):
+        await going

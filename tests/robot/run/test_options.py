@@ -1,0 +1,125 @@
+"""The words of `python -m robot run`: what each becomes, and the one line that a mistake gets."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from robot.run.options import (
+    Crash,
+    Fetch,
+    UsageError,
+    parse,
+    parse_fetch,
+    parse_goal,
+    parse_seed,
+    seconds,
+    whole,
+    within,
+)
+
+
+def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
+    options = parse([])
+    assert {field.name: getattr(options, field.name) for field in fields(options)} == {
+        "duration": None, "battery": 90.0, "crashes": (), "clock": "real", "world": "warehouse", "backend": "physics", "seed": 0,
+        "goal": None, "params": None, "log_format": "console", "log_level": "info", "report": None, "motor_delay": 0.004,
+        "flight_record": None, "trace": False, "publish_clock": None, "only": (), "arm": False, "fetch": None,
+    }  # fmt: skip
+
+
+def test_every_word_is_taken(tmp_path: Path) -> None:
+    report, record = str(tmp_path / "report.json"), str(tmp_path / "flight.mcap")
+    options = parse(
+        [
+            "--duration", "9.5", "--battery", "12", "--crash", "gait@2", "--crash", "lidar@0", "--clock", "virtual", "--world", "pillars",
+            "--backend", "kinematic", "--seed", "7", "--goal", "1", "-2", "0.5", "--log-format", "json", "--log-level", "WARN",
+            "--report", report, "--motor-delay", "8", "--flight-record", record, "--trace", "--publish-clock", "100", "--arm",
+            "--only", "gait,motors", "gait", "--params", "some.yaml",
+        ]
+    )  # fmt: skip
+    assert (options.duration, options.battery, options.clock, options.world) == (9.5, 12.0, "virtual", "pillars")
+    assert options.crashes == (Crash("gait", 2.0), Crash("lidar", 0.0))
+    assert (options.backend, options.seed, options.goal) == ("kinematic", 7, (1.0, -2.0, 0.5))
+    assert (options.log_format, options.log_level) == ("json", "warn")
+    assert (options.report, options.flight_record, options.params) == (report, record, "some.yaml")
+    assert options.motor_delay == pytest.approx(0.008)
+    assert (options.trace, options.publish_clock, options.arm) == (True, 100.0, True)
+    assert options.only == ("gait", "motors")
+
+
+def test_a_run_on_the_virtual_clock_ends_after_two_minutes_unless_told_otherwise() -> None:
+    assert parse(["--clock", "virtual"]).duration == 120.0
+    assert parse(["--clock", "virtual", "--duration", "3"]).duration == 3.0
+
+
+def test_who_fetches_has_an_arm() -> None:
+    options = parse(["--fetch", "cup"])
+    assert (options.arm, options.fetch) == (True, Fetch("cup", None))
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--duration", "0"], "argument --duration: 0 is not a positive number of seconds (see python -m robot run --help)"),
+        (["--duration", "inf"], "argument --duration: inf is not a positive number of seconds (see python -m robot run --help)"),
+        (["--duration", "soon"], "argument --duration: soon is not a positive number of seconds (see python -m robot run --help)"),
+        (["--battery", "101"], "--battery 101: give 0 to 100 per cent"),
+        (["--battery", "nan"], "--battery nan: give 0 to 100 per cent"),
+        (["--motor-delay", "21"], "--motor-delay 21: give 0 to 20 milliseconds"),
+        (["--publish-clock", "0"], "--publish-clock 0: give 0.1 to 1000 Hz"),
+        (["--seed", "1.5"], "argument --seed: 1.5 is no seed: give a whole number of at least 0 (see python -m robot run --help)"),
+        (["--seed", "-1"], "argument --seed: -1 is no seed: give a whole number of at least 0 (see python -m robot run --help)"),
+        (["--trace"], "--trace: two runs are equal on the virtual clock only; add --clock virtual"),
+        (["--crash", "gait"], "--crash gait: write NODE@SECONDS, such as navigation@10"),
+        (["--crash", "@3"], "--crash @3: write NODE@SECONDS, such as navigation@10"),
+        (["--crash", "gait@-1"], "--crash gait@-1: write NODE@SECONDS, such as navigation@10"),
+        (["--crash", "gait@now"], "--crash gait@now: write NODE@SECONDS, such as navigation@10"),
+        (["--duration", "5", "--crash", "gait@5"], "--crash gait@5: the run ends at 5 s, before that; give a longer --duration"),
+        (["--only", ","], "--only: name at least one node, such as --only gait"),
+        (["--goal", "1"], "--goal takes X Y or X Y THETA, not 1 numbers"),
+        (["--goal", "1", "2", "3", "4"], "--goal takes X Y or X Y THETA, not 4 numbers"),
+        (["--goal", "1", "nan"], "--goal: Y is nan, which is not a finite number"),
+        (["--goal", "1", "2", "90"], "--goal: THETA is 90 rad; give an angle within one turn, in radians"),
+        (["--fetch", "cup", "1"], "--fetch takes NAME, NAME X Y or NAME X Y Z, not 1 numbers"),
+        (["--fetch", "cup", "1", "two"], "--fetch cup 1 two: X, Y and Z are numbers, in meters"),
+        (["--fetch", "cup", "1", "inf"], "--fetch cup 1 inf: X, Y and Z must be finite"),
+        (["--fetch", "cup", "--goal", "1", "2"], "--fetch and --goal: one errand at a time; give one of them"),
+        (["--duratoin", "5"], "unrecognized arguments: --duratoin 5; did you mean --duration? (see python -m robot run --help)"),
+        (["--report", ""], "--report: name a file"),
+        (["--report", "/nowhere/r.json"], "--report /nowhere/r.json: there is no folder /nowhere to write it in"),
+        (["--report", "/tmp"], "--report /tmp: that is a folder"),
+        (["--flight-record", "/dev/null"], "--flight-record /dev/null: that is no regular file"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_told_in_one_line_with_what_to_do(words: list[str], told: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        parse(words)
+    assert str(refused.value) == told
+
+
+def test_a_goal_needs_no_heading_and_a_thing_no_place_and_no_height() -> None:
+    assert parse_goal(None) is None
+    assert parse_goal([1.0, 2.0]) == (1.0, 2.0, 0.0)
+    assert parse_fetch(None, None) is None
+    assert parse_fetch(["cup", "1.5", "-2"], None) == Fetch("cup", (1.5, -2.0, 0.0))
+    assert parse_fetch(["cup", "1.5", "-2", "0.4"], None) == Fetch("cup", (1.5, -2.0, 0.4))
+
+
+def test_numbers_within_bounds_include_the_bounds() -> None:
+    share, count = within(0.0, 1.0, "metres"), whole(1, 8)
+    assert [share("0"), share("0.5"), share("1")] == [0.0, 0.5, 1.0]
+    assert [count("1"), count("8")] == [1, 8]
+    for text in ("-0.1", "1.1", "nan", "x"):
+        with pytest.raises(argparse.ArgumentTypeError, match=f"^{text}: give 0 to 1 metres$"):
+            share(text)
+    for text in ("0", "9", "2.5", "x"):
+        with pytest.raises(argparse.ArgumentTypeError, match=f"^{text}: give a whole number from 1 to 8$"):
+            count(text)
+
+
+def test_a_seed_is_a_whole_number_and_seconds_are_positive() -> None:
+    assert (parse_seed("0"), parse_seed("12"), seconds("0.5")) == (0, 12, 0.5)
