@@ -1,0 +1,133 @@
+"""The command ``ros2``: it shows our graph, reads and sets our parameters, drives our lifecycle, echoes, publishes, calls and sends goals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from actors import LifecycleNode, Service, Topic, every, parameter, publishes
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_msgs.msg import String
+from tests.interop.parties import until
+from tests.interop.ros2.bench import Bench, Check
+
+__all__ = ["Talker", "checks"]
+
+WORDS = Topic(String, "/ours/words")
+NEW = ("--no-daemon", "--spin-time", "3")
+
+
+class Talker(LifecycleNode):
+    """Speaks 10 times a second while it is active."""
+
+    words = publishes(WORDS)
+    speed = parameter(0.5, description="how fast it walks")
+    gait = parameter("trot")
+    legs = parameter([1, 2, 3, 4])
+
+    @every(hz=10)
+    def speak(self) -> None:
+        self.words(String(data="here"))
+
+
+def checks() -> Iterator[tuple[str, Check]]:
+    yield "ros2 node list, info", nodes
+    yield "ros2 topic list, info", topics
+    yield "ros2 service list, type, find", services
+    yield "ros2 action list, info", actions
+    yield "ros2 param list, get, describe", read_parameters
+    yield "ros2 param set, dump, and a refusal", set_parameters
+    yield "ros2 lifecycle nodes, get, list", read_lifecycle
+    yield "ros2 lifecycle set through all states", drive_lifecycle
+    yield "ros2 topic echo", echo
+    yield "ros2 topic hz", hz
+    yield "ros2 topic pub", pub
+    yield "ros2 service call", call
+    yield "ros2 action send_goal --feedback", send_goal
+
+
+async def nodes(bench: Bench) -> None:
+    await bench.shows("node", "list", *NEW, parts=("/ours/robot", "/ours/counter", "/ours/talker"))
+    parts = ("/ours/words: std_msgs/msg/String", "/ours/talker/get_parameters", "/ours/talker/change_state", "/rosout")
+    await bench.shows("node", "info", *NEW, "/ours/talker", parts=parts)
+
+
+async def topics(bench: Bench) -> None:
+    parts = ("/ours/words [std_msgs/msg/String]", "/parameter_events", "/rosout", "/ours/talker/transition_event")
+    await bench.shows("topic", "list", "-t", *NEW, parts=parts)
+    parts = ("Publisher count: 1", "Node name: talker", "Node namespace: /ours", "Reliability: RELIABLE", "RIHS01_df668c")
+    await bench.shows("topic", "info", "-v", *NEW, "/ours/words", parts=parts)
+
+
+async def services(bench: Bench) -> None:
+    parts = ("/ours/talker/list_parameters [rcl_interfaces/srv/ListParameters]", "/ours/talker/get_state")
+    await bench.shows("service", "list", "-t", *NEW, parts=parts)
+    await bench.shows("service", "type", "/ours/talker/get_state", parts=("lifecycle_msgs/srv/GetState",))
+
+
+async def actions(bench: Bench) -> None:
+    await bench.shows("action", "list", "-t", parts=("/ours/fibonacci [example_interfaces/action/Fibonacci]",))
+    await bench.shows("action", "info", "/ours/fibonacci", parts=("Action servers: 1", "/ours/counter"))
+
+
+async def read_parameters(bench: Bench) -> None:
+    await bench.shows("param", "list", *NEW, "/ours/talker", parts=("speed", "gait", "legs", "use_sim_time"))
+    await bench.shows("param", "get", *NEW, "/ours/talker", "speed", parts=("Double value is: 0.5",))
+    await bench.shows("param", "get", *NEW, "/ours/talker", "legs", parts=("[1, 2, 3, 4]",))
+    await bench.shows("param", "describe", *NEW, "/ours/talker", "speed", parts=("Type: double", "how fast it walks"))
+
+
+async def set_parameters(bench: Bench) -> None:
+    await bench.shows("param", "set", *NEW, "/ours/talker", "speed", "0.75", parts=("Set parameter successful",))
+    assert bench.ours.system.node(Talker).speed == 0.75
+    await bench.shows("param", "dump", *NEW, "/ours/talker", parts=("speed: 0.75", "gait: trot"))
+    text = await bench.run("param", "set", *NEW, "/ours/talker", "speed", "fast")
+    assert "failed" in text.lower()
+    assert bench.ours.system.node(Talker).speed == 0.75
+
+
+async def read_lifecycle(bench: Bench) -> None:
+    await bench.shows("lifecycle", "nodes", *NEW, parts=("/ours/talker",))
+    await bench.shows("lifecycle", "get", *NEW, "/ours/talker", parts=("unconfigured [1]",))
+    await bench.shows("lifecycle", "list", *NEW, "/ours/talker", parts=("configure [1]", "shutdown"))
+
+
+async def drive_lifecycle(bench: Bench) -> None:
+    for transition, state in (
+        ("configure", "inactive"), ("activate", "active"), ("deactivate", "inactive"), ("cleanup", "unconfigured"),
+        ("configure", "inactive"), ("activate", "active"),
+    ):  # fmt: skip
+        await bench.shows("lifecycle", "set", *NEW, "/ours/talker", transition, parts=("Transitioning successful",))
+        assert bench.ours.system.node(Talker).state.name.lower() == state
+
+
+async def echo(bench: Bench) -> None:
+    """After `drive_lifecycle`, the talker speaks."""
+    assert "data: here" in await bench.run("topic", "echo", *NEW, "--once", "/ours/words")
+
+
+async def hz(bench: Bench) -> None:
+    text = await bench.run("topic", "hz", *NEW, "/ours/words", enough="average rate")
+    rate = float(text.split("average rate:")[1].split()[0])
+    assert 5.0 < rate < 15.0, text
+
+
+async def pub(bench: Bench) -> None:
+    got = bench.ours.listen(Topic(String, "/ours/ears"))
+    await bench.run("topic", "pub", "--times", "3", "-w", "1", "-r", "10", "/ours/ears", "std_msgs/msg/String", "{data: 'zwölf'}")
+    await until(lambda: len(got) >= 3, "all have come")
+    assert got == 3 * [{"data": "zwölf"}]
+
+
+async def call(bench: Bench) -> None:
+    async def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        return AddTwoInts.Response(sum=request.a + request.b)
+
+    bench.ours.node.serve(Service(AddTwoInts, "/ours/sum"), add)
+    kind = AddTwoInts.__ros_type__
+    await bench.shows("service", "call", "/ours/sum", kind, "{a: 2, b: 40}", parts=("sum=42",))
+
+
+async def send_goal(bench: Bench) -> None:
+    kind = "example_interfaces/action/Fibonacci"
+    parts = ("Goal accepted", "Feedback:", "SUCCEEDED")
+    await bench.shows("action", "send_goal", "--feedback", "/ours/fibonacci", kind, "{order: 5}", parts=parts)
