@@ -4,16 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from actors import LifecycleNode, Service, Topic, every, parameter, publishes
+from actors import LifecycleNode, Node, Service, Topic, every, parameter, publishes
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from tests.interop.parties import until
 from tests.interop.ros2.bench import Bench, Check
 
-__all__ = ["Talker", "checks"]
+__all__ = ["Talker", "Ticker", "checks"]
 
 WORDS = Topic(String, "/ours/words")
+TICKS = Topic(String, "/ours/ticks")
 NEW = ("--no-daemon", "--spin-time", "3")
+
+
+class Ticker(Node):
+    """Speaks 10 times a second."""
+
+    ticks = publishes(TICKS)
+
+    @every(hz=10)
+    def speak(self) -> None:
+        self.ticks(String(data="tick"))
 
 
 class Talker(LifecycleNode):
@@ -32,7 +43,7 @@ class Talker(LifecycleNode):
 def checks() -> Iterator[tuple[str, Check]]:
     yield "ros2 node list, info", nodes
     yield "ros2 topic list, info", topics
-    yield "ros2 service list, type, find", services
+    yield "ros2 service list, info", services
     yield "ros2 action list, info", actions
     yield "ros2 param list, get, describe", read_parameters
     yield "ros2 param set, dump, and a refusal", set_parameters
@@ -61,12 +72,13 @@ async def topics(bench: Bench) -> None:
 async def services(bench: Bench) -> None:
     parts = ("/ours/talker/list_parameters [rcl_interfaces/srv/ListParameters]", "/ours/talker/get_state")
     await bench.shows("service", "list", "-t", *NEW, parts=parts)
-    await bench.shows("service", "type", "/ours/talker/get_state", parts=("lifecycle_msgs/srv/GetState",))
+    parts = ("Type: lifecycle_msgs/srv/GetState", "Services count: 1")
+    await bench.shows("service", "info", *NEW, "/ours/talker/get_state", parts=parts)
 
 
 async def actions(bench: Bench) -> None:
-    await bench.shows("action", "list", "-t", parts=("/ours/fibonacci [example_interfaces/action/Fibonacci]",))
-    await bench.shows("action", "info", "/ours/fibonacci", parts=("Action servers: 1", "/ours/counter"))
+    await bench.with_daemon("action", "list", "-t", parts=("/ours/fibonacci [example_interfaces/action/Fibonacci]",))
+    await bench.with_daemon("action", "info", "/ours/fibonacci", parts=("Action servers: 1", "/ours/counter"))
 
 
 async def read_parameters(bench: Bench) -> None:
@@ -101,12 +113,11 @@ async def drive_lifecycle(bench: Bench) -> None:
 
 
 async def echo(bench: Bench) -> None:
-    """After `drive_lifecycle`, the talker speaks."""
-    assert "data: here" in await bench.run("topic", "echo", *NEW, "--once", "/ours/words")
+    assert "data: tick" in await bench.run("topic", "echo", *NEW, "--once", "/ours/ticks")
 
 
 async def hz(bench: Bench) -> None:
-    text = await bench.run("topic", "hz", *NEW, "/ours/words", enough="average rate")
+    text = await bench.run("topic", "hz", "--spin-time", "3", "/ours/ticks", enough="average rate")
     rate = float(text.split("average rate:")[1].split()[0])
     assert 5.0 < rate < 15.0, text
 
