@@ -35,8 +35,8 @@ def seen(sample: Any) -> dict[str, Any]:
         "key": str(sample.key_expr),
         "payload": hexed(sample.payload),
         "attachment": hexed(sample.attachment),
-        "congestion_control": sample.congestion_control.name,
-        "priority": sample.priority.name,
+        "congestion_control": str(sample.congestion_control).split(".")[-1],
+        "priority": str(sample.priority).split(".")[-1],
         "express": sample.express,
     }
 
