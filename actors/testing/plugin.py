@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import inspect
+import os
 import warnings
 from collections.abc import AsyncIterator, Callable, Generator, Mapping
 from typing import TYPE_CHECKING, Any
@@ -32,6 +33,9 @@ def pytest_configure(config: pytest.Config) -> None:
     # pytest-asyncio asks every project to set this option. It makes no difference to these tests. pytest removes this filter after all
     # plugins are configured.
     warnings.filterwarnings("ignore", 'The configuration option "asyncio_default_fixture_loop_scope" is unset')
+    os.environ.setdefault(
+        "RMW_IMPLEMENTATION", "in_process"
+    )  # no test meets the graph of other processes, unless it means to
     config.addinivalue_line("markers", "virtual: run this test on the virtual clock of actors.testing")
 
 

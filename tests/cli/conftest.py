@@ -35,7 +35,13 @@ def port() -> int:
 
 @pytest.fixture
 def environment(port: int) -> dict[str, str]:
-    return {**os.environ, "ROBACTOR_GOSSIP_PORT": str(port), "PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": "7"}
+    return {
+        **os.environ,
+        "RMW_IMPLEMENTATION": "rmw_zenoh_cpp",
+        "ROBACTOR_GOSSIP_PORT": str(port),
+        "PYTHONPATH": str(ROOT),
+        "ROS_DOMAIN_ID": "7",
+    }
 
 
 @pytest.fixture

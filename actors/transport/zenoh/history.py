@@ -14,9 +14,6 @@ from actors.transport.zenoh.outlets import Publishers
 
 __all__ = ["ask_history", "declare_publishers", "declare_subscriber"]
 
-_HEARTBEAT: Final = 0.5
-"""Seconds after which an advanced publisher tells the number of its last sample, so that the loss of the last one is noticed."""
-
 _PATIENCE: Final = 5.0
 """Seconds within which a publisher must tell what it keeps."""
 
@@ -45,7 +42,9 @@ def declare_publishers(session: objects.Session, key: str, delivery: Delivery) -
     plain = session.declare_publisher(key, **settings)
     if not delivery.history:
         return Publishers(plain, plain)
-    misses = ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=_HEARTBEAT)
+    # Without a heartbeat, which rmw_zenoh has: closing a publisher with one waits for a thread of Zenoh, and the binding does not give the
+    # interpreter free meanwhile. If that thread is about to call us, both wait for ever. The loss of a last sample is found at the next one.
+    misses = ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None)
     advanced = ext.declare_advanced_publisher(
         session,
         key,
