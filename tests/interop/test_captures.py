@@ -219,7 +219,10 @@ async def test_a_request_without_a_whole_attachment_gets_no_answer(
     exchange = PEER["service_reply_from_server"]
     key = exchange["replies"][0]["key"]
 
-    assert await there.do("ask", key=key, timeout=30.0, payload=exchange["request_payload_hex"], attachment=attachment) == []
+    assert (
+        await there.do("ask", key=key, timeout=30.0, payload=exchange["request_payload_hex"], attachment=attachment)
+        == []
+    )
 
 
 # What we send is the same ---------------------------------------------------------------------------------------------------
@@ -237,7 +240,7 @@ async def test_the_key_token_payload_and_attachment_of_our_talker_are_those_of_t
 
     for text in ("Hello World: 1", "Hello World: 2", "Hello World: 3"):
         publisher(String(data=text))
-    await until(lambda: "Hello World: 3".encode().hex() in there.said("sample")[-1]["payload"], "the last has come")
+    await until(lambda: b"Hello World: 3".hex() in there.said("sample")[-1]["payload"], "the last has come")
 
     node = [line["token"] for line in there.said("appeared") if line["token"].endswith("/NN/%/%ours/robot")]
     assert len(node) == 1
@@ -337,25 +340,27 @@ async def test_what_we_keep_is_heard_by_a_late_subscription_declared_as_in_ros_2
 async def test_the_traffic_of_our_transient_local_endpoints_is_that_of_the_record(
     ours: Ours, start_raw: StartRaw
 ) -> None:
+    """But for the heartbeat, which our publishers do not send."""
     there = await start_raw(HISTORY["subscriber_zid"])
     await there.do("watch", keys=f"{TL_KEY}/@adv/**")
-    await there.do("record", keys=f"{TL_KEY}/@adv/**")
+    await there.do("record", keys=TL_KEY)
     await there.do("serve", key=f"{TL_KEY}/@adv/**", payload=None, time="", complete=False)
     publisher = ours.node.publisher(KEPT)
     subscription = ours.node.subscribe(KEPT)
     await until(lambda: _of_role(there, "pub") and _of_role(there, "sub"), "both are known there")
     await until(lambda: there.said("asked"), "the history is asked for")
-    publisher(String(data="hi"))
-    heartbeat = await until(lambda: there.said("sample"), "a heartbeat has come")
+    await until(lambda: publisher(String(data="hi")) or there.said("sample"), "a sample has come")
 
-    (_, by_us), (_, wanted) = (("", _of_role(there, "pub")), HISTORY["adv_liveliness"][0])
-    assert as_presence(wanted, by_us) == by_us
-    assert as_presence(HISTORY["adv_liveliness"][1][1], _of_role(there, "sub")) == _of_role(there, "sub")
+    presences = [key for _, key in HISTORY["adv_liveliness"]]
+    assert [_of_role(there, role) for role in ("pub", "sub")] == [
+        as_presence(recorded, _of_role(there, role)) for role, recorded in zip(("pub", "sub"), presences, strict=True)
+    ]
     assert there.said("asked")[0]["selector"] == HISTORY["history_queries_seen_by_spy"][0]
-    recorded = HISTORY["samples_and_heartbeats"][1]
-    assert (heartbeat[0]["key"], heartbeat[0]["payload"]) == (by_us, recorded["payload_hex"])
-    assert heartbeat[0]["attachment"] is None
-    assert heartbeat[0]["congestion_control"] == recorded["congestion_control"]
+    sample, recorded = there.said("sample")[0], HISTORY["samples_and_heartbeats"][0]
+    assert (sample["key"], sample["payload"]) == (recorded["key"], recorded["payload_hex"])
+    assert len(sample["attachment"]) == len(recorded["attachment_hex"])
+    for setting in ("congestion_control", "priority", "express"):
+        assert sample[setting] == recorded[setting]
     subscription.close()
 
 

@@ -154,7 +154,9 @@ async def test_a_publisher_of_the_sdk_keeps_nothing_although_it_announces_transi
 
     late = ours.node.subscribe(WORDS, qos=ours_is("RELIABLE", "TRANSIENT_LOCAL"))
     assert late.publisher_count == 1
-    await deliver(lambda one: there.do("publish", topic="/words", message=one), lambda: early[3:], TYPE, [{"data": "live"}])
+    await deliver(
+        lambda one: there.do("publish", topic="/words", message=one), lambda: early[3:], TYPE, [{"data": "live"}]
+    )
 
     assert (await late.next(timeout=10.0)).data == "live"
 

@@ -155,5 +155,3 @@ async def test_a_server_that_does_not_answer_is_named_and_so_is_one_that_is_kill
     await until(lambda: name not in ours.nodes(), "its node has gone")
     with pytest.raises((ServiceUnavailable, NotRunning)):
         await ours.node.call(ADD, AddTwoInts.Request(a=0, b=0), timeout=0.1)
-
-

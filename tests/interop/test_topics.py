@@ -63,9 +63,7 @@ async def test_what_we_publish_arrives_there_in_order_and_unchanged(
     cls = get_message(type)
     publisher = ours.node.publisher(Topic(cls, "/a/topic"))
 
-    await deliver(
-        lambda one: publisher(from_plain(cls, one)), lambda: there.heard("/a/topic"), type, MESSAGES[type]
-    )
+    await deliver(lambda one: publisher(from_plain(cls, one)), lambda: there.heard("/a/topic"), type, MESSAGES[type])
 
 
 @every_program

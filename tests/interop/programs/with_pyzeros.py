@@ -160,10 +160,5 @@ async def enter() -> Any:
 
 
 node = asyncio.run_coroutine_threadsafe(enter(), loop).result()
-obey(
-    {
-        one.__name__: on_the_loop(one)
-        for one in (publisher, publish, subscription, server, client, call, token, close)
-    }
-)
+obey({one.__name__: on_the_loop(one) for one in (publisher, publish, subscription, server, client, call, token, close)})
 session.close()

@@ -49,6 +49,7 @@ def checks() -> Iterator[tuple[str, Check]]:
     yield "ros2 param set, dump, and a refusal", set_parameters
     yield "ros2 lifecycle nodes, get, list", read_lifecycle
     yield "ros2 lifecycle set through all states", drive_lifecycle
+    yield "their listener hears our transitions, parameter changes and log lines", events
     yield "ros2 topic echo", echo
     yield "ros2 topic hz", hz
     yield "ros2 topic pub", pub
@@ -65,7 +66,13 @@ async def nodes(bench: Bench) -> None:
 async def topics(bench: Bench) -> None:
     parts = ("/ours/words [std_msgs/msg/String]", "/parameter_events", "/rosout", "/ours/talker/transition_event")
     await bench.shows("topic", "list", "-t", *NEW, parts=parts)
-    parts = ("Publisher count: 1", "Node name: talker", "Node namespace: /ours", "Reliability: RELIABLE", "RIHS01_df668c")
+    parts = (
+        "Publisher count: 1",
+        "Node name: talker",
+        "Node namespace: /ours",
+        "Reliability: RELIABLE",
+        "RIHS01_df668c",
+    )
     await bench.shows("topic", "info", "-v", *NEW, "/ours/words", parts=parts)
 
 
@@ -112,6 +119,35 @@ async def drive_lifecycle(bench: Bench) -> None:
         assert bench.ours.system.node(Talker).state.name.lower() == state
 
 
+async def events(bench: Bench) -> None:
+    there = await bench.peer("events")
+    talker = bench.ours.system.node(Talker)
+    topic = "/ours/talker/transition_event"
+    await there.do("subscription", topic=topic, type="lifecycle_msgs/msg/TransitionEvent", qos={})
+    await there.do("subscription", topic="/parameter_events", type="rcl_interfaces/msg/ParameterEvent", qos={})
+    await there.do(
+        "subscription", topic="/rosout", type="rcl_interfaces/msg/Log", qos={"durability": "TRANSIENT_LOCAL"}
+    )
+    await until(lambda: "/ros/events" in bench.ours.subscriptions(topic), "its listener is known")
+    talker.set_parameter("gait", "walk")
+    talker.log.warning("a line for everybody")
+    await talker.change_state("shutdown")
+
+    def changes() -> bool:
+        changed = [
+            one["changed_parameters"] for one in there.heard("/parameter_events") if one["node"] == "/ours/talker"
+        ]
+        return any(value["name"] == "gait" and value["value"]["string_value"] == "walk" for (value, *_) in changed)
+
+    await until(changes, "the change of the parameter has come")
+    await until(
+        lambda: any("a line for everybody" in one["msg"] for one in there.heard("/rosout")), "the line has come"
+    )
+    await until(
+        lambda: any(one["transition"]["label"] == "shutdown" for one in there.heard(topic)), "the event has come"
+    )
+
+
 async def echo(bench: Bench) -> None:
     assert "data: tick" in await bench.run("topic", "echo", *NEW, "--once", "/ours/ticks")
 
@@ -124,7 +160,9 @@ async def hz(bench: Bench) -> None:
 
 async def pub(bench: Bench) -> None:
     got = bench.ours.listen(Topic(String, "/ours/ears"))
-    await bench.run("topic", "pub", "--times", "3", "-w", "1", "-r", "10", "/ours/ears", "std_msgs/msg/String", "{data: 'zwölf'}")
+    await bench.run(
+        "topic", "pub", "--times", "3", "-w", "1", "-r", "10", "/ours/ears", "std_msgs/msg/String", "{data: 'zwölf'}"
+    )
     await until(lambda: len(got) >= 3, "all have come")
     assert got == 3 * [{"data": "zwölf"}]
 
