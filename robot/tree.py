@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from actors import Child, Intensity, Supervisor, rest_for_one
-from actors.suggest import did_you_mean
 from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
 from robot.nodes.battery import Battery
@@ -43,21 +42,7 @@ from robot.sim.battery import Pack
 if TYPE_CHECKING:
     from robot.nodes.carrier import Delivery
 
-__all__ = ["UnknownNode", "only", "robot_tree"]
-
-
-class UnknownNode(LookupError):
-    """A node was asked for that the tree does not have; the text is one line that names the closest ones."""
-
-
-def only(tree: Supervisor, names: Sequence[str]) -> Supervisor:
-    """The tree with just these nodes, in its own order. Raises `UnknownNode`."""
-    known = [child.name for child in tree.children]
-    wanted = {name.lstrip("/") for name in names}
-    for name in sorted(wanted.difference(known)):
-        near = did_you_mean(name, known, "did", most=3, cutoff=0.5, quoted=False)
-        raise UnknownNode(f"there is no node {name!r}; {near or 'there are: ' + ', '.join(known)}")
-    return tree.replace(children=[child for child in tree.children if child.name in wanted])
+__all__ = ["robot_tree"]
 
 
 def robot_tree(

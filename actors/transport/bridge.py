@@ -12,6 +12,7 @@ from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
+from actors.transport.environment import domain_from_environment
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.tokens import EndpointKind, EndpointToken, graph_of
 from actors.transport.local_actions import Actions
@@ -35,8 +36,6 @@ if TYPE_CHECKING:
 __all__ = ["Bridge", "connect"]
 
 TOPICS: Final = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
-MOST_DOMAIN: Final = 232
-"""The highest number of a domain in ROS 2."""
 
 
 class NodeElsewhere(NamedTuple):
@@ -53,18 +52,10 @@ def connect(runtime: Runtime, transport: Transport, domain_id: int | None = None
     To be called before the tree of the system starts. The transport is opened beside the start, and closed after the stop. One that cannot
     be opened is logged, and the system then runs alone. Raises ValueError for an invalid ROS_DOMAIN_ID.
     """
-    bridge = Bridge(runtime, transport, _domain_of_environment() if domain_id is None else domain_id)
+    bridge = Bridge(runtime, transport, domain_from_environment(os.environ) if domain_id is None else domain_id)
     runtime.distinguish(transport.session)
     runtime.observers.opening.append(bridge.open)
     runtime.observers.closing.append(bridge.close)
-
-
-def _domain_of_environment() -> int:
-    """ROS_DOMAIN_ID. Raises ValueError if it is no number of a domain."""
-    text = os.environ.get("ROS_DOMAIN_ID", "") or "0"
-    if not (text.isascii() and text.isdigit() and int(text) <= MOST_DOMAIN):
-        raise ValueError(f"ROS_DOMAIN_ID={text!r}: a domain is a number from 0 to {MOST_DOMAIN}")
-    return int(text)
 
 
 class Bridge:

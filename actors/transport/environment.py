@@ -1,4 +1,4 @@
-"""The transport that the environment variables of ROS 2 ask for."""
+"""The transport and the domain that the environment variables of ROS 2 ask for."""
 
 from __future__ import annotations
 
@@ -11,11 +11,14 @@ from actors.transport.protocol import WireUnavailable
 if TYPE_CHECKING:
     from actors.transport.protocol import Transport
 
-__all__ = ["transport_from_environment"]
+__all__ = ["domain_from_environment", "transport_from_environment"]
 
 VARIABLE: Final = "RMW_IMPLEMENTATION"
 ZENOH: Final = "rmw_zenoh_cpp"
 IN_PROCESS: Final = "in_process"
+
+MOST_DOMAIN: Final = 232
+"""The highest number of a domain in ROS 2."""
 
 
 def transport_from_environment(
@@ -24,7 +27,7 @@ def transport_from_environment(
     """Zenoh, in the format of ``rmw_zenoh_cpp``; None if RMW_IMPLEMENTATION is ``in_process``: no other process is then reached.
 
     `listen` and `connect` are endpoints such as ``tcp/192.168.1.5:7447``, besides those of the variables that `ZenohConfig` reads. Raises
-    `WireUnavailable` for another RMW_IMPLEMENTATION, and for endpoints of a transport that is not wanted.
+    `WireUnavailable` for another RMW_IMPLEMENTATION, for a ROS_DOMAIN_ID that is none, and for endpoints of a transport that is not wanted.
     """
     wanted = environment.get(VARIABLE, "") or ZENOH
     if wanted == IN_PROCESS:
@@ -36,6 +39,18 @@ def transport_from_environment(
         raise WireUnavailable(
             f"{VARIABLE} is {wanted}: this library speaks {ZENOH}, the default, or stays {IN_PROCESS}{hint}"
         )
+    try:
+        domain_from_environment(environment)
+    except ValueError as error:
+        raise WireUnavailable(str(error)) from None
     from actors.transport.zenoh import ZenohConfig, ZenohTransport
 
     return ZenohTransport(ZenohConfig.from_environment(environment, listen=listen, connect=connect))
+
+
+def domain_from_environment(environment: Mapping[str, str]) -> int:
+    """ROS_DOMAIN_ID, 0 if it is not set. Raises ValueError if it is no number of a domain."""
+    text = environment.get("ROS_DOMAIN_ID", "") or "0"
+    if not (text.isascii() and text.isdigit() and int(text) <= MOST_DOMAIN):
+        raise ValueError(f"ROS_DOMAIN_ID={text!r}: a domain is a number from 0 to {MOST_DOMAIN}")
+    return int(text)

@@ -20,11 +20,12 @@ from robot.geometry.vectors import Vector
 from robot.hardware.body import Body
 from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 from robot.model.modes import Mode
+from robot.run.choice import only
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.sim.physics import PhysicsBody
 from robot.testing import PERIOD, Conditions, Trial
-from robot.tree import only, robot_tree
+from robot.tree import robot_tree
 
 __all__ = ["OnMap", "Walked", "calibration_error", "patrol", "walk"]
 

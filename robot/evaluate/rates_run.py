@@ -16,9 +16,10 @@ from actors.interfaces.std_srvs.srv import Trigger
 from robot import contracts
 from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorTargets
+from robot.run.choice import only
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
-from robot.tree import only, robot_tree
+from robot.tree import robot_tree
 
 __all__ = ["STREAMS", "TIMERS", "Punctuality", "Run", "run_loop", "run_robot"]
 

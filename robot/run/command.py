@@ -151,7 +151,7 @@ class Session:
 
     def _chosen(self, tree: Supervisor) -> Supervisor:
         """The tree, or what `--only` leaves of it."""
-        from robot.tree import UnknownNode, only
+        from robot.run.choice import UnknownNode, only
 
         names = self.options.only
         if not names:
@@ -241,7 +241,7 @@ class Session:
 
 def check_crashes(tree: Supervisor, crashes: Sequence[Crash]) -> None:
     """Refuse to crash what is not there. Raises `UsageError`."""
-    from robot.tree import UnknownNode, only
+    from robot.run.choice import UnknownNode, only
 
     for crash in crashes:
         try:

@@ -7,7 +7,7 @@ import asyncio
 import os
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from actors import (
     Action,
@@ -29,8 +29,14 @@ from actors import (
     transient,
 )
 from actors.logs import Level, LogRecord, console_sink
+from actors.transport.environment import transport_from_environment
+from actors.transport.protocol import WireUnavailable
 from actors.typing import Spec
+from robot.run.choice import UnknownNode, only
 from robot.run.options import LEVELS, Parser, UsageError, seconds
+
+if TYPE_CHECKING:
+    from actors.transport import Transport
 
 __all__ = ["Errand", "ErrandFailed", "main", "system", "was_interrupted"]
 
@@ -103,12 +109,13 @@ def main(tree: Callable[[], Supervisor], argv: Sequence[str] | None = None, *, n
     name = name or _own_name()
     try:
         options = _options(tree, argv, name)
+        chosen, transport = _chosen(tree(), options), _transport(options)
     except UsageError as error:
         print(f"{name.removeprefix('python -m ')}: {error}", file=sys.stderr)
         sys.exit(2)
     try:
         level = Level.parse(options.log_level)
-        code = execute(lambda: _live(tree(), options.duration, level), clock=options.clock)
+        code = execute(lambda: _live(chosen, transport, options.duration, level), clock=options.clock)
     except (StartFailed, SupervisorGaveUp) as error:
         print(error, file=sys.stderr)
         code = 3
@@ -133,20 +140,55 @@ def _options(tree: Callable[[], Supervisor], argv: Sequence[str] | None, name: s
         metavar="LEVEL",
         help=f"{', '.join(LEVELS)} (default info)",
     )
+    parser.add_argument(
+        "--only", nargs="+", metavar="NODE", help="run just these nodes; others may run in other processes"
+    )
+    parser.add_argument(
+        "--connect", action="append", default=[], metavar="ENDPOINT", help="reach another machine, tcp/HOST:7447"
+    )
+    parser.add_argument(
+        "--listen",
+        action="append",
+        default=[],
+        metavar="ENDPOINT",
+        help="let other machines connect to tcp/0.0.0.0:PORT",
+    )
     options = parser.parse_args(argv)
     if options.clock == "virtual" and options.duration is None and tree().auto_shutdown == never:
         parser.error("--clock virtual needs a --duration here: this tutorial has no end of its own")
     return options
 
 
-async def _live(tree: Supervisor, duration: float | None, level: int) -> int:
+def _chosen(tree: Supervisor, options: argparse.Namespace) -> Supervisor:
+    """The tree, or what `--only` leaves of it. It then ends with the errands that are left; without any, it runs until it is stopped."""
+    if not options.only:
+        return tree
+    try:
+        chosen = only(tree, options.only)
+    except UnknownNode as error:
+        raise UsageError(f"--only: {error}") from None
+    errands = any(child.significant for child in chosen.children)
+    return chosen if errands else chosen.replace(auto_shutdown=never)
+
+
+def _transport(options: argparse.Namespace) -> Transport | None:
+    """The connection with other processes; none on the virtual clock, which they do not share."""
+    if options.clock == "virtual":
+        return None
+    try:
+        return transport_from_environment(os.environ, listen=tuple(options.listen), connect=tuple(options.connect))
+    except WireUnavailable as error:
+        raise UsageError(str(error)) from None
+
+
+async def _live(tree: Supervisor, transport: Transport | None, duration: float | None, level: int) -> int:
     failed: list[LogRecord] = []
 
     def note(record: LogRecord) -> None:
         if record.fields.get("errand") == "failed":
             failed.append(record)
 
-    async with run(tree, sinks=(console_sink(sys.stdout, level), note), level=level) as running:
+    async with run(tree, sinks=(console_sink(sys.stdout, level), note), level=level, transport=transport) as running:
         ended = asyncio.ensure_future(running.wait())
         try:
             await asyncio.wait([ended], timeout=duration)

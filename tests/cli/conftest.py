@@ -35,13 +35,8 @@ def port() -> int:
 
 @pytest.fixture
 def environment(port: int) -> dict[str, str]:
-    return {
-        **os.environ,
-        "RMW_IMPLEMENTATION": "rmw_zenoh_cpp",
-        "ROBACTOR_GOSSIP_PORT": str(port),
-        "PYTHONPATH": str(ROOT),
-        "ROS_DOMAIN_ID": "7",
-    }
+    own = {"ROBACTOR_GOSSIP_PORT": str(port), "RMW_IMPLEMENTATION": "", "PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": "7"}
+    return {**os.environ, **own}
 
 
 @pytest.fixture

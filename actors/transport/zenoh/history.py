@@ -31,7 +31,7 @@ _PRIORITIES: Final = (
 def declare_publishers(session: objects.Session, key: str, delivery: Delivery) -> Publishers:
     """What an outlet sends with. With history it is an advanced publisher, which keeps samples and answers those who come later."""
     zenoh, ext = import_zenoh(), import_ext()
-    blocks = delivery.reliable and delivery.keep_all
+    blocks = delivery.reliable and bool(delivery.keep_all or delivery.history)
     settings: dict[str, Any] = {
         "congestion_control": zenoh.CongestionControl.BLOCK if blocks else zenoh.CongestionControl.DROP,
         "reliability": zenoh.Reliability.RELIABLE if delivery.reliable else zenoh.Reliability.BEST_EFFORT,
@@ -42,8 +42,8 @@ def declare_publishers(session: objects.Session, key: str, delivery: Delivery) -
     plain = session.declare_publisher(key, **settings)
     if not delivery.history:
         return Publishers(plain, plain)
-    # Without a heartbeat, which rmw_zenoh has: closing a publisher with one waits for a thread of Zenoh, and the binding does not give the
-    # interpreter free meanwhile. If that thread is about to call us, both wait for ever. The loss of a last sample is found at the next one.
+    # Without a heartbeat: it is a task of Zenoh's, and to undeclare the publisher waits for its end with Python's lock held. The thread that
+    # would end it may be waiting for that lock, in a callback: then the process hangs for good.
     misses = ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None)
     advanced = ext.declare_advanced_publisher(
         session,

@@ -5,16 +5,24 @@ from __future__ import annotations
 import ctypes
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from actors.transport.protocol import WireUnavailable
 
-__all__ = ["direct", "import_ext", "import_zenoh", "one_line"]
+__all__ = ["cannot_listen", "direct", "import_ext", "import_zenoh", "one_line"]
 
 _RUNTIME: Final = "ZENOH_RUNTIME"
 _FEW_THREADS: Final = "(rx: (worker_threads: 1), net: (handover: app), acc: (handover: app), tx: (handover: app))"
 """As few threads as a robot's process can do with. Receiving keeps its own thread, because a full KEEP_ALL queue makes it wait."""
+
+_CAUSES: Final = {
+    "Address already in use": "another process listens there; choose another port",
+    "Cannot assign requested address": "no network interface of this machine has that address",
+    "Address family not supported": "this machine has no IPv6; listen at 0.0.0.0 instead of [::]",
+    "failed to lookup address": "the name of the host is not known",
+    "Network is unreachable": "no network leads there",
+}
 
 _thread = threading.local()
 
@@ -62,6 +70,14 @@ def _keep_thread_state() -> None:
     if not getattr(_thread, "kept", False):
         _thread.kept = True
         ctypes.pythonapi.PyGILState_Ensure()  # never released: from now on the thread has its state
+
+
+def cannot_listen(endpoints: Sequence[str], error: BaseException) -> WireUnavailable:
+    """What to raise if Zenoh could not open a session that was to listen at `endpoints`."""
+    text = one_line(error)
+    causes = (cause for sign, cause in _CAUSES.items() if sign in text)
+    where = f" at {', '.join(endpoints)}" if endpoints else ""
+    return WireUnavailable(f"cannot listen{where}: {next(causes, text)}")
 
 
 def one_line(error: BaseException) -> str:

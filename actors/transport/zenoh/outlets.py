@@ -63,6 +63,8 @@ class Outlet:
         self._soon = soon
         self._forget = forget
         self._keep_all = delivery.keep_all
+        # One that is kept is not dropped on the way either: nothing would tell those who listen that it was the last one.
+        self._waits = delivery.keep_all or (delivery.reliable and bool(delivery.history))
         self._depth = delivery.depth
         self._queue: deque[tuple[bytes, bytes]] = deque()
         self._handed = 0
@@ -85,7 +87,7 @@ class Outlet:
         may_wait = False
         if self._wanted:
             self._traffic.sent += len(payload)
-            may_wait = self._keep_all or len(payload) >= LARGE
+            may_wait = self._waits or len(payload) >= LARGE
         if may_wait or self._handed != self._done:
             self._hand_over(payload, attachment)
         else:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 
-from actors.transport.protocol import WireUnavailable
 from actors.transport.zenoh.config import router_settings, write_config
-from actors.transport.zenoh.library import import_zenoh, one_line
+from actors.transport.zenoh.library import cannot_listen, import_zenoh
 from actors.transport.zenoh.worker import Worker
 
 __all__ = ["router"]
@@ -26,7 +25,7 @@ async def router(listen: tuple[str, ...], connect: tuple[str, ...] = ()) -> Asyn
         try:
             session = await worker.result(lambda: library.open(config))
         except library.ZError as error:
-            raise WireUnavailable(f"no router at {', '.join(listen)}: {one_line(error)}") from error
+            raise cannot_listen(listen, error) from error
         try:
             yield str(session.zid())
         finally:

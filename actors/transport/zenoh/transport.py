@@ -12,21 +12,13 @@ from actors.transport.zenoh import objects
 from actors.transport.zenoh.config import ZenohConfig, session_settings, write_config
 from actors.transport.zenoh.connection import Connection
 from actors.transport.zenoh.gossip_point import GossipPoint
-from actors.transport.zenoh.library import import_zenoh, one_line
+from actors.transport.zenoh.library import cannot_listen, import_zenoh, one_line
 from actors.transport.zenoh.worker import Worker
 
 __all__ = ["ZenohTransport"]
 
 _LOOKING: Final = 0.2
 """Seconds after which it is seen that the gossip point has gone."""
-
-_CAUSES: Final = {
-    "Address already in use": "another process listens there; choose another port",
-    "Cannot assign requested address": "no network interface of this machine has that address",
-    "Address family not supported": "this machine has no IPv6; listen at 0.0.0.0 instead of [::]",
-    "failed to lookup address": "the name of the host is not known",
-    "Network is unreachable": "no network leads there",
-}
 
 
 class _Running:
@@ -150,7 +142,5 @@ def _open_session(config: ZenohConfig, session: str, point: GossipPoint) -> obje
             raise WireUnavailable(
                 f"no router answers at {', '.join(config.connect)}; start one there, or be a peer"
             ) from error
-        causes = (cause for sign, cause in _CAUSES.items() if sign in text)
-        where = f" at {', '.join(config.listen)}" if config.listen else ""
-        raise WireUnavailable(f"cannot listen{where}: {next(causes, text)}") from error
+        raise cannot_listen(config.listen, error) from error
     return opened

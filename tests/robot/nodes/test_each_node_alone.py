@@ -11,7 +11,7 @@ from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
 from robot.contracts import CMD_VEL, GAIT_STATUS, IMU, JOINT_STATES, SAFETY_STATE, STAND, TELEOP_CMD
-from robot.tree import UnknownNode, only
+from robot.run.choice import UnknownNode, only
 from tests.robot.stage import robot, twist, whole
 
 NAMES = [child.name for child in whole().children]

@@ -58,11 +58,11 @@ async def main(port: int, name: str) -> None:
 
     before = sockets()
     await transport.open("@ros2_lv/7/**", Writer())
+    transport.serve(f"7/{name}/a::srv::dds_::B_/H", kept.append)
     transport.announce(f"@ros2_lv/7/{transport.session}/0/1/SS/%/%/{name}/%{name}/a::srv::dds_::B_/H/::,10:,:,:,,")
     for number in range(21):
         transport.subscribe(f"7/{name}/{number}/T/H", Delivery(), take)
         transport.outlet(f"7/out/{number}/T/H", Delivery(history=number % 2)).put(b"x" * 100_000, b"")
-    transport.serve(f"7/{name}/a::srv::dds_::B_/H", kept.append)
     say("ready", of=transport.session)
     reader = asyncio.StreamReader()
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)

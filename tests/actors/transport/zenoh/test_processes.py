@@ -265,6 +265,19 @@ async def test_a_process_that_closes_leaves_no_socket_and_ends(start: Callable[.
     assert await b.ended() == 0
 
 
+async def test_to_close_publishers_that_keep_samples_never_hangs() -> None:
+    """Zenoh waits for its own thread then, with Python's lock held, which that thread may be waiting for."""
+    program = (sys.executable, "-m", "tests.actors.transport.zenoh.closing", str(free_port()))
+    process = await asyncio.create_subprocess_exec(*program)
+    try:
+        async with asyncio.timeout(60):
+            assert await process.wait() == 0
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+
+
 async def test_a_process_that_ends_without_closing_ends(start: Callable[..., Any]) -> None:
     port = free_port()
     a, b = await start(port, "a"), await start(port, "b")
