@@ -284,7 +284,7 @@ async def test_the_request_of_our_client_is_the_recorded_one_and_the_recorded_an
     answer = await ours.node.call(ADD, AddTwoInts.Request(a=2, b=40), timeout=30.0)
 
     assert answer == AddTwoInts.Response(sum=42)
-    (asked,) = there.said("asked")
+    asked = await there.until("asked")
     assert (asked["selector"], asked["payload"]) == (recorded["selector"], recorded["payload_hex"])
     sent, wanted = asked["attachment"], recorded["attachment_hex"]
     assert (sent[:16], sent[32:34]) == (wanted[:16], wanted[32:34])

@@ -108,7 +108,7 @@ async def test_we_call_their_services(program: str, ours: Ours, start: StartProg
     for a in (6, 7, 2**62):
         assert await ours.node.call(ADD, AddTwoInts.Request(a=a, b=-5), timeout=30.0) == AddTwoInts.Response(sum=a - 5)
     assert await ours.node.call(SWITCH, SetBool.Request(data=True), timeout=30.0) == SetBool.Response(**answers)
-    assert there.said("asked", service="/switch")[0]["request"] == {"data": True}
+    assert (await there.until("asked", service="/switch"))["request"] == {"data": True}
 
 
 @every_program

@@ -87,7 +87,7 @@ async def our_client(bench: Bench) -> None:
     request = SetBool.Request(data=True)
     answer = await bench.ours.node.call(Service(SetBool, "/ros/switch"), request, timeout=30.0)
     assert answer == SetBool.Response(success=True, message="größer")
-    assert there.said("asked", service="/ros/switch")[-1]["request"] == {"data": True}
+    assert (await there.until("asked", service="/ros/switch"))["request"] == {"data": True}
     await there.do("close", kind="server", name="/ros/switch")
     await until(lambda: not bench.ours.services().get("/ros/switch"), "its server has gone")
 
