@@ -52,6 +52,8 @@ class LocalSide:
         self.transport = transport
         self.domain_id = domain_id
         self.runtime = runtime
+        self.wall_ns = runtime.clock.wall_ns
+        """The time of day, in nanoseconds since 1970."""
         self._nodes: dict[str, tuple[NodeToken, Handle]] = {}
         self._numbers = 0
 
@@ -88,6 +90,3 @@ class LocalSide:
         if known is not None:
             known[1].close()
 
-    def wall_ns(self) -> int:
-        """The time of day, in nanoseconds since 1970."""
-        return self.runtime.clock.wall_ns()

@@ -11,7 +11,7 @@ from actors.interfaces.foreign import ForeignType
 from actors.qos import DEFAULT
 from actors.topics.endpoint import nanoseconds
 from actors.topics.peers import PublisherPeer, Target
-from actors.transport.format.attachments import Attachment, parse_attachment, write_attachment
+from actors.transport.format.attachments import attachment_writer, parse_attachment
 from actors.transport.format.buffers import CPU, BufferKey, write_buffer_key
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.gids import gid_of
@@ -55,7 +55,9 @@ class _Sender:
         self.publisher = publisher
         self.endpoint = endpoint
         self.outlet = outlet
-        self._side = side
+        self._wall_ns = side.wall_ns
+        self._put = outlet.put
+        self._attachment = attachment_writer(endpoint.gid)
         self._sent = 0
         self._listening = False
         self._expires = nanoseconds(publisher.qos.lifespan) is not None
@@ -72,7 +74,7 @@ class _Sender:
             publisher.node.warn("a message cannot be encoded", topic=publisher.entry.name, error=str(error))
             return
         self._sent += 1
-        self.outlet.put(payload, write_attachment(Attachment(self._sent, self._side.wall_ns(), self.endpoint.gid)))
+        self._put(payload, self._attachment(self._sent, self._wall_ns()))
 
     def listen(self, wanted: bool) -> None:
         """Take note whether anybody listens, perhaps without a token."""
@@ -101,6 +103,8 @@ class _Receiver:
     def __init__(self, type: type[Any]) -> None:
         self.type = type
         self.subscriptions: dict[SubscriptionPeer, Endpoint] = {}
+        self.takers: tuple[SubscriptionPeer, ...] = ()
+        """The same subscriptions, as each message needs them."""
         self.handles: list[Handle] = []
 
 
@@ -189,6 +193,7 @@ class Topics:
             take = self._taker(receiver)
             receiver.handles += [side.transport.subscribe(one, delivery, take) for one in keys]
         receiver.subscriptions[subscription] = endpoint
+        receiver.takers = tuple(receiver.subscriptions)
         self._fed_by[subscription] = group
         endpoint.show()
 
@@ -198,6 +203,7 @@ class Topics:
             return
         receiver = self._receivers[group]
         receiver.subscriptions.pop(subscription).close()
+        receiver.takers = tuple(receiver.subscriptions)
         if not receiver.subscriptions:
             del self._receivers[group]
             for handle in receiver.handles:
@@ -209,11 +215,10 @@ class Topics:
                 sent = parse_attachment(sample.attachment)
             except WireFormatError:
                 return  # as in ROS 2
-            subscriptions = tuple(receiver.subscriptions)
             publisher = self._by_gid.get(sent.gid)
             if publisher is None:
-                publisher = self._stranger(subscriptions)
-            publisher.arrived(sent, sample.payload, receiver.type, subscriptions)
+                publisher = self._stranger(receiver.takers)
+            publisher.arrived(sent, sample.payload, receiver.type, receiver.takers)
 
         return take
 

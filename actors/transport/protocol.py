@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias
 
 __all__ = [
     "Answer",
@@ -70,8 +70,7 @@ class Delivery:
     """Send at once, instead of together with what comes within the next moment."""
 
 
-@dataclass(frozen=True, slots=True)
-class Sample:
+class Sample(NamedTuple):
     """One message of a topic, as it has arrived."""
 
     key: str

@@ -61,6 +61,8 @@ class RemotePublisher:
         self._wall_ns = wall_ns
         self._time = asyncio.get_running_loop().time
         self._lifespan = nanoseconds(qos.lifespan)
+        self._shows_itself = qos.liveliness is Liveliness.MANUAL_BY_TOPIC
+        self._keeps = qos.limit if qos.transient_local else 1
         self._shown_ns = self._now_ns()
         self._matched: dict[SubscriptionPeer, _Match | None] = {}
         self._taps: tuple[Callable[[Any], None], ...] = ()
@@ -78,8 +80,10 @@ class RemotePublisher:
         self, sent: Attachment, payload: bytes, kind: MessageType, subscriptions: Iterable[SubscriptionPeer]
     ) -> None:
         """Deliver a message to those of `subscriptions` that are matched."""
+        # Called for every message of other processes: what only some of them need is asked for first.
         number = sent.sequence_number
-        self._show_alive()
+        if self._shows_itself:
+            self._show_alive()
         takers = [
             (each, match)
             for each in subscriptions
@@ -117,8 +121,11 @@ class RemotePublisher:
     def _message(self, number: int, payload: bytes, kind: MessageType) -> Any:
         message = self.kept.get(number)
         if message is None:
-            message = self.kept[number] = decode(kind, payload)
-            if len(self.kept) > (self.qos.limit if self.qos.transient_local else 1):
+            message = decode(kind, payload)
+            if self._keeps == 1:
+                self.kept.clear()
+            self.kept[number] = message
+            if len(self.kept) > self._keeps:
                 del self.kept[min(self.kept)]
         return message
 
@@ -132,7 +139,7 @@ class RemotePublisher:
         return round(self._time() * 1e9)
 
     def _lease(self, lease_ns: int | None) -> int | None:
-        if self.qos.liveliness is not Liveliness.MANUAL_BY_TOPIC:
+        if not self._shows_itself:
             return None
         return lease_ns or nanoseconds(self.qos.liveliness_lease)
 

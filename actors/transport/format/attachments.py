@@ -16,14 +16,16 @@ A reply repeats the sequence number and the GID of its request. A message withou
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from actors.transport.format.errors import refuse
 from actors.transport.format.gids import GID_SIZE
 
-__all__ = ["ATTACHMENT_SIZE", "Attachment", "parse_attachment", "write_attachment"]
+__all__ = ["ATTACHMENT_SIZE", "Attachment", "attachment_writer", "parse_attachment", "write_attachment"]
 
 _LAYOUT: Final = struct.Struct("<qqB16s")
+_NUMBERS: Final = struct.Struct("<qq")
 ATTACHMENT_SIZE: Final = _LAYOUT.size
 """The size of an attachment without extension, in bytes."""
 
@@ -52,6 +54,19 @@ def write_attachment(attachment: Attachment) -> bytes:
         raise refuse(attachment, "an attachment", f"its numbers have 64 bits ({error})") from None
 
 
+def attachment_writer(gid: bytes) -> Callable[[int, int], bytes]:
+    """What writes the attachments of one publisher, from the number and the time of each message. Raises WireFormatError."""
+    if len(gid) != GID_SIZE:
+        raise refuse(gid, "a GID", f"it has {GID_SIZE} bytes")
+    end = bytes((GID_SIZE,)) + gid
+    pack = _NUMBERS.pack
+
+    def write(sequence_number: int, source_time: int) -> bytes:
+        return pack(sequence_number, source_time) + end
+
+    return write
+
+
 def parse_attachment(data: bytes) -> Attachment:
     """Parse an attachment. Raises WireFormatError."""
     if len(data) < ATTACHMENT_SIZE or data[16] != GID_SIZE:
@@ -59,4 +74,5 @@ def parse_attachment(data: bytes) -> Attachment:
             data, "an attachment", f"it has at least {ATTACHMENT_SIZE} bytes, of which number 16 is {GID_SIZE}"
         )
     number, time, _, gid = _LAYOUT.unpack_from(data)
-    return Attachment(number, time, gid, data[ATTACHMENT_SIZE:])
+    extension = data[ATTACHMENT_SIZE:] if len(data) > ATTACHMENT_SIZE else b""
+    return Attachment(number, time, gid, extension)

@@ -30,7 +30,9 @@ PICTURE = Image(height=480, width=640, encoding="rgb8", step=1920, data=np.zeros
 @asynccontextmanager
 async def system(port: int, kind: Any, *args: object) -> AsyncGenerator[System]:
     transport = ZenohTransport(ZenohConfig(gossip_port=port))
-    async with run(Child(kind, name=kind.__name__.lower(), args=args), transport=transport, signals=False, sinks=()) as it:
+    async with run(
+        Child(kind, name=kind.__name__.lower(), args=args), transport=transport, signals=False, sinks=()
+    ) as it:
         yield it
 
 
