@@ -284,12 +284,10 @@ class OpenNode:
         """A system that ends with its last node."""
         system = System(seed=self._seed, sinks=self._sinks)
         transport = self._transport
-        if transport == "environment":
-            transport = None
-            if not system.clock.virtual:
-                from actors.transport.environment import transport_from_environment
+        if isinstance(transport, str):
+            from actors.transport.environment import transport_from_environment
 
-                transport = transport_from_environment(os.environ)
+            transport = None if system.clock.virtual else transport_from_environment(os.environ)
         if transport is not None:
             from actors.transport.bridge import connect
 

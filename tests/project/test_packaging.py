@@ -18,7 +18,7 @@ import actors
 
 ROOT = Path(__file__).parents[2]
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-IMPORTED_AS = {"PyYAML": "yaml", "mujoco-core": "mujoco", "eclipse-zenoh": "zenoh"}
+IMPORTED_AS = {"PyYAML": "yaml", "mujoco-core": "mujoco", "eclipse-zenoh": "zenoh", "pyzmq": "zmq"}
 """The name to import, for distributions that do not go by their own."""
 OURS = {"actors", "robot", "cli", "tests"}
 COMMANDS = {"coverage", "mypy", "pyright", "ruff"}
