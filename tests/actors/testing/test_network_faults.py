@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 
 from actors import Node, Supervisor, Topic, every, publishes
 from actors.interfaces.std_msgs.msg import Int32
+from actors.running.target import find
 from actors.testing import Lab, scenario
 from actors.testing.explore import main as explore
 from actors.testing.explore import scenario_of
@@ -286,3 +288,30 @@ def test_one_tree_is_explored_on_one_host_without_a_network() -> None:
     made = scenario_of(lambda: Supervisor("one", children=[]), 1.0)
     assert not made.on_hosts
     assert made.play(Trial(0, faults=(Fault("cut", "a=b", 1, 1.0),))).error is None
+
+
+@pytest.mark.parametrize(
+    ("make", "on_hosts"),
+    [(two_hosts, True), (lambda: Counter, False), (lambda: [][0], False), (lambda: {"robot": 3}, False)],
+)
+def test_whether_there_are_hosts_is_found_out_where_processes_cannot_be_copied_too(
+    make: Callable[[], object], on_hosts: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("multiprocessing.get_all_start_methods", lambda: ["spawn"])
+    assert scenario_of(make, 1.0).on_hosts is on_hosts
+
+
+def test_a_maker_that_ends_the_process_is_left_to_the_trials() -> None:
+    assert not scenario_of(lambda: os._exit(1), 1.0).on_hosts
+
+
+def test_a_mapping_is_found_by_its_name_and_a_scenario_takes_a_rig_or_a_lab() -> None:
+    assert find("tests.actors.testing.test_network_faults:HOSTS")() is HOSTS
+
+    async def both(rig: object, lab: object) -> None: ...
+
+    with pytest.raises(TypeError, match=r"with the argument `rig` or `lab`, and .*both is not one"):
+        scenario(seeds=1)(both)
+
+
+HOSTS = two_hosts()
