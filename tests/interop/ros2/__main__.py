@@ -71,6 +71,7 @@ def main() -> int:
     except NoRos as missing:
         print(f"{len(checks)} skipped: {missing}")
         return SKIPPED
+    os.environ["ROS_DOMAIN_ID"] = "0"  # ours and theirs meet at ports of their own, in the domain of the bench
     print(f"ROS 2 {os.environ.get('ROS_DISTRO', '(ROS_DISTRO is not set)')}, {ros.command}")
     return asyncio.run(every(ros, checks, options.verbose, options.router))
 
