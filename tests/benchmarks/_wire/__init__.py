@@ -23,7 +23,7 @@ Work: TypeAlias = Literal["messages", "latency", "images", "calls", "goals", "fi
 SMALL = 64
 """Bytes of a message, the head of its format and its length included."""
 IMAGE = 921_600
-COUNTS: dict[Work, int] = {"messages": 60_000, "latency": 2_000, "images": 300, "calls": 3_000, "goals": 600, "first": 1}
+COUNTS: dict[Work, int] = {"messages": 60_000, "latency": 2_000, "images": 400, "calls": 3_000, "goals": 600, "first": 1}
 WINDOWS: dict[Work, int] = {"messages": 500, "images": 4}
 """So many messages are sent at once; so many are confirmed with one line."""
 AHEAD = 4
@@ -39,7 +39,8 @@ class Far:
     async def line(self) -> Any:
         """The next line that it writes."""
         assert self._process.stdout is not None
-        line = await self._process.stdout.readline()
+        async with asyncio.timeout(20):
+            line = await self._process.stdout.readline()
         if not line:
             raise RuntimeError("the far end has ended")
         return json.loads(line)
