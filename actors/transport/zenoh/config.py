@@ -96,6 +96,7 @@ _COMMON: Final[_Settings] = {
     "timestamping/enabled": {"router": True, "peer": True, "client": True},  # kept samples are told apart by it
     "transport/link/tx/lease": LEASE,
     "transport/link/tx/keep_alive": 4,
+    "transport/link/tx/queue/size/data": 16,  # room for 1 MB (from 2): a Python receiver stops reading for some milliseconds now and then
     "transport/unicast/accept_pending": 10_000,
     "transport/unicast/max_sessions": 10_000,
     "transport/shared_memory/enabled": False,

@@ -26,7 +26,7 @@ IMAGE = 921_600
 COUNTS: dict[Work, int] = {
     "messages": 60_000,
     "latency": 2_000,
-    "images": 300,
+    "images": 400,
     "calls": 3_000,
     "goals": 600,
     "first": 1,
@@ -46,7 +46,8 @@ class Far:
     async def line(self) -> Any:
         """The next line that it writes."""
         assert self._process.stdout is not None
-        line = await self._process.stdout.readline()
+        async with asyncio.timeout(20):
+            line = await self._process.stdout.readline()
         if not line:
             raise RuntimeError("the far end has ended")
         return json.loads(line)

@@ -41,6 +41,8 @@ async def far(work: Work, port: int) -> None:
     class Taking(Listener):
         def on_data_available(self, reader: Any) -> None:
             for sample in reader.take(N=1000):
+                if not isinstance(sample, Data):  # it tells of a writer that has gone
+                    continue
                 if work == "latency":
                     arrivals.stamped(sample.stamp)
                 else:

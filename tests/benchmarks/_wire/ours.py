@@ -21,7 +21,10 @@ from tests.benchmarks._wire import IMAGE, SMALL, Arrivals, Far, Work, calls, str
 __all__ = ["far", "near"]
 
 DEEP = qos.DEFAULT.replace(depth=4_000)
-TEXTS, STAMPS, IMAGES = Topic(String, "texts", DEEP), Topic(Int64, "stamps", DEEP), Topic(Image, "images", DEEP)
+TEXTS, STAMPS = Topic(String, "texts", DEEP), Topic(Int64, "stamps", DEEP)
+IMAGES = Topic(
+    Image, "images", qos.DEFAULT.replace(history=qos.History.KEEP_ALL)
+)  # as the others: it waits and loses nothing
 ASK, COUNT = Service(Trigger, "ask"), Action(Fibonacci, "count")
 TEXT = String(data="x" * (SMALL - 9))
 PICTURE = Image(height=480, width=640, encoding="rgb8", step=1920, data=np.zeros(IMAGE, np.uint8))
