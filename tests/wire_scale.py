@@ -17,7 +17,7 @@ import time
 from typing import Any
 
 from actors import Child, Node, run
-from actors.interfaces.rihs import type_hash
+from actors.interfaces.hashes import type_hash
 from actors.interfaces.std_msgs.msg import String
 from actors.qos import DEFAULT
 from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken, write_token
@@ -38,7 +38,14 @@ def tokens_of(session: str, name: str) -> list[str]:
     hashed = type_hash(String)
     endpoints = [
         EndpointToken(
-            nodes[number % NODES], NODES + number, kinds[number % 2], f"/{name}/topic_{number}", "std_msgs/msg/String", hashed, DEFAULT, ()
+            nodes[number % NODES],
+            NODES + number,
+            kinds[number % 2],
+            f"/{name}/topic_{number}",
+            "std_msgs/msg/String",
+            hashed,
+            DEFAULT,
+            (),
         )
         for number in range(ENDPOINTS)
     ]
@@ -86,7 +93,9 @@ async def newcomer(port: int, wanted: int) -> None:
                 await asyncio.sleep(0.005)
         snapshot = system.snapshot()
         seconds = time.perf_counter() - began
-        found = sum(len(one.publishers) + len(one.subscriptions) for one in snapshot.topics if one.name.startswith("/held_"))
+        found = sum(
+            len(one.publishers) + len(one.subscriptions) for one in snapshot.topics if one.name.startswith("/held_")
+        )
         print(json.dumps({"seconds": seconds, "endpoints": found, "bytes": (memory() - before) / wanted}))
 
 
@@ -100,16 +109,22 @@ def main(sessions: int, rounds: int) -> int:
         router.stdout.readline()  # type: ignore[union-attr]
         each = [str(sessions // HOLDERS + (number < sessions % HOLDERS)) for number in range(HOLDERS)]
         holders = [
-            subprocess.Popen([*here, "--hold", str(port), number, f"held_{index}"], **piped) for index, number in enumerate(each)
+            subprocess.Popen([*here, "--hold", str(port), number, f"held_{index}"], **piped)
+            for index, number in enumerate(each)
         ]
         helpers += holders
         for holder in holders:
             holder.stdout.readline()  # type: ignore[union-attr]
         figures = []
         for _ in range(rounds):
-            done = subprocess.run([*here, "--newcomer", str(port), str(wanted)], capture_output=True, text=True, check=True)
+            done = subprocess.run(
+                [*here, "--newcomer", str(port), str(wanted)], capture_output=True, text=True, check=True
+            )
             figures.append(json.loads(done.stdout))
-            print(f"{figures[-1]['endpoints']} endpoints after {figures[-1]['seconds']:.2f} s, {figures[-1]['bytes']:.0f} bytes each", flush=True)
+            print(
+                f"{figures[-1]['endpoints']} endpoints after {figures[-1]['seconds']:.2f} s, {figures[-1]['bytes']:.0f} bytes each",
+                flush=True,
+            )
     finally:
         for helper in helpers:
             helper.kill()

@@ -23,7 +23,14 @@ Work: TypeAlias = Literal["messages", "latency", "images", "calls", "goals", "fi
 SMALL = 64
 """Bytes of a message, the head of its format and its length included."""
 IMAGE = 921_600
-COUNTS: dict[Work, int] = {"messages": 60_000, "latency": 2_000, "images": 400, "calls": 3_000, "goals": 600, "first": 1}
+COUNTS: dict[Work, int] = {
+    "messages": 60_000,
+    "latency": 2_000,
+    "images": 400,
+    "calls": 3_000,
+    "goals": 600,
+    "first": 1,
+}
 WINDOWS: dict[Work, int] = {"messages": 500, "images": 4}
 """So many messages are sent at once; so many are confirmed with one line."""
 AHEAD = 4
@@ -50,7 +57,9 @@ class Far:
 async def far_end(name: str, work: Work, port: int, *, wait: bool = True) -> AsyncGenerator[Far]:
     """The far end of a contestant, ready unless it is not to be waited for. It is ended with the block."""
     words = (sys.executable, "-m", "tests.benchmarks._wire.far", name, work, str(port))
-    process = await asyncio.create_subprocess_exec(*words, stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE)
+    process = await asyncio.create_subprocess_exec(
+        *words, stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE
+    )
     try:
         far = Far(process)
         if wait:
@@ -121,7 +130,9 @@ async def ticks(far: Far, put: Callable[[int], object]) -> list[float]:
     return figures
 
 
-async def calls(call: Callable[[], Awaitable[object]], work: Work = "calls", callers: tuple[int, ...] = (1, 16)) -> list[float]:
+async def calls(
+    call: Callable[[], Awaitable[object]], work: Work = "calls", callers: tuple[int, ...] = (1, 16)
+) -> list[float]:
     """Answered calls per second, for each number of calls under way at once."""
     rates: list[float] = []
     for number in callers:

@@ -1,6 +1,5 @@
 """Eclipse Cyclone DDS by its Python binding."""
 
-
 import asyncio
 import time
 from dataclasses import dataclass

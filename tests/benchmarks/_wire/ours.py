@@ -22,7 +22,9 @@ __all__ = ["far", "near"]
 
 DEEP = qos.DEFAULT.replace(depth=4_000)
 TEXTS, STAMPS = Topic(String, "texts", DEEP), Topic(Int64, "stamps", DEEP)
-IMAGES = Topic(Image, "images", qos.DEFAULT.replace(history=qos.History.KEEP_ALL))  # as the others: it waits and loses nothing
+IMAGES = Topic(
+    Image, "images", qos.DEFAULT.replace(history=qos.History.KEEP_ALL)
+)  # as the others: it waits and loses nothing
 ASK, COUNT = Service(Trigger, "ask"), Action(Fibonacci, "count")
 TEXT = String(data="x" * (SMALL - 9))
 PICTURE = Image(height=480, width=640, encoding="rgb8", step=1920, data=np.zeros(IMAGE, np.uint8))
@@ -31,7 +33,9 @@ PICTURE = Image(height=480, width=640, encoding="rgb8", step=1920, data=np.zeros
 @asynccontextmanager
 async def system(port: int, kind: Any, *args: object) -> AsyncGenerator[System]:
     transport = ZenohTransport(ZenohConfig(gossip_port=port))
-    async with run(Child(kind, name=kind.__name__.lower(), args=args), transport=transport, signals=False, sinks=()) as it:
+    async with run(
+        Child(kind, name=kind.__name__.lower(), args=args), transport=transport, signals=False, sinks=()
+    ) as it:
         yield it
 
 
