@@ -100,6 +100,11 @@ class System:
         self._tree.kill()
 
     @property
+    def killed(self) -> bool:
+        """Whether the tree was ended by `kill`, or by a second signal."""
+        return self._tree.killed
+
+    @property
     def running(self) -> bool:
         """Whether the tree has been started and has not ended."""
         return self._tree.running

@@ -10,8 +10,7 @@ from contextlib import AsyncExitStack, asynccontextmanager
 
 from actors import Child, Node, System, run
 from actors.logs import ERROR, LogRecord
-from actors.transport.environment import transport_from_environment
-from actors.transport.protocol import WireUnavailable
+from actors.transport import WireUnavailable, transport_from_environment
 from cli.command import CommandFailed
 
 __all__ = ["Seen", "add_graph_options", "seen"]

@@ -65,6 +65,7 @@ SECTIONS: Mapping[str, str] = {
     "Recording": "actors.bag",
     "Nodes that come with it": "actors.nodes",
     "Other processes": "actors.transport",
+    "Other processes, by Zenoh": "actors.transport.zenoh",
     "Interfaces": "actors.interfaces",
     "Field types": "actors.interfaces.types",
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np  # noqa: F401
 import pytest
 
 # pytester forgets what its suites import first: half of a package would stay, and numpy can be loaded only once

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
 import threading
 from collections.abc import Callable, Coroutine, Mapping, Sequence
@@ -210,6 +211,7 @@ def open_node(
     seed: int = 0,
     sinks: tuple[LogSink, ...] = (structlog_sink,),
     argv: Sequence[str] | None = None,
+    transport: Transport | Literal["environment"] | None = "environment",
 ) -> OpenNode:
     """Run a node for a script, without a class and a tree: ``async with open_node("listener") as node: ...``
 
@@ -217,10 +219,14 @@ def open_node(
     When a handler or a task of the node fails, the node and its streams end, and leaving the block raises the error.
     `argv` are ROS arguments for this node, as for `run`; `parameters` and `remap` count more, and arguments for nodes of other names are
     ignored. Raises `ValueError` if an argument is wrong.
+
+    A new system takes part in the graph of other processes by `transport`, as `run` does: by default by the one that the environment
+    variable RMW_IMPLEMENTATION names (see `transport_from_environment`), but on the virtual clock by none. A test run has
+    ``RMW_IMPLEMENTATION=in_process``, unless it is set. A system that is there already stays as it is.
     """
     child = Child(Node, name=name, namespace=namespace, parameters=parameters, remap=remap, restart=temporary)
     child, level = with_arguments(child, argv)
-    return OpenNode(child, system, seed, sinks, level)
+    return OpenNode(child, system, seed, sinks, level, transport)
 
 
 class OpenNode:
@@ -229,12 +235,21 @@ class OpenNode:
     It has no public constructor: `open_node` gives one.
     """
 
-    def __init__(self, child: Child, system: System | None, seed: int, sinks: tuple[LogSink, ...], level: int) -> None:
+    def __init__(
+        self,
+        child: Child,
+        system: System | None,
+        seed: int,
+        sinks: tuple[LogSink, ...],
+        level: int,
+        transport: Transport | Literal["environment"] | None,
+    ) -> None:
         self._child = child
         self._given = system
         self._seed = seed
         self._sinks = sinks
         self._level = level
+        self._transport = transport
 
     if not TYPE_CHECKING:  # as in `Run`
 
@@ -244,12 +259,9 @@ class OpenNode:
             )
 
     async def __aenter__(self) -> Node:
-        system = self._given or system_here()
-        if system is None:
-            system = System(seed=self._seed, sinks=self._sinks)
-            system.open()
-        self._system = system
+        self._system = system = self._given or system_here() or self._new_system()
         self._joined = await system.join(self._child)
+        await system.runtime.opened()
         node = self._joined.node
         if self._level:
             node.log.level = self._level
@@ -258,11 +270,30 @@ class OpenNode:
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        system = self._system
         try:
-            await self._system.leave(self._joined)
+            await system.leave(self._joined)
         except (Exception, SystemExit, KeyboardInterrupt):
             if error is None:  # else the error of the block is raised; that of the node has been logged
                 raise
+        finally:
+            if system.supervisor is None and system.stop_reason is not None:
+                await system.stop()  # it ends with its last node; wait until its transport is closed, too
+
+    def _new_system(self) -> System:
+        """A system that ends with its last node."""
+        system = System(seed=self._seed, sinks=self._sinks)
+        transport = self._transport
+        if isinstance(transport, str):
+            from actors.transport.environment import transport_from_environment
+
+            transport = None if system.clock.virtual else transport_from_environment(os.environ)
+        if transport is not None:
+            from actors.transport.bridge import connect
+
+            connect(system.runtime, transport)
+        system.open()
+        return system
 
 
 def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real", "virtual"] = "real") -> T:

@@ -7,7 +7,7 @@ import importlib
 import inspect
 import os
 import sys
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from types import ModuleType
 from typing import TypeAlias, cast
 
@@ -16,7 +16,7 @@ from actors.node.node import Node
 from actors.places import origin_of, place_of
 from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
 
-__all__ = ["Maker", "Tree", "Unusable", "find", "grown"]
+__all__ = ["Maker", "Tree", "Unusable", "find", "grown", "grown_hosts"]
 
 MAKING_SECONDS = 60.0
 """How long an async function may take to make a tree, seconds on the loop's clock."""
@@ -47,7 +47,7 @@ def find(name: str) -> Maker:
             known = ", ".join(sorted(_trees_in(module))) or "none"
             raise Unusable(f"{name!r}: {module_name} has nothing of the name {attribute!r}; trees that it has: {known}")
         found = getattr(found, part)
-    if _is_tree(found):
+    if _is_tree(found) or _is_for_hosts(found):
         return lambda: found
     if isinstance(found, type) or not callable(found):
         raise Unusable(f"{name!r} is {_called(found)}: neither a tree, nor a node class, nor a function that makes one")
@@ -62,6 +62,22 @@ def find(name: str) -> Maker:
 
 async def grown(make: Maker) -> list[Tree]:
     """Call the maker. Returns what is to be run side by side: one tree, or several nodes or children. Raises `Unusable`."""
+    return _trees(await _made(make))
+
+
+async def grown_hosts(make: Maker) -> dict[str, list[Tree]]:
+    """Call the maker. Returns what is to be run side by side on each host, by name; empty if it made a tree for no host in particular.
+
+    Raises `Unusable`.
+    """
+    made = await _made(make)
+    if not isinstance(made, Mapping):
+        return {}
+    hosts = cast("Mapping[object, object]", made)
+    return {str(host): _trees(trees) for host, trees in hosts.items()}
+
+
+async def _made(make: Maker) -> object:
     try:
         made = make()
         if inspect.isawaitable(made):
@@ -73,6 +89,10 @@ async def grown(make: Maker) -> list[Tree]:
         ) from None
     except Exception as error:
         raise Unusable(f"the tree could not be made: {described(error)} (at {place_of(error)})") from error
+    return made
+
+
+def _trees(made: object) -> list[Tree]:
     trees = _side_by_side(made)
     if not trees or not all(_is_tree(tree) for tree in trees):
         raise Unusable(f"what should make a tree made {_called(made)}: return a Supervisor, a Child or a node class")
@@ -108,6 +128,11 @@ def _is_tree(value: object) -> bool:
     return isinstance(value, (Supervisor, DynamicSupervisor, Child)) or (
         isinstance(value, type) and issubclass(value, Node)
     )
+
+
+def _is_for_hosts(value: object) -> bool:
+    """Whether it may be a mapping from hosts to trees; the trees are looked at when they are made."""
+    return isinstance(value, Mapping)
 
 
 def _trees_in(module: ModuleType) -> list[str]:

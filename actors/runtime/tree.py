@@ -54,7 +54,9 @@ class RunningTree:
         self.waiting = 0
         """How many tasks wait in `wait()`."""
         self._host: asyncio.Task[None] | None = None
-        self._stopping = self._killed = False
+        self._stopping = False
+        self.killed = False
+        """Whether the tree was killed."""
         self._closed: asyncio.Future[None] = self._loop.create_future()
         self._leaving: asyncio.Task[None] | None = None
         self._interrupted_at = 0.0
@@ -67,7 +69,7 @@ class RunningTree:
     async def start(self, tree: Supervisor | DynamicSupervisor) -> None:
         """See `System.start`."""
         ready: asyncio.Future[None] = self._loop.create_future()
-        self.supervisor = RunningSupervisor(tree, self._runtime, (tree.name,), killed=lambda: self._killed)
+        self.supervisor = RunningSupervisor(tree, self._runtime, (tree.name,), killed=lambda: self.killed)
         life = self.supervisor.run(lambda: ready.set_result(None))
         self._host = self._loop.create_task(life, name=f"supervisor {tree.name}")
         self._host.add_done_callback(lambda host: self._next_end())
@@ -137,7 +139,7 @@ class RunningTree:
         """See `System.kill`."""
         self.unsupervised.kill()
         if self._host is not None and self.supervisor is not None and not self._host.done():
-            self._killed = True
+            self.killed = True
             self._host.cancel()
 
     def interrupt(self, number: signal.Signals) -> bool:

@@ -1,19 +1,23 @@
-"""Tools for testing robots: a virtual clock, `Rig` to run a system within a test, and `scenario` to run a test under many seeds."""
+"""Tools for testing robots: a virtual clock, `Rig` and `Lab` to run one system or several within a test, and `scenario` to run it under many seeds."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from actors.testing.lab import Lab
     from actors.testing.rig import ExpectedFailure, Leak, Probe, Rig, UnexpectedFailure
     from actors.testing.simulation.decorator import scenario
     from actors.testing.simulation.invariants import Invariant
     from actors.time.virtual_loop import Deadlock, Livelock, Stalled, VirtualLoop
+    from actors.transport.simulated.conditions import Conditions
 
 __all__ = [
+    "Conditions",
     "Deadlock",
     "ExpectedFailure",
     "Invariant",
+    "Lab",
     "Leak",
     "Livelock",
     "Probe",
@@ -34,6 +38,14 @@ def __getattr__(name: str) -> Any:
         from actors.testing import rig
 
         return getattr(rig, name)
+    if name == "Conditions":
+        from actors.transport.simulated.conditions import Conditions
+
+        return Conditions
+    if name == "Lab":
+        from actors.testing.lab import Lab
+
+        return Lab
     if name == "Invariant":
         from actors.testing.simulation.invariants import Invariant
 

@@ -13,6 +13,7 @@ A run fails if
 from __future__ import annotations
 
 import argparse
+import asyncio
 import math
 import os
 import shlex
@@ -24,16 +25,18 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from actors.errors import NotStarted, described
-from actors.running.target import Maker, Unusable, find, grown
+from actors.running.target import Maker, Unusable, find, grown, grown_hosts
 from actors.testing.faults import KINDS
+from actors.testing.lab import Lab
 from actors.testing.rig import Rig
 from actors.testing.simulation.invariants import PATIENCE
 from actors.testing.simulation.isolated import ENDLESS, Elsewhere, Isolated, in_a_copy
 from actors.testing.simulation.known import names_nothing, not_come
 from actors.testing.simulation.search import Finding, search
 from actors.testing.simulation.trial import Scenario, Trial
+from actors.time.virtual_loop import VirtualLoop
 
-__all__ = ["LIMIT", "body_of", "main"]
+__all__ = ["LIMIT", "body_of", "main", "scenario_of"]
 
 SHOWN_LINES = 8
 """The number of log lines shown with a failure, newest last. A replay shows more."""
@@ -51,12 +54,49 @@ def main(argv: Sequence[str]) -> int:
             _check_file(Path(options.flight_record))
     except (ValueError, OSError) as error:
         return _refused(error)
-    scenario = Scenario(body_of(make, options.seconds), patience=options.patience, limit=options.seconds + LIMIT)
+    scenario = scenario_of(make, options.seconds, options.patience)
     try:
         return _search(scenario, options) if replay is None else _again(scenario, replay)
     except KeyboardInterrupt:
         print("explore: interrupted", file=sys.stderr)
         return 130
+
+
+def scenario_of(make: Maker, seconds: float, patience: float = PATIENCE) -> Scenario:
+    """Return the scenario that `explore` runs: with a `Lab` if `make` makes trees for several hosts."""
+    on_hosts = _is_for_hosts(make)
+    body = hosts_body_of(make, seconds) if on_hosts else body_of(make, seconds)
+    return Scenario(body, patience=patience, limit=seconds + LIMIT, on_hosts=on_hosts)
+
+
+def _is_for_hosts(make: Maker) -> bool:
+    """Whether trees are made for several hosts; found out in a copy of this process. What cannot be made at all fails in a trial."""
+
+    def work(answer: Callable[[bool], object]) -> None:
+        try:
+            with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+                answer(bool(runner.run(grown_hosts(make))))
+        except Exception:
+            answer(False)
+
+    try:
+        return in_a_copy(work, quiet=True)
+    except EOFError:
+        return False
+
+
+def hosts_body_of(make: Maker, seconds: float) -> Callable[[Lab], Any]:
+    """Return the scenario for several hosts: it starts the tree of each, lets `seconds` pass, ends the faults of the network, and goes on
+    for half as long."""
+
+    async def live(lab: Lab) -> None:
+        for host, trees in (await grown_hosts(make)).items():
+            await lab.start(host, *trees)
+        await lab.advance(seconds)
+        await lab.recover()
+        await lab.advance(seconds / 2.0)
+
+    return live
 
 
 def body_of(make: Maker, seconds: float) -> Callable[[Rig], Any]:
@@ -211,7 +251,9 @@ def _parser() -> argparse.ArgumentParser:
         description="Run a tree on virtual time under many seeds: each another legal order of events and other faults.",
     )
     parser.add_argument(
-        "tree", metavar="MODULE:TREE", help="a tree, a node class, or a function without arguments that makes a tree"
+        "tree",
+        metavar="MODULE:TREE",
+        help="a tree, a node class, a mapping from hosts to trees, or a function without arguments that makes one",
     )
     parser.add_argument("--seeds", type=_whole(1), default=200, help="how many seeds to try (200)")
     parser.add_argument("--first", type=_whole(0), default=0, help="the first seed (0)")

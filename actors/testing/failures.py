@@ -111,6 +111,7 @@ class FailureWatch:
     * Each failure is judged once, when it is reported: it is planned, excused, matched with all expectations up to the first that takes it,
       or kept for `check`.
     * A failure is raised at most once.
+    * After `end` no failure is kept.
     """
 
     def __init__(self, excused: Callable[[BaseException], bool] | None = None) -> None:
@@ -121,12 +122,17 @@ class FailureWatch:
         self._system: System | None = None
         self._beside: set[tuple[str, ...]] = set()
         self._untold: list[Failure] = []
+        self._ended = False
 
     def begin(self, system: System) -> None:
         """Watch `system`, which has not been started yet."""
         self._system = system
         self._untold.clear()
         system.observe(reports=self._reported, end=self._tree_ended)
+
+    def end(self) -> None:
+        """Judge no failure from now on: the test has killed the system."""
+        self._ended = True
 
     def expect(self, kinds: Kinds, node: type | str | None, match: str) -> ExpectedFailure:
         """Expect a failure from now on. Failures that have been reported before are not affected."""
@@ -193,7 +199,7 @@ class FailureWatch:
         self._judge(Failure(_names(report.child.path, identity), classes, text, error))
 
     def _judge(self, failure: Failure) -> None:
-        if any(failure.error is planned for planned in self.planned):
+        if self._ended or any(failure.error is planned for planned in self.planned):
             return
         if self._excused is not None and failure.error is not None and self._excused(failure.error):
             return

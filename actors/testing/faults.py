@@ -7,118 +7,38 @@ replayed from one line. `Lose`, `Delay`, `Crash` and the others say which faults
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from random import Random
 from types import MappingProxyType
-from typing import Any, Final, Literal, Protocol, TypeAlias, cast, get_args
+from typing import Any, Final
 
 from actors.checks import default_name
 from actors.contracts.contracts import Topic
 from actors.node.node import Node
+from actors.testing.fault_values import CLOCK, Fault, Kind, Possible, Profile, drawn_seconds, parse
+from actors.testing.network_faults import (
+    NETWORK_KINDS,
+    ClockOffset,
+    Cut,
+    HostCrash,
+    LinkDelay,
+    LinkDuplicate,
+    LinkLoss,
+    LinkReorder,
+    OfNetwork,
+    RouterStop,
+)
 
 __all__ = [
-    "ALL", "KINDS", "ClockJump", "Crash", "Delay", "Duplicate", "Fault", "Freeze", "Kind", "Lose", "NotANumber", "Possible", "Profile", "Reorder",
+    "ALL", "KINDS", "NETWORK", "ClockJump", "ClockOffset", "Crash", "Cut", "Delay", "Duplicate", "Fault", "Freeze", "HostCrash", "Kind",
+    "LinkDelay", "LinkDuplicate", "LinkLoss", "LinkReorder", "Lose", "NotANumber", "Possible", "Profile", "Reorder", "RouterStop",
     "SlowHandler", "SlowStart", "SlowStep", "draw", "parse",
 ]  # fmt: skip
 
-Kind: TypeAlias = Literal[
-    "lose", "delay", "duplicate", "swap", "freeze", "nan", "crash", "kill", "slow-start", "slow-handler", "slow-step", "clock-jump"
-]  # fmt: skip
-"""The kinds of faults, by their names in text."""
-CLOCK = "clock"
 SOON = 5.0
 """The period, in seconds, within which drawn crashes follow one another: the default restart window of a supervisor."""
-_TEXT = re.compile(r"(?P<kind>[a-z-]+):(?P<target>[^#+]+)#(?P<nth>\d+)(?P<by>[+-]\d+(\.\d+)?(e-?\d+)?)?")
-
-
-@dataclass(frozen=True, slots=True)
-class Fault:
-    """One fault. Its text is ``KIND:TARGET#NTH+SECONDS``, such as ``delay:/scan>/planner#12+0.25``.
-
-    * For faults of messages, the target is ``TOPIC>SUBSCRIBER`` and `nth` counts its messages from 1.
-    * For ``slow-step``, and for ``crash`` at a step of work, it is ``NODE>WORK``: a handler, the body of an action or a task of the node.
-      `nth` counts the steps from one await to the next.
-    * Otherwise it is a node. `nth` counts its awaits (``crash``), handler runs (``slow-handler``), incarnations (``slow-start``), or
-      milliseconds since the start (``kill``).
-    * ``clock-jump:clock`` moves the time of day by `by` seconds, which may be negative, `nth` milliseconds after the start.
-    """
-
-    kind: Kind
-    target: str
-    nth: int
-    by: float = 0.0
-    """The size of the fault, in seconds."""
-
-    def __str__(self) -> str:
-        return f"{self.kind}:{self.target}#{self.nth}" + (f"{self.by:+g}" if self.by else "")
-
-    def in_words(self) -> str:
-        """A sentence that describes the fault."""
-        first, _, second = self.target.partition(">")  # TOPIC>NODE or NODE>WORK
-        nth, by = self.nth, f"{self.by:g} s"
-        message = f"message {nth} of {first} to {second}"
-        death = f"at step {nth} of {second}" if second else f"at its await number {nth}"
-        return {
-            "lose": f"{message} is lost",
-            "delay": f"{message} is {by} late",
-            "duplicate": f"{message} arrives twice",
-            "swap": f"{message} arrives after the next one",
-            "freeze": f"for {by} the message before {message} arrives again in the place of each",
-            "nan": f"all numbers of {message} are NaN",
-            "crash": f"{first} dies {death}",
-            "kill": f"{self.target} dies {nth / 1000:g} s after the start",
-            "slow-start": f"{self.target} takes {by} longer to start, in its life number {nth}",
-            "slow-handler": f"the handler run number {nth} of {self.target} takes {by} longer",
-            "slow-step": f"step {nth} of {second} in {first} is {by} late",
-            "clock-jump": f"the time of day jumps by {by}, {nth / 1000:g} s after the start",
-        }[self.kind]
-
-
-"""The kinds of faults, by their names in text."""
-
-
-def parse(text: str) -> tuple[Fault, ...]:
-    """Parse faults separated by blanks. Raises `ValueError` that names the part that cannot be parsed."""
-    return tuple(_parse_one(word) for word in text.split())
-
-
-def _parse_one(word: str) -> Fault:
-    match = _TEXT.fullmatch(word)
-    if match is None or match["kind"] not in get_args(Kind):
-        raise ValueError(
-            f"{word!r} is not a fault: write KIND:TARGET#NTH or KIND:TARGET#NTH+SECONDS, KIND one of {', '.join(get_args(Kind))}"
-        )
-    return Fault(cast("Kind", match["kind"]), match["target"], int(match["nth"]), float(match["by"] or 0.0))
-
-
-@dataclass(slots=True)
-class Profile:
-    """The places where faults can occur, counted in a run without faults."""
-
-    links: dict[str, int] = field(default_factory=dict[str, int])
-    """``TOPIC>SUBSCRIBER`` -> the number of messages, for subscribers in the tree."""
-    watching: dict[str, int] = field(default_factory=dict[str, int])
-    """The same for subscribers outside the tree, such as a rig. No faults are drawn for them."""
-    numeric: set[str] = field(default_factory=set[str])
-    """The links whose messages contain floating-point numbers."""
-    awaits: dict[str, int] = field(default_factory=dict[str, int])
-    """Node -> how often it resumed from an await while it ran. Contains all nodes of the tree."""
-    steps: dict[str, int] = field(default_factory=dict[str, int])
-    """``NODE>WORK`` -> the number of steps of a handler, an action body or a task while its node ran."""
-    handled: dict[str, int] = field(default_factory=dict[str, int])
-    """Node -> the number of topic, timer and service handlers run. Nodes that ran none are left out."""
-    seconds: float = 0.0
-
-
-class Possible(Protocol):
-    """A kind of fault that a run may have."""
-
-    def draw(self, rng: Random, profile: Profile) -> list[Fault]:
-        """Draw some faults of this kind; often none."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +100,7 @@ class Delay(_OnLinks):
     kind: Kind = field(default="delay", init=False, repr=False)
 
     def _by(self, rng: Random) -> float:
-        return _seconds(rng, self.up_to)
+        return drawn_seconds(rng, self.up_to)
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,7 +112,7 @@ class Freeze(_OnLinks):
     kind: Kind = field(default="freeze", init=False, repr=False)
 
     def _by(self, rng: Random) -> float:
-        return _seconds(rng, self.up_to)
+        return drawn_seconds(rng, self.up_to)
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,7 +145,7 @@ class Crash(_OnNodes):
         deaths: list[Fault] = []
         for node in nodes:
             deaths.append(Fault("kill", node, min(at, end)))
-            at += int(1000 * _seconds(rng, SOON))
+            at += int(1000 * drawn_seconds(rng, SOON))
         return deaths
 
     def _death(self, rng: Random, node: str, profile: Profile) -> Fault:
@@ -250,7 +170,7 @@ class SlowStep(_OnNodes):
         faults: list[Fault] = []
         for node in self._picked(rng, {work.partition(">")[0] for work in profile.steps}):
             work = rng.choice(_works_of(node, profile))
-            faults.append(Fault("slow-step", work, rng.randint(1, profile.steps[work]), _seconds(rng, self.up_to)))
+            faults.append(Fault("slow-step", work, rng.randint(1, profile.steps[work]), drawn_seconds(rng, self.up_to)))
         return faults
 
 
@@ -262,7 +182,7 @@ class SlowHandler(_OnNodes):
 
     def draw(self, rng: Random, profile: Profile) -> list[Fault]:
         return [
-            Fault("slow-handler", node, rng.randint(1, profile.handled[node]), _seconds(rng, self.up_to))
+            Fault("slow-handler", node, rng.randint(1, profile.handled[node]), drawn_seconds(rng, self.up_to))
             for node in self._picked(rng, profile.handled)
         ]
 
@@ -275,7 +195,7 @@ class SlowStart(_OnNodes):
 
     def draw(self, rng: Random, profile: Profile) -> list[Fault]:
         return [
-            Fault("slow-start", node, rng.randint(1, 2), _seconds(rng, self.up_to))
+            Fault("slow-start", node, rng.randint(1, 2), drawn_seconds(rng, self.up_to))
             for node in self._picked(rng, profile.awaits)
         ]
 
@@ -294,7 +214,7 @@ class ClockJump:
                 "clock-jump",
                 CLOCK,
                 rng.randint(0, int(profile.seconds * 1000)),
-                rng.choice((-1.0, 1.0)) * _seconds(rng, self.up_to),
+                rng.choice((-1.0, 1.0)) * drawn_seconds(rng, self.up_to),
             )
             for _ in range(count)
         ]
@@ -304,12 +224,14 @@ KINDS: Final[Mapping[Kind, Possible]] = MappingProxyType(
     {
         "lose": Lose(), "delay": Delay(), "duplicate": Duplicate(), "swap": Reorder(), "freeze": Freeze(), "nan": NotANumber(),
         "crash": Crash(at_most=2), "slow-handler": SlowHandler(), "slow-step": SlowStep(), "slow-start": SlowStart(),
-        "clock-jump": ClockJump(),
+        "clock-jump": ClockJump(), **NETWORK_KINDS,
     }
 )  # fmt: skip
 """Every kind of fault, by its name in text."""
 ALL: Final[tuple[Possible, ...]] = tuple(KINDS.values())
 """Every kind of fault, anywhere, with at most two crashes."""
+NETWORK: Final[tuple[Possible, ...]] = tuple(NETWORK_KINDS.values())
+"""Every kind of fault of a network and its hosts, for tests with a `Lab`."""
 
 
 def draw(possible: Iterable[Possible], seed: int, profile: Profile) -> tuple[Fault, ...]:
@@ -318,7 +240,7 @@ def draw(possible: Iterable[Possible], seed: int, profile: Profile) -> tuple[Fau
     if seed % 3 == 0:
         return ()
     rng = Random(f"faults/{seed}")
-    kinds = list(possible)
+    kinds = [kind for kind in possible if profile.hosts or not isinstance(kind, OfNetwork)]
     chosen = rng.sample(kinds, rng.randint(1, min(5, len(kinds)))) if kinds else []
     return tuple(dict.fromkeys(fault for kind in chosen for fault in kind.draw(rng, profile)))
 
@@ -329,9 +251,3 @@ def _works_of(node: str, profile: Profile) -> list[str]:
 
 def _is_meant(name: str, pattern: str) -> bool:
     return any(fnmatchcase(name, form) for form in (pattern, f"/{pattern}", f"*/{pattern}"))
-
-
-def _seconds(rng: Random, up_to: float) -> float:
-    """Draw a duration in whole milliseconds, so that its text is exact. Very short ones are frequent."""
-    share: float = 10.0 ** rng.uniform(-2.0, 0.0) if rng.random() < 0.5 else rng.random()
-    return max(0.001, round(up_to * share, 3))

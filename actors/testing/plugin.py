@@ -1,6 +1,6 @@
-"""The pytest plugin: the fixture `rig`, and virtual time for the tests that request it.
+"""The pytest plugin: the fixtures `rig` and `lab`, and virtual time for the tests that request one.
 
-A test runs on the virtual clock if it uses `rig`, directly or through another fixture, or is marked ``@pytest.mark.virtual``. All other
+A test runs on the virtual clock if it uses `rig` or `lab`, directly or through another fixture, or is marked ``@pytest.mark.virtual``. All other
 tests keep the event loop that pytest-asyncio or another plugin gives them. Without pytest-asyncio this plugin does nothing.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import inspect
+import os
 import warnings
 from collections.abc import AsyncIterator, Callable, Generator, Mapping
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ import pytest
 if TYPE_CHECKING:
     from pytest_asyncio import fixture
 
+    from actors.testing.lab import Lab
     from actors.testing.rig import Rig
 else:
     try:
@@ -24,6 +26,8 @@ else:
     except ModuleNotFoundError:  # pytest loads this plugin in every suite, whether it needs it or not
         fixture = pytest.fixture
 
+_FIXTURES = {"lab", "rig"}
+"""The fixtures that need the virtual clock."""
 LoopFactories = Mapping[str, Callable[[], asyncio.AbstractEventLoop]]
 
 
@@ -32,6 +36,9 @@ def pytest_configure(config: pytest.Config) -> None:
     # pytest-asyncio asks every project to set this option. It makes no difference to these tests. pytest removes this filter after all
     # plugins are configured.
     warnings.filterwarnings("ignore", 'The configuration option "asyncio_default_fixture_loop_scope" is unset')
+    os.environ.setdefault(
+        "RMW_IMPLEMENTATION", "in_process"
+    )  # no test meets the graph of other processes, unless it means to
     config.addinivalue_line("markers", "virtual: run this test on the virtual clock of actors.testing")
 
 
@@ -50,12 +57,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_pycollect_makeitem(collector: pytest.Collector, name: str, obj: object) -> None:
-    """Collect a coroutine test that uses `rig` or is marked `virtual` as an asyncio test, also in pytest-asyncio's strict mode."""
+    """Collect a coroutine test that uses `rig` or `lab` or is marked `virtual` as an asyncio test, also in pytest-asyncio's strict mode."""
     # With Python 3.12, the module `inspect` itself is taken for one.
     if not callable(obj) or not inspect.iscoroutinefunction(obj):
         return
     marks = getattr(obj, "pytestmark", ())
-    if "rig" in inspect.signature(obj).parameters or any(mark.name == "virtual" for mark in marks):
+    if _FIXTURES & inspect.signature(obj).parameters.keys() or any(mark.name == "virtual" for mark in marks):
         pytest.mark.asyncio(obj)
 
 
@@ -65,7 +72,7 @@ def pytest_asyncio_loop_factories(
 ) -> Generator[None, LoopFactories | None, LoopFactories]:
     """Use a virtual loop for the tests that request it. For others, use what another plugin provides, or the default."""
     others = yield
-    if item.get_closest_marker("virtual") is not None or "rig" in getattr(item, "fixturenames", ()):
+    if item.get_closest_marker("virtual") is not None or _FIXTURES & set(getattr(item, "fixturenames", ())):
         from actors.time.virtual_loop import VirtualLoop
 
         return {"virtual": VirtualLoop}
@@ -85,6 +92,18 @@ async def rig(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     await rig.close()
 
 
+@fixture
+async def lab(request: pytest.FixtureRequest) -> AsyncIterator[Lab]:
+    """Provide a `Lab`. After the test it is closed, and all of its systems are checked for leaks."""
+    from actors.testing.lab import Lab
+
+    lab = Lab()
+    request.node.stash[_LAB] = lab
+    yield lab
+    await lab.close()
+
+
+_LAB = pytest.StashKey[Any]()
 _RIG = pytest.StashKey[Any]()
 _FLIGHT = pytest.StashKey[Any]()
 
@@ -104,6 +123,10 @@ def pytest_runtest_makereport(
         recorder, temporary = item.stash[_FLIGHT]
         if (flight := save_flight(recorder, item.config, temporary, item.nodeid)) is not None:
             report.sections.append(("flight record", flight))
+    if report.failed and (lab := item.stash.get(_LAB, None)) is not None:
+        report.sections.append(("lab", lab.timeline()))
+    if report.when == "teardown" and _LAB in item.stash:
+        del item.stash[_LAB]
     if report.when == "teardown" and _RIG in item.stash:
         del item.stash[_FLIGHT], item.stash[_RIG]  # a session may have thousands of tests, each with a robot
     return report

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from actors.supervision.report import Report
     from actors.transport.protocol import Transport
 
-__all__ = ["ExpectedFailure", "Leak", "Probe", "Rig", "UnexpectedFailure"]
+__all__ = ["ExpectedFailure", "Leak", "Probe", "Rig", "UnexpectedFailure", "quiet", "virtual_loop"]
 
 M = TypeVar("M", bound="Message")
 G = TypeVar("G", bound="Message")
@@ -83,13 +83,7 @@ class Rig:
         make_system: Callable[..., System] = System,
         excused: Callable[[BaseException], bool] | None = None,
     ) -> None:
-        loop = asyncio.get_running_loop()
-        if not isinstance(loop, VirtualLoop):
-            raise RuntimeError(
-                "a Rig needs the virtual clock: use the `rig` fixture, or mark the test with @pytest.mark.virtual "
-                "(which needs pytest-asyncio 1.4 or newer)"
-            )
-        self.loop = loop
+        self.loop = loop = virtual_loop("a Rig", "rig")
         self._make_system = make_system
         self._watch = FailureWatch(excused)
         self.logs: deque[LogRecord] = deque(maxlen=KEPT_LINES)
@@ -109,9 +103,10 @@ class Rig:
         seed: int = 0,
         parameters: ParameterSources | None = None,
         transport: Transport | None = None,
+        clock_offset: float = 0.0,
     ) -> System:
         """Start a tree, or several nodes under a plain supervisor, and return when all of it is ready. Accepts what `actors.run`
-        accepts."""
+        accepts. The time of day begins at `clock_offset` seconds."""
         if self._system is not None:
             raise RuntimeError("this rig runs a system already: one rig, one system")
         if asyncio.get_running_loop() is not self.loop:
@@ -122,6 +117,8 @@ class Rig:
         whole = tree_of("rig.start(...)", tree, *more)
         options = options_of("rig.start(parameters=...)", whole, parameters, None, DEBUG)
         system = self._make_system(seed=seed, sinks=(self.logs.append,), level=DEBUG, options=options)
+        if clock_offset:
+            system.clock.shift_wall(clock_offset)
         if transport is not None:
             from actors.transport.bridge import connect
 
@@ -175,12 +172,29 @@ class Rig:
         """The reports of the supervisors so far."""
         return list(self.system.reports)
 
+    def forgive_threads(self) -> None:
+        """Do not report the threads that run now as left over."""
+        self.leaks.forgive_threads()
+
+    def kill(self) -> None:
+        """End the system at once, without any clean-up, as a power failure does. What fails because of it does not fail the test.
+
+        Raises `NotStarted`.
+        """
+        self._watch.end()
+        self.system.kill()
+
+    async def stop(self) -> None:
+        """Stop the system in order, if it runs. `close` does so, too; of several systems all should be stopped before one is closed."""
+        if self._system is not None:
+            self._watch.look_beside()
+            await self._system.stop("the test is over")
+
     async def close(self) -> None:
         """Stop the system. Raises `Leak` if something is left over and `UnexpectedFailure` for a failure not yet raised."""
         system = self._system
         if system is not None:
-            self._watch.look_beside()
-            await system.stop("the test is over")
+            await self.stop()
             await self.quiet()
             left = self.leaks.left_over(system)
             sentence = "left over after the system's end: " + "; ".join(left) if left else ""
@@ -193,10 +207,7 @@ class Rig:
 
     async def quiet(self) -> None:
         """Let everything happen that can happen without time passing."""
-        while True:
-            await asyncio.sleep(0)
-            if self.loop.idle:
-                return
+        await quiet(self.loop)
 
     async def advance(self, seconds: float) -> None:
         """Let `seconds` pass, with everything that is due in that time, its last instant included.
@@ -205,6 +216,10 @@ class Rig:
         """
         await self.system.clock.sleep_until(self.now + seconds)
         await self.quiet()
+        self.check()
+
+    def check(self) -> None:
+        """Raise `UnexpectedFailure` if a node has failed or a supervisor has given up and the test did not expect it."""
         self._watch.look_beside(own=_ME)
         self._watch.check()
 
@@ -301,6 +316,31 @@ class Rig:
         time = f"{self.now:.6f}" if self._system is not None else "-"
         lines = [str(record) for record in list(self.logs)[-last:]]
         return "\n".join([f"rig: seed={seed} t={time} s; the last {len(lines)} log lines:", *lines])
+
+    def lines(self) -> list[tuple[float, str]]:
+        """The log lines that are kept, each with its time in seconds on the event loop."""
+        if self._system is None:
+            return []
+        return [(self._system.clock.loop_time(record.time), str(record)) for record in self.logs]
+
+
+def virtual_loop(what: str, fixture: str) -> VirtualLoop:
+    """The running event loop. Raises RuntimeError if it is not virtual, and says so of `what`, which the fixture gives."""
+    loop = asyncio.get_running_loop()
+    if not isinstance(loop, VirtualLoop):
+        raise RuntimeError(
+            f"{what} needs the virtual clock: use the `{fixture}` fixture, or mark the test with @pytest.mark.virtual "
+            "(which needs pytest-asyncio 1.4 or newer)"
+        )
+    return loop
+
+
+async def quiet(loop: VirtualLoop) -> None:
+    """Let everything happen that can happen without time passing."""
+    while True:
+        await asyncio.sleep(0)
+        if loop.idle:
+            return
 
 
 def _is_settled(state: NodeRecord) -> bool:

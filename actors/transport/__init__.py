@@ -1,5 +1,6 @@
 """The transport: the connection of this process's graph with those of other processes and machines."""
 
+from actors.transport.environment import transport_from_environment
 from actors.transport.protocol import (
     Answer,
     Delivery,
@@ -30,4 +31,5 @@ __all__ = [
     "Sample",
     "Transport",
     "WireUnavailable",
+    "transport_from_environment",
 ]

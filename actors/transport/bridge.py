@@ -157,7 +157,7 @@ class Bridge:
             self._side.node(life.fqn)
             for service in standard_services(life):
                 self._services.promise(life.fqn, *service)
-            for topic in standard_publishers():
+            for topic in standard_publishers(life):
                 self._topics.promise(life.fqn, *topic)
 
     def _dismissed(self, record: NodeRecord) -> None:

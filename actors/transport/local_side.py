@@ -89,4 +89,3 @@ class LocalSide:
         known = self._nodes.pop(fqn, None)
         if known is not None:
             known[1].close()
-

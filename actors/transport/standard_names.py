@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
-from actors.qos import PARAMETER_EVENTS, PARAMETERS, ROSOUT, SERVICES
+from actors.qos import PARAMETER_EVENTS, PARAMETERS, ROSOUT, SERVICES, TRANSITION_EVENT
 
 if TYPE_CHECKING:
     from actors.qos.policies import QoS
@@ -33,9 +33,13 @@ def standard_services(life: Incarnation) -> Iterator[Standard]:
         yield Standard(f"{life.fqn}/{name}", offered[0], SERVICES)
 
 
-def standard_publishers() -> Iterator[Standard]:
-    """The topics on which every node publishes."""
+def standard_publishers(life: Incarnation) -> Iterator[Standard]:
+    """The topics on which every node publishes, and that of the transitions of a lifecycle node."""
     from actors.interfaces.rcl_interfaces.msg import Log, ParameterEvent
 
     yield Standard("/rosout", Log, ROSOUT)
     yield Standard("/parameter_events", ParameterEvent, PARAMETER_EVENTS)
+    if "change_state" in type(life.node).__standard_services__:
+        from actors.interfaces.lifecycle_msgs.msg import TransitionEvent
+
+        yield Standard(f"{life.fqn}/transition_event", TransitionEvent, TRANSITION_EVENT)

@@ -122,7 +122,7 @@ def run_loop(backend: str, seed: int, duration: float, hz: float) -> Punctuality
 
     async def main() -> None:
         async with run(tree, seed=seed, sinks=()) as system:
-            await system.join(Child(Walker))
+            await system.join(Child(PacedNode))
             listener = await _listener(system, backend)
             await system.clock.sleep(WARM_UP)
             listener.times.clear()
@@ -146,7 +146,7 @@ class Clockwork(Node):
     def sensor(self) -> None: ...
 
 
-class Walker(Node):
+class PacedNode(Node):
     """Gets the robot up and lets it walk."""
 
     cmd = publishes(contracts.CMD_VEL)

@@ -10,7 +10,7 @@ import json
 import os
 import statistics
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -138,7 +138,7 @@ def _walk(seed: int, path: str, factor: float) -> Outcome:
 
 
 @contextmanager
-def _walkers(jobs: int) -> Iterator[Callable[[Sequence[tuple[int, str, float]]], Iterator[Outcome]]]:
+def _walkers(jobs: int) -> Generator[Callable[[Sequence[tuple[int, str, float]]], Iterator[Outcome]]]:
     """What walks many runs, in their order: in so many processes, or in this one."""
     if jobs == 1:
         yield lambda runs: (_walk(*one) for one in runs)

@@ -95,8 +95,7 @@ class Session:
 
     def _transport(self) -> Transport | None:
         """The connection with other processes; none on the virtual clock, which they do not share."""
-        from actors.transport.environment import transport_from_environment
-        from actors.transport.protocol import WireUnavailable
+        from actors.transport import WireUnavailable, transport_from_environment
 
         if self.options.clock == "virtual":
             return None

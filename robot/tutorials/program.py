@@ -29,8 +29,7 @@ from actors import (
     transient,
 )
 from actors.logs import Level, LogRecord, console_sink
-from actors.transport.environment import transport_from_environment
-from actors.transport.protocol import WireUnavailable
+from actors.transport import WireUnavailable, transport_from_environment
 from actors.typing import Spec
 from robot.run.choice import UnknownNode, only
 from robot.run.options import LEVELS, Parser, UsageError, seconds

@@ -13,11 +13,10 @@ import sys
 import time
 from collections.abc import Sequence
 
-from actors.testing.explore import LIMIT, body_of
+from actors.testing.explore import scenario_of
 from actors.testing.faults import ALL, Possible
 from actors.testing.simulation.isolated import Isolated
 from actors.testing.simulation.search import Finding, search
-from actors.testing.simulation.trial import Scenario
 from tests.planted.cases import CASES
 
 SECONDS = 30.0
@@ -26,7 +25,7 @@ SECONDS = 30.0
 def explored(name: str, which: str, seeds: range, faults: Sequence[Possible]) -> Finding | None:
     """Explore `tree` or `healthy` of one module, as the command does."""
     make = getattr(importlib.import_module(f"tests.planted.{name}"), which)
-    return search(Isolated(Scenario(body_of(make, SECONDS), limit=SECONDS + LIMIT)), seeds, faults)
+    return search(Isolated(scenario_of(make, SECONDS)), seeds, faults)
 
 
 def main(argv: Sequence[str]) -> int:

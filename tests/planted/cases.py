@@ -36,4 +36,7 @@ CASES = [
     Case("half_done", order=False),
     Case("old_answer", order=False),
     Case("lease", order=False),
+    # on several hosts
+    Case("split_brain", order=False),
+    Case("lost_reconnect", order=False),
 ]

@@ -12,8 +12,25 @@ from tests.suites import run_pytest
 PAGE = Path(__file__).parents[2] / "docs" / "simulation.md"
 
 
+def blocks() -> tuple[str, str]:
+    """The scenario of one host, and that of several, which needs the nodes of the first."""
+    one, several = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    return one, several
+
+
+def test_the_scenario_of_several_hosts_passes_and_a_cut_that_lasts_is_found_out(pytester: pytest.Pytester) -> None:
+    one, several = blocks()
+    forgetful = several.replace("    await lab.recover()\n", "")
+    pytester.makepyfile(test_oven=one + several, test_forgetful=one + forgetful)
+    named = ("-k", "network_is_back")
+    cut = ("--scenario-replay", "1 fifo cut:oven=guard#4200+60")
+    run_pytest(pytester, "test_oven.py", *named).assert_outcomes(passed=1, deselected=1)
+    run_pytest(pytester, "test_oven.py", *named, *cut).assert_outcomes(passed=1, deselected=1)
+    run_pytest(pytester, "test_forgetful.py", *named, *cut).assert_outcomes(failed=1, deselected=1)
+
+
 def test_the_scenario_passes_and_a_guard_that_reacts_too_late_is_found_out(pytester: pytest.Pytester) -> None:
-    (code,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    code, _ = blocks()
     lost = ("--scenario-replay", "1 fifo lose:/temperature>/guard#89")  # 109 degrees
     pytester.makepyfile(test_oven=code, test_late=code.replace("> 100.0", "> 108.0"))
     run_pytest(pytester, "test_oven.py").assert_outcomes(passed=1)

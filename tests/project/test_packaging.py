@@ -18,11 +18,13 @@ import actors
 
 ROOT = Path(__file__).parents[2]
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-IMPORTED_AS = {"PyYAML": "yaml", "mujoco-core": "mujoco", "eclipse-zenoh": "zenoh"}
+IMPORTED_AS = {"PyYAML": "yaml", "mujoco-core": "mujoco", "eclipse-zenoh": "zenoh", "pyzmq": "zmq"}
 """The name to import, for distributions that do not go by their own."""
 OURS = {"actors", "robot", "cli", "tests"}
 COMMANDS = {"coverage", "mypy", "pyright", "ruff"}
 """Tools of the test extra that are started, not imported."""
+FOREIGN = ROOT / "tests" / "interop" / "programs"
+"""Programs that run under a Python of their own, with packages that this project does not declare."""
 BY_NAME = {"import_module", "importorskip", "find_spec"}
 """Functions that are given the name of a module."""
 
@@ -35,7 +37,7 @@ def declared(requirements: list[str]) -> set[str]:
 
 def imported(*folders: str, typing: bool = True) -> set[str]:
     """The modules of others that the files of these folders import, wherever in a file; `typing`: also what only type checkers see."""
-    files = [file for folder in folders for file in (ROOT / folder).rglob("*.py")]
+    files = [file for folder in folders for file in (ROOT / folder).rglob("*.py") if FOREIGN not in file.parents]
     assert files
     found = {name for file in files for name in names_in(ast.parse(file.read_text(encoding="utf-8")), typing)}
     return {name for name in found if name not in sys.stdlib_module_names | OURS}

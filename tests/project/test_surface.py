@@ -41,9 +41,10 @@ FACES = (
     "actors.testing.faults",
     "actors.time",
     "actors.transport",
+    "actors.transport.zenoh",
     "actors.typing",
 )
-"""The public places. Two of them stand apart from the package they lie in because they are imported only where they are needed."""
+"""The public places. Some of them stand apart from the package they lie in because they are imported only where they are needed."""
 
 OPEN = frozenset(
     {

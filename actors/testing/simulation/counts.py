@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from actors.supervision.child_task import ChildTask
@@ -16,22 +16,21 @@ if TYPE_CHECKING:
 __all__ = ["miscounts"]
 
 
-def miscounts(system: System) -> Iterator[str]:
+def miscounts(system: System, beside: Iterable[System] = ()) -> Iterator[str]:
     """Yield a sentence for each contradiction in the counts of a system in which nothing can run without time passing.
 
     A child has a running task exactly if its supervisor counts it as present. A node has an incarnation only while its supervisor has a
     task for it, and has had more incarnations than restarts. A supervisor that goes on has not counted more restarts than it allows.
+    `beside` are other systems on the same event loop, whose tasks are known, too.
     """
     supervisor = system.supervisor
     if supervisor is None:
         return
     leaked = {one.ref.path for each in supervisor.below() for one in each.leaked}
-    known = {one.task for one in supervisor.leaked} | set(system.runtime.tree.unsupervised.tasks)
     for each in supervisor.below():
         children = each.statuses()
         active = each.counts().active
-        alive = {status.task for status in children.values() if status.task is not None and not status.task.done()}
-        known |= alive
+        alive = _running(children.values())
         if active > len(alive):
             yield f"supervisor {each.name} counts {active} active children, and {len(alive)} have a task that runs"
         if each.phase == "running" and each.recent_restarts > each.spec.intensity.restarts:
@@ -40,9 +39,24 @@ def miscounts(system: System) -> Iterator[str]:
             record = system.nodes.get((*each.path, name))
             if record is not None:
                 yield from _miscounted(record, status, record.path in leaked)
+    known = set[object]().union(*(_known(one) for one in (system, *beside)))
     for task in asyncio.all_tasks(system.loop) - known:
         if ChildTask.runs_in(task):
             yield f"{task.get_name()} runs, and no supervisor counts it among its children"
+
+
+def _known(system: System) -> set[object]:
+    """The tasks that the supervisors of a system count, and those of nodes beside its tree."""
+    supervisor = system.supervisor
+    known: set[object] = set(system.runtime.tree.unsupervised.tasks)
+    if supervisor is not None:
+        known |= {one.task for one in supervisor.leaked}
+        known = known.union(*(_running(each.statuses().values()) for each in supervisor.below()))
+    return known
+
+
+def _running(children: Iterable[ChildStatus]) -> set[object]:
+    return {status.task for status in children if status.task is not None and not status.task.done()}
 
 
 def _miscounted(record: NodeRecord, status: ChildStatus, leaked: bool) -> Iterator[str]:

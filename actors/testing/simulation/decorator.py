@@ -39,7 +39,7 @@ def scenario(
     invariants: Sequence[Invariant] = (),
     patience: float = PATIENCE,
 ) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
-    """Run an async test on virtual time with a fresh `rig`, once in plain order without faults and then once for each of `seeds` seeds.
+    """Run an async test on virtual time with a fresh `rig`, or a fresh `lab`, once in plain order without faults and then once for each of `seeds` seeds.
 
     `faults` lists the possible faults (see `actors.testing.faults`; ``ALL`` means all). `invariants` are called with the system whenever
     nothing can run without time passing. A handler or a canceled goal that makes no progress for `patience` seconds fails the test. Other
@@ -51,17 +51,22 @@ def scenario(
 
     def decorate(test: Callable[..., Awaitable[None]]) -> Callable[..., None]:
         signature = inspect.signature(test)
-        if "rig" not in signature.parameters or not inspect.iscoroutinefunction(test):
+        stages = [name for name in ("rig", "lab") if name in signature.parameters]
+        if len(stages) != 1 or not inspect.iscoroutinefunction(test):
             raise TypeError(
-                f"@scenario is for `async def` tests with the argument `rig`, and {test.__qualname__} is not one"
+                f"@scenario is for `async def` tests with the argument `rig` or `lab`, and {test.__qualname__} is not one"
             )
+        (name_of_stage,) = stages
 
         @functools.wraps(test)
         def run(request: pytest.FixtureRequest, **fixtures: Any) -> None:
             if "request" in signature.parameters:
                 fixtures["request"] = request
-            body = functools.partial(_with_rig, test, fixtures)
-            played = Scenario(body, tuple(invariants), patience)
+
+            async def body(stage: Any) -> None:
+                await test(**{name_of_stage: stage}, **fixtures)
+
+            played = Scenario(body, tuple(invariants), patience, on_hosts=name_of_stage == "lab")
             replay, number = (request.config.getoption(name) for name in ("--scenario-replay", "--scenario-seeds"))
             if number is not None and number < 1:
                 pytest.fail(f"--scenario-seeds {number}: at least one", pytrace=False)
@@ -72,7 +77,9 @@ def scenario(
                 if finding is not None:
                     raise _explained(finding, played, request)
 
-        others = [parameter for name, parameter in signature.parameters.items() if name not in ("rig", "request")]
+        others = [
+            parameter for name, parameter in signature.parameters.items() if name not in (name_of_stage, "request")
+        ]
         first = inspect.Parameter("request", inspect.Parameter.KEYWORD_ONLY)
         # pytest reads this attribute to find the fixtures; type checkers do not know it.
         run.__signature__ = signature.replace(  # type: ignore[attr-defined]
@@ -82,10 +89,6 @@ def scenario(
         return run
 
     return decorate
-
-
-async def _with_rig(test: Callable[..., Awaitable[None]], fixtures: dict[str, Any], rig: Any) -> None:
-    await test(rig=rig, **fixtures)
 
 
 def _read(replay: str) -> Trial:

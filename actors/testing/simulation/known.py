@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import permutations
 
 from actors.suggest import did_you_mean
-from actors.testing.faults import CLOCK, Fault, Profile
+from actors.testing.fault_values import CLOCK, OF_NETWORK, ON_LINKS, ROUTER, Fault, Profile
 
 __all__ = ["names_nothing", "not_come"]
 
@@ -36,6 +37,8 @@ def _counts(fault: Fault, profile: Profile) -> dict[str, int]:
     milliseconds = int(profile.seconds * 1000)
     if fault.kind in ("lose", "delay", "duplicate", "swap", "freeze", "nan"):
         return profile.links | profile.watching
+    if fault.kind in OF_NETWORK:
+        return dict.fromkeys(_network(fault, profile), int(profile.stormy_seconds * 1000))
     if fault.kind == "clock-jump":
         return {CLOCK: milliseconds}
     if fault.kind == "slow-step" or (fault.kind == "crash" and ">" in fault.target):
@@ -43,3 +46,12 @@ def _counts(fault: Fault, profile: Profile) -> dict[str, int]:
     if fault.kind == "slow-handler":
         return profile.handled
     return profile.awaits if fault.kind == "crash" else dict.fromkeys(profile.awaits, milliseconds)
+
+
+def _network(fault: Fault, profile: Profile) -> list[str]:
+    """The possible targets of a fault of the network."""
+    if fault.kind in ON_LINKS:
+        return [f"{one}{sign}{other}" for one, other in permutations(profile.hosts, 2) for sign in "=>"]
+    if fault.kind == "router-stop":
+        return [ROUTER] if profile.router else []
+    return list(profile.hosts)

@@ -18,7 +18,7 @@ from actors.runtime.incarnation import Incarnation
 from actors.runtime.runtime import Runtime
 from actors.services.client import Client
 from actors.system import System
-from actors.testing.faults import CLOCK, Fault, Profile
+from actors.testing.fault_values import CLOCK, Fault, Profile
 from actors.testing.simulation.links import Link, interceptor
 from actors.testing.simulation.steps import Death, Steps, Watched
 

@@ -1,7 +1,5 @@
 """One run of a scenario with one seed, order of events and set of faults, under constant observation."""
 
-# pyright: reportPrivateUsage=false
-# Only a trial tells its rig to accept threads that are left over.
 from __future__ import annotations
 
 import asyncio
@@ -9,7 +7,7 @@ import functools
 import math
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from actors.errors import ActorError, CallCycle, WrongThread, WrongType
 from actors.places import place_of
@@ -19,6 +17,7 @@ from actors.system import System
 from actors.testing.failures import UnexpectedFailure
 from actors.testing.faults import Fault, Profile, parse
 from actors.testing.fuzz import FuzzLoop
+from actors.testing.lab import Lab
 from actors.testing.rig import Rig
 from actors.testing.simulation.invariants import PATIENCE, Invariant, InvariantBroken, Watch
 from actors.testing.simulation.lives import InjectedCrash, Simulation
@@ -29,8 +28,9 @@ __all__ = ["Body", "Outcome", "Scenario", "Trial"]
 CLEAN_UP_SECONDS = 60.0
 """How many seconds the rest of a canceled trial has to end."""
 
-Body = Callable[[Rig], Awaitable[None]]
-"""The body of a scenario: it makes things happen and asserts the results."""
+Body: TypeAlias = Callable[[Any], Awaitable[None]]
+"""The body of a scenario: it makes things happen with its `Rig` or `Lab`, and asserts the results."""
+Stage: TypeAlias = "Rig | Lab"
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +80,8 @@ class Scenario:
     """Called with each system before its tree starts."""
     limit: float = math.inf
     """How many virtual seconds a body may take, including the start and stop of its system, before the trial counts as endless."""
+    on_hosts: bool = False
+    """Whether the body is given a `Lab` instead of a `Rig`."""
 
     def run(self, seed: int, *, shuffled: bool = True, faults: Sequence[Fault] = ()) -> Outcome:
         """Play the trial with this seed, order and faults."""
@@ -88,18 +90,18 @@ class Scenario:
     def play(self, trial: Trial) -> Outcome:
         """Play one trial, from an empty event loop to the leak check. The same trial has the same outcome."""
         profile = Profile()
-        rigs: list[Rig] = []
+        stages: list[Stage] = []
         loop = FuzzLoop(trial.seed) if trial.shuffled else VirtualLoop()
         error: BaseException | None = None
         timeline = ""
         try:
             with asyncio.Runner(loop_factory=lambda: loop) as runner:
                 try:
-                    runner.run(self._live(loop, trial, profile, rigs))
+                    runner.run(self._live(loop, trial, profile, stages))
                 except BaseException as caught:
                     error = caught
                     # Taken before the cancellations, whose log lines explain nothing.
-                    timeline = rigs[0].timeline() if rigs else ""
+                    timeline = stages[0].timeline() if stages else ""
                     if isinstance(error, (KeyboardInterrupt, SystemExit)):
                         raise
                 loop.watch = functools.partial(_demand_end, loop, loop.time() + CLEAN_UP_SECONDS)
@@ -107,40 +109,63 @@ class Scenario:
             raise
         except InvariantBroken as caught:
             error = error or caught
-        return Outcome(trial, error, profile, timeline or (rigs[0].timeline() if rigs else ""), _signature(error))
+        return Outcome(trial, error, profile, timeline or (stages[0].timeline() if stages else ""), _signature(error))
 
-    async def _live(self, loop: VirtualLoop, trial: Trial, profile: Profile, rigs: list[Rig]) -> None:
+    async def _live(self, loop: VirtualLoop, trial: Trial, profile: Profile, stages: list[Stage]) -> None:
+        def look() -> None:
+            for watch in watches:
+                watch()
+
         def make(**options: Any) -> System:
-            options["seed"] += trial.seed
+            options["seed"] += 0 if self.on_hosts else trial.seed
             simulation = Simulation(trial.faults, profile, **options)
             simulations.append(simulation)
-            watch = loop.watch = Watch(simulation, self.invariants, self.patience, self.limit)
-            watches.append(watch)
+            systems.append(simulation.system)
+            watches.append(Watch(simulation, self.invariants, self.patience, self.limit, systems))
+            loop.watch = look
             for observe in self.observers:
                 observe(simulation.system)
             return simulation.system
 
         simulations: list[Simulation] = []
+        systems: list[System] = []
         watches: list[Watch] = []
-        rig = Rig(make, lambda error: _is_excused(error, trial.faults))
-        rigs.append(rig)
+        stage = self._stage(trial, make)
+        stages.append(stage)
         problems: list[BaseException] = []
         loop.set_exception_handler(lambda _, context: problems.append(_problem(context)))
         try:
-            await self.body(rig)
-            profile.seconds = loop.time()
+            await self.body(stage)
+            _measure(stage, profile, loop.time())
             for watch in watches:
                 watch.look(loop.time())
-            if any(simulation.deaths for simulation in simulations):
-                rig.leaks.forgive_threads()
+            if any(simulation.deaths or simulation.system.killed for simulation in simulations):
+                stage.forgive_threads()
         except BaseException as error:
-            await _close_after(rig, error)
+            await _close_after(stage, error)
             raise
-        await rig.close()
+        await stage.close()
         for simulation in simulations:
-            _demand_orderly_ends(simulation)
+            if not simulation.system.killed:
+                _demand_orderly_ends(simulation)
         if problems:
             raise problems[0]
+
+    def _stage(self, trial: Trial, make: Callable[..., System]) -> Stage:
+        def excused(error: BaseException) -> bool:
+            return _is_excused(error, trial.faults)
+
+        if not self.on_hosts:
+            return Rig(make, excused)
+        return Lab(seed=trial.seed, make_system=make, excused=excused, faults=trial.faults)
+
+
+def _measure(stage: Stage, profile: Profile, seconds: float) -> None:
+    """Take down how long a body took, and on which network."""
+    profile.seconds = seconds
+    if isinstance(stage, Lab):
+        profile.hosts, profile.router = stage.hosts, stage.has_router
+        profile.stormy_seconds = seconds if stage.recovered_at is None else stage.recovered_at
 
 
 def _demand_orderly_ends(simulation: Simulation) -> None:
@@ -160,10 +185,10 @@ def _demand_end(loop: VirtualLoop, end: float) -> None:
         raise InvariantBroken(f"{CLEAN_UP_SECONDS:g} s after they were canceled these tasks go on: {names}")
 
 
-async def _close_after(rig: Rig, error: BaseException) -> None:
-    """Close the rig after a failure. Errors at the close are added to that failure as notes."""
+async def _close_after(stage: Stage, error: BaseException) -> None:
+    """Close the rig or the lab after a failure. Errors at the close are added to that failure as notes."""
     try:
-        await rig.close()
+        await stage.close()
     except AssertionError as more:
         error.add_note(f"and at the end {type(more).__name__}: {more}")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
@@ -18,6 +19,7 @@ from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from actors.supervision.declarations import Child
 from actors.testing import Rig
+from actors.testing.fault_values import OF_NETWORK
 from actors.testing.faults import (
     ALL,
     KINDS,
@@ -119,8 +121,11 @@ def test_a_seed_draws_the_same_faults_every_time_and_only_what_there_is(seed: in
 
 
 def test_every_kind_is_drawn_by_some_seed() -> None:
+    hosts = replace(PROFILE, hosts={"robot": True, "desk": True}, router=True, stormy_seconds=10.0)
     drawn = {fault.kind for seed in range(300) for fault in draw(ALL, seed, PROFILE)}
-    assert drawn == set(get_args(Kind))
+    drawn_on_hosts = {fault.kind for seed in range(300) for fault in draw(ALL, seed, hosts)}
+    assert drawn == set(get_args(Kind)) - set(OF_NETWORK), "where there is no network there are no faults of it"
+    assert drawn_on_hosts == set(get_args(Kind))
     assert set(KINDS) == set(get_args(Kind)) - {"kill"}
 
 

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from actors import Supervisor
-from actors.testing.explore import body_of
+from actors.testing.explore import body_of, scenario_of
 from actors.testing.explore import main as explore
-from actors.testing.faults import ALL
+from actors.testing.fault_values import OF_NETWORK
+from actors.testing.faults import ALL, NETWORK
 from actors.testing.simulation.isolated import Isolated
 from actors.testing.simulation.search import search
-from actors.testing.simulation.trial import Scenario
+from actors.testing.simulation.trial import Scenario, Trial
 from tests.planted import exotic
-from tests.planted.__main__ import explored, main
+from tests.planted.__main__ import SECONDS, explored, main
 from tests.planted.cases import CASES, Case
 
 NAMES = [case.name for case in CASES]
@@ -40,6 +42,17 @@ def test_D13_every_bug_is_found_within_200_seeds_with_faults(case: Case) -> None
     finding = explored(case.name, "tree", range(200), ALL)
     assert finding is not None
     assert finding.replay.faults or case.order
+
+
+@pytest.mark.parametrize(("name", "said"), [("split_brain", "both lead"), ("lost_reconnect", "and the worker as well")])
+def test_a_bug_that_a_broken_network_shows_is_found_with_few_faults_of_it_and_replayed(name: str, said: str) -> None:
+    finding = explored(name, "tree", range(200), NETWORK)
+    assert finding is not None
+    assert 1 <= len(finding.replay.faults) <= 2
+    assert all(fault.kind in OF_NETWORK for fault in finding.replay.faults)
+    make = importlib.import_module(f"tests.planted.{name}").tree
+    again = scenario_of(make, SECONDS).play(Trial.parse(str(finding.replay)))
+    assert said in str(again.error)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from actors import Child, Node, StartFailed, Topic, publishes, run, subscribes
+from actors import Child, LifecycleNode, Node, StartFailed, Topic, publishes, run, subscribes
 from actors.interfaces.message import make_message
 from actors.testing import Rig
 from actors.transport.protocol import Events
@@ -220,3 +220,18 @@ async def test_a_domain_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch,
     with pytest.raises(ValueError, match=r"ROS_DOMAIN_ID='.*': a domain is a number from 0 to 232"):
         async with run(Talker, sinks=(), transport=Network().end()):
             raise AssertionError("it has started")
+
+
+class Managed(LifecycleNode):
+    """Has made no transition."""
+
+
+async def test_the_transition_events_of_a_lifecycle_node_are_shown_from_its_start_as_in_ros_2(hosts: Hosts) -> None:
+    await hosts.start(Managed, Child(Node, name="plain"))
+    there = await hosts.start(Node)
+
+    views = [view for view in there.system.snapshot().topics if view.name.endswith("/transition_event")]
+
+    assert [view.name for view in views] == ["/managed/transition_event"]
+    assert views[0].types == ("lifecycle_msgs/msg/TransitionEvent",)
+    assert [edge.node for edge in views[0].publishers] == ["/managed"]

@@ -72,7 +72,7 @@ class Goal:
         self.policy = self.cancel_policy = "default"
         self.accepted: bool | None = None
         self.stamp = Time()
-        self.asked_at = Time()
+        self.asked_at = self.answered_at = Time()
         self.gate: asyncio.Event | None = None
         self.released = asyncio.Event()
         self.signal = asyncio.Event()

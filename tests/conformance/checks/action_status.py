@@ -21,7 +21,7 @@ from actors.interfaces.action_msgs.srv import CancelGoal
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.unique_identifier_msgs.msg import UUID
-from actors.testing import Rig, VirtualLoop
+from tests.conformance import crossing
 from tests.conformance.checks.action_script import (
     COUNT,
     POLICIES,
@@ -34,6 +34,7 @@ from tests.conformance.checks.action_script import (
 )
 from tests.conformance.checks.action_seen import Seen
 from tests.conformance.checks.common import Case, Unsupported, Vector, each
+from tests.conformance.crossing import Stage
 
 STATUS: Final = Topic(GoalStatusArray, "/fibonacci/_action/status", qos.ACTION_STATUS)
 FEEDBACK: Final[Topic[Any]] = Topic(
@@ -57,7 +58,7 @@ PATIENCE: Final = 60.0
 class Run(Seen):
     """A script under way: the client's side, and what is seen from there."""
 
-    def __init__(self, script: Script, rig: Rig) -> None:
+    def __init__(self, script: Script, rig: Stage) -> None:
         self.script = script
         self.rig = rig
         self.statuses = rig.probe(STATUS)
@@ -73,8 +74,11 @@ class Run(Seen):
         self.counts: list[int] = []
         self.late_subscriber: bool | None = None
         self.default_timeout: float | None = None
+        self.begun_ns = 0
+        """The time of day at which the script begins: the stamps of its steps are counted from there."""
 
     async def steps(self) -> None:
+        self.begun_ns = self.rig.system.clock.wall_ns()
         await self.rig.advance(1.5)  # so that a stamp is not zero by chance
         if self.script.queued:
             await self._block()
@@ -86,7 +90,7 @@ class Run(Seen):
             for name in given.keys() - signature(act).parameters.keys() - {"async"}:
                 raise Unsupported(f"unsupported field {name!r} of the step {step['op']!r}")
             answer = await act(**given)
-            await self.rig.advance(PAUSE)
+            await self.rig.advance(PAUSE + crossing.delay())
             if "expect" in step:
                 await self.check_step(f"step {number} {step['op']}", answer, step["expect"])
         for _, result in self.results:
@@ -105,6 +109,7 @@ class Run(Seen):
         else:
             reply = await self.send(one.id, one.number)
             one.accepted, one.stamp = reply.accepted, reply.stamp
+        one.answered_at = self.rig.system.clock.stamp()
         self.accepted.append((one, bool(one.accepted)))
         if self.script.queued and one.accepted and one.gate is None:
             one.gate = self.script.gates[-1]
@@ -133,7 +138,9 @@ class Run(Seen):
     ) -> Vector:
         for one in self.script.goals.values():
             one.cancel_policy = known("cancel callback", cancel_callback, POLICIES)
-        self.canceled = await self._cancel(bytes(16) if goal is None else self.script.goal(goal).id, stamp_ns)
+        self.canceled = await self._cancel(
+            bytes(16) if goal is None else self.script.goal(goal).id, stamp_ns and stamp_ns + self.begun_ns
+        )
         return {"return_code": await self.seen_return_code(""), "goals_canceling": await self.seen_goals_canceling([])}
 
     async def op_get_result(self, goal: str, **more: bool) -> Vector:
@@ -189,6 +196,7 @@ class Run(Seen):
 
     async def op_new_status_subscription(self) -> bool:
         late = self.rig.probe(STATUS)
+        await self.rig.advance(crossing.delay())
         self.late_subscriber = late.last is not None and late.last == self.statuses.last
         return self.late_subscriber
 
@@ -225,12 +233,12 @@ class Run(Seen):
 async def play(vector: Vector) -> None:
     """Run one case from the server's start to its end, and compare."""
     script = Script(vector)
-    rig = Rig()
+    rig = crossing.rig()
     await rig.start(make_server(script))
     try:
         run = Run(script, rig)
         await run.steps()
-        await rig.advance(PAUSE)
+        await rig.advance(PAUSE + crossing.delay())
         if script.skip is not None:
             raise script.skip
         await run.check()
@@ -240,7 +248,7 @@ async def play(vector: Vector) -> None:
 
 
 def check(vector: Vector) -> None:
-    with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+    with crossing.runner() as runner:
         runner.run(play(vector))
 
 

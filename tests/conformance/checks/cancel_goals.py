@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from actors.actions.goals import NO_GOAL_ID, CancelCode, GoalEvent, GoalRecord, GoalTable
+from actors.interfaces.action_msgs.msg import GoalInfo
+from actors.interfaces.action_msgs.srv import CancelGoal
+from actors.interfaces.builtin_interfaces.msg import Time
+from actors.interfaces.unique_identifier_msgs.msg import UUID
+from tests.conformance import crossing
 from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, expected
 
 REFUSALS = ("cancel_callback_rejects",)
@@ -32,15 +37,33 @@ def _cancel(vector: Vector) -> None:
 
     request = given["request"]
     wanted = NO_GOAL_ID if request["goal_id"] is None else _goal_id(request["goal_id"])
-    outcome = table.cancel(wanted, request.get("stamp_ns", 0), agrees)
+    response = _asked(table, wanted, request.get("stamp_ns", 0), agrees)
+    canceling = [info.goal_id.uuid.tobytes() for info in response.goals_canceling]
     expected(
         vector["expect"],
-        return_code=outcome.code.name.lower(),
-        return_code_value=outcome.code.value,
-        goals_canceling=[_name(record) for record in outcome.goals],
+        return_code=CancelCode(response.return_code).name.lower(),
+        return_code_value=response.return_code,
+        goals_canceling=[goal.rstrip(b"\0").decode() for goal in canceling],
         selected_for_cancel_callback=asked,
     )
-    assert all(record.status.name == "CANCELING" for record in outcome.goals)
+    assert all(table.status_of(goal).name == "CANCELING" for goal in canceling)
+
+
+def _asked(table: GoalTable, wanted: bytes, stamp_ns: int, agrees: Callable[[GoalRecord], bool]) -> CancelGoal.Response:
+    """Ask for goals to be canceled as a client of the action does."""
+
+    def answer(request: CancelGoal.Request) -> CancelGoal.Response:
+        stamp = request.goal_info.stamp
+        outcome = table.cancel(
+            request.goal_info.goal_id.uuid.tobytes(), stamp.sec * 1_000_000_000 + stamp.nanosec, agrees
+        )
+        infos = [GoalInfo(goal_id=UUID(uuid=record.goal_id)) for record in outcome.goals]
+        return CancelGoal.Response(return_code=outcome.code.value, goals_canceling=infos)
+
+    stamp = Time(sec=stamp_ns // 1_000_000_000, nanosec=stamp_ns % 1_000_000_000)
+    info = GoalInfo(goal_id=UUID(uuid=wanted), stamp=stamp)
+    response: CancelGoal.Response = crossing.ask(CancelGoal, answer, CancelGoal.Request(goal_info=info))
+    return response
 
 
 def _bring_to(table: GoalTable, record: GoalRecord, state: str) -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
+from actors.interfaces.lifecycle_msgs.msg import Transition
+from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.lifecycle.machine import (
     STATES,
     TRANSITIONS,
@@ -16,6 +18,7 @@ from actors.lifecycle.machine import (
     LifecycleTransition,
     TransitionRefused,
 )
+from tests.conformance import crossing
 from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, expected, same, steps_of
 
 
@@ -105,6 +108,18 @@ def _constants() -> dict[str, int]:
     return named
 
 
+def _change(machine: LifecycleMachine, run: Callable[[LifecycleHook], HookResult], label: str, id: int) -> bool:
+    """Ask for a transition as a client of the node does."""
+
+    def answer(request: ChangeState.Request) -> ChangeState.Response:
+        return ChangeState.Response(success=machine.change(run, request.transition.label, request.transition.id))
+
+    response: ChangeState.Response = crossing.ask(
+        ChangeState, answer, ChangeState.Request(transition=Transition(id=id, label=label))
+    )
+    return response.success
+
+
 _HOOKS = {"on_configure", "on_cleanup", "on_activate", "on_deactivate", "on_shutdown", "on_error"}
 
 
@@ -128,7 +143,7 @@ def _change_state_sequence(vector: Vector) -> None:
         asked = (
             {"label": request} if isinstance(request, str) else {"id": request} if isinstance(request, int) else request
         )
-        success = machine.change(run, asked.get("label", ""), asked.get("id", 0))
+        success = _change(machine, run, asked.get("label", ""), asked.get("id", 0))
         responses.append({"request": request, "success": success, "state": machine.state.label})
     if "responses" in expect:
         for got, wanted in zip(responses, expect["responses"], strict=True):
@@ -140,7 +155,7 @@ def _change_state_request(vector: Vector) -> None:
     given, expect = vector["input"], vector["expect"]
     machine = _machine(given["state"])
     asked = given["transition"]
-    success = machine.change(lambda _: HookResult.SUCCESS, asked.get("label", ""), asked.get("id", 0))
+    success = _change(machine, lambda _: HookResult.SUCCESS, asked.get("label", ""), asked.get("id", 0))
     expected(expect, success=success, state=machine.state.label)
 
 

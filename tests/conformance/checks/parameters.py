@@ -31,6 +31,7 @@ from actors.parameters.messages import (
     to_parameter,
 )
 from actors.parameters.text import parse_parameter
+from tests.conformance import crossing
 from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, steps_of
 from tests.conformance.checks.parameter_forms import (
     behavior_of,
@@ -295,7 +296,7 @@ def _call(store: ParameterStore, name: str, request: dict[str, Any]) -> dict[str
     plain = dict(request)
     if "parameters" in plain:
         plain["parameters"] = tuple(to_parameter(parameter) for parameter in parameters_of(plain["parameters"]))
-    response = service.answer(store, service.type.Request(**plain))
+    response = crossing.ask(service.type, lambda asked: service.answer(store, asked), service.type.Request(**plain))
     match name:
         case "get_parameters":
             return {"values": [typed(from_value("", value)) for value in response.values]}

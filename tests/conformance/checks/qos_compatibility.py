@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 import warnings
 from collections.abc import Callable, Iterable
@@ -14,7 +13,7 @@ from pathlib import Path
 from actors import Node, QoS, Topic, qos
 from actors.interfaces.std_msgs.msg import String
 from actors.logs import LogRecord
-from actors.testing import Rig, VirtualLoop
+from tests.conformance import crossing
 from tests.conformance.checks.common import Case, Vector, by_kind, expected, raises, refused, same
 from tests.conformance.checks.qos_events import event_sequence
 from tests.conformance.checks.qos_forms import POLICIES, arguments, endpoint
@@ -113,30 +112,27 @@ CHATTER = Topic(String, "/chatter")
 
 async def meet(offered: QoS, requested: QoS) -> tuple[list[str], list[LogRecord]]:
     """What a subscription receives that comes between an old and a new message, and what both nodes say about it."""
-    nodes: dict[str, Node] = {}
 
-    class Talker(Node):
-        async def on_start(self) -> None:
-            nodes["talker"] = self
+    class Talker(Node): ...
 
-    class Listener(Node):
-        async def on_start(self) -> None:
-            nodes["listener"] = self
+    class Listener(Node): ...
 
-    rig = Rig()
-    await rig.start(Talker, Listener)
-    publisher = nodes["talker"].publisher(CHATTER, qos=offered)
+    meeting = await crossing.meet(Talker, Listener)
+    publisher = meeting.server.publisher(CHATTER, qos=offered)
     publisher.publish(OLD)
-    stream = nodes["listener"].subscribe(CHATTER, qos=requested)
+    await meeting.settle()
+    stream = meeting.client.subscribe(CHATTER, qos=requested)
+    await meeting.settle()
     publisher.publish(NEW)
+    await meeting.settle()
     received = [(await stream.next(timeout=1.0)).data for _ in range(stream.received)]
-    said = list(rig.logs)
-    await rig.close()
+    said = list(meeting.stage.logs)
+    await meeting.stage.close()
     return received, said
 
 
 def have_met(offered: QoS, requested: QoS) -> tuple[list[str], list[LogRecord]]:
-    with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+    with crossing.runner() as runner:
         return runner.run(meet(offered, requested))
 
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.time.ros_clock import RosClock, TimerCanceled, TimerGrid
+from actors.time.values import stamp_of
+from tests.conformance import crossing
 from tests.conformance.checks.common import Case, Unsupported, Vector, by_kind, expected, raises, refused, steps_of
 
 
@@ -19,7 +22,8 @@ def sim_timer(vector: Vector) -> None:
         expect = step.get("expect", {})
         match step["op"]:
             case "set":
-                clock.set(step["to"])
+                stamp = crossing.tell(Clock(clock=stamp_of(step["to"]))).clock
+                clock.set(stamp.sec * 1_000_000_000 + stamp.nanosec)
             case "cancel":
                 timer.cancel()
             case "reset":

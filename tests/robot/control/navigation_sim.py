@@ -65,7 +65,7 @@ def body_clearance(scene: Scene, pose: Pose2) -> float:
 
 
 @dataclass
-class Walker:
+class VelocityPlant:
     """The simulated body. `scene` may be replaced at any time, to drop a box or to move one."""
 
     scene: Scene
@@ -127,9 +127,9 @@ class Record:
 
 def walk(
     navigator: Navigator,
-    walker: Walker,
+    walker: VelocityPlant,
     limit: float = 120.0,
-    hook: Callable[[Walker, Motion], None] | None = None,
+    hook: Callable[[VelocityPlant, Motion], None] | None = None,
     period: float = 0.05,
 ) -> Record:
     """Run control at 20 Hz with a scan at 10 Hz until the goal's end, or `limit` seconds."""

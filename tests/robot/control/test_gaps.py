@@ -18,7 +18,7 @@ from robot.geometry.planar import Pose2
 from robot.planning.grid import Grid
 from robot.planning.planner import Planner
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
-from tests.robot.control.navigation_sim import Walker, body_clearance, walk
+from tests.robot.control.navigation_sim import VelocityPlant, body_clearance, walk
 
 
 def bend(width: float) -> Scene:
@@ -61,7 +61,7 @@ def test_where_the_body_cannot_turn_there_are_no_poses() -> None:
 
 def test_the_bend_is_walked_without_contact() -> None:
     scene = bend(1.0)
-    navigator, walker = Navigator(Grid.from_scene(scene)), Walker(scene, scene.start, seed=1)
+    navigator, walker = Navigator(Grid.from_scene(scene)), VelocityPlant(scene, scene.start, seed=1)
     navigator.set_goal(scene.dock, walker.pose)
     record = walk(navigator, walker)
     assert record.motion.state is State.ARRIVED
@@ -74,7 +74,7 @@ def test_a_bend_too_narrow_for_the_body_is_left_for_a_longer_way() -> None:
     # and walk round the block inside the bend.
     obstacles = (Box(2.0, -0.83, 16.0, 1.0), Box(0.585, 1.33, 4.17, 2.0), Box(3.83, 1.5, 1.0, 4.0))
     scene = Scene("choice", (-5.0, -1.5, 6.0, 5.5), obstacles, Pose2(1.9, 0.0), Pose2(3.0, 4.2, math.pi / 2))
-    navigator, walker = Navigator(Grid.from_scene(scene)), Walker(scene, scene.start, seed=2)
+    navigator, walker = Navigator(Grid.from_scene(scene)), VelocityPlant(scene, scene.start, seed=2)
     navigator.set_goal(scene.dock, walker.pose)
     assert navigator.path is not None
     assert navigator.path.length < 6.0
@@ -96,7 +96,7 @@ def test_an_unknown_field_of_posts_is_crossed_by_lidar_alone() -> None:
     floor = (-2.4, -2.0, 2.4, 10.0)
     scene = Scene("posts", floor, (*walls, *posts), Pose2(0.0, -0.5, math.pi / 2), Pose2(0.0, 9.0, math.pi / 2))
     empty = replace(scene, obstacles=())
-    navigator, walker = Navigator(Grid.from_scene(empty)), Walker(scene, scene.start, seed=3)
+    navigator, walker = Navigator(Grid.from_scene(empty)), VelocityPlant(scene, scene.start, seed=3)
     navigator.set_goal(scene.dock, walker.pose)
     record = walk(navigator, walker)
     assert record.motion.state is State.ARRIVED

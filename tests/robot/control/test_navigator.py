@@ -30,12 +30,12 @@ from robot.planning.path import Path
 from robot.planning.planner import Planner
 from robot.scenes.scene import Box, Cylinder, Scene
 from robot.scenes.worlds import get_world
-from tests.robot.control.navigation_sim import Walker, body_clearance, random_scene, walk
+from tests.robot.control.navigation_sim import VelocityPlant, body_clearance, random_scene, walk
 from tests.robot.stage import floor
 
 
-def ready(scene: Scene, start: Pose2 | None = None, seed: int = 0) -> tuple[Navigator, Walker]:
-    return Navigator(Grid.from_scene(scene)), Walker(scene, start or scene.start, seed=seed)
+def ready(scene: Scene, start: Pose2 | None = None, seed: int = 0) -> tuple[Navigator, VelocityPlant]:
+    return Navigator(Grid.from_scene(scene)), VelocityPlant(scene, start or scene.start, seed=seed)
 
 
 # --- planning ----------------------------------------------------------------------------------------------------------
@@ -192,7 +192,7 @@ def test_random_goals_among_random_obstacles_are_reached_without_contact(density
 
 def test_no_command_ever_leaves_the_limits() -> None:
     scene, limits = get_world("pillars"), Limits(vx_max=0.5, vy_max=0.1, wz_max=0.6)
-    navigator, walker = Navigator(Grid.from_scene(scene), limits), Walker(scene, scene.start)
+    navigator, walker = Navigator(Grid.from_scene(scene), limits), VelocityPlant(scene, scene.start)
     commands: list[Motion] = []
     navigator.set_goal(scene.patrol[0], walker.pose)
     record = walk(navigator, walker, hook=lambda _, motion: commands.append(motion))
@@ -284,7 +284,7 @@ def test_a_box_dropped_on_the_path_is_walked_around() -> None:
     navigator.set_goal(scene.patrol[0], walker.pose)
     first = navigator.path
 
-    def drop(walker: Walker, motion: Motion) -> None:
+    def drop(walker: VelocityPlant, motion: Motion) -> None:
         if walker.pose.x > 2.0 and walker.scene is scene:
             walker.drop(Box(5.0, 0.5, 0.5, 0.5))
 
@@ -309,7 +309,7 @@ def test_when_an_aisle_is_closed_another_one_is_taken() -> None:
 def closing(scene: Scene, opens_after: float = math.inf) -> object:
     closed_at: list[float] = []
 
-    def hook(walker: Walker, motion: Motion) -> None:
+    def hook(walker: VelocityPlant, motion: Motion) -> None:
         if not closed_at and walker.pose.x > 2.0:
             closed_at.append(walker.time)
             walker.drop(Box(6.0, 0.0, 0.4, 1.6))
@@ -397,7 +397,7 @@ def test_something_crossing_at_half_a_meter_per_second_is_never_touched(seed: in
     when += 1.0 + (where + 4.0) / 0.8
     way, radius = rng.uniform(math.pi / 4, 3 * math.pi / 4) * rng.choice([-1.0, 1.0]), rng.uniform(0.2, 0.35)
 
-    def cross(walker: Walker, motion: Motion) -> None:
+    def cross(walker: VelocityPlant, motion: Motion) -> None:
         gone = 0.5 * (walker.time - when)
         mover = Cylinder(where + gone * math.cos(way), gone * math.sin(way), radius)
         walker.scene = dataclasses.replace(scene, obstacles=(mover,))

@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robot.control.motion import State
-from robot.control.unmapped import SHEET, WALKING, unmapped_grid, unmapped_navigator
+from robot.control.unmapped import SHEET, WALKING, Tuning, unmapped_grid, unmapped_navigator
 from robot.geometry.planar import Pose2
 from robot.model.footprint import Footprint
+from robot.planning.planner import Margins
 
 poses = st.builds(Pose2, st.floats(-20.0, 20.0), st.floats(-20.0, 20.0), st.floats(-3.0, 3.0))
 
@@ -50,15 +51,16 @@ def test_it_may_go_faster_than_a_robot_that_knows_its_way() -> None:
 
 
 @pytest.mark.parametrize(
-    ("footprint", "least"), [(WALKING, 0.23 + 0.03), (SHEET, 0.25 + 0.01), (Footprint(1.0, 0.6), 0.31)]
+    ("tuning", "least"),
+    [(WALKING, 0.23 + 0.03), (SHEET, 0.25 + 0.01), (Tuning(Footprint(1.0, 0.6), Margins(tight=0.01)), 0.31)],
 )
-def test_it_plans_no_nearer_to_things_than_its_outline_and_a_margin(footprint: Footprint, least: float) -> None:
-    planner = unmapped_navigator(Pose2(0.0, 0.0), Pose2(3.0, 0.0), 1.0, footprint).planner
+def test_it_plans_no_nearer_to_things_than_its_outline_and_a_margin(tuning: Tuning, least: float) -> None:
+    planner = unmapped_navigator(Pose2(0.0, 0.0), Pose2(3.0, 0.0), 1.0, tuning).planner
     assert planner.tightest == pytest.approx(least, abs=0.011)
 
 
 def test_the_walking_robot_reaches_farther_back_than_ahead() -> None:
-    outline = WALKING.outline
+    outline = WALKING.footprint.outline
     assert outline[:, 0].max() == pytest.approx(0.47)
     assert outline[:, 0].min() == pytest.approx(-0.63)
     assert abs(outline[:, 1]).max() == pytest.approx(0.23)

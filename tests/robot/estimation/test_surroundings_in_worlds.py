@@ -14,13 +14,13 @@ from robot.planning.grid import Grid
 from robot.scenes.scene import Box
 from robot.scenes.worlds import get_world
 from robot.sim.rays import cast
-from tests.robot.control.navigation_sim import Walker
+from tests.robot.control.navigation_sim import VelocityPlant
 
 
 def test_what_the_map_knows_is_not_marked() -> None:
     scene = get_world("warehouse")
     around = Surroundings(Grid.from_scene(scene))
-    walker = Walker(scene, scene.start)
+    walker = VelocityPlant(scene, scene.start)
     for tick in range(20):
         around.integrate_scan(0.1 * tick, walker.estimate(), walker.scan())
     assert not around.marked.any()
@@ -29,7 +29,7 @@ def test_what_the_map_knows_is_not_marked() -> None:
 def test_a_new_box_is_marked_where_it_stands_and_forgotten_when_it_is_gone() -> None:
     scene = get_world("warehouse")
     around = Surroundings(Grid.from_scene(scene))
-    walker = Walker(scene, scene.start)
+    walker = VelocityPlant(scene, scene.start)
     walker.drop(Box(2.0, 0.5, 0.4, 0.4))
     around.integrate_scan(0.0, walker.pose, walker.scan())
     rows, columns = np.nonzero(around.marked)
@@ -47,7 +47,7 @@ def test_a_new_box_is_marked_where_it_stands_and_forgotten_when_it_is_gone() -> 
 def test_distances_serve_on_near_their_middle_until_a_mark_changes() -> None:
     scene = get_world("empty")
     around = Surroundings(Grid.from_scene(scene))
-    walker = Walker(scene, Pose2(0, 0))
+    walker = VelocityPlant(scene, Pose2(0, 0))
     first = around.local_field(walker.pose)
     assert around.local_field(Pose2(0.9, 0.0), first).fine is first.fine
     assert around.local_field(Pose2(1.1, 0.0), first).fine is not first.fine
@@ -63,7 +63,7 @@ def test_distances_serve_on_near_their_middle_until_a_mark_changes() -> None:
 def test_a_mark_out_of_sight_is_kept_for_its_memory_only() -> None:
     scene = get_world("empty")
     around = Surroundings(Grid.from_scene(scene), memory=5.0)
-    walker = Walker(scene, Pose2(0, 0))
+    walker = VelocityPlant(scene, Pose2(0, 0))
     walker.drop(Box(2.0, 0.0, 0.4, 0.4))
     around.integrate_scan(0.0, walker.pose, walker.scan())
     assert around.marked.any()

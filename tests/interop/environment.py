@@ -1,0 +1,43 @@
+"""The Python environment of the programs that we did not write, made once and kept outside the repository."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+__all__ = ["NotHere", "foreign_python"]
+
+REQUIREMENTS: Final = ("zenoh-ros2-sdk==0.1.8", "pyzeros==0.1.0", "eclipse-zenoh==1.10.2")
+FOLDER: Final = "ROBACTOR_INTEROP"
+"""The environment variable that names where environments are kept."""
+
+
+class NotHere(Exception):
+    """The environment cannot be made; the text says why."""
+
+
+@cache
+def foreign_python() -> Path:
+    """The interpreter of an environment with `REQUIREMENTS`, and nothing of ours. Raises NotHere."""
+    kept = Path(os.environ.get(FOLDER, "") or Path.home() / ".cache" / "robactor-interop")
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    name = hashlib.sha256("\n".join(REQUIREMENTS).encode()).hexdigest()[:12]
+    folder = kept / f"{version}-{name}"
+    python, ready = folder / "bin" / "python", folder / "ready"
+    if not ready.exists():
+        _run(sys.executable, "-m", "venv", "--clear", str(folder))
+        _run(str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *REQUIREMENTS)
+        ready.touch()
+    return python
+
+
+def _run(*command: str) -> None:
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        said = (done.stderr.strip() or done.stdout.strip()).splitlines() or ["it said nothing"]
+        raise NotHere(f"{' '.join(command[1:4])}: {said[-1]}")

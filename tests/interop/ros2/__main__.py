@@ -1,0 +1,80 @@
+"""``python -m tests.interop.ros2 [PART ...]``: what works with the ROS 2 of this shell, as a table; with PARTs, the checks whose names have one.
+
+Exit code 0 if no check has failed, 1 if one has, 77 if there is no ROS 2 with `rmw_zenoh_cpp`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import os
+import sys
+import time
+import traceback
+
+from actors import Child
+from tests.interop.ros2 import services, tools, topics
+from tests.interop.ros2.bench import Bench, Check, NoRos, Ros, bench, find_ros
+
+SKIPPED = 77
+
+
+def chosen(parts: list[str]) -> list[tuple[str, Check]]:
+    every = [*topics.checks(), *services.checks(), *tools.checks()]
+    return [(name, check) for name, check in every if not parts or any(part in name for part in parts)]
+
+
+async def one(name: str, check: Check, at: Bench, verbose: bool) -> bool:
+    began = time.monotonic()
+    try:
+        await check(at)
+    except Exception as error:
+        text = (str(error).strip() or type(error).__name__).splitlines()
+        verdict, why = "FAILED", f"{type(error).__name__}: {text[0]}"
+        if verbose:
+            traceback.print_exc()
+    else:
+        verdict, why = "passed", ""
+    print(f"{verdict:7} {time.monotonic() - began:6.1f} s  {name}{': ' + why if why else ''}", flush=True)
+    return not why
+
+
+async def every(ros: Ros, checks: list[tuple[str, Check]], verbose: bool, with_router: bool) -> int:
+    nodes = (
+        Child(services.Counter, name="counter", namespace="/ours"),
+        Child(tools.Talker, name="talker", namespace="/ours"),
+        Child(tools.Ticker, name="ticker", namespace="/ours"),
+    )
+    async with bench(ros, *nodes, with_router=with_router) as at:
+        failed = [name for name, check in checks if not await one(name, check, at, verbose)]
+    print(f"{len(checks) - len(failed)} passed, {len(failed)} failed")
+    if at.unclosed:
+        print(f"{at.unclosed} times ros2 did its work, but its Zenoh could not close the session within 10 s")
+    for name in failed:
+        print(f"  FAILED  {name}")
+    return bool(failed)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.interop.ros2", description=__doc__)
+    parser.add_argument("part", nargs="*", help="only checks whose name contains it")
+    parser.add_argument("--list", action="store_true", help="the names of the checks")
+    parser.add_argument("--router", action="store_true", help="all meet at ROS 2's own router, which is started first")
+    parser.add_argument("-v", "--verbose", action="store_true", help="the traceback of each failure")
+    options = parser.parse_args()
+    checks = chosen(options.part)
+    if options.list:
+        print("\n".join(name for name, _ in checks))
+        return 0
+    try:
+        ros = find_ros()
+    except NoRos as missing:
+        print(f"{len(checks)} skipped: {missing}")
+        return SKIPPED
+    os.environ["ROS_DOMAIN_ID"] = "0"  # ours and theirs meet at ports of their own, in the domain of the bench
+    print(f"ROS 2 {os.environ.get('ROS_DISTRO', '(ROS_DISTRO is not set)')}, {ros.command}")
+    return asyncio.run(every(ros, checks, options.verbose, options.router))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,168 @@
+"""What a check works with: a system of ours, programs of ROS 2, and the command ``ros2``, all at one port of the loopback interface."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import shutil
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeAlias
+
+from actors import Child
+from tests.actors.transport.zenoh.wires import free_port
+from tests.interop.parties import PATIENCE, Ours, Program, our_system
+
+__all__ = ["Bench", "Check", "NoRos", "Ros", "bench", "find_ros"]
+
+
+class NoRos(Exception):
+    """There is no ROS 2 here; the text says what is missing."""
+
+
+@dataclass(frozen=True)
+class Ros:
+    """An installed ROS 2, whose environment this process has."""
+
+    command: str
+    """The path of ``ros2``."""
+    python: str
+    """The interpreter that has rclpy."""
+    router: str
+    """The path of ``rmw_zenohd``."""
+
+
+def find_ros() -> Ros:
+    """The ROS 2 of AMENT_PREFIX_PATH. ROBACTOR_ROS2_PYTHON names its interpreter, if that of ``ros2`` is not it. Raises NoRos."""
+    folders = [Path(folder) for folder in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if folder]
+    if not folders:
+        raise NoRos("AMENT_PREFIX_PATH is not set: source /opt/ros/DISTRO/setup.bash first")
+    command = shutil.which("ros2")
+    if command is None:
+        raise NoRos("there is no command ros2 on PATH: install ros2cli")
+    routers = [found for folder in folders if (found := folder / "lib" / "rmw_zenoh_cpp" / "rmw_zenohd").exists()]
+    if not routers:
+        raise NoRos("rmw_zenoh_cpp is not installed: install ros-DISTRO-rmw-zenoh-cpp")
+    first = Path(command).read_text(encoding="utf-8", errors="replace").splitlines()[0]
+    own = first.removeprefix("#!").split()[-1]
+    python = os.environ.get("ROBACTOR_ROS2_PYTHON") or (shutil.which(own) or "/usr/bin/python3")
+    return Ros(command, python, str(routers[0]))
+
+
+@dataclass
+class Bench:
+    ros: Ros
+    ours: Ours
+    environment: dict[str, str]
+    unclosed: int = 0
+    """How often ``ros2`` could not close its session."""
+    _programs: dict[str, Program] = field(default_factory=dict[str, Program])
+
+    async def peer(self, name: str = "peer", *more: str) -> Program:
+        """A node ``/ros/NAME`` of rclpy in a process of its own; the same one for the same name."""
+        if name not in self._programs:
+            start = Program.start(self.ros.python, "with_rclpy", name, *more, **self.environment)
+            self._programs[name] = await start
+        return self._programs[name]
+
+    async def run(self, *arguments: str, seconds: float = PATIENCE, enough: str = "") -> str:
+        """What ``ros2 ARGUMENTS`` writes. With `enough`, it is ended as soon as it has written that. Raises AssertionError if it fails."""
+        process = await asyncio.create_subprocess_exec(
+            self.ros.python, self.ros.command, *arguments,
+            stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT, env={**os.environ, **self.environment},
+        )  # fmt: skip
+        assert process.stdout is not None
+        text = ""
+        try:
+            async with asyncio.timeout(seconds):
+                async for line in process.stdout:
+                    text += line.decode()
+                    if enough and enough in text:
+                        return text
+                code = await process.wait()
+        except TimeoutError:
+            raise AssertionError(f"ros2 {' '.join(arguments)}: still running after {seconds:g} s\n{text}") from None
+        finally:
+            if process.returncode is None:
+                process.kill()
+                await process.wait()
+        if code == 1 and "Failed to close the session" in text and not enough:
+            self.unclosed += 1  # it has done what it should; its Zenoh session gave up closing after 10 s
+            return text
+        assert code == 0 and not enough, f"ros2 {' '.join(arguments)}: exit code {code}\n{text}"
+        return text
+
+    async def shows(self, *arguments: str, parts: tuple[str, ...]) -> str:
+        """What ``ros2 ARGUMENTS`` writes, as soon as it contains all of `parts`; it is asked several times, as discovery takes a moment."""
+        for _ in range(3):
+            text = await self.run(*arguments)
+            missing = [part for part in parts if part not in text]
+            if not missing:
+                return text
+        raise AssertionError(f"ros2 {' '.join(arguments)} does not show {missing}:\n{text}")
+
+    async def with_daemon(self, *arguments: str, parts: tuple[str, ...]) -> str:
+        """As `shows`, for a command that cannot look for nodes itself long enough, but asks the daemon of ROS 2."""
+        await self.run("daemon", "stop")
+        await self.run("daemon", "start")
+        try:
+            return await self.shows(*arguments, parts=parts)
+        finally:
+            await self.run("daemon", "stop")
+
+    async def end(self) -> None:
+        for program in self._programs.values():
+            await program.end()
+
+
+Check: TypeAlias = Callable[[Bench], Awaitable[None]]
+
+
+@asynccontextmanager
+async def bench(ros: Ros, *nodes: Child, with_router: bool = False) -> AsyncIterator[Bench]:
+    """A bench with a system of ours that has these nodes, besides ``/ours/robot``. Nothing of the user's own network is touched.
+
+    All meet at our gossip point, or, `with_router`, at the router of ROS 2.
+    """
+    port = free_port()
+    environment = {
+        "RMW_IMPLEMENTATION": "rmw_zenoh_cpp",
+        "ZENOH_CONFIG_OVERRIDE": f'connect/endpoints=["tcp/127.0.0.1:{port}"];listen/endpoints=["tcp/127.0.0.1:0"]',
+        "ROS_DOMAIN_ID": "0",
+        "RUST_LOG": "off",
+        "PYTHONUNBUFFERED": "1",
+    }
+    async with AsyncExitStack() as stack:
+        if with_router:
+            await stack.enter_async_context(_router(ros, port))
+        ours = await stack.enter_async_context(our_system(port, *nodes))
+        one = Bench(ros, ours, environment)
+        stack.push_async_callback(one.end)
+        yield one
+
+
+@asynccontextmanager
+async def _router(ros: Ros, port: int) -> AsyncIterator[None]:
+    own = {"ZENOH_CONFIG_OVERRIDE": f'listen/endpoints=["tcp/127.0.0.1:{port}"]', "RUST_LOG": "off"}
+    process = await asyncio.create_subprocess_exec(
+        ros.router, stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.DEVNULL, env={**os.environ, **own}
+    )
+    try:
+        while not await _listens(port):
+            assert process.returncode is None, "rmw_zenohd has ended"
+        yield
+    finally:
+        process.kill()
+        await process.wait()
+
+
+async def _listens(port: int) -> bool:
+    try:
+        _, writer = await asyncio.open_connection("127.0.0.1", port)
+    except OSError:
+        await asyncio.sleep(0.1)
+        return False
+    writer.close()
+    return True
