@@ -1,6 +1,5 @@
 """What all tests share: the virtual clock and the `rig` of `actors.testing`, also where the package is not installed."""
 
-import os
 import signal
 
 pytest_plugins = ["actors.testing.plugin", "pytester"]
@@ -11,9 +10,6 @@ settings.register_profile("repeatable", derandomize=True)
 settings.register_profile("explore", derandomize=False, max_examples=1000)
 # The suite run twice gives the same result; pytest --hypothesis-profile=explore looks further.
 settings.load_profile("repeatable")
-
-# Programs that tests start keep to themselves, unless the test is about other processes: then it gives them a meeting point of their own.
-os.environ["RMW_IMPLEMENTATION"] = "in_process"
 
 # A shell's background job ignores the interrupt key; a program that is tested does not.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

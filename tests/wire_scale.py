@@ -16,9 +16,8 @@ import sys
 import time
 from typing import Any
 
-from actors.interfaces.rihs import type_hash
-
 from actors import Child, Node, run
+from actors.interfaces.hashes import type_hash
 from actors.interfaces.std_msgs.msg import String
 from actors.qos import DEFAULT
 from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken, write_token
