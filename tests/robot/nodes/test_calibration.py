@@ -17,9 +17,9 @@ from robot.contracts import CALIBRATE_SENSOR, CMD_VEL, IMU, IMU_CALIBRATION, STA
 from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 from robot.nodes.calibration import Calibration
 from robot.nodes.proprioception import Proprioception
+from robot.run.choice import only
 from robot.scenes.worlds import get_world
 from robot.sim.kinematic import KinematicBody
-from robot.tree import only
 from tests.robot.stage import done, robot_around, twist
 
 T = TypeVar("T")

@@ -29,9 +29,9 @@ from robot.hardware.body import JOINT_NAMES, Body, ImuSample, JointSample
 from robot.interfaces.robactor_msgs.msg import FootContacts, GaitStatus
 from robot.model.parameters import GRAVITY
 from robot.nodes.gait import Gait
+from robot.run.choice import only
 from robot.sim.physics import PhysicsBody
 from robot.testing import FLAT
-from robot.tree import only
 from tests.robot.stage import floor, said, twist
 
 DELAY = 0.008

@@ -50,9 +50,9 @@ from robot.nodes.navigation import Navigation
 from robot.nodes.patrol import Patrol
 from robot.nodes.safety import SafetyMonitor
 from robot.planning.grid import Grid
+from robot.run.choice import only
 from robot.scenes.dock import BEFORE
 from robot.scenes.scene import Box
-from robot.tree import only
 from tests.robot.stage import (
     apart,
     drop,

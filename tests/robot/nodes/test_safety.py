@@ -52,8 +52,8 @@ from robot.interfaces.tutorials.humanoid_control_interfaces.action import Naviga
 from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 from robot.nodes.safety import SafetyMonitor
 from robot.nodes.teleop import RobotController
+from robot.run.choice import only
 from robot.scenes.worlds import get_world
-from robot.tree import only
 from tests.robot.stage import ahead, robot, robot_around, twist, without
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from actors import Child
 from actors.testing import Rig
+from robot.run.choice import only
 from robot.sim.kinematic import KinematicBody
-from robot.tree import only
 from tests.robot.run.test_run import KINEMATIC, robot, run
 from tests.robot.stage import KITCHEN, robot_around
 
