@@ -8,7 +8,13 @@ from typing import Any
 import pytest
 
 from actors.errors import CallCycle, NodeRestarting, NotRunning, ServiceFailed
-from actors.transport.format.attachments import ATTACHMENT_SIZE, Attachment, parse_attachment, write_attachment
+from actors.transport.format.attachments import (
+    ATTACHMENT_SIZE,
+    Attachment,
+    attachment_writer,
+    parse_attachment,
+    write_attachment,
+)
 from actors.transport.format.buffers import (
     Backend,
     BufferKey,
@@ -47,6 +53,14 @@ def test_an_attachment_of_ros_has_33_bytes() -> None:
 
     assert written.hex() == "010000000000000000002a36fe9c971710000102030405060708090a0b0c0d0e0f"
     assert len(written) == ATTACHMENT_SIZE == 33
+
+
+def test_the_attachments_of_one_publisher_are_written_as_single_ones_are() -> None:
+    write = attachment_writer(GID)
+
+    assert write(7, 1_700_000_000_000_000_000) == write_attachment(Attachment(7, 1_700_000_000_000_000_000, GID))
+    with pytest.raises(WireFormatError, match="it has 16 bytes"):
+        attachment_writer(GID[:-1])
 
 
 def test_an_extension_stands_behind_the_33_bytes_and_changes_none_of_them() -> None:

@@ -1,0 +1,43 @@
+"""The environment variables of ROS 2 choose the transport and the domain."""
+
+from __future__ import annotations
+
+import pytest
+
+from actors.transport import WireUnavailable
+from actors.transport.environment import domain_from_environment, transport_from_environment
+from actors.transport.zenoh import ZenohTransport
+
+
+@pytest.mark.parametrize("value", ["", "rmw_zenoh_cpp"])
+def test_unset_or_named_it_is_zenoh(value: str) -> None:
+    assert isinstance(transport_from_environment({"RMW_IMPLEMENTATION": value}), ZenohTransport)
+
+
+def test_in_process_means_no_other_process_and_no_endpoint() -> None:
+    alone = {"RMW_IMPLEMENTATION": "in_process"}
+    assert transport_from_environment(alone) is None
+    with pytest.raises(WireUnavailable, match="in_process, which neither listens nor connects: unset it"):
+        transport_from_environment(alone, connect=("tcp/10.0.0.1:7447",))
+
+
+def test_another_implementation_is_refused_with_the_nearest_name() -> None:
+    with pytest.raises(WireUnavailable) as refused:
+        transport_from_environment({"RMW_IMPLEMENTATION": "rmw_zenoh"})
+    assert str(refused.value) == (
+        "RMW_IMPLEMENTATION is rmw_zenoh: this library speaks rmw_zenoh_cpp, the default, or stays in_process; "
+        "did you mean 'rmw_zenoh_cpp'?"
+    )
+
+
+@pytest.mark.parametrize("value", ["233", "-1", "home", "٣"])
+def test_a_domain_that_is_none_is_refused_before_anything_starts(value: str) -> None:
+    with pytest.raises(WireUnavailable, match="a domain is a number from 0 to 232"):
+        transport_from_environment({"ROS_DOMAIN_ID": value})
+    with pytest.raises(ValueError, match="a domain is a number from 0 to 232"):
+        domain_from_environment({"ROS_DOMAIN_ID": value})
+
+
+def test_the_domain_is_0_unless_it_is_given() -> None:
+    assert [domain_from_environment({"ROS_DOMAIN_ID": value}) for value in ("", "0", "232")] == [0, 0, 232]
+    assert domain_from_environment({}) == 0
