@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import tempfile
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from itertools import count
@@ -55,6 +56,7 @@ class Program:
         process = await asyncio.create_subprocess_exec(
             str(python), str(_PROGRAMS / f"{name}.py"), *map(str, arguments),
             stdin=pipe, stdout=pipe, env={**os.environ, **environment}, limit=2**24,
+            cwd=tempfile.gettempdir(),  # some keep what they have compiled where they are started
         )  # fmt: skip
         program = cls(process, name)
         await program.until("ready")
