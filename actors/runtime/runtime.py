@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from random import Random
 from threading import get_ident
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from actors.graph.graph import Graph
 from actors.logs import structlog_sink
@@ -97,7 +97,7 @@ class Runtime:
 
         To be called once, before the first node starts.
         """
-        self.openings = tuple(self.loop.create_task(opening()) for opening in self.observers.opening)
+        self.openings = tuple(self.loop.create_task(self._begin(opening)) for opening in self.observers.opening)
         if not self.clock.virtual:
             preload(structlog=structlog_sink in self.observers.sinks)
             self.stalls = StallWatch(self)
@@ -119,6 +119,12 @@ class Runtime:
         """Wait until all that runs beside the start has ended."""
         if self.openings:
             await asyncio.wait(self.openings)
+
+    async def _begin(self, opening: Callable[[], Coroutine[Any, Any, None]]) -> None:
+        try:
+            await opening()
+        except Exception:
+            self.log.exception("what begins beside the start has failed; the system runs without it")
 
     async def leave(self) -> None:
         """End what was begun beside the start, after `close`."""

@@ -13,8 +13,9 @@ from actors.transport.protocol import WireUnavailable
 __all__ = ["cannot_listen", "direct", "import_ext", "import_zenoh", "one_line"]
 
 _RUNTIME: Final = "ZENOH_RUNTIME"
-_FEW_THREADS: Final = "(rx: (worker_threads: 1), net: (handover: app), acc: (handover: app), tx: (handover: app))"
-"""As few threads as a robot's process can do with. Receiving keeps its own thread, because a full KEEP_ALL queue makes it wait."""
+_FEW_THREADS: Final = "(rx: (worker_threads: 1), tx: (worker_threads: 1), net: (handover: app), acc: (handover: app))"
+"""As few threads as a robot's process can do with. Receiving keeps its own thread, because a full KEEP_ALL queue makes it wait. So does
+sending: a new link begins with everything that is declared, and the thread that puts it into the link's queue waits while that is full."""
 
 _CAUSES: Final = {
     "Address already in use": "another process listens there; choose another port",

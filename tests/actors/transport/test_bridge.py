@@ -90,6 +90,21 @@ async def test_a_transport_that_cannot_be_opened_is_one_line_and_the_tree_runs_a
     assert (line.level, line.fields) == (40, {"because": "port 7447 is in use: end the program that uses it"})
 
 
+async def test_a_transport_that_raises_what_it_must_not_is_one_line_with_the_place_and_the_tree_runs_alone(
+    rig: Rig,
+) -> None:
+    class Faulty(End):
+        async def open(self, *_: object) -> None:
+            raise RuntimeError("a mistake")
+
+    await rig.start(Talker, Listener, transport=Faulty(Network(), "faulty"))
+    rig.node(Talker).out(number(1))
+
+    assert (await rig.node(Listener).numbers.next()).data == 1
+    (line,) = events(rig.logs, "what begins beside the start has failed; the system runs without it")
+    assert (line.level, line.fields["error"]) == (40, "RuntimeError: a mistake")
+
+
 async def test_a_tree_that_fails_to_start_closes_the_transport() -> None:
     class Broken(Node):
         async def on_start(self) -> None:

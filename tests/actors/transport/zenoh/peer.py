@@ -1,6 +1,6 @@
 """A process with a transport, for tests that end it: ``python -m tests.actors.transport.zenoh.peer PORT NAME``.
 
-It writes what it is told as lines of JSON, and does what it reads: ``hang SECONDS``, ``threads``, ``sockets``, ``close``, ``leave``.
+It writes what it is told as lines of JSON, and does what it reads: ``announce NUMBER``, ``hang SECONDS``, ``threads``, ``sockets``, ``close``, ``leave``.
 """
 
 from __future__ import annotations
@@ -48,6 +48,11 @@ def sockets() -> int:
     return number
 
 
+def long_token(session: str, number: int) -> str:
+    """A token of 250 bytes, as those of endpoints are."""
+    return f"@ros2_lv/7/{session}/1/{number}/NN/%/%/".ljust(250, "n")
+
+
 async def main(port: int, name: str) -> None:
     loop = asyncio.get_running_loop()
     transport = ZenohTransport(ZenohConfig(gossip_port=port))
@@ -68,6 +73,10 @@ async def main(port: int, name: str) -> None:
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
     while line := (await reader.readline()).decode().split():
         match line:
+            case ["announce", count]:
+                for number in range(int(count)):
+                    transport.announce(long_token(transport.session, number))
+                say("announced")
             case ["hang", seconds]:
                 time.sleep(float(seconds))  # noqa: ASYNC251  # the loop is to hang
             case ["threads"]:

@@ -17,6 +17,7 @@ import pytest
 from actors.transport.protocol import NoAnswer
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.transport.contract.parties import Changes, Happened, Party
+from tests.actors.transport.zenoh.peer import long_token
 from tests.actors.transport.zenoh.wires import free_port
 
 pytestmark = pytest.mark.realtime
@@ -247,6 +248,22 @@ async def test_a_process_with_the_endpoints_of_21_nodes_has_at_most_8_threads(st
 
     print("threads:", numbers)
     assert max(numbers) <= 8
+
+
+async def test_a_newcomer_sees_all_of_a_process_whose_tokens_fill_the_queue_of_a_link_many_times(
+    start: Callable[..., Any],
+) -> None:
+    """A megabyte, where a link's queue for declarations takes two times 64 kB."""
+    port = free_port()
+    first = await start(port, "first")
+    first.tell("announce 4000")
+    await first.until("announced")
+    expected = {long_token(await first.session(), number) for number in range(4000)}
+
+    async with party(port) as newcomer:
+        await newcomer.until(
+            lambda: expected <= {one.of for one in newcomer.log if one.kind == "appeared"}, "it has seen all"
+        )
 
 
 async def test_a_process_that_closes_leaves_no_socket_and_ends(start: Callable[..., Any]) -> None:
