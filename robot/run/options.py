@@ -187,7 +187,7 @@ def _add_network(add: Any) -> None:
         metavar="ENDPOINT",
         help="let other machines connect to tcp/0.0.0.0:PORT",
     )
-    run.add_argument("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
+    add("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
 
 
 def _add_errand(add: Any) -> None:

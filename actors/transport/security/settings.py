@@ -8,7 +8,6 @@ from typing import Final, cast
 
 import msgspec
 
-from actors.suggest import did_you_mean
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.names import check_chunk
 from actors.transport.security.document import Document
@@ -185,8 +184,7 @@ def _rule(document: Document, number: int) -> AccessRule:
             try:
                 _check_pattern(name)
             except WireFormatError:
-                hint = did_you_mean(name, [f"/{name}"])
-                problem = f"{name!r} is no absolute name, in which a part may be * or **{hint}"
+                problem = f"{name!r} is no absolute name such as /cmd_vel; a whole part of it may be * or **"
                 raise document.error((*path, field), problem) from None
     return rule
 

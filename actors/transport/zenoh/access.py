@@ -7,6 +7,7 @@ what it may publish is let in from there, and what it may subscribe to is let ou
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import product
 from typing import Any, Final, NamedTuple
 
 from actors.transport.security import AccessRule
@@ -18,7 +19,8 @@ _SERVICES: Final = ("send_goal", "cancel_goal", "get_result")
 _TOPICS: Final = ("feedback", "status")
 """The parts of an action; see `actors.names.names.action_names`."""
 
-_SENT: Final = ("put", "delete")
+_SENT: Final = ("put", "delete", "reply")
+"""What is kept is sent as a reply on the key of the topic, to a question on a key below it."""
 _HISTORY_KEPT: Final = ("put", "delete", "reply", "declare_queryable", "liveliness_token")
 _HISTORY_WANTED: Final = (
     "declare_subscriber",
@@ -112,20 +114,21 @@ def _below(keys: Iterable[str], end: str) -> tuple[str, ...]:
 
 
 def _tokens(rule: AccessRule) -> Iterator[str]:
-    for node in rule.nodes:
-        namespace, _, name = node.rpartition("/")
-        name = "*" if name == "**" else name
-        spaces = _chunks(namespace) if namespace else ["%"]
-        if node.endswith("/**"):
-            spaces = [*spaces, *_chunks(node)]
-        for space in dict.fromkeys(spaces):
-            yield _canonical(f"@ros2_lv/*/*/*/*/NN/*/{space}/{name}")
-            for kind, things in _things(rule):
-                yield from (
-                    _canonical(f"@ros2_lv/*/*/*/*/{kind}/*/{space}/{name}/{chunk}/**")
-                    for thing in things
-                    for chunk in _chunks(thing)
-                )
+    for space, node in dict.fromkeys(place for pattern in rule.nodes for place in _places(pattern)):
+        yield f"@ros2_lv/*/*/*/*/NN/*/{space}/{node}"
+        for kind, names in _things(rule):
+            for chunk in dict.fromkeys(chunk for name in names for chunk in _chunks(name) if chunk):
+                yield f"@ros2_lv/*/*/*/*/{kind}/*/{space}/{node}/{chunk}/**"
+
+
+def _places(node: str) -> Iterator[tuple[str, str]]:
+    """The namespaces and names of the nodes that a pattern matches, each as one chunk of a token."""
+    node = _canonical(node)
+    start = node.removesuffix("/**")
+    for one in (node,) if start == node else (start, f"{start}/*", f"{start}/**/*"):
+        namespace, slash, name = one.rpartition("/")
+        if slash:
+            yield from ((space or "%", name) for space in _chunks(namespace))
 
 
 def _things(rule: AccessRule) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -138,12 +141,9 @@ def _things(rule: AccessRule) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _chunks(name: str) -> list[str]:
-    """A name as one chunk of a token. A wildcard in it spans any number of parts there, since a chunk has none."""
-    if name in ("/*", "/**"):
-        return ["*"]
-    chunk = name.replace("/", "%").replace("**", "*").replace("*", "$*")
-    ends = [chunk.removesuffix("%$*")] if name.endswith("/**") else []
-    return [chunk, *ends]
+    """A name as one chunk of a token; empty for the root. A wildcard in it spans any number of parts, since a chunk has none."""
+    choices = [("", "%$*") if part == "**" else (f"%{'$*' if part == '*' else part}",) for part in name.split("/")[1:]]
+    return list(map("".join, product(*choices)))
 
 
 def _canonical(key: str) -> str:
