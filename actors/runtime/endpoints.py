@@ -191,7 +191,8 @@ def retire(life: Incarnation, error: Callable[[], Exception]) -> None:
     record.inbox.discard(lambda item: isinstance(item, HandlerSubscription))
     for action in record.actions.values():
         action.stop(str(error()))
-    for server in (*record.services.values(), *record.actions.values()):
+    servers: list[Server | ActionServer] = [*record.services.values(), *record.actions.values()]
+    for server in servers:
         server.fail_all(error)
         server.entry.close(life.fqn)
     record.services.clear()
