@@ -17,6 +17,7 @@ from actors.interfaces.cdr import encode
 from actors.interfaces.message import Message
 from actors.interfaces.types import Many, default, uint32, uint64
 from actors.transport.format.attachments import attachment_writer
+from actors.transport.format.gids import gid_of
 from actors.transport.format.keys import DataKey, write_key
 from actors.transport.protocol import Delivery
 from actors.transport.types_here import described_type
@@ -85,7 +86,7 @@ class Teller:
         self._loop = side.runtime.loop
         self._outlet: Outlet | None = None
         self._timer: TimerHandle | None = None
-        self._write = attachment_writer(bytes.fromhex(side.transport.session.zfill(32)))
+        self._write = attachment_writer(gid_of(f"{FIGURES.name}/{side.transport.session}"))
         self._sent = 0
 
     def open(self) -> None:
