@@ -70,8 +70,8 @@ class Place:
 
     @asynccontextmanager
     async def neighbour(self) -> AsyncIterator[Party]:
-        """One that knows the gossip point only."""
-        async with self._open(ZenohConfig(gossip_port=self.gossip)) as one:
+        """One that looks for the gossip point only, and does not offer to be it."""
+        async with self._open(ZenohConfig(gossip_port=0, connect=(f"tcp/127.0.0.1:{self.gossip}",))) as one:
             yield one
 
     @asynccontextmanager
