@@ -19,6 +19,11 @@ LEASE: Final = 2000
 
 _PROTOCOLS: Final = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream", "unixpipe", "serial", "vsock")
 
+_GOSSIP_PORT: Final = 7446
+_ROUTER: Final = "tcp/127.0.0.1:7447"
+_ROUTER_RETRY: Final = "#retry_period_init_ms=500;retry_period_max_ms=1000"
+"""Where a router of this host listens, and how often it is looked for. It is tried for ever, and mostly nobody is there."""
+
 _PORT_VARIABLE: Final = "ROBACTOR_GOSSIP_PORT"
 _FILE_VARIABLE: Final = "ZENOH_SESSION_CONFIG_URI"
 _OVERRIDE_VARIABLE: Final = "ZENOH_CONFIG_OVERRIDE"
@@ -26,7 +31,7 @@ _OVERRIDE_VARIABLE: Final = "ZENOH_CONFIG_OVERRIDE"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ZenohConfig:
-    """Where to listen and to connect. The default reaches the processes of this host, and ROS 2's router on this host if it runs.
+    """Where to listen and to connect. The default reaches the processes of this host, and a router on this host if one runs.
 
     An endpoint is written as Zenoh does: ``tcp/192.168.1.5:7448``.
     """
@@ -40,8 +45,9 @@ class ZenohConfig:
     mode: Literal["peer", "client"] = "peer"
     """A peer is linked directly with all others. A client has one link, to a router in `connect`, and cannot be opened without it."""
 
-    gossip_port: int = 7447
-    """The loopback port where processes of this host find each other, ROS 2's router port; 0: none is looked for or offered."""
+    gossip_port: int = _GOSSIP_PORT
+    """The loopback port where processes of this host find each other; 0: nobody is looked for. With the default, a router of this host at
+    port 7447 is looked for as well, ROS 2's or ours. With any other number, those processes meet that have the same one, and nobody else."""
 
     file: str = ""
     """A configuration file of Zenoh. It stands in place of all settings of ours; `listen` and `connect` still add to it if given."""
@@ -59,7 +65,7 @@ class ZenohConfig:
         mode: Literal["peer", "client"] = "peer",
     ) -> ZenohConfig:
         """Read ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE as ROS 2 does, and ROBACTOR_GOSSIP_PORT. Raises WireUnavailable."""
-        port = environment.get(_PORT_VARIABLE, "").strip() or "7447"
+        port = environment.get(_PORT_VARIABLE, "").strip() or str(_GOSSIP_PORT)
         if not port.isascii() or not port.isdigit() or int(port) > 65535:
             raise WireUnavailable(f"{_PORT_VARIABLE} is {port!r}; it must be a port number, or 0 for none")
         return cls(
@@ -75,6 +81,15 @@ class ZenohConfig:
     def gossip_point(self) -> str:
         """The endpoint of the gossip point; empty if there is none: without a port, for a client, and with a file of the user's own."""
         return f"tcp/127.0.0.1:{self.gossip_port}" if self.gossip_port and self.mode == "peer" and not self.file else ""
+
+    @property
+    def meeting_points(self) -> tuple[str, ...]:
+        """The endpoints of this host that are tried again and again: the gossip point, and the port of a router beside it."""
+        if not self.gossip_point:
+            return ()
+        return (
+            (self.gossip_point, _ROUTER + _ROUTER_RETRY) if self.gossip_port == _GOSSIP_PORT else (self.gossip_point,)
+        )
 
 
 class _Setting(NamedTuple):
@@ -115,7 +130,7 @@ def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
             {
                 "mode": config.mode,
                 "listen/endpoints": listen or ([] if client else ["tcp/127.0.0.1:0"]),
-                "connect/endpoints": [*([config.gossip_point] if config.gossip_point else []), *connect],
+                "connect/endpoints": [*config.meeting_points, *connect],
                 "connect/timeout_ms": LEASE if client else -1,
                 "connect/exit_on_failure": client,
                 "connect/retry": _RETRY,
@@ -131,7 +146,10 @@ def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
 
 
 def point_settings(config: ZenohConfig) -> Iterator[_Setting]:
-    """The settings of the second session, which holds the gossip point: a router, because the sessions of ROS 2 look for one."""
+    """The settings of the second session, which holds the gossip point: a router, because Zenoh's peers tell routers where they listen.
+
+    It carries nothing: a router beside it may do that, and then everything would come twice.
+    """
     yield from _ours(_COMMON)
     yield from _ours(
         {
@@ -139,6 +157,7 @@ def point_settings(config: ZenohConfig) -> Iterator[_Setting]:
             "listen/endpoints": [config.gossip_point],
             "connect/endpoints": [],
             "scouting/gossip/autoconnect": {"router": [], "peer": []},
+            "routing/router/peers_failover_brokering": False,
         }
     )
 

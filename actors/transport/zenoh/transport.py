@@ -44,7 +44,7 @@ class _Running:
         self._worker.close()
 
     def _look(self) -> None:
-        if not self._point.held and not self.connection.has_router():
+        if not self._point.held and not self.connection.is_linked_with(self._point.endpoint):
             self._worker.do(self._point.hold)
         self._timer = self._loop.call_later(_LOOKING, self._look)
 
