@@ -79,6 +79,28 @@ async def test_a_message_is_encoded_and_put_once_for_all_subscriptions_elsewhere
         assert received[0] is not sent
 
 
+async def test_an_interceptor_is_for_subscriptions_of_its_process_and_those_elsewhere_still_share_one_put(
+    hosts: Hosts,
+) -> None:
+    talker = await hosts.start(Talker)
+    wrapped: list[str] = []
+
+    def intercept(subscription: Any, target: Any) -> Any:
+        wrapped.append(subscription.node.fqn)
+        return lambda sent: target(sent)
+
+    talker.system.graph.intercept = intercept
+    here = talker.probe(NUMBERS)
+    there = [(await hosts.start(Node)).probe(NUMBERS) for _ in range(3)]
+    await talker.quiet()
+
+    talker.node(Talker).out(number(7))
+    await talker.quiet()
+
+    assert (hosts.network.puts, wrapped) == (1, ["/rig"])
+    assert [values(probe) for probe in (here, *there)] == [[7]] * 4
+
+
 async def test_nothing_is_put_while_nobody_elsewhere_listens(hosts: Hosts) -> None:
     rig, other = await hosts.start(Talker, Listener), await hosts.start(Node)
     out = rig.node(Talker).out
