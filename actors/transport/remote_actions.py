@@ -171,7 +171,7 @@ class RemoteActionServer:
             endpoint = self._side.endpoint(node, EndpointKind.SUBSCRIPTION, name, described_type(type), qos)
             if subscribe:
                 key = write_key(DataKey(self._side.domain_id, name, *described_type(type)))
-                self._handles.append(self._side.transport.subscribe(key, delivery_of(qos), _decoding(type, take)))
+                self._handles.append(self._side.transport.subscribe(key, delivery_of(qos, type), _decoding(type, take)))
             endpoint.show()
             shown.append(endpoint)
 

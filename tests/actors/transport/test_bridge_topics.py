@@ -10,7 +10,8 @@ from actors import Child, Node, QoS, Topic, publishes, qos, subscribes
 from actors.interfaces import encode, type_hash
 from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.message import make_message
-from actors.interfaces.sensor_msgs.msg import Image
+from actors.interfaces.nav_msgs.msg import OccupancyGrid
+from actors.interfaces.sensor_msgs.msg import CompressedImage, Image, JointState, LaserScan, PointCloud2
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.qos.policies import Durability, History, Liveliness
 from actors.testing import Rig
@@ -546,3 +547,24 @@ async def test_a_twist_crosses_as_it_is(hosts: Hosts) -> None:
     await rig.quiet()
 
     assert list(probe) == [sent]
+
+
+@pytest.mark.parametrize(
+    ("type", "priority"),
+    [
+        (Image, 6),
+        (CompressedImage, 6),
+        (PointCloud2, 6),
+        (OccupancyGrid, 6),
+        (Twist, 5),
+        (JointState, 5),
+        (LaserScan, 5),
+        (String, 5),
+    ],
+)
+async def test_images_clouds_and_maps_let_all_other_messages_pass(hosts: Hosts, type: Any, priority: int) -> None:
+    rig = await hosts.start(Node)
+    rig.me.publisher(Topic(type, "something"))
+    await rig.quiet()
+    (outlet,) = [each for each in hosts.ends[rig].outlets if "/something/" in each.key]
+    assert outlet.delivery.priority == priority
