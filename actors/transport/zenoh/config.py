@@ -26,6 +26,7 @@ _ROUTER: Final = "127.0.0.1:7447#retry_period_init_ms=500;retry_period_max_ms=10
 """Where a router of this host listens, and how often it is looked for. It is tried for ever, and mostly nobody is there."""
 
 _PORT_VARIABLE: Final = "ROBACTOR_GOSSIP_PORT"
+_THIN_VARIABLE: Final = "ROBACTOR_THIN_LINKS"
 _FILE_VARIABLE: Final = "ZENOH_SESSION_CONFIG_URI"
 _OVERRIDE_VARIABLE: Final = "ZENOH_CONFIG_OVERRIDE"
 
@@ -49,6 +50,11 @@ class ZenohConfig:
     gossip_port: int = _GOSSIP_PORT
     """The loopback port where processes of this host find each other; 0: nobody is looked for. With the default, a router of this host at
     port 7447 is looked for as well, ROS 2's or ours. With any other number, those processes meet that have the same one, and nobody else."""
+
+    thin_links: bool = False
+    """Make the best of links that are slower than what is published, as over radio. What is sent to processes that say the same is compressed.
+    Images and other large messages wait until a link takes all of them, where they are otherwise dropped half-way, so that the slowest link
+    sets their pace; their queue drops the oldest. The kernel holds little of them, so that all other messages overtake them."""
 
     file: str = ""
     """A configuration file of Zenoh. It stands in place of all settings of ours; `listen` and `connect` still add to it if given."""
@@ -74,11 +80,18 @@ class ZenohConfig:
         mode: Literal["peer", "client"] = "peer",
         security: Security | None = None,
     ) -> ZenohConfig:
-        """Read ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE as ROS 2 does, and ROBACTOR_GOSSIP_PORT. Raises WireUnavailable."""
+        """Read ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE as ROS 2 does, ROBACTOR_GOSSIP_PORT and ROBACTOR_THIN_LINKS.
+
+        Raises WireUnavailable.
+        """
         port = environment.get(_PORT_VARIABLE, "").strip() or str(_GOSSIP_PORT)
         if not port.isascii() or not port.isdigit() or int(port) > 65535:
             raise WireUnavailable(f"{_PORT_VARIABLE} is {port!r}; it must be a port number, or 0 for none")
+        thin = environment.get(_THIN_VARIABLE, "").strip() or "0"
+        if thin not in ("0", "1"):
+            raise WireUnavailable(f"{_THIN_VARIABLE} is {thin!r}; it must be 1, or 0 or empty")
         return cls(
+            thin_links=thin == "1",
             listen=listen,
             connect=connect,
             mode=mode,
@@ -121,10 +134,13 @@ _COMMON: Final[_Settings] = {
     "transport/link/tx/lease": LEASE,
     "transport/link/tx/keep_alive": 4,
     "transport/link/tx/queue/size/data": 16,  # room for 1 MB (from 2): a Python receiver stops reading for some milliseconds now and then
+    "transport/link/tx/queue/size/data_low": 16,
     "transport/unicast/accept_pending": 10_000,
     "transport/unicast/max_sessions": 10_000,
     "transport/shared_memory/enabled": False,
 }
+_THIN: Final = 16 * 1024
+"""Bytes that the kernel takes from Zenoh before they can be sent; it doubles the number. What is in its queue can be overtaken by nothing."""
 _RETRY: Final = {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 1.3}
 
 
@@ -138,6 +154,8 @@ def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
         yield from _ours(
             {
                 "mode": config.mode,
+                "transport/unicast/compression/enabled": config.thin_links,
+                **({"transport/link/tcp/so_sndbuf": _THIN} if config.thin_links else {}),
                 "listen/endpoints": listen or ([] if client else [f"{_protocol(config.security)}/127.0.0.1:0"]),
                 "connect/endpoints": [*config.meeting_points, *connect],
                 "connect/timeout_ms": LEASE if client else -1,

@@ -83,7 +83,7 @@ class ZenohTransport:
 
         try:
             await worker.result(lambda: sessions.append(_open_session(self._config, self._session, point)))
-            connection = Connection(sessions[0], tokens, events, loop, worker)
+            connection = Connection(sessions[0], tokens, events, loop, worker, self._config.thin_links)
         except BaseException:
             worker.do(abandon)  # after the opening, which goes on if this was cancelled
             worker.close()
