@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from tests.benchmarks._claims.queues import Bursts, Camera, dropped_and_age
+from actors import Node
+from actors.interfaces.std_msgs.msg import Float64
+from actors.testing import Rig
+from tests.benchmarks._claims.queues import SAMPLES, Bursts, Camera, dropped_and_age
 
 
 @pytest.mark.parametrize(
@@ -30,3 +33,25 @@ def test_B_06_V_58_after_a_stall_a_deep_queue_loses_nothing(depth: int, dropped:
 def test_B_04_a_burst_that_fits_into_the_queue_is_delivered_whole(depth: int, dropped: int) -> None:
     """Fifty at once, each second from the first on; a callback of 10 ms keeps up with all of them."""
     assert dropped_and_age(Bursts, depth, 0.01)[0] == dropped
+
+
+class Detector(Node):
+    """Works 40 ms on each picture, outside the event loop, on two at once."""
+
+    def __init__(self) -> None:
+        self.ages: list[float] = []
+
+    @SAMPLES.on(concurrent=2)
+    async def look(self, message: Float64) -> None:
+        await self.offload(abs, -1, takes=0.04)
+        self.ages.append(self.clock.now() - message.data)
+
+
+async def test_H_06_V_59_heavy_work_moved_off_the_callback_drops_nothing_and_keeps_pictures_young(rig: Rig) -> None:
+    await rig.start(Detector, Camera)
+    await rig.advance(60.0)
+    (edge,) = next(topic for topic in rig.system.snapshot().topics if topic.name == "/samples").subscriptions
+    assert edge.dropped == 0
+    ages = rig.node(Detector).ages
+    assert len(ages) >= 30 * 60 - 2
+    assert max(ages) < 0.05
