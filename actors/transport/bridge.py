@@ -12,6 +12,7 @@ from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
+from actors.transport.cycles import Cycles
 from actors.transport.environment import domain_from_environment
 from actors.transport.figures import Teller
 from actors.transport.format.errors import WireFormatError
@@ -81,7 +82,8 @@ class Bridge:
         self._endpoints: dict[str, EndpointToken] = {}
         """The endpoints of other processes, by token."""
         self._topics = Topics(side)
-        self._clients = Clients(side)
+        self._cycles = Cycles(side)
+        self._clients = Clients(side, self._cycles)
         self._services = Services(side, self._clients)
         self._actions = Actions(side, self._topics, self._services, self._clients)
         self._teller = Teller(side)
@@ -100,6 +102,7 @@ class Bridge:
             self._runtime.log.error("no connection with other processes", because=str(error))
             return
         self._open = True
+        self._cycles.open()
         graph, observers = self._graph, self._runtime.observers
         for topic in list(graph.topics.values()):
             for publisher in topic.publishers:
@@ -125,6 +128,7 @@ class Bridge:
         """Withdraw everything, and close the transport. The other processes learn of it at once."""
         if self._open:
             self._graph.watchers.remove(self)
+            self._cycles.close()
         self._open = False
         self._teller.close()
         if self._begun:

@@ -12,7 +12,7 @@ from actors.interfaces.cdr import decode, encode
 from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
 from actors.qos import SERVICES
-from actors.transport.chains import RemoteCaller, cycle_through
+from actors.transport.chains import RemoteCaller
 from actors.transport.format.attachments import Attachment, parse_attachment, write_attachment
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension, write_extension
@@ -165,9 +165,9 @@ class Services:
             asked.fail(shown.node, error)
             return
         chain = tuple(asked.extension.chain)
-        cycle = None if server.concurrent else cycle_through(self._clients, server.node, chain)
+        cycle = None if server.concurrent else self._clients.cycles.refusal(server.node, chain)
         if cycle is not None:
-            asked.fail(shown.node, CallCycle(cycle))
+            asked.fail(shown.node, cycle)
             return
         caller = RemoteCaller(self.caller_of(asked.gid), self._side.runtime.deadlines, chain)
         request = server.submit(message, caller, math.inf)

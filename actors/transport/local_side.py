@@ -70,6 +70,10 @@ class LocalSide:
             known = self._nodes[fqn] = token, self.transport.announce(text)
         return known[0]
 
+    def named(self, number: int) -> str | None:
+        """The name of the node with this number; None if there is none."""
+        return next((fqn for fqn, (token, _) in self._nodes.items() if token.node_id == number), None)
+
     def endpoint(
         self,
         node: str,

@@ -21,14 +21,19 @@ LEASE: Final = 2000
 
 _PROTOCOLS: Final = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream", "unixpipe", "serial", "vsock")
 
+_GOSSIP_PORT: Final = 7446
+_ROUTER: Final = "127.0.0.1:7447#retry_period_init_ms=500;retry_period_max_ms=1000"
+"""Where a router of this host listens, and how often it is looked for. It is tried for ever, and mostly nobody is there."""
+
 _PORT_VARIABLE: Final = "ROBACTOR_GOSSIP_PORT"
+_THIN_VARIABLE: Final = "ROBACTOR_THIN_LINKS"
 _FILE_VARIABLE: Final = "ZENOH_SESSION_CONFIG_URI"
 _OVERRIDE_VARIABLE: Final = "ZENOH_CONFIG_OVERRIDE"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ZenohConfig:
-    """Where to listen and to connect. The default reaches the processes of this host, and ROS 2's router on this host if it runs.
+    """Where to listen and to connect. The default reaches the processes of this host, and a router on this host if one runs.
 
     An endpoint is written as Zenoh does: ``tcp/192.168.1.5:7448``.
     """
@@ -42,8 +47,14 @@ class ZenohConfig:
     mode: Literal["peer", "client"] = "peer"
     """A peer is linked directly with all others. A client has one link, to a router in `connect`, and cannot be opened without it."""
 
-    gossip_port: int = 7447
-    """The loopback port where processes of this host find each other, ROS 2's router port; 0: none is looked for or offered."""
+    gossip_port: int = _GOSSIP_PORT
+    """The loopback port where processes of this host find each other; 0: nobody is looked for. With the default, a router of this host at
+    port 7447 is looked for as well, ROS 2's or ours. With any other number, those processes meet that have the same one, and nobody else."""
+
+    thin_links: bool = False
+    """Make the best of links that are slower than what is published, as over radio. What is sent to processes that say the same is compressed.
+    Images and other large messages wait until a link takes all of them, where they are otherwise dropped half-way, so that the slowest link
+    sets their pace; their queue drops the oldest. The kernel holds little of them, so that all other messages overtake them."""
 
     file: str = ""
     """A configuration file of Zenoh. It stands in place of all settings of ours; `listen` and `connect` still add to it if given."""
@@ -69,11 +80,18 @@ class ZenohConfig:
         mode: Literal["peer", "client"] = "peer",
         security: Security | None = None,
     ) -> ZenohConfig:
-        """Read ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE as ROS 2 does, and ROBACTOR_GOSSIP_PORT. Raises WireUnavailable."""
-        port = environment.get(_PORT_VARIABLE, "").strip() or "7447"
+        """Read ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE as ROS 2 does, ROBACTOR_GOSSIP_PORT and ROBACTOR_THIN_LINKS.
+
+        Raises WireUnavailable.
+        """
+        port = environment.get(_PORT_VARIABLE, "").strip() or str(_GOSSIP_PORT)
         if not port.isascii() or not port.isdigit() or int(port) > 65535:
             raise WireUnavailable(f"{_PORT_VARIABLE} is {port!r}; it must be a port number, or 0 for none")
+        thin = environment.get(_THIN_VARIABLE, "").strip() or "0"
+        if thin not in ("0", "1"):
+            raise WireUnavailable(f"{_THIN_VARIABLE} is {thin!r}; it must be 1, or 0 or empty")
         return cls(
+            thin_links=thin == "1",
             listen=listen,
             connect=connect,
             mode=mode,
@@ -88,6 +106,12 @@ class ZenohConfig:
         """The endpoint of the gossip point; empty if there is none: without a port, for a client, and with a file of the user's own."""
         offered = self.gossip_port and self.mode == "peer" and not self.file
         return f"{_protocol(self.security)}/127.0.0.1:{self.gossip_port}" if offered else ""
+
+    @property
+    def meeting_points(self) -> tuple[str, ...]:
+        """The endpoints of this host that are tried again and again: the gossip point, and the port of a router beside it."""
+        router = (f"{_protocol(self.security)}/{_ROUTER}",) if self.gossip_port == _GOSSIP_PORT else ()
+        return (self.gossip_point, *router) if self.gossip_point else ()
 
 
 class _Setting(NamedTuple):
@@ -110,10 +134,13 @@ _COMMON: Final[_Settings] = {
     "transport/link/tx/lease": LEASE,
     "transport/link/tx/keep_alive": 4,
     "transport/link/tx/queue/size/data": 16,  # room for 1 MB (from 2): a Python receiver stops reading for some milliseconds now and then
+    "transport/link/tx/queue/size/data_low": 16,
     "transport/unicast/accept_pending": 10_000,
     "transport/unicast/max_sessions": 10_000,
     "transport/shared_memory/enabled": False,
 }
+_THIN: Final = 16 * 1024
+"""Bytes that the kernel takes from Zenoh before they can be sent; it doubles the number. What is in its queue can be overtaken by nothing."""
 _RETRY: Final = {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 1.3}
 
 
@@ -127,8 +154,10 @@ def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
         yield from _ours(
             {
                 "mode": config.mode,
+                "transport/unicast/compression/enabled": config.thin_links,
+                **({"transport/link/tcp/so_sndbuf": _THIN} if config.thin_links else {}),
                 "listen/endpoints": listen or ([] if client else [f"{_protocol(config.security)}/127.0.0.1:0"]),
-                "connect/endpoints": [*([config.gossip_point] if config.gossip_point else []), *connect],
+                "connect/endpoints": [*config.meeting_points, *connect],
                 "connect/timeout_ms": LEASE if client else -1,
                 "connect/exit_on_failure": client,
                 "connect/retry": _RETRY,
@@ -145,7 +174,10 @@ def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
 
 
 def point_settings(config: ZenohConfig) -> Iterator[_Setting]:
-    """The settings of the second session, which holds the gossip point: a router, because the sessions of ROS 2 look for one."""
+    """The settings of the second session, which holds the gossip point: a router, because Zenoh's peers tell routers where they listen.
+
+    It carries nothing: a router beside it may do that, and then everything would come twice.
+    """
     yield from _ours(_COMMON)
     yield from _ours(
         {
@@ -153,6 +185,7 @@ def point_settings(config: ZenohConfig) -> Iterator[_Setting]:
             "listen/endpoints": [config.gossip_point],
             "connect/endpoints": [],
             "scouting/gossip/autoconnect": {"router": [], "peer": []},
+            "routing/router/peers_failover_brokering": False,
         }
     )
     yield from _secured(config.security)
