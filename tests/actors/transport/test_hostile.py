@@ -145,3 +145,15 @@ async def test_each_kind_of_data_is_counted_and_told_at_its_place(hosts: Hosts) 
     await rig.system.stop("the test is over")
     (line,) = events(rig.logs, "data of other processes could not be read")
     assert line.fields["count"] == 7
+
+
+async def test_a_message_that_cannot_be_decoded_and_a_gap_are_each_counted_once(hosts: Hosts) -> None:
+    rig, other = await hosts.start(Talker), await hosts.start(Node)
+    probe = other.probe(NUMBERS)
+    await rig.quiet()
+    (token,) = (token for token in hosts.network.tokens if "/MP/" in token and "numbers" in token)
+    outlet = hosts.ends[rig].outlet(NUMBERS_KEY, Delivery())
+    for value, payload in ((1, encode(number(1))), (2, b"\0\1\0\0"), (4, encode(number(4))), (6, encode(number(6)))):
+        outlet.put(payload, write_attachment(Attachment(value, 0, gid_of(token))))
+    await rig.quiet()
+    assert (values(probe), probe.dropped) == ([1, 4, 6], 3)
