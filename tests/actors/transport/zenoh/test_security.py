@@ -135,7 +135,9 @@ async def outcome(robot: Security, desk: Security) -> str:
 
 @pytest.mark.realtime
 @pytest.mark.parametrize(("case", "expected"), TABLE, ids=[case.__name__ for case, _ in TABLE])
-async def test_DDS_04_no_wrong_and_right_certificate_user_key_and_direction(case: Case, expected: str, tmp_path: Path) -> None:
+async def test_DDS_04_no_wrong_and_right_certificate_user_key_and_direction(
+    case: Case, expected: str, tmp_path: Path
+) -> None:
     ours = Fleet(tmp_path / "ours", "robot", "desk", passwords=True)
     theirs = Fleet(tmp_path / "theirs", "desk")
     assert await outcome(*case(ours, theirs)) == expected
