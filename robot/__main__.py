@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import signal
 import sys
 from collections.abc import Sequence
 
@@ -33,6 +36,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         print(version("robactor"))
         return 0
+    if command in ("run", "evaluate", "picture"):
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if command == "run":
         from robot.run.command import main as run_main
 
@@ -56,5 +61,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 2
 
 
+def console() -> None:
+    """The program `robactor`: run one command, and exit.
+
+    Until a command is ready to end in order, Ctrl-C ends it at once and without a word. A command that looks at the graph exits without
+    the interpreter's own end: threads that are still opening a network connection do not survive that.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    code = main()
+    if "cli.command" in sys.modules:
+        with contextlib.suppress(OSError):  # whoever read our output has gone
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(code)
+    sys.exit(code)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    console()
