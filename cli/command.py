@@ -19,21 +19,21 @@ __all__ = ["GROUPS", "CommandFailed", "Exit", "run_group"]
 
 GROUPS: Mapping[str, str] = MappingProxyType(
     {
-        "node": "the nodes of the graph                     node list | info",
-        "topic": "its topics, and what is sent on them       topic list | info | echo | pub | hz | bw | delay | type | find",
-        "service": "its services                               service list | type | find | call | info | echo",
-        "action": "its actions                                action list | info | type | find | send_goal",
-        "param": "the parameters of its nodes                param list | get | set | describe | delete | dump | load",
-        "lifecycle": "its managed nodes                          lifecycle nodes | list | get | set",
-        "component": "nodes that a container loads               component list | load | unload",
-        "interface": "types of messages, services and actions    interface list | show | package | packages | proto",
-        "pkg": "packages and their executables             pkg list | executables | create",
-        "graph": "who talks with whom                        graph --format text | dot | mermaid",
-        "log": "what the nodes log                         log --level warn --node /battery",
-        "router": "the meeting point of several machines      router --listen tcp/0.0.0.0:7447",
-        "daemon": "what ros2 needs and this does not          daemon status",
-        "multicast": "whether datagrams reach this machine       multicast receive | send",
-        "completion": "for your shell                             completion bash | zsh | fish",
+        "node": "the nodes of the graph",
+        "topic": "its topics, and what is sent on them",
+        "service": "its services",
+        "action": "its actions",
+        "param": "the parameters of its nodes",
+        "lifecycle": "its managed nodes",
+        "component": "nodes that a container loads",
+        "interface": "types of messages, services and actions",
+        "pkg": "packages, their executables, new ones",
+        "graph": "who talks with whom, as text or picture",
+        "log": "what the nodes log",
+        "router": "the meeting point of several machines",
+        "daemon": "what ros2 needs, and this does not",
+        "multicast": "whether multicast reaches this machine",
+        "completion": "for bash, zsh and fish",
     }
 )
 """Each group with a line of help."""

@@ -24,6 +24,7 @@ __all__ = [
     "natural",
     "positive",
     "positive_float",
+    "until_signal",
 ]
 
 TRUNCATED = 128
@@ -39,12 +40,15 @@ class Verbs:
     def __init__(self, group: str, description: str) -> None:
         self.parser = argparse.ArgumentParser(prog=f"python -m robot {group}", description=description)
         self.parser.set_defaults(load=None)
+        self.parsers: dict[str, argparse.ArgumentParser] = {}
+        """Those of its verbs, by name."""
         self._verbs = self.parser.add_subparsers(dest="verb", metavar="VERB")
 
     def add(self, name: str, help: str, load: Callable[[], Verb]) -> argparse.ArgumentParser:
         """The parser of a verb. `load` imports what carries it out, once it is known that it is wanted."""
         parser = self._verbs.add_parser(name, help=help, description=help)
         parser.set_defaults(load=load)
+        self.parsers[name] = parser
         return parser
 
     def run(self, argv: Sequence[str]) -> int | Exit:
@@ -59,10 +63,10 @@ class Verbs:
             return ended
         import asyncio  # late, so that no help waits for it
 
-        return asyncio.run(_until_signal(ended))
+        return asyncio.run(until_signal(ended))
 
 
-async def _until_signal(verb: Coroutine[Any, Any, int | Exit]) -> int | Exit:
+async def until_signal(verb: Coroutine[Any, Any, int | Exit]) -> int | Exit:
     """Run a verb. SIGINT or SIGTERM cancels it, so that it takes its leave of the graph; a second one ends the process at once."""
     import asyncio
 
