@@ -34,7 +34,7 @@ async def send_goal(options: argparse.Namespace) -> Exit:
     """Send a goal, and print what becomes of it."""
     name = absolute(options.action_name)
     async with seen(options) as graph:
-        kind = await action_type(graph, options.action_type, _uses(graph, name), name)
+        kind = await action_type(graph, options.action_type, lambda: _uses(graph, name), name)
         goal_values = read_values(read_stdin() if options.stdin else options.goal, kind.Goal)
         action: Action[Any, Any, Any] = Action(kind, name)
         await _available(graph, action, options)

@@ -28,7 +28,7 @@ async def call(options: argparse.Namespace) -> Exit:
     """Call a service, and print request and response."""
     name = absolute(options.service_name)
     async with seen(options) as graph:
-        kind = await service_type(graph, options.service_type, _uses(graph, name), name)
+        kind = await service_type(graph, options.service_type, lambda: _uses(graph, name), name)
         values = read_values(read_stdin() if options.stdin else options.values, kind.Request)
         service: Service[Any, Any] = Service(kind, name)
         await _available(graph, service, options)

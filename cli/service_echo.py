@@ -32,7 +32,7 @@ async def echo(options: argparse.Namespace) -> Exit:
         uses = [] if entry is None else [(server.host, server.type) for server in entry.remotes]
         if not uses and options.service_type is None:
             raise CommandFailed(f"nobody serves {name}, so its type is not known: give it after the service")
-        kind: Any = await service_type(graph, options.service_type, uses, name)
+        kind: Any = await service_type(graph, options.service_type, lambda: uses, name)
         events = service_event_topic(name)
         known = graph.system.graph.topics.get(events)
         if known is None or not known.publishers:

@@ -82,7 +82,8 @@ def array_summary(field: Field, value: Any) -> str:
     base = _IDL.get(field.type.base, field.type.base)
     if field.type.array == "fixed":
         return f"<array type: {base}[{field.type.size}]>"
-    return f"<sequence type: {base}, length: {len(value)}>"
+    bound = f"[{field.type.size}]" if field.type.array == "bounded" else ""
+    return f"<sequence type: {base}{bound}, length: {len(value)}>"
 
 
 def message_csv(message: Any, style: Style = WHOLE) -> str:

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 __all__ = ["INVALID", "Uses", "action_type", "learn_folders", "message_type", "resolved", "service_type"]
 
 T = TypeVar("T")
-Uses = Iterable[tuple[str, Any]]
-"""The nodes that use a name, each with the type that it has there."""
+Uses = Callable[[], Iterable[tuple[str, Any]]]
+"""Gives the nodes that use a name now, each with the type that it has there. An action's is known better once its type is known here."""
 
 INVALID = "The passed {} type is invalid"
 
@@ -61,7 +61,7 @@ async def resolved(graph: Seen, get: Callable[[str], T], word: str, wanted: str 
 
     Raises `CommandFailed` if nobody knows it, or if the nodes mean another type by its name.
     """
-    known_uses = list(uses)
+    known_uses = list(uses())
     kind = {"message": "msg", "service": "srv", "action": "action"}[word]
     try:
         asked = known_uses[0][1].__ros_type__ if wanted is None else full_name(wanted, kind)  # type: ignore[arg-type]
@@ -70,7 +70,7 @@ async def resolved(graph: Seen, get: Callable[[str], T], word: str, wanted: str 
         raise CommandFailed(f"{INVALID.format(word)}: {error}") from None
     except InterfaceError as error:
         raise CommandFailed(f"{name}: its type cannot be read: {error}") from error
-    _warn(name, found, known_uses)
+    _warn(name, found, list(uses()))
     return found
 
 

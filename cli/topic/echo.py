@@ -70,7 +70,7 @@ async def topic_of(graph: Seen, options: argparse.Namespace) -> Topic[Any]:
         complain(f"WARNING: topic [{name}] does not appear to be published yet{did_you_mean(name, _published(graph))}")
         raise CommandFailed("Could not determine the type for the passed topic: give it after the topic")
     wanted = getattr(options, "message_type", None)
-    kind = await message_type(graph, wanted, ((end.node.fqn, end.type) for end in ends), name)
+    kind = await message_type(graph, wanted, lambda: [(end.node.fqn, end.type) for end in ends], name)
     quality = fitting_qos([publisher.qos for publisher in publishers], options)
     if not publishers:
         complain(f"nobody publishes {name} now{did_you_mean(name, _published(graph))}; waiting")

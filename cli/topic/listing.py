@@ -79,6 +79,8 @@ def endpoint_lines(end: Endpoint) -> Iterator[str]:
     yield f"{kind} type: {end.token.type}"
     yield f"{kind} type hash: {end.token.type_hash}"
     yield f"Endpoint type: {_WORDS[end.token.kind]}"
+    if kind == "Service":
+        yield "Endpoint count: 1"
     yield f"GID: {'.'.join(f'{byte:02x}' for byte in end.gid)}"
     yield "QoS profile:"
     for title, value in _quality(end).items():

@@ -43,8 +43,7 @@ async def pub(options: argparse.Namespace) -> Exit:
     async with seen(options, options.node_name) as graph:
         entry = graph.system.graph.topics.get(name)
         ends = [] if entry is None else [*entry.subscriptions, *entry.publishers]
-        uses = [(end.node.fqn, end.type) for end in ends]
-        kind = await message_type(graph, options.message_type, uses, name)
+        kind = await message_type(graph, options.message_type, lambda: [(end.node.fqn, end.type) for end in ends], name)
         messages = _messages(options, kind)
         publisher = graph.node.publisher(Topic(kind, name, stated_qos(options, qos.DEFAULT)))
         await _subscriptions(publisher, awaited, options)
