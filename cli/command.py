@@ -6,6 +6,7 @@ another one needs.
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import sys
@@ -74,7 +75,8 @@ def run_group(name: str, argv: Sequence[str]) -> int:
 
 def _run(name: str, words: Sequence[str]) -> int | Exit:
     try:
-        sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # as that of ros2, also in a pipe
+        if isinstance(sys.stdout, io.TextIOWrapper):
+            sys.stdout.reconfigure(line_buffering=True)  # as that of ros2, also in a pipe
         module = import_module(_MODULES.get(name, f"cli.{name}"))
         if threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGINT, signal.default_int_handler)

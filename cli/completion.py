@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from importlib import import_module
 
 from cli.command import GROUPS, CommandFailed, Exit
-from cli.parsing import Verbs, add_graph_options
+from cli.parsing import Verbs, actions_of, add_graph_options
 
 __all__ = ["candidates", "main"]
 
@@ -75,7 +75,7 @@ def _of_group(group: Verbs, before: Sequence[str], last: str) -> Iterable[str]:
     parser = group.parsers.get(before[0])
     if parser is None:
         return ()
-    actions = parser._actions  # pyright: ignore[reportPrivateUsage]  # argparse has no other way to ask
+    actions = actions_of(parser)
     if last.startswith("-"):
         return [option for action in actions for option in action.option_strings]
     taking = next((action for action in actions if before[-1] in action.option_strings), None)

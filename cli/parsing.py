@@ -16,6 +16,7 @@ __all__ = [
     "TRUNCATED",
     "Verb",
     "Verbs",
+    "actions_of",
     "add_graph_options",
     "add_json",
     "add_style",
@@ -53,6 +54,8 @@ class Verbs:
 
     def run(self, argv: Sequence[str]) -> int | Exit:
         """Run the verb that the words ask for; without a verb, print the help."""
+        for parser in self.parsers.values():
+            parser.usage = _usage(parser)
         options = self.parser.parse_args(list(argv))
         if options.load is None:
             self.parser.print_help()
@@ -64,6 +67,22 @@ class Verbs:
         import asyncio  # late, so that no help waits for it
 
         return asyncio.run(until_signal(ended))
+
+
+def actions_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:
+    """The options and positional arguments of a parser, in order."""
+    return parser._actions  # pyright: ignore[reportPrivateUsage]  # argparse has no other way to ask
+
+
+def _usage(parser: argparse.ArgumentParser) -> str:
+    """One line: the options are listed below it."""
+    forms = {"?": "[{}]", "*": "[{} ...]", "+": "{} [...]"}
+    names = [
+        forms.get(str(action.nargs), "{}").format(action.metavar or action.dest)
+        for action in actions_of(parser)
+        if not action.option_strings
+    ]
+    return " ".join(("%(prog)s [options]", *names))
 
 
 async def until_signal(verb: Coroutine[Any, Any, int | Exit]) -> int | Exit:

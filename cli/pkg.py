@@ -38,7 +38,11 @@ def verbs() -> Verbs:
     create.add_argument("--license", default="TODO: License declaration")
     create.add_argument("--destination-directory", default=".", metavar="DIR", help="where its folder is created (.)")
     create.add_argument(
-        "--build-type", default="ament_cmake", choices=("cmake", "ament_cmake", "ament_cargo", "ament_python")
+        "--build-type",
+        default="ament_cmake",
+        choices=("cmake", "ament_cmake", "ament_cargo", "ament_python"),
+        metavar="TOOL",
+        help="cmake, ament_cmake (the default) or ament_python",
     )
     create.add_argument("--dependencies", nargs="+", default=[], metavar="PACKAGE")
     create.add_argument("--maintainer-email")

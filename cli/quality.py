@@ -30,18 +30,17 @@ _PROFILES = (
 def add_qos_options(parser: argparse.ArgumentParser, what: str, profile: str) -> None:
     """The options of a publisher or subscription; `profile` counts where nothing is said."""
     group = parser.add_argument_group("quality of service")
-    group.add_argument("--qos-profile", choices=_PROFILES, help=f"of the {what} ({profile})")
+
+    def add(policy: str, *choices: str, help: str = "") -> None:
+        names = ", ".join(choices)
+        group.add_argument(f"--qos-{policy}", choices=choices, metavar=policy.upper(), help=help or names)
+
+    add("profile", *_PROFILES, help=f"of the {what} ({profile}): {', '.join(_PROFILES)}")
     group.add_argument("--qos-depth", type=natural, metavar="N", help="how many messages its queue keeps")
-    group.add_argument("--qos-history", choices=("system_default", "keep_last", "keep_all", "unknown"))
-    group.add_argument(
-        "--qos-reliability", choices=("system_default", "reliable", "best_effort", "unknown", "best_available")
-    )
-    group.add_argument(
-        "--qos-durability", choices=("system_default", "transient_local", "volatile", "unknown", "best_available")
-    )
-    group.add_argument(
-        "--qos-liveliness", choices=("system_default", "automatic", "manual_by_topic", "unknown", "best_available")
-    )
+    add("history", "system_default", "keep_last", "keep_all", "unknown")
+    add("reliability", "system_default", "reliable", "best_effort", "unknown", "best_available")
+    add("durability", "system_default", "transient_local", "volatile", "unknown", "best_available")
+    add("liveliness", "system_default", "automatic", "manual_by_topic", "unknown", "best_available")
     group.add_argument("--qos-liveliness-lease-duration-seconds", type=float, metavar="S")
 
 

@@ -73,8 +73,7 @@ def read_documents(path: str, kind: type[M]) -> Iterator[Values[M]]:
     except (OSError, UnicodeDecodeError) as error:
         raise CommandFailed(f"{path} cannot be read: {error}") from None
     for node in _composed(text, path):
-        if node is not None:
-            yield Values(kind, _mapping(node, kind))
+        yield Values(kind, _mapping(node, kind))
 
 
 def read_stdin() -> str:
@@ -87,7 +86,9 @@ def _composed(text: str, where: str) -> Iterator[Any]:
 
     library: Any = yaml  # its stubs leave much open
     try:
-        yield from library.compose_all(text, Loader=library.SafeLoader)
+        for node in library.compose_all(text, Loader=library.SafeLoader):
+            if node.value != "":  # the empty document after the last ---
+                yield node
     except yaml.YAMLError as error:
         mark: Any = getattr(error, "problem_mark", None)
         place = f" (line {mark.line + 1}, column {mark.column + 1})" if mark is not None else ""
