@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from enum import Enum
 from importlib import import_module
 from types import MappingProxyType
+from typing import cast
 
 __all__ = ["GROUPS", "CommandFailed", "Exit", "run_group"]
 
@@ -75,8 +76,9 @@ def run_group(name: str, argv: Sequence[str]) -> int:
 
 def _run(name: str, words: Sequence[str]) -> int | Exit:
     try:
-        if isinstance(sys.stdout, io.TextIOWrapper):
-            sys.stdout.reconfigure(line_buffering=True)  # as that of ros2, also in a pipe
+        stdout: object = sys.stdout
+        if isinstance(stdout, io.TextIOWrapper):
+            cast("io.TextIOWrapper", stdout).reconfigure(line_buffering=True)  # as that of ros2, also in a pipe
         module = import_module(_MODULES.get(name, f"cli.{name}"))
         if threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGINT, signal.default_int_handler)

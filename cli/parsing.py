@@ -31,6 +31,9 @@ __all__ = [
 TRUNCATED = 128
 """How many items of an array and characters of a text are printed, if nothing else is asked for."""
 
+NARROW = 60
+"""The columns of a narrow terminal."""
+
 Verb: TypeAlias = "Callable[[argparse.Namespace], Coroutine[Any, Any, int | Exit] | int | Exit]"
 """Carries out a verb with its options."""
 
@@ -54,6 +57,9 @@ class Verbs:
 
     def run(self, argv: Sequence[str]) -> int | Exit:
         """Run the verb that the words ask for; without a verb, print the help."""
+        if threading.current_thread() is threading.main_thread():
+            # Until the verb runs, Ctrl-C simply ends the process: there is nothing yet to be ended in order.
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
         for parser in self.parsers.values():
             parser.usage = _usage(parser)
         options = self.parser.parse_args(list(argv))
@@ -75,14 +81,15 @@ def actions_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:
 
 
 def _usage(parser: argparse.ArgumentParser) -> str:
-    """One line: the options are listed below it."""
+    """Without the options, which are listed below it; two lines if one is too long."""
     forms = {"?": "[{}]", "*": "[{} ...]", "+": "{} [...]"}
     names = [
         forms.get(str(action.nargs), "{}").format(action.metavar or action.dest)
         for action in actions_of(parser)
         if not action.option_strings
     ]
-    return " ".join(("%(prog)s [options]", *names))
+    begin, end = f"{parser.prog} [options]", " ".join(names)
+    return f"{begin} {end}" if len(begin) + len(end) < NARROW - len("usage: ") else f"{begin}\n       {end}"
 
 
 async def until_signal(verb: Coroutine[Any, Any, int | Exit]) -> int | Exit:

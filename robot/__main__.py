@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import signal
 import sys
@@ -76,9 +75,11 @@ def console() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     code = main()
     if "cli.command" in sys.modules:
-        with contextlib.suppress(OSError):  # whoever read our output has gone
+        try:
             sys.stdout.flush()
             sys.stderr.flush()
+        except OSError:  # whoever read our output has gone
+            pass
         os._exit(code)
     sys.exit(code)
 
