@@ -54,7 +54,7 @@ def _listing(group: Verbs) -> tuple[argparse.ArgumentParser, ...]:
 
 
 def _echo(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
-    parser.add_argument("topic_name", help="for instance /imu/data")
+    parser.add_argument("topic_name", nargs="?", help="for instance /imu/data")
     parser.add_argument("message_type", nargs="?", help=TYPE_OPTIONAL)
     parser.add_argument(
         "--field", action="append", metavar="A.B", help="print only this field, .[0] is an item; may be repeated"

@@ -20,7 +20,7 @@ from cli.parsing import complain
 from cli.quality import fitting_qos, objections
 from cli.text import Style, message_csv, message_json, plain, yaml_of
 from cli.types import message_type
-from cli.view import absolute
+from cli.view import absolute, look
 
 if TYPE_CHECKING:
     from actors import QoS
@@ -33,6 +33,9 @@ _ITEM = re.compile(r"\[(\d+)\]")
 
 async def echo(options: argparse.Namespace) -> Exit:
     """Print messages until Ctrl-C, or until the options say so."""
+    if options.topic_name is None:
+        async with look(options) as view:
+            raise CommandFailed(f"which topic? there are: {', '.join(view.topics(hidden=False)) or 'none'}")
     if options.raw:
         from cli.topic.raw import echo_raw
 
