@@ -32,6 +32,8 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "pkg": "packages, their executables, new ones",
         "graph": "who talks with whom, as text or picture",
         "log": "what the nodes log",
+        "top": "hosts, processes and nodes, live",
+        "security": "certificates, and who may do what",
         "router": "the meeting point of several machines",
         "daemon": "what ros2 needs, and this does not",
         "multicast": "whether multicast reaches this machine",

@@ -71,7 +71,10 @@ async def seen(options: argparse.Namespace, node_name: str | None = None) -> Asy
     async with AsyncExitStack() as stack:
         try:
             transport = transport_from_environment(
-                os.environ, listen=tuple(options.listen), connect=tuple(options.connect)
+                os.environ,
+                listen=tuple(options.listen),
+                connect=tuple(options.connect),
+                security=options.security,
             )
             whole = run(Child(Node, name=name), transport=transport, signals=False, sinks=(alone,))
             system = await stack.enter_async_context(whole)

@@ -188,7 +188,9 @@ def absolute(name: str) -> str:
 def transport_of(options: argparse.Namespace) -> Transport:
     """The transport that the environment and the options ask for. Raises `CommandFailed` if there is none."""
     try:
-        transport = transport_from_environment(os.environ, listen=tuple(options.listen), connect=tuple(options.connect))
+        transport = transport_from_environment(
+            os.environ, listen=tuple(options.listen), connect=tuple(options.connect), security=options.security
+        )
     except WireUnavailable as error:
         raise CommandFailed(str(error)) from error
     if transport is None:
