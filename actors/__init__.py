@@ -9,6 +9,7 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     testing      the rig, faults, tests under hundreds of seeds
     check        what is wrong with a tree, or will surprise, before it runs
     blocking     nodes for scripts and threads without an event loop
+    launch       launch files of ROS 2 as supervisor trees; packages and their executables
     bag          flight recorder and trace
     nodes        nodes that come with the framework
     running      `run`, `open_node`, `execute`; signals and the arguments of a program

@@ -16,7 +16,7 @@ from robot.tree import robot_tree
 if TYPE_CHECKING:
     from actors import Supervisor
 
-__all__ = ["BodyKind", "Mission", "Robot", "make_body"]
+__all__ = ["BodyKind", "Mission", "Robot", "default_tree", "make_body"]
 
 BodyKind: TypeAlias = Literal["physics", "kinematic"]
 Mission: TypeAlias = Literal["patrol"] | Sequence[Pose2] | Delivery | None
@@ -72,6 +72,11 @@ class Robot:
 
     def __repr__(self) -> str:
         return f"Robot(world={self.scene.name!r}, body={self.body.backend!r})"
+
+
+def default_tree() -> Supervisor:
+    """The tree of a robot with a physical body, lying at the start of the empty world and waiting for goals: the executable `robot robot`."""
+    return Robot().tree
 
 
 def make_body(scene: Scene, kind: BodyKind, *, seed: int = 0, motor_delay: float = 0.004, arm: bool = False) -> Body:

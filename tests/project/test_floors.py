@@ -13,6 +13,7 @@ FLOORS = (
     "testing",
     "check",
     "blocking",
+    "launch",
     "bag",
     "nodes",
     "running",
