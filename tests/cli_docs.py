@@ -17,6 +17,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -179,8 +180,8 @@ def verbs() -> str:
     """The table of all verbs, from their parsers."""
     lines = ["| command | what it does |", "|---|---|"]
     for group in GROUPS:
-        module = import_module({"graph": "cli.drawing", "log": "cli.logging"}.get(group, f"cli.{group}"))
-        if not hasattr(module, "verbs"):
+        name = {"graph": "cli.drawing", "log": "cli.logging"}.get(group, f"cli.{group}")
+        if find_spec(name) is None or not hasattr(module := import_module(name), "verbs"):
             lines.append(f"| `{group}` | {GROUPS[group]} |")
             continue
         for name, parser in module.verbs().parsers.items():

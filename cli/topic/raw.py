@@ -8,7 +8,7 @@ import os
 import time
 from collections.abc import AsyncGenerator, Callable, Generator, Sequence
 from contextlib import ExitStack, asynccontextmanager, contextmanager
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from actors.suggest import did_you_mean
 from actors.transport.environment import domain_from_environment
@@ -16,13 +16,15 @@ from actors.transport.format.attachments import parse_attachment
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.keys import write_key
 from actors.transport.format.tokens import EndpointToken, NodeToken, write_token
-from actors.transport.local_topics import delivery_of
-from actors.transport.protocol import Sample, Transport
+from actors.transport.protocol import Delivery, Sample, Transport
 from cli.command import CommandFailed, Exit
 from cli.output import clear_screen, print_json
 from cli.parsing import complain
 from cli.quality import fitting_qos, objections
 from cli.view import PUBLISHER, SUBSCRIPTION, Endpoint, GraphView, absolute, watching
+
+if TYPE_CHECKING:
+    from actors import QoS
 
 __all__ = ["Arrival", "Ear", "echo_raw", "listening", "topic_names"]
 
@@ -89,10 +91,16 @@ class Ear:
         for kind, type_hash in dict.fromkeys((end.token.type, end.token.type_hash) for end in ends):
             self._numbers += 1
             token = EndpointToken(self._node, self._numbers, SUBSCRIPTION, name, kind, type_hash, quality)
-            handle = self._transport.subscribe(write_key(token.key), delivery_of(quality), arrived)
+            handle = self._transport.subscribe(write_key(token.key), _delivery(quality), arrived)
             stack.callback(handle.close)
             stack.callback(self._transport.announce(write_token(token)).close)
         return stack
+
+
+def _delivery(wanted: QoS) -> Delivery:
+    """What a transport must know of the quality of service of a subscription. Its priority is that of the sender."""
+    history = wanted.limit if wanted.transient_local else 0
+    return Delivery(reliable=wanted.reliable, keep_all=False, depth=wanted.limit, history=history)
 
 
 @asynccontextmanager

@@ -279,7 +279,7 @@ async def test_a_datagram_is_sent_and_an_address_that_is_none_is_one_line(comman
 
 
 async def test_the_words_that_may_come_next_are_those_of_commands_verbs_and_options(command: Command) -> None:
-    assert candidates(["to"]) == ["topic"]
+    assert candidates(["inter"]) == ["interface"]
     assert candidates(["topic", "e"]) == ["echo"]
     assert candidates(["topic", "echo", "--no-"]) == ["--no-arr", "--no-str", "--no-lost-messages", "--no-daemon"]
     assert candidates(["topic", "pub", "/x", "y", "--qos-reliability", "b"]) == ["best_effort", "best_available"]
