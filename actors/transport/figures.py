@@ -29,10 +29,58 @@ if TYPE_CHECKING:
     from actors.transport.local_side import LocalSide
     from actors.transport.protocol import Outlet
 
-__all__ = ["FIGURES", "PERIOD", "NodeFigures", "ProcessFigures", "Teller"]
+__all__ = [
+    "FIGURES",
+    "PERIOD",
+    "HandlerFigures",
+    "NodeFigures",
+    "ProcessFigures",
+    "QueueFigures",
+    "ServedFigures",
+    "Teller",
+    "TimerFigures",
+]
 
 PERIOD: Final = 1.0
 """Seconds from one report of a process to the next, while it is watched."""
+
+
+class HandlerFigures(Message, frozen=True, kw_only=True):
+    """One handler of a node, as far as it is measured; see `actors.inbox.load.HandlerLoad`. Times are in seconds."""
+
+    handler: str
+    mean: float
+    longest: float
+
+
+class TimerFigures(Message, frozen=True, kw_only=True):
+    """One timer of a node, over all its lives."""
+
+    handler: str
+    hz: float
+    fired: uint64
+    missed: uint64
+    """How many of its ticks were lost, because the node or the event loop was busy when they were due."""
+    blocked: uint64
+    """How many of those were lost because the event loop was blocked."""
+
+
+class QueueFigures(Message, frozen=True, kw_only=True):
+    """One subscription with a handler, and its queue."""
+
+    topic: str
+    handler: str
+    received: uint64
+    dropped: uint64
+    waiting: uint32
+    depth: uint32
+
+
+class ServedFigures(Message, frozen=True, kw_only=True):
+    """One service of a node, and how often it was called."""
+
+    service: str
+    calls: uint64
 
 
 class NodeFigures(Message, frozen=True, kw_only=True):
@@ -49,6 +97,10 @@ class NodeFigures(Message, frozen=True, kw_only=True):
     """How many wait in its inbox."""
     inbox_age: float
     """For how long the one that is measured has waited, seconds."""
+    handlers: Many[HandlerFigures] = default()
+    timers: Many[TimerFigures] = default()
+    queues: Many[QueueFigures] = default()
+    services: Many[ServedFigures] = default()
 
 
 class ProcessFigures(Message, frozen=True, kw_only=True):
@@ -146,6 +198,23 @@ def _node(record: NodeRecord) -> NodeFigures:
         handled=load.handled,
         waiting=load.waiting,
         inbox_age=load.age,
+        handlers=[HandlerFigures(handler=one.handler, mean=one.mean, longest=one.longest) for one in load.handlers],
+        timers=[
+            TimerFigures(handler=name, hz=timer.hz, fired=timer.fired, missed=timer.missed, blocked=timer.blocked)
+            for name, timer in record.timers.items()
+        ],
+        queues=[
+            QueueFigures(
+                topic=one.entry.name,
+                handler=one.label,
+                received=one.received,
+                dropped=one.dropped,
+                waiting=one.waiting,
+                depth=one.depth,
+            )
+            for one in record.subscriptions
+        ],
+        services=[ServedFigures(service=name, calls=server.calls) for name, server in record.services.items()],
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import builtins
 import os
 import resource
@@ -11,14 +12,19 @@ from typing import Any
 
 import pytest
 
-from actors import Child, Node
-from actors.transport.figures import FIGURES, ProcessFigures
+from actors import Child, Node, QoS, Service, every
+from actors.interfaces.std_msgs.msg import Int32
+from actors.interfaces.std_srvs.srv import SetBool, SetBool_Request, SetBool_Response
+from actors.transport.figures import FIGURES, NodeFigures, ProcessFigures
 from actors.transport.protocol import Delivery
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.actors.transport.test_bridge_topics import NUMBERS_KEY, Listener, Talker
+from tests.stage import NUMBERS
 
 __all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
+
+SWITCH = Service(SetBool, "switch")
 
 
 async def test_nothing_is_sent_and_shown_until_somebody_watches_and_after_the_last_has_gone(hosts: Hosts) -> None:
@@ -65,6 +71,51 @@ async def test_the_figures_are_those_of_the_process_and_of_its_nodes(hosts: Host
     ear = by_name["/head/ear"]
     assert (ear.state, ear.incarnation, ear.restarts, ear.waiting, ear.inbox_age) == ("running", 2, 1, 0, 0.0)
     assert by_name["/talker"].restarts == 0
+
+
+class Busy(Node):
+    """Answers slowly, and neither listens nor ticks meanwhile."""
+
+    @NUMBERS.on(qos=QoS(depth=2))
+    def hear(self, number: Int32) -> None:
+        pass
+
+    @SWITCH.serve()
+    async def switch(self, request: SetBool_Request) -> SetBool_Response:
+        await self.clock.sleep(0.32)
+        return SetBool.Response(success=True)
+
+    @every(hz=10)
+    def tick(self) -> None:
+        pass
+
+
+async def test_the_figures_of_a_node_are_those_of_its_handlers_timers_queues_and_services(hosts: Hosts) -> None:
+    rig, desk = await hosts.start(Busy), await hosts.start(Node)
+    probe = desk.probe(FIGURES)
+
+    def told() -> NodeFigures:
+        nodes = [node for figures in probe for node in figures.nodes if node.name == "/busy"]
+        return nodes[-1]
+
+    await rig.advance(0.85)
+    asked = asyncio.ensure_future(rig.call(SWITCH, SetBool.Request()))
+    await rig.quiet()
+    for value in range(5):
+        rig.publish(NUMBERS, Int32(data=value))
+    await rig.advance(0.2)
+
+    (queue,) = told().queues
+    assert (queue.topic, queue.received, queue.dropped, queue.waiting, queue.depth) == ("/numbers", 5, 3, 2, 2)
+    assert queue.handler == "Busy.hear"
+    assert ("/switch", 1) in [(one.service, one.calls) for one in told().services]
+    assert [(timer.handler, timer.hz, timer.fired) for timer in told().timers] == [("tick", 10.0, 8)]
+
+    await rig.advance(1.0)
+    await asked
+    timer = told().timers[0]
+    assert (timer.fired, timer.missed, timer.blocked) == (17, 2, 0), "the tick of 0.9 s waits, those of 1.0 and 1.1 s are lost"
+    assert {one.handler: round(one.longest, 2) for one in told().handlers}["Busy.switch"] == 0.32
 
 
 async def test_what_could_not_be_read_is_told(hosts: Hosts) -> None:
