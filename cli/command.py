@@ -17,7 +17,7 @@ from importlib import import_module
 from types import MappingProxyType
 from typing import cast
 
-__all__ = ["GROUPS", "CommandFailed", "Exit", "run_group"]
+__all__ = ["GROUPS", "CommandFailed", "Exit", "module_of", "run_group"]
 
 GROUPS: Mapping[str, str] = MappingProxyType(
     {
@@ -34,6 +34,8 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "log": "what the nodes log",
         "top": "hosts, processes and nodes, live",
         "security": "certificates, and who may do what",
+        "doctor": "why something does not work",
+        "wtf": "the same as doctor",
         "router": "the meeting point of several machines",
         "daemon": "what ros2 needs, and this does not",
         "multicast": "whether multicast reaches this machine",
@@ -42,7 +44,7 @@ GROUPS: Mapping[str, str] = MappingProxyType(
 )
 """Each group with a line of help."""
 
-_MODULES: Mapping[str, str] = MappingProxyType({"graph": "cli.drawing", "log": "cli.logging"})
+_MODULES: Mapping[str, str] = MappingProxyType({"graph": "cli.drawing", "log": "cli.logging", "wtf": "cli.doctor"})
 """The modules of groups that are not called like them."""
 
 EXIT_CODES_OPTION = "--ros2-exit-codes"
@@ -66,6 +68,11 @@ class CommandFailed(Exception):
     """A command cannot do what it was asked for; the text says what happened and what to do. The exit code is 1."""
 
 
+def module_of(group: str) -> str:
+    """The module that carries out a group."""
+    return _MODULES.get(group, f"cli.{group}")
+
+
 def run_group(name: str, argv: Sequence[str]) -> int:
     """Run a verb of the group `name`, and return its exit code (see `Exit`). Writes a line about every error, and raises none."""
     words, as_ros2 = _without_option(argv)
@@ -81,7 +88,7 @@ def _run(name: str, words: Sequence[str]) -> int | Exit:
         stdout: object = sys.stdout
         if isinstance(stdout, io.TextIOWrapper):
             cast("io.TextIOWrapper", stdout).reconfigure(line_buffering=True)  # as that of ros2, also in a pipe
-        module = import_module(_MODULES.get(name, f"cli.{name}"))
+        module = import_module(module_of(name))
         if threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGINT, signal.default_int_handler)
         ended: int | Exit = module.main(words)

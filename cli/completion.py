@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 
-from cli.command import GROUPS, CommandFailed, Exit
+from cli.command import GROUPS, CommandFailed, Exit, module_of
 from cli.parsing import Verbs, actions_of, add_graph_options
 
 __all__ = ["candidates", "main"]
@@ -64,7 +64,7 @@ def candidates(words: Sequence[str]) -> list[str]:
     group, *before, last = words
     if group not in GROUPS:
         return []
-    if find_spec(f"cli.{group}") is None or not hasattr(module := import_module(f"cli.{group}"), "verbs"):
+    if find_spec(f"cli.{group}") is None or not hasattr(module := import_module(module_of(group)), "verbs"):
         return []
     return [word for word in _of_group(module.verbs(), before, last) if word.startswith(last)]
 

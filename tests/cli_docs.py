@@ -21,7 +21,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-from cli.command import GROUPS, Exit
+from cli.command import GROUPS, Exit, module_of
 from cli.parsing import actions_of
 
 __all__ = [
@@ -180,7 +180,7 @@ def verbs() -> str:
     """The table of all verbs, from their parsers."""
     lines = ["| command | what it does |", "|---|---|"]
     for group in GROUPS:
-        name = {"graph": "cli.drawing", "log": "cli.logging"}.get(group, f"cli.{group}")
+        name = module_of(group)
         if find_spec(name) is None or not hasattr(module := import_module(name), "verbs"):
             lines.append(f"| `{group}` | {GROUPS[group]} |")
             continue

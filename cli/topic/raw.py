@@ -10,7 +10,6 @@ from collections.abc import AsyncGenerator, Callable, Generator, Sequence
 from contextlib import ExitStack, asynccontextmanager, contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
-from actors.interfaces.std_msgs.msg import Empty
 from actors.suggest import did_you_mean
 from actors.transport.environment import domain_from_environment
 from actors.transport.format.attachments import parse_attachment
@@ -88,7 +87,6 @@ class Ear:
                 return  # as in ROS 2
             take(Arrival(sample.payload, sent.source_time, sent.sequence_number))
 
-        delivery = delivery_of(quality, Empty)  # the priority, which depends on the type, is the sender's
         stack = ExitStack()
         for kind, type_hash in dict.fromkeys((end.token.type, end.token.type_hash) for end in ends):
             self._numbers += 1

@@ -114,7 +114,9 @@ async def test_the_figures_of_a_node_are_those_of_its_handlers_timers_queues_and
     await rig.advance(1.0)
     await asked
     timer = told().timers[0]
-    assert (timer.fired, timer.missed, timer.blocked) == (17, 2, 0), "the tick of 0.9 s waits, those of 1.0 and 1.1 s are lost"
+    assert (timer.fired, timer.missed, timer.blocked) == (17, 2, 0), (
+        "the tick of 0.9 s waits, those of 1.0 and 1.1 s are lost"
+    )
     assert {one.handler: round(one.longest, 2) for one in told().handlers}["Busy.switch"] == 0.32
 
 

@@ -1,0 +1,157 @@
+"""`doctor`, `doctor topic | service | node NAME`: why a graph, or a part of it, does not work, with cause, remedy and what was measured."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from actors.suggest import did_you_mean
+from cli.command import CommandFailed, Exit
+from cli.output import print_json
+from cli.parsing import add_graph_options, add_json, count, positive_float, until_signal
+
+if TYPE_CHECKING:
+    from cli.doctor.observation import Finding, Observation
+
+__all__ = ["Check", "Result", "checks", "examined", "lines", "main"]
+
+WORDS: Final = ("topic", "service", "node")
+LISTEN: Final = 1.0
+"""For how many seconds it looks and listens."""
+
+
+class Check(NamedTuple):
+    """One question, and the function that answers it: with no finding if all is well."""
+
+    title: str
+    find: Callable[[Observation], Iterable[Finding]]
+
+
+class Result(NamedTuple):
+    """The answer to one question."""
+
+    title: str
+    findings: tuple[Finding, ...]
+
+
+def main(argv: Sequence[str]) -> int | Exit:
+    """Examine what the words ask for; 1 if there is a problem."""
+    options = _parser().parse_args(list(argv))
+    return asyncio.run(until_signal(_doctor(options)))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m robot doctor",
+        usage="python -m robot doctor [options]\n       [topic NAME [TYPE] | service NAME [TYPE] | node NAME]",
+        description="Why a graph, or a part of it, does not work. The exit code is 1 if a problem is found.",
+    )
+    parser.add_argument("word", nargs="?", metavar="topic | service | node", help="what to examine (everything)")
+    parser.add_argument("name", nargs="?", metavar="NAME", help="for instance /cmd_vel")
+    parser.add_argument("type", nargs="?", default="", metavar="TYPE", help="the type that it should have")
+    parser.add_argument(
+        "--seconds",
+        type=positive_float,
+        default=LISTEN,
+        metavar="S",
+        help=f"look and listen for S seconds ({LISTEN:g})",
+    )
+    parser.add_argument("-iw", "--include-warnings", action="store_true", help="notes count as problems, too")
+    parser.add_argument("-rf", "--report-failed", action="store_true", help="print problems only")
+    parser.add_argument("-r", "--report", action="store_true", help="accepted for ros2's sake: all is printed")
+    add_json(parser)
+    add_graph_options(parser)
+    return parser
+
+
+async def _doctor(options: argparse.Namespace) -> Exit:
+    from cli.doctor.observing import observe
+    from cli.view import absolute
+
+    asked = None
+    if options.word is not None:
+        if options.word not in WORDS:
+            hint = did_you_mean(options.word, WORDS)
+            raise CommandFailed(f"doctor examines a topic, a service or a node, not {options.word!r}{hint}")
+        if options.name is None:
+            raise CommandFailed(f"which {options.word}? robactor {options.word} list tells which there are")
+        asked = (options.word, absolute(options.name))
+    results = examined(await observe(options, asked, options.type))
+    levels = ("problem", "note") if options.include_warnings else ("problem",)
+    failed = any(finding.level in levels for result in results for finding in result.findings)
+    if options.report_failed:
+        kept = (Result(each.title, tuple(one for one in each.findings if one.level in levels)) for each in results)
+        results = [result for result in kept if result.findings]
+    if options.json:
+        listed = [
+            {"check": result.title, "findings": [asdict(finding) for finding in result.findings]} for result in results
+        ]
+        print_json({"healthy": not failed, "checks": listed})
+    else:
+        for line in lines(results):
+            print(line)
+    return Exit.REFUSED if failed else Exit.DONE
+
+
+def examined(seen: Observation) -> list[Result]:
+    """The answers to all questions that what was asked for raises, in the order in which one would ask them."""
+    return [
+        Result(check.title, tuple(check.find(seen))) for check in checks(None if seen.asked is None else seen.asked[0])
+    ]
+
+
+def checks(word: str | None) -> list[Check]:
+    """The questions about everything, or about a topic, a service or a node."""
+    from cli.doctor import delays, services, surroundings, topics
+
+    of_place = [
+        Check("package on the path", surroundings.packages),
+        Check("transport", surroundings.transport),
+        Check("security", surroundings.security),
+        Check("domain", surroundings.domain),
+    ]
+    of_topics = [
+        Check("quality of service", topics.quality),
+        Check("names of topics", topics.names),
+        Check("types of topics", topics.types),
+    ]
+    sent = [Check("data", topics.sending)]
+    commands = [Check("commands are reliable", topics.best_effort_commands)]
+    of_services = [
+        Check("servers are running", services.serving),
+        Check("types of services", services.service_types),
+        Check("no client polls", services.polling),
+    ]
+    of_nodes = [Check("names of nodes", services.twins), Check("nodes run", delays.restarts)]
+    of_time = [
+        Check("queues", delays.queues),
+        Check("age of messages", delays.ages),
+        Check("timers", delays.timers),
+        Check("event loops", delays.blocked),
+    ]
+    if word == "topic":
+        return [*of_place, *of_topics, *sent, *commands, *of_time]
+    if word == "service":
+        return [*of_place, *of_services, *of_nodes, *of_time]
+    there = [Check("node", services.node_is_there)] if word == "node" else [Check("processes", surroundings.processes)]
+    return [*of_place, *there, *of_nodes, *of_topics, *commands, *of_services, *of_time]
+
+
+def lines(results: Iterable[Result]) -> Iterable[str]:
+    """The report: a line for each question that has no finding, some for each finding, and at the end how many problems there are."""
+    problems = notes = 0
+    for title, findings in results:
+        if not findings:
+            yield f"ok       {title}"
+        for finding in findings:
+            problems += finding.level == "problem"
+            notes += finding.level == "note"
+            about = title if finding.subject == title else f"{title}: {finding.subject}"
+            yield f"{finding.level:<8} {about}: {finding.cause}"
+            yield f"         measured: {finding.measured}"
+            if finding.remedy:
+                yield f"         remedy: {finding.remedy}"
+    yield f"{count(problems, 'problem')}, {count(notes, 'note')}"
