@@ -7,7 +7,7 @@ both alike. Actions use these Protocols too, and add their own in `actors.action
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Collection, Coroutine
+from collections.abc import Collection, Coroutine, Mapping
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 from actors.errors import CallCycle, WrongType
@@ -190,6 +190,11 @@ class Registration(Protocol):
     @property
     def server(self) -> object | None:
         """The present server of the name, or None."""
+        ...
+
+    @property
+    def clients(self) -> Mapping[str, int]:
+        """The nodes that are clients of the name."""
         ...
 
     def pause(self, node: str, incarnation: int) -> None:

@@ -81,6 +81,8 @@ class ServedFigures(Message, frozen=True, kw_only=True):
 
     service: str
     calls: uint64
+    clients: Many[str] = default()
+    """The full names of the nodes that have called it, of this and of other processes."""
 
 
 class NodeFigures(Message, frozen=True, kw_only=True):
@@ -214,7 +216,10 @@ def _node(record: NodeRecord) -> NodeFigures:
             )
             for one in record.subscriptions
         ],
-        services=[ServedFigures(service=name, calls=server.calls) for name, server in record.services.items()],
+        services=[
+            ServedFigures(service=name, calls=server.calls, clients=sorted(server.entry.clients))
+            for name, server in record.services.items()
+        ],
     )
 
 

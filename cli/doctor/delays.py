@@ -15,6 +15,9 @@ __all__ = ["ages", "blocked", "queues", "restarts", "timers"]
 OLD: Final = 0.2
 """Messages that have waited longer than this, in seconds, are late."""
 
+FEW: Final = 0.05
+"""A timer that loses at most this share of its ticks is only noted: the machine may be busy."""
+
 SLOWEST: Final = 3
 """How many handlers are named of a process whose event loop is blocked."""
 
@@ -41,19 +44,43 @@ def queues(seen: Observation) -> Iterator[Finding]:
 
 
 def ages(seen: Observation) -> Iterator[Finding]:
-    """Each node whose messages wait for long before they are handled."""
-    for _, before, last in seen.figures():
-        age = max(before.inbox_age, last.inbox_age)
-        if age <= OLD:
+    """Each queue and inbox in which messages wait for long before they are handled."""
+    for told, before, last in seen.figures():
+        measured = max(before.inbox_age, last.inbox_age)
+        found = False
+        for queue, age, rate in _old_queues(told, before, last):
+            found = True
+            if _asked_topic(seen, queue.topic):
+                yield Finding(
+                    queue.topic,
+                    f"messages are old when {last.name} handles them: its handlers take longer than messages take to come",
+                    f"{age:.2f} s from the oldest to the newest that waits, by {rate:.1f} Hz of arrivals; {_state(queue, last)}",
+                    "a quicker handler, heavy work by offload(), or a shorter queue: depth 1 if only the newest counts",
+                )
+        if measured > OLD and not found:
+            yield Finding(
+                last.name,
+                "what comes to it waits for long, because its handlers take long",
+                f"one item has waited {measured:.2f} s; {count(last.waiting, 'item')} in the inbox; slowest: {_slowest([last], 1)}",
+                "quicker handlers, or heavy work by offload()",
+            )
+
+
+def _old_queues(told: Told, before: NodeFigures, last: NodeFigures) -> Iterator[tuple[QueueFigures, float, float]]:
+    """Each queue whose messages wait for long, for how long, and how many come a second.
+
+    A message that comes regularly and is the n-th of those that wait has come n - 1 intervals after the first. One that waits alone may just
+    have come, so a queue counts only if several have waited both times.
+    """
+    earlier = {(one.topic, one.handler): one for one in before.queues}
+    for queue in last.queues:
+        old = earlier.get((queue.topic, queue.handler))
+        if old is None or told.seconds <= 0 or queue.received <= old.received:
             continue
-        queue = max(last.queues, key=lambda one: one.waiting, default=None)
-        fill = f"; {queue.topic}: {_state(queue, last)}" if queue is not None and queue.waiting else ""
-        yield Finding(
-            queue.topic if fill and queue is not None else last.name,
-            f"messages are old when {last.name} handles them: its handlers take longer than messages take to come",
-            f"one has waited {age:.2f} s; {count(last.waiting, 'item')} in the inbox{fill}",
-            "a quicker handler, heavy work by offload(), or a shorter queue: depth 1 if only the newest counts",
-        )
+        rate = (queue.received - old.received) / told.seconds
+        age = (min(queue.waiting, old.waiting) - 1) / rate
+        if age > OLD:
+            yield queue, age, rate
 
 
 def timers(seen: Observation) -> Iterator[Finding]:
@@ -65,14 +92,15 @@ def timers(seen: Observation) -> Iterator[Finding]:
             if old is None:
                 continue
             missed, loop = timer.missed - old.missed, timer.blocked - old.blocked
+            due = missed + timer.fired - old.fired
             if missed > 0:
-                why = "the event loop is blocked" if loop == missed else "its node is busy when they are due"
+                why = "the event loop comes too late" if loop == missed else "its node is busy when they are due"
                 yield Finding(
                     last.name,
                     f"the timer {timer.handler} loses ticks: {why}",
-                    f"{count(missed, 'tick')} lost of {missed + timer.fired - old.fired} in {told.seconds:.1f} s, {timer.hz:g} Hz; "
-                    f"slowest: {_slowest([last], 1)}",
+                    f"{count(missed, 'tick')} lost of {due} in {told.seconds:.1f} s, {timer.hz:g} Hz; slowest: {_slowest([last], 1)}",
                     "a quicker handler, heavy work by offload(), or a lower rate",
+                    "problem" if missed > FEW * due else "note",
                 )
 
 
@@ -80,16 +108,21 @@ def blocked(seen: Observation) -> Iterator[Finding]:
     """Each process whose event loop is blocked by a handler, which delays all its nodes."""
     concerned: dict[str, Told] = {told.last.session: told for told, _, _ in seen.figures()}
     for told in concerned.values():
-        lost = 0
+        lost = due = 0
         for before, last in told.nodes():
-            earlier = {one.handler: one.blocked for one in before.timers}
-            lost += sum(one.blocked - earlier.get(one.handler, one.blocked) for one in last.timers)
+            earlier = {one.handler: one for one in before.timers}
+            for timer in last.timers:
+                old = earlier.get(timer.handler, timer)
+                lost += timer.blocked - old.blocked
+                due += timer.fired - old.fired + timer.missed - old.missed
         if lost > 0:
             yield Finding(
                 f"process {told.last.process} of {told.last.host}",
-                f"a handler blocks the event loop of {told.last.program}: it computes, sleeps or reads without an await",
-                f"{count(lost, 'tick')} of its timers lost by that in {told.seconds:.1f} s; slowest: {_slowest(told.last.nodes, SLOWEST)}",
-                "await, or heavy work by offload(); its log names the handler and the line",
+                f"the event loop of {told.last.program} comes too late: a handler computes, sleeps or reads without an await, or the "
+                "machine is too busy",
+                f"{count(lost, 'tick')} of {due} of its timers lost by that in {told.seconds:.1f} s; slowest: {_slowest(told.last.nodes, SLOWEST)}",
+                "await, or heavy work by offload(); its log names the handler and the line; robactor top tells its share of a core",
+                "problem" if lost > FEW * due else "note",
             )
 
 

@@ -52,17 +52,17 @@ def service_types(seen: Observation) -> Iterator[Finding]:
 def polling(seen: Observation) -> Iterator[Finding]:
     """Each service that a client calls more often than a service is meant for, as far as servers tell how often they are called.
 
-    They do not tell by whom. One of n clients calls at least the n-th part.
+    They do not tell how often by whom. One of n clients calls at least the n-th part.
     """
     for told, before, last in seen.figures():
         calls = {one.service: one.calls for one in before.services}
         for one in last.services:
-            clients = seen.of(CLIENT, one.service)
+            clients = sorted({*one.clients, *(end.node for end in seen.of(CLIENT, one.service))})
             if one.service not in calls or not clients or told.seconds <= 0:
                 continue
             rate = (one.calls - calls[one.service]) / told.seconds
             if rate / len(clients) > POLLING_HZ:
-                nodes = ", ".join(dict.fromkeys(end.node for end in clients))
+                nodes = ", ".join(clients)
                 yield Finding(
                     one.service,
                     f"{nodes if len(clients) == 1 else f'one of {nodes}'} polls it: a service is not for continuous data",

@@ -108,7 +108,7 @@ async def test_the_figures_of_a_node_are_those_of_its_handlers_timers_queues_and
     (queue,) = told().queues
     assert (queue.topic, queue.received, queue.dropped, queue.waiting, queue.depth) == ("/numbers", 5, 3, 2, 2)
     assert queue.handler == "Busy.hear"
-    assert ("/switch", 1) in [(one.service, one.calls) for one in told().services]
+    assert ("/switch", 1, ("/rig",)) in [(one.service, one.calls, one.clients) for one in told().services]
     assert [(timer.handler, timer.hz, timer.fired) for timer in told().timers] == [("tick", 10.0, 8)]
 
     await rig.advance(1.0)
