@@ -45,7 +45,7 @@ class Told:
         """Each node that is in both, before and now."""
         known = {node.name: node for node in self.before.nodes}
         for node in self.last.nodes:
-            if node.name in known and known[node.name].incarnation <= node.incarnation:
+            if node.name in known:
                 yield known[node.name], node
 
 
