@@ -32,6 +32,7 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "pkg": "packages, their executables, new ones",
         "graph": "who talks with whom, as text or picture",
         "log": "what the nodes log",
+        "plot": "fields of topics over time",
         "top": "hosts, processes and nodes, live",
         "security": "certificates, and who may do what",
         "router": "the meeting point of several machines",
