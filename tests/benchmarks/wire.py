@@ -18,6 +18,7 @@ WORKS: dict[Work, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
     "messages": ("wire: messages of 64 bytes", ("messages per second",), ("ours", "raw", "zmq_sockets", "dds")),
     "latency": ("wire: one way at 1 kHz", ("us, median", "us, 99th percentile"), ("ours", "raw", "zmq_sockets", "dds")),
     "images": ("wire: images of 921,600 bytes", ("images per second",), ("ours", "raw", "zmq_sockets", "dds")),
+    "shared": ("wire: images of 921,600 bytes, by shared memory", ("images per second",), ("ours", "raw")),
     "calls": ("wire: service calls", ("calls per second, one at a time", "calls per second, 16 at once"), ("ours", "raw", "zmq_sockets")),
     "goals": ("wire: goals of an action", ("goals per second, one at a time", "goals per second, 16 at once"), ("ours",)),
     "first": ("wire: from the start of a process to its first message", ("ms",), ("ours",)),

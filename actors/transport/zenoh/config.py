@@ -11,6 +11,7 @@ from typing import Any, Final, Literal, NamedTuple
 from actors.suggest import did_you_mean
 from actors.transport.protocol import WireUnavailable
 from actors.transport.zenoh.library import import_zenoh, one_line
+from actors.transport.zenoh.memory import LARGE
 
 __all__ = ["LEASE", "ZenohConfig", "point_settings", "router_settings", "session_settings", "write_config"]
 
@@ -25,6 +26,8 @@ _ROUTER_RETRY: Final = "#retry_period_init_ms=500;retry_period_max_ms=1000"
 """Where a router of this host listens, and how often it is looked for. It is tried for ever, and mostly nobody is there."""
 
 _PORT_VARIABLE: Final = "ROBACTOR_GOSSIP_PORT"
+_MOST_MEMORY: Final = 65536
+_MEMORY_VARIABLE: Final = "ROBACTOR_SHARED_MEMORY"
 _FILE_VARIABLE: Final = "ZENOH_SESSION_CONFIG_URI"
 _OVERRIDE_VARIABLE: Final = "ZENOH_CONFIG_OVERRIDE"
 
@@ -49,6 +52,10 @@ class ZenohConfig:
     """The loopback port where processes of this host find each other; 0: nobody is looked for. With the default, a router of this host at
     port 7447 is looked for as well, ROS 2's or ours. With any other number, those processes meet that have the same one, and nobody else."""
 
+    shared_memory: int = 0
+    """MiB of shared memory, in which payloads of 64 KiB and more reach those processes of this host that have some as well; 0: none. While it is
+    full, and to all others, they go by the network. A process keeps the shared memory of those that it has heard until it ends itself."""
+
     file: str = ""
     """A configuration file of Zenoh. It stands in place of all settings of ours; `listen` and `connect` still add to it if given."""
 
@@ -64,15 +71,18 @@ class ZenohConfig:
         connect: tuple[str, ...] = (),
         mode: Literal["peer", "client"] = "peer",
     ) -> ZenohConfig:
-        """Read ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE as ROS 2 does, and ROBACTOR_GOSSIP_PORT. Raises WireUnavailable."""
-        port = environment.get(_PORT_VARIABLE, "").strip() or str(_GOSSIP_PORT)
-        if not port.isascii() or not port.isdigit() or int(port) > 65535:
-            raise WireUnavailable(f"{_PORT_VARIABLE} is {port!r}; it must be a port number, or 0 for none")
+        """Read ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE as ROS 2 does, ROBACTOR_GOSSIP_PORT and ROBACTOR_SHARED_MEMORY.
+
+        Raises WireUnavailable.
+        """
+        port = _number(environment, _PORT_VARIABLE, _GOSSIP_PORT, 65535, "a port number")
+        memory = _number(environment, _MEMORY_VARIABLE, 0, _MOST_MEMORY, f"a number of MiB up to {_MOST_MEMORY}")
         return cls(
             listen=listen,
             connect=connect,
             mode=mode,
-            gossip_port=int(port),
+            gossip_port=port,
+            shared_memory=memory,
             file=environment.get(_FILE_VARIABLE, ""),
             overrides=environment.get(_OVERRIDE_VARIABLE, ""),
         )
@@ -90,6 +100,13 @@ class ZenohConfig:
         return (
             (self.gossip_point, _ROUTER + _ROUTER_RETRY) if self.gossip_port == _GOSSIP_PORT else (self.gossip_point,)
         )
+
+
+def _number(environment: Mapping[str, str], variable: str, otherwise: int, most: int, what: str) -> int:
+    text = environment.get(variable, "").strip() or str(otherwise)
+    if not text.isascii() or not text.isdigit() or int(text) > most:
+        raise WireUnavailable(f"{variable} is {text!r}; it must be {what}, or 0 for none")
+    return int(text)
 
 
 class _Setting(NamedTuple):
@@ -138,6 +155,17 @@ def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
                 "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
             }
         )
+        if config.shared_memory:
+            yield from _ours(
+                {
+                    "transport/shared_memory/enabled": True,
+                    "transport/shared_memory/transport_optimization": {
+                        "enabled": True,
+                        "pool_size": config.shared_memory * 2**20,
+                        "message_size_threshold": LARGE,
+                    },
+                }
+            )
     else:
         yield from _ours({"listen/endpoints": listen} if listen else {})
         yield from _ours({"connect/endpoints": connect} if connect else {})
