@@ -105,6 +105,18 @@ def test_a_file_stands_in_place_of_all_settings_but_endpoints_given_beside_it(tm
     assert (added["connect"]["endpoints"], added["listen"]["endpoints"]) == (["tcp/lab:3"], ["tcp/127.0.0.1:2"])
 
 
+def test_thin_links_are_compressed_and_the_kernel_holds_little() -> None:
+    thin, usual = (settings(ZenohConfig(thin_links=thin))["transport"] for thin in (True, False))
+
+    assert (thin["unicast"]["compression"]["enabled"], usual["unicast"]["compression"]["enabled"]) == (True, False)
+    assert (thin["link"]["tcp"]["so_sndbuf"], usual["link"]["tcp"]["so_sndbuf"]) == (16384, None)
+
+
+def test_whether_links_are_thin_is_said_by_0_or_1() -> None:
+    with pytest.raises(WireUnavailable, match=r"^ROBACTOR_THIN_LINKS is 'yes'; it must be 1, or 0 or empty$"):
+        ZenohConfig.from_environment({"ROBACTOR_THIN_LINKS": "yes"})
+
+
 def test_overrides_are_applied_last_but_not_to_the_identity() -> None:
     text = 'transport/link/tx/lease=9000; connect/endpoints=["tcp/lab:1"];id="ff";'
 
@@ -121,14 +133,16 @@ def test_the_environment_is_read_as_ros_2_does() -> None:
         "ZENOH_CONFIG_OVERRIDE": "a/b=1",
         "ROBACTOR_GOSSIP_PORT": "0",
         "ROBACTOR_SHARED_MEMORY": "64",
+        "ROBACTOR_THIN_LINKS": "1",
     }
 
     config = ZenohConfig.from_environment(environment, listen=("tcp/lab:1",), connect=("tcp/lab:2",), mode="client")
 
     assert config == ZenohConfig(
         listen=("tcp/lab:1",), connect=("tcp/lab:2",), mode="client", gossip_port=0, shared_memory=64, file="/a.json5",
-        overrides="a/b=1",
+        overrides="a/b=1", thin_links=True,
     )  # fmt: skip
+    assert not ZenohConfig.from_environment({"ROBACTOR_THIN_LINKS": "0"}).thin_links
     assert ZenohConfig.from_environment({}) == ZenohConfig()
 
 
