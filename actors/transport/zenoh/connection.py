@@ -59,7 +59,9 @@ class Connection:
         self._loop = loop
         self._worker = worker
         self._answers = Worker("zenoh answers")
-        self._bulk = Worker("zenoh bulk") if thin_links else worker  # a thin link holds it for as long as an image takes
+        self._bulk = (
+            Worker("zenoh bulk") if thin_links else worker
+        )  # a thin link holds it for as long as an image takes
         self._own_session = str(session.zid())
         self._handles: set[object] = set()
         self._own: Counter[str] = Counter()
