@@ -13,7 +13,9 @@ from typing import Any
 
 import pytest
 
+from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from actors.transport.zenoh.memory import leave_no_segments
+from tests.actors.transport.contract.parties import Changes, Party
 from tests.actors.transport.zenoh.wires import free_port
 
 on_linux = pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="segments are files of /dev/shm on Linux only")
@@ -164,6 +166,21 @@ def test_at_the_end_of_the_process_its_own_segments_go_unless_another_uses_them(
             call()
 
         assert sorted(folder.iterdir()) == [shared, other]
+
+
+@pytest.mark.parametrize(("size", "left"), [(0, True), (1, False)])
+async def test_who_opens_a_transport_with_shared_memory_removes_what_was_left(
+    size: int, left: bool, folder: Path, at_exit: list[Callable[[], Any]]
+) -> None:
+    segment = folder / "1.zenoh"
+    segment.touch()
+    party = Party(ZenohTransport(ZenohConfig(gossip_port=0, shared_memory=size)), Changes())
+
+    await party.open()
+
+    assert segment.exists() is left
+    assert len(at_exit) == (not left)
+    await party.transport.close()
 
 
 def test_without_such_a_folder_nothing_happens(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
