@@ -125,6 +125,7 @@ def at_exit(monkeypatch: pytest.MonkeyPatch) -> list[Callable[[], Any]]:
     """What is to be called at the end of the process."""
     calls: list[Callable[[], Any]] = []
     monkeypatch.setattr("atexit.register", calls.append)
+    monkeypatch.setattr("atexit.unregister", lambda call: None)  # what this process itself has to do stays
     return calls
 
 
@@ -169,24 +170,31 @@ def test_at_the_end_of_the_process_its_own_segments_go_unless_another_uses_them(
         assert sorted(folder.iterdir()) == [shared, other]
 
 
-@on_linux
-@pytest.mark.parametrize(("size", "left"), [(0, True), (1, False)])
-async def test_who_opens_a_transport_with_shared_memory_removes_what_was_left(size: int, left: bool) -> None:
+@pytest.fixture
+def left_over() -> Iterator[Path]:
+    """A segment that nobody uses."""
     segment = Path("/dev/shm", f"test_{secrets.token_hex(8)}.zenoh")
     segment.touch()
-    try:
-        party = Party(ZenohTransport(ZenohConfig(gossip_port=0, shared_memory=size)), Changes())
-
-        await party.open()
-
-        assert segment.exists() is left
-        await party.transport.close()
-    finally:
-        segment.unlink(missing_ok=True)
+    yield segment
+    segment.unlink(missing_ok=True)
 
 
-def test_without_such_a_folder_nothing_happens(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("actors.transport.zenoh.memory._SEGMENTS", tmp_path / "none")
-    monkeypatch.setattr("atexit.register", lambda call: call())
+@on_linux
+@pytest.mark.parametrize(("size", "left"), [(0, True), (1, False)])
+async def test_who_opens_a_transport_with_shared_memory_removes_what_was_left(
+    size: int, left: bool, left_over: Path
+) -> None:
+    party = Party(ZenohTransport(ZenohConfig(gossip_port=0, shared_memory=size)), Changes())
+
+    await party.open()
+
+    assert there({left_over}) == ([f"{left_over.name}, 0 bytes"] if left else [])
+    await party.transport.close()
+
+
+def test_without_such_a_folder_nothing_happens(folder: Path, at_exit: list[Callable[[], Any]]) -> None:
+    folder.rmdir()
 
     leave_no_segments()
+    for call in at_exit:
+        call()
