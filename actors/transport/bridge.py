@@ -115,7 +115,7 @@ class Bridge:
             if record.running is not None:
                 self._ready(record.running)
         graph.watchers.append(self)
-        graph.elsewhere = self._nodes_elsewhere
+        graph.elsewhere, graph.links = self._nodes_elsewhere, self._transport.report
         observers.ready.append(self._ready)
         observers.dismissed.append(self._dismissed)
         for tell, token in self._early:
@@ -131,7 +131,7 @@ class Bridge:
             await self._transport.close()
         for token in list(self._endpoints):
             self._gone(token)
-        self._graph.elsewhere = tuple
+        self._graph.elsewhere = self._graph.links = tuple
 
     # -- this process -------------------------------------------------------------------------------------------------------
 
