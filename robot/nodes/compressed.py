@@ -63,9 +63,10 @@ class ImageCompressor(Node):
                 while out.subscription_count:
                     try:
                         image = await images.next(PATIENCE)
-                        out(await self.offload(compressed, image, takes=ENCODING, thread=True))
                     except CallTimeout:
                         continue
+                    try:
+                        out(await self.offload(compressed, image, takes=ENCODING, thread=True))
                     except ValueError as error:
                         if image.encoding not in refused:
                             refused.add(image.encoding)
