@@ -132,6 +132,8 @@ class Bridge:
         for token in list(self._endpoints):
             self._gone(token)
         self._graph.elsewhere = self._graph.links = tuple
+        if self._side.unreadable.count:
+            self._runtime.log.warning("data of other processes could not be read", count=self._side.unreadable.count)
 
     # -- this process -------------------------------------------------------------------------------------------------------
 
@@ -186,7 +188,7 @@ class Bridge:
         try:
             node, endpoint = self._remote.appeared(token)
         except WireFormatError as error:
-            self._runtime.log.warning("a token cannot be read", token=token, because=str(error))
+            self._side.unreadable.note("a token cannot be read", "", error, token=token)
             return
         if endpoint is None:
             self._graph.changed()

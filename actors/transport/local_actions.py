@@ -116,6 +116,7 @@ class Actions:
         try:
             return server, decode(shown.type.Request, asked.payload)
         except CdrError as error:
+            self._side.unreadable.note("a request cannot be decoded", name, error, service=name)
             asked.fail(shown.node, error)
             return None
 

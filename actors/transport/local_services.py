@@ -139,7 +139,8 @@ class Services:
             try:
                 sent = parse_attachment(query.attachment)
                 extension = parse_extension(sent.extension)
-            except WireFormatError:
+            except WireFormatError as error:
+                self._side.unreadable.note("a request has no attachment that can be read", name, error, service=name)
                 query.drop()  # as in ROS 2
             else:
                 take(shown, name, Asked(self._side, query, sent, extension))
@@ -160,6 +161,7 @@ class Services:
         try:
             message = decode(shown.type.Request, asked.payload)
         except CdrError as error:
+            self._side.unreadable.note("a request cannot be decoded", name, error, service=name)
             asked.fail(shown.node, error)
             return
         chain = tuple(asked.extension.chain)

@@ -225,8 +225,9 @@ class Topics:
         def take(sample: Sample) -> None:
             try:
                 sent = parse_attachment(sample.attachment)
-            except WireFormatError:
-                return  # as in ROS 2
+            except WireFormatError as error:  # dropped, as in ROS 2
+                self._side.unreadable.note("an attachment cannot be read", sample.key, error, key=sample.key)
+                return
             publisher = self._by_gid.get(sent.gid)
             if publisher is None:
                 publisher = self._stranger(receiver.takers)
@@ -237,7 +238,7 @@ class Topics:
     def _stranger(self, subscriptions: tuple[SubscriptionPeer, ...]) -> RemotePublisher:
         """Stands for a publisher without a token, whose quality of service is unknown: it is matched with all that have its type."""
         entry, type = subscriptions[0].entry, subscriptions[0].type
-        stranger = RemotePublisher(_Nobody(), entry, ForeignType(*described_type(type)), DEFAULT, self._side.wall_ns)
+        stranger = RemotePublisher(_Nobody(), entry, ForeignType(*described_type(type)), DEFAULT, self._side)
         for subscription in subscriptions:
             stranger.join(subscription)
         return stranger
@@ -249,7 +250,7 @@ class Topics:
         entry = self._graph.topic(token.name)
         type = ForeignType(token.type, token.type_hash)
         if token.kind is EndpointKind.PUBLISHER:
-            publisher = RemotePublisher(node, entry, type, token.qos, self._side.wall_ns)
+            publisher = RemotePublisher(node, entry, type, token.qos, self._side)
             self._remote[text] = self._by_gid[gid_of(text)] = publisher
             entry.add_publisher(publisher)
         else:

@@ -171,9 +171,22 @@ class RemoteActionServer:
             endpoint = self._side.endpoint(node, EndpointKind.SUBSCRIPTION, name, described_type(type), qos)
             if subscribe:
                 key = write_key(DataKey(self._side.domain_id, name, *described_type(type)))
-                self._handles.append(self._side.transport.subscribe(key, delivery_of(qos, type), _decoding(type, take)))
+                self._handles.append(
+                    self._side.transport.subscribe(key, delivery_of(qos, type), self._decoding(name, type, take))
+                )
             endpoint.show()
             shown.append(endpoint)
+
+    def _decoding(self, name: str, kind: Any, take: Callable[[Any], None]) -> Callable[[Sample], None]:
+        def arrived(sample: Sample) -> None:
+            try:
+                message = decode(kind, sample.payload)
+            except CdrError as error:  # of another publisher of this name: the server's own messages have its types
+                self._side.unreadable.note("a message cannot be decoded", name, error, topic=name)
+                return
+            take(message)
+
+        return arrived
 
     def _status(self, message: GoalStatusArray) -> None:
         for told in message.status_list:
@@ -198,17 +211,6 @@ def _decoded(kind: type[Any], answer: Answer) -> Any:
 def _status_of(number: int) -> GoalStatus:
     """A status of ROS 2; UNKNOWN for a number that is none."""
     return GoalStatus(number) if 0 <= number <= GoalStatus.ABORTED else GoalStatus.UNKNOWN
-
-
-def _decoding(type: type[Message], take: Callable[[Any], None]) -> Callable[[Sample], None]:
-    def arrived(sample: Sample) -> None:
-        try:
-            message = decode(type, sample.payload)
-        except CdrError:
-            return  # of another publisher of this name: the server's own messages have its types
-        take(message)
-
-    return arrived
 
 
 class RemoteGoal:

@@ -153,9 +153,9 @@ class Connection:
         """The links with the processes that are there."""
         return self._traffic.report(self._presence.shown)
 
-    def has_router(self) -> bool:
-        """Whether a router, ROS 2's or a gossip point, is linked with this session."""
-        return bool(self._session.info.routers_zid())
+    def is_linked_with(self, endpoint: str) -> bool:
+        """Whether a link to `endpoint` is open."""
+        return any(link.dst == endpoint for link in self._session.info.links())
 
     async def close(self) -> None:
         """Send what waits, withdraw the tokens, and close the session. No callback is called any more."""
