@@ -7,7 +7,6 @@ that closes the cycle. The request that arrives last in a cycle finds all others
 
 from __future__ import annotations
 
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import CallCycle
@@ -86,11 +85,14 @@ class Cycles:
         self._side.transport.ask(self._key(session), write_extension(question), b"", _PATIENCE, _ignore)
 
     def _arrived(self, query: Query) -> None:
-        with suppress(WireFormatError):
-            asked = parse_extension(query.payload)
-            if asked is not None and asked.chain:
-                self._examine(asked.chain[:-1], asked.chain[-1], asked.reason)
         query.drop()
+        try:
+            asked = parse_extension(query.payload)
+        except WireFormatError as error:
+            self._side.unreadable.note("a question about a cycle of calls cannot be read", "", error)
+            return
+        if asked is not None and asked.chain:
+            self._examine(asked.chain[:-1], asked.chain[-1], asked.reason)
 
     def _examine(self, chain: tuple[Waiting, ...], last: Waiting, name: str) -> None:
         """All of `chain` wait for the node `last`, which is to answer `name`."""
