@@ -40,10 +40,9 @@ class Cycles:
         self._handle = self._side.transport.serve(self._key(self._side.transport.session), self._arrived)
 
     def close(self) -> None:
-        """Answer no more; harmless if it is not open."""
-        handle, self._handle = self._handle, None
-        if handle is not None:
-            handle.close()
+        """Answer no more."""
+        assert self._handle is not None
+        self._handle.close()
 
     def identity(self, fqn: str) -> tuple[str, int]:
         """The session and the number of a node of this process."""

@@ -272,9 +272,7 @@ class RemoteSubscription:
         self._matched[publisher] = self._sent_by(publisher)
 
     def part(self, publisher: PublisherPeer) -> None:
-        before = self._matched.pop(publisher, None)
-        if before is not None:
-            self._parted_bytes += self._sent_by(publisher) - before
+        self._parted_bytes += self._sent_by(publisher) - self._matched.pop(publisher)
 
     def leave(self) -> tuple[PublisherPeer, ...]:
         publishers, self._matched = tuple(self._matched), {}
