@@ -14,7 +14,7 @@ from typing import Any
 
 from actors import ActorError, Child, Node, QoS, Service, Topic, background, every, parameter, publishes, qos, run
 from actors.interfaces.geometry_msgs.msg import Vector3
-from actors.interfaces.std_msgs.msg import Int32
+from actors.interfaces.std_msgs.msg import Int32, UInt8MultiArray
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from actors.qos import Reliability
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
@@ -24,6 +24,7 @@ __all__: list[str] = []
 
 SURE = Topic(Vector3, "sure", QoS(history="keep_all"))
 UNSURE = Topic(Vector3, "unsure", QoS(depth=100, reliability=Reliability.BEST_EFFORT))
+PACKETS = Topic(UInt8MultiArray, "packets", QoS(depth=100))
 KEPT = Topic(Int32, "kept", qos.LATCHED)
 PING = Service(Trigger, "ping")
 
@@ -83,6 +84,39 @@ class Hearer(Node):
         print(f"kept {self.newest}", flush=True)
 
 
+class Stream(Node):
+    """Publishes packets of 1,400 bytes, 2,000 a second, as a LiDAR does, on the topic that is asked for."""
+
+    reliable = parameter(False, description="Whether they are reliable.", read_only=True)
+
+    async def on_start(self) -> None:
+        self._out = self.publisher(PACKETS, qos=PACKETS.qos if self.reliable else UNSURE.qos)
+        self._packet = UInt8MultiArray(data=bytes(1400))
+
+    @every(hz=200)
+    def send(self) -> None:
+        for _ in range(10):
+            self._out.publish(self._packet)
+
+
+class Catcher(Node):
+    """Says each second how many packets came, and how much time of the processor that took, in microseconds each."""
+
+    def __init__(self) -> None:
+        self.caught = 0
+        self.used = time.process_time()
+
+    @PACKETS.on(qos=UNSURE.qos)
+    def catch(self, message: UInt8MultiArray) -> None:
+        self.caught += 1
+
+    @every(hz=1)
+    def tell(self) -> None:
+        used = time.process_time()
+        print(f"packets {self.caught} each {1e6 * (used - self.used) / max(self.caught, 1):.0f}", flush=True)
+        self.caught, self.used = 0, used
+
+
 class Answerer(Node):
     @PING.serve()
     async def ping(self, request: Trigger_Request) -> Trigger_Response:
@@ -105,7 +139,10 @@ class Caller(Node):
             await self.clock.sleep(0.2)
 
 
-NODES = {kind.__name__.lower(): kind for kind in (Teller, Hearer, Answerer, Caller, Camera, Driver, Base, Viewer)}
+NODES = {
+    kind.__name__.lower(): kind
+    for kind in (Teller, Hearer, Stream, Catcher, Answerer, Caller, Camera, Driver, Base, Viewer)
+}
 
 
 async def main(names: str, listen: str, connect: str, *settings: str) -> None:

@@ -89,6 +89,28 @@ async def test_B_11_reliable_messages_are_late_where_those_of_best_effort_are_lo
     assert number(unsure, "p99") < 100.0
 
 
+@TWO
+async def test_B_03_where_packets_are_lost_more_of_best_effort_arrive_in_time_than_of_reliable_ones(
+    hosts: Hosts,
+) -> None:
+    rates: dict[tuple[str, float], float] = {}
+    for loss in (0.0, 0.05):
+        for by, reliable in (("tcp", True), ("udp", False)):
+            catcher = await hosts.far(2, "catcher", by=by)
+            await hosts.far(1, "stream", f"stream.reliable={reliable}", meets=(2,), by=by)
+            await catcher.says("packets 1")
+            hosts.cables.set(1, 2, Conditions(delay=0.01, loss=loss))
+            lines = (await told(catcher, "packets", len(catcher.lines), 7))[2:]
+            rates[by, loss] = sum(number(line, "packets") for line in lines) / 5
+            each = sorted(number(line, "each") for line in lines)[2]
+            print(f"{by}, {loss:.0%} lost: {rates[by, loss]:.0f} packets/s, {each:.0f} us of the processor each")
+            await hosts.end_programs()
+            hosts.cables.set(1, 2, WIRE)
+
+    assert 0.8 < rates["udp", 0.0] / rates["tcp", 0.0] < 1.25
+    assert rates["udp", 0.05] > 2 * rates["tcp", 0.05]
+
+
 async def test_DDS_09_with_delay_and_loss_messages_arrive_and_calls_end_also_when_the_server_is_started_again(
     hosts: Hosts,
 ) -> None:
