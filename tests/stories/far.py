@@ -85,13 +85,13 @@ class Hearer(Node):
 
 
 class Stream(Node):
-    """Publishes packets of 1,400 bytes, 2,000 a second, as a LiDAR does, on the topic that is asked for."""
+    """Publishes packets of 1,200 bytes, 2,000 a second, as a LiDAR does, on the topic that is asked for."""
 
     reliable = parameter(False, description="Whether they are reliable.", read_only=True)
 
     async def on_start(self) -> None:
         self._out = self.publisher(PACKETS, qos=PACKETS.qos if self.reliable else UNSURE.qos)
-        self._packet = UInt8MultiArray(data=bytes(1400))
+        self._packet = UInt8MultiArray(data=bytes(1200))
 
     @every(hz=200)
     def send(self) -> None:

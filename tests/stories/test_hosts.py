@@ -90,14 +90,16 @@ async def test_B_11_reliable_messages_are_late_where_those_of_best_effort_are_lo
 
 
 @TWO
-async def test_B_03_where_packets_are_lost_more_of_best_effort_arrive_in_time_than_of_reliable_ones(
+async def test_B_03_best_effort_is_not_faster_it_carries_what_is_not_lost_and_reliable_all(
     hosts: Hosts,
 ) -> None:
     rates: dict[tuple[str, float], float] = {}
+    # What Zenoh sends in one piece has to fit a packet of the cable: a datagram is lost if any part of it is.
+    small = {"ZENOH_CONFIG_OVERRIDE": "transport/link/tx/batch_size=1450"}
     for loss in (0.0, 0.05):
         for by, reliable in (("tcp", True), ("udp", False)):
-            catcher = await hosts.far(2, "catcher", by=by)
-            await hosts.far(1, "stream", f"stream.reliable={reliable}", meets=(2,), by=by)
+            catcher = await hosts.far(2, "catcher", by=by, **small)
+            await hosts.far(1, "stream", f"stream.reliable={reliable}", meets=(2,), by=by, **small)
             await catcher.says("packets 1")
             hosts.cables.set(1, 2, Conditions(delay=0.01, loss=loss))
             lines = (await told(catcher, "packets", len(catcher.lines), 7))[2:]
@@ -108,7 +110,8 @@ async def test_B_03_where_packets_are_lost_more_of_best_effort_arrive_in_time_th
             hosts.cables.set(1, 2, WIRE)
 
     assert 0.8 < rates["udp", 0.0] / rates["tcp", 0.0] < 1.25
-    assert rates["udp", 0.05] > 2 * rates["tcp", 0.05]
+    assert 0.88 < rates["udp", 0.05] / rates["udp", 0.0] < 0.98
+    assert rates["tcp", 0.05] > 0.9 * rates["tcp", 0.0]
 
 
 async def test_DDS_09_with_delay_and_loss_messages_arrive_and_calls_end_also_when_the_server_is_started_again(
