@@ -59,9 +59,8 @@ class Connection:
         self._loop = loop
         self._worker = worker
         self._answers = Worker("zenoh answers")
-        self._bulk = (
-            Worker("zenoh bulk") if thin_links else worker
-        )  # a thin link holds it for as long as an image takes
+        # On thin links images wait for room, and nothing else may wait behind them.
+        self._bulk = Worker("zenoh bulk") if thin_links else worker
         self._own_session = str(session.zid())
         self._handles: set[object] = set()
         self._own: Counter[str] = Counter()
