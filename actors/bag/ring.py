@@ -87,6 +87,13 @@ class Ring:
             self.lost += entries[0].at >= horizon
             self._drop()
 
+    def release(self) -> list[Entry]:
+        """Take out all entries, oldest first."""
+        entries = list(self.entries)
+        self.entries.clear()
+        self.bytes = self.kept
+        return entries
+
     def _drop(self) -> None:
         """Drop the oldest entry, but keep the message if a latched publisher still holds it."""
         entry = self.entries.popleft()

@@ -56,6 +56,7 @@ class RemotePublisher:
         self.entry = entry
         self.qos = qos
         self.count = 0
+        self.arrival: tuple[bytes, int] | None = None
         self.kept: dict[int, Any] = {}
         self.type: Any = type
         self._wall_ns = wall_ns
@@ -100,11 +101,13 @@ class RemotePublisher:
                 subscription.node.warn("a message cannot be decoded", topic=self.entry.name, error=str(error))
             return
         wrapped = message if self._lifespan is None else self._expiring(message, sent.source_time)
+        self.arrival = payload, sent.source_time
         for subscription, match in takers:
             if match.last is not None and number > match.last + 1:
                 subscription.count_lost(number - match.last - 1)
             match.last = number
             match.target(wrapped)
+        self.arrival = None
         if number > self.count:
             self.count = number
             for tap in self._taps:
