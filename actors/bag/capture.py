@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from actors.inbox.expiring import ExpiringMessage
 from actors.qos.policies import Durability, QoS, Reliability
+from actors.topics.endpoint import nanoseconds
 from actors.topics.stream import StreamSubscription
 
 if TYPE_CHECKING:
@@ -52,9 +52,10 @@ class Capture(StreamSubscription[Any]):
 
     def target(self, publisher: PublisherPeer) -> Target:
         channel, take = self.channel, self.take
+        expires = nanoseconds(publisher.qos.lifespan) is not None
 
         def deliver(message: Any) -> None:
             self.received += 1
-            take(channel, publisher, message.message if isinstance(message, ExpiringMessage) else message)
+            take(channel, publisher, message.message if expires else message)
 
         return deliver

@@ -12,7 +12,7 @@ import zlib
 from collections.abc import Callable, Iterable, Mapping
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from actors.bag.contents import BagError, BagTopic
 
@@ -67,7 +67,7 @@ class McapStream:
         self._new: list[McapRecord] = []
         """Schemas and channels that are in no chunk yet."""
         self._parts: list[bytes] = []
-        self._size = 0
+        self._pending = 0
         """The bytes in `_parts`."""
         self._index: dict[int, list[tuple[int, int]]] = {}
         self._first_ns = 0
@@ -84,9 +84,9 @@ class McapStream:
             raise
 
     @property
-    def bytes(self) -> int:
+    def size(self) -> int:
         """The size of the file with what waits, before its compression."""
-        return self._end + self._size
+        return self._end + self._pending
 
     @property
     def first_waiting_ns(self) -> int | None:
@@ -135,13 +135,13 @@ class McapStream:
         index = self._index.get(channel)
         if index is None:
             index = self._index[channel] = []
-        index.append((received_ns, self._size))
+        index.append((received_ns, self._pending))
         head = MESSAGE(MESSAGE_OPCODE, MESSAGE_FIXED + len(data), channel, sequence, received_ns, published_ns)
         self._parts.append(head)
         self._parts.append(data)
-        self._size += len(head) + len(data)
+        self._pending += len(head) + len(data)
         self.waiting += 1
-        if self._size >= CHUNK_BYTES:
+        if self._pending >= CHUNK_BYTES:
             self.flush()
 
     def flush(self) -> None:
@@ -164,7 +164,7 @@ class McapStream:
             len(chunk), self._end, self._compression, len(data), end, len(indexes), offsets, start, len(plain)
         )
         counts, waiting = self._chunk_counts, self.waiting
-        self._parts, self._size, self._index, self._chunk_counts, self.waiting = [], 0, {}, {}, 0
+        self._parts, self._pending, self._index, self._chunk_counts, self.waiting = [], 0, {}, {}, 0
         try:
             self._put(chunk + indexes)
         except OSError:
@@ -204,7 +204,7 @@ class McapStream:
 
     def _add(self, record: bytes) -> None:
         self._parts.append(record)
-        self._size += len(record)
+        self._pending += len(record)
 
     def _put(self, data: bytes) -> None:
         """Write all of `data`, or nothing."""
@@ -260,7 +260,8 @@ def _bytes(records: Iterable[McapRecord]) -> bytes:
     builder = RecordBuilder()
     for record in records:
         record.write(builder)
-    return builder.end()
+    end: Callable[[], bytes] = builder.end  # pyright: ignore[reportUnknownVariableType]
+    return end()
 
 
 def _compressor(name: str) -> Callable[[bytes], bytes]:
@@ -273,6 +274,7 @@ def _compressor(name: str) -> Callable[[bytes], bytes]:
     if name == "lz4":
         import lz4.frame
 
-        compress: Any = lz4.frame.compress  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
-        return lambda data: bytes(compress(data))
+        frames: Any = lz4.frame  # it has no types
+        lz4_compress: Callable[[bytes], bytes] = frames.compress
+        return lz4_compress
     raise BagError(f"{name!r} is no compression of a bag: use one of {', '.join(COMPRESSIONS)}")

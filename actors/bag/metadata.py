@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from actors.bag.contents import BagError, BagTopic
+from actors.bag.yaml_text import dump_yaml, load_yaml
 
 __all__ = ["METADATA", "BagFile", "BagMetadata", "merged", "read_metadata", "write_metadata"]
 
@@ -82,28 +83,18 @@ def merged(parts: Iterable[BagMetadata]) -> BagMetadata:
 def write_metadata(folder: Path, metadata: BagMetadata) -> None:
     """Write `metadata.yaml`; the complete file replaces an older one. Raises `OSError`."""
     part = folder / f"{METADATA}.part"
-    part.write_text(metadata_text({ROOT: _mapping(metadata)}), encoding="utf-8")
+    part.write_text(dump_yaml({ROOT: _mapping(metadata)}), encoding="utf-8")
     part.replace(folder / METADATA)
-
-
-def metadata_text(values: Mapping[str, Any]) -> str:
-    import yaml
-
-    dump: Any = yaml.safe_dump  # its stubs do not type it
-    return str(dump(values, sort_keys=False, allow_unicode=True))
 
 
 def read_metadata(folder: Path) -> BagMetadata:
     """Read `metadata.yaml` of any version of rosbag2. Schemas are not in it. Raises `BagError`."""
-    import yaml
-
     path = folder / METADATA
     try:
-        values: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
-        return _metadata(values[ROOT])
+        return _metadata(load_yaml(path.read_text(encoding="utf-8"))[ROOT])
     except OSError as error:
         raise BagError(f"{path}: {error.strerror}; `bag reindex {folder}` writes it anew") from error
-    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, AttributeError, ValueError) as error:
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
         why = f"{type(error).__name__}: {error}".splitlines()[0]
         raise BagError(f"{path} is no metadata of a bag ({why}); `bag reindex {folder}` writes it anew") from error
 
@@ -134,14 +125,12 @@ def _mapping(bag: BagMetadata) -> dict[str, Any]:
 
 
 def _topic_mapping(topic: BagTopic, count: int) -> dict[str, Any]:
-    import yaml
-
     return {
         "topic_metadata": {
             "name": topic.name,
             "type": topic.type,
             "serialization_format": topic.serialization_format,
-            "offered_qos_profiles": yaml.safe_load(topic.offered_qos_profiles) or [],
+            "offered_qos_profiles": load_yaml(topic.offered_qos_profiles) or [],
             "type_description_hash": topic.type_hash,
         },
         "message_count": count,
@@ -160,9 +149,7 @@ def _metadata(values: Mapping[str, Any]) -> BagMetadata:
     )
     if not files:  # older than version 5
         start, duration = values["starting_time"]["nanoseconds_since_epoch"], values["duration"]["nanoseconds"]
-        files = tuple(
-            BagFile(path, start, duration, values["message_count"]) for path in values["relative_file_paths"]
-        )
+        files = tuple(BagFile(path, start, duration, values["message_count"]) for path in values["relative_file_paths"])
     return BagMetadata(
         storage=values["storage_identifier"],
         topics=dict(_topic(one) for one in values["topics_with_message_count"]),
@@ -181,15 +168,8 @@ def _topic(values: Mapping[str, Any]) -> tuple[BagTopic, int]:
     topic = BagTopic(
         told["name"],
         told["type"],
-        offered_qos_profiles=profiles if isinstance(profiles, str) else _profiles_text(profiles),
+        offered_qos_profiles=profiles if isinstance(profiles, str) else dump_yaml(profiles),
         type_hash=told.get("type_description_hash") or "",
         serialization_format=told["serialization_format"],
     )
     return topic, values["message_count"]
-
-
-def _profiles_text(profiles: Any) -> str:
-    import yaml
-
-    dump: Any = yaml.safe_dump
-    return str(dump(profiles, sort_keys=False))

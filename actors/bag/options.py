@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from actors.bag.qos_text import qos_from_mapping
 from actors.bag.selection import EVERYTHING, Selection
 from actors.bag.writer import WriterOptions
+from actors.bag.yaml_text import load_yaml
 from actors.qos import InvalidQoS
 
 if TYPE_CHECKING:
@@ -109,14 +111,10 @@ class PlayOptions:
 
 def qos_overrides(path: str | os.PathLike[str]) -> dict[str, QoS]:
     """The profiles of a YAML file by topic, as `ros2 bag --qos-profile-overrides-path` takes it. Raises `InvalidQoS` and `OSError`."""
-    from pathlib import Path
-
-    import yaml
-
     try:
-        profiles = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InvalidQoS(f"{path} is no YAML: {error}") from None
+        profiles: Any = load_yaml(Path(path).read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise InvalidQoS(f"{path} cannot be read: {error}") from None
     if not isinstance(profiles, dict):
         raise InvalidQoS(f"{path} holds no topics with their profiles")
     return {str(topic): qos_from_mapping(profile) for topic, profile in profiles.items()}  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]

@@ -62,7 +62,7 @@ class Player(Node):
         """The number of messages played so far."""
         first, last = self.bag.metadata.start_ns, self.bag.metadata.end_ns
         self._begin_ns = first + round(options.start_offset * 1e9)
-        ends = [last, first + round(min(options.duration, 1e9) * 1e9) if options.duration < math.inf else last]
+        ends = [last] if options.duration == math.inf else [last, self._begin_ns + round(options.duration * 1e9)]
         self._end_ns = min(ends if options.until_ns is None else [*ends, options.until_ns])
         self._sinks: dict[tuple[str, str], Callable[[BagMessage], None]] = {}
         self._changed = asyncio.Event()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, Final, TypeVar
 
+from actors.bag.yaml_text import load_yaml
 from actors.qos import InvalidQoS, resolve_publisher
 from actors.qos.policies import Durability, History, Liveliness, Policy, QoS, Reliability
 
@@ -63,12 +64,10 @@ def qos_profiles_text(offered: Iterable[QoS]) -> str:
 
 def parse_qos_profiles(text: str) -> tuple[QoS, ...]:
     """The profiles in such a text, of any version of rosbag2. Raises `InvalidQoS` for what is none."""
-    import yaml
-
     try:
-        listed: Any = yaml.safe_load(text) or []
-    except yaml.YAMLError as error:
-        raise InvalidQoS(f"the quality of service of a topic is no YAML: {error}") from None
+        listed: Any = load_yaml(text) or []
+    except ValueError as error:
+        raise InvalidQoS(f"the quality of service of a topic cannot be read: {error}") from None
     if not isinstance(listed, list):
         raise InvalidQoS(f"the quality of service of a topic is a list of profiles, not {listed!r:.60}")
     return tuple(qos_from_mapping(one) for one in listed)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]

@@ -74,7 +74,7 @@ class BagReader:
         return any(reading.cut for reading in self._readings)
 
     @property
-    def bytes(self) -> int:
+    def size(self) -> int:
         """The size of the files of the bag."""
         return sum((self.folder / file.path).stat().st_size for file in self.metadata.files)
 
@@ -142,9 +142,7 @@ def _joined(told: BagMetadata | None, found: BagMetadata, paths: list[str]) -> B
     if told is None:
         return replace(found, files=files)
     said = {(topic.name, topic.type): topic for topic in told.topics}
-    return replace(
-        told, files=files, topics={_completed(topic, said): count for topic, count in found.topics.items()}
-    )
+    return replace(told, files=files, topics={_completed(topic, said): count for topic, count in found.topics.items()})
 
 
 def _completed(topic: BagTopic, said: dict[tuple[str, str], BagTopic]) -> BagTopic:

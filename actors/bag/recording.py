@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterator
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from actors.bag.capture import Capture, fitting
 from actors.bag.offers import Offer, offers
@@ -107,9 +107,9 @@ class Recorder(Node):
         return sorted(channel.topic for channel in self._captures)
 
     @property
-    def bytes(self) -> int:
+    def size(self) -> int:
         """The size of the bag so far, in bytes."""
-        return self._writer.bytes
+        return self._writer.size
 
     def pause(self) -> None:
         """Record nothing until `unpause`. Messages of that time are not counted as lost."""

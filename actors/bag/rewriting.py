@@ -129,4 +129,3 @@ def recover(
             damaged += salvage.damaged
             lost += salvage.lost_bytes
     return Recovered(writer.close(), damaged, lost)
-

@@ -52,7 +52,9 @@ class Selection:
     exclude_services: Iterable[str] = ()
     exclude_actions: Iterable[str] = ()
     hidden: bool = False
-    _sets: dict[str, frozenset[str]] = field(init=False, repr=False, compare=False, default_factory=dict[str, frozenset[str]])
+    _sets: dict[str, frozenset[str]] = field(
+        init=False, repr=False, compare=False, default_factory=dict[str, frozenset[str]]
+    )
 
     def __post_init__(self) -> None:
         for name in ("topics", "services", "actions", "exclude_topics", "exclude_services", "exclude_actions"):

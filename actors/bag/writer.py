@@ -45,7 +45,9 @@ class WriterOptions:
         if self.compression not in COMPRESSIONS:
             raise ValueError(f"{self.compression!r} is no compression of a bag: use one of {', '.join(COMPRESSIONS)}")
         if self.max_bytes < 0 or not self.max_seconds >= 0:
-            raise ValueError(f"a bag cannot be split at {self.max_bytes} bytes and {self.max_seconds:g} s: use 0 or more")
+            raise ValueError(
+                f"a bag cannot be split at {self.max_bytes} bytes and {self.max_seconds:g} s: use 0 or more"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,9 +99,9 @@ class BagWriter:
         return self.given - sum(self._counts.values()) if self._closed else 0
 
     @property
-    def bytes(self) -> int:
+    def size(self) -> int:
         """The size of the bag so far, with what waits to be written."""
-        return self._stream.bytes + sum((self.path / file.path).stat().st_size for file in self._files)
+        return self._stream.size + sum((self.path / file.path).stat().st_size for file in self._files)
 
     def add(self, topic: BagTopic) -> None:
         """Note a topic, so that the bag tells of it even if it has no message."""
@@ -160,7 +162,7 @@ class BagWriter:
 
     def _full(self, now_ns: int) -> bool:
         options, stream = self.options, self._stream
-        if options.max_bytes and stream.bytes >= options.max_bytes:
+        if options.max_bytes and stream.size >= options.max_bytes:
             return True
         return bool(options.max_seconds) and now_ns - stream.first_ns >= options.max_seconds * 1e9
 
