@@ -69,14 +69,14 @@ class Player(Node):
         self._over = asyncio.Event()
         names = {topic.name for topic in self.bag.topics if self._selected(topic)}
         self._messages = ReadAhead(self.bag, names, options.read_ahead, partial(self.offload, thread=True))
+        self._requests = Requests(self, options)
         self._time = PlayClock(0.0, self._begin_ns, options.rate, paused=options.paused)
 
     async def on_start(self) -> None:
         self._tick = self.publisher(CLOCK) if self.options.clock else None
-        requests = Requests(self, self.options)
         for topic in self.bag.topics:
             if self._selected(topic):
-                self._sinks[topic.name, topic.type] = requests.sink(topic) or self._publishing(topic)
+                self._sinks[topic.name, topic.type] = self._requests.sink(topic) or self._publishing(topic)
         self._messages.rewind(self._begin_ns)
         serve_player(self)
 
@@ -161,6 +161,7 @@ class Player(Node):
             if not self.options.loop or self._over.is_set():
                 break
             self._messages.rewind(self._begin_ns)
+        await self._requests.ended()
         self.finish()
 
     async def _play_through(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Final
 
@@ -35,6 +36,8 @@ class Requests:
     def __init__(self, node: Node, options: PlayOptions) -> None:
         self._node = node
         self._options = options
+        self._open: set[asyncio.Task[None]] = set()
+        """The requests that have not ended."""
         self._wanted = {"service": RECEIVED, "client": SENT}.get(options.service_requests)
 
     def sink(self, topic: BagTopic) -> Callable[[BagMessage], None] | None:
@@ -56,6 +59,11 @@ class Requests:
             raise BagError(f"{topic.name}: {error}") from error
         return _nothing  # the server tells its feedback and status itself
 
+    async def ended(self) -> None:
+        """Wait until the requests have ended, for at most `TIMEOUT` seconds."""
+        if self._open:
+            await asyncio.wait(self._open, timeout=TIMEOUT)
+
     def _name(self, name: str) -> str:
         return self._options.remap.get(name, name)
 
@@ -71,7 +79,10 @@ class Requests:
                 self._node.log.warning("an event of the bag cannot be decoded", topic=topic.name, error=str(error))
                 return
             if event.info.event_type == self._wanted and event.request:
-                self._node.spawn(self._tried(topic.name, send(event.request[0])), name=f"request of {topic.name}")
+                name = f"request of {topic.name}"
+                task = self._node.spawn(self._tried(topic.name, send(event.request[0])), name=name)
+                self._open.add(task)
+                task.add_done_callback(self._open.discard)
 
         return take
 
