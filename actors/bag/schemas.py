@@ -55,8 +55,8 @@ def _defines(name: str, text: str, others: dict[str, str]) -> bool:
     package = name.partition("/")[0]
     for line in text.splitlines():
         base = line.partition("#")[0].strip().partition(" ")[0].partition("[")[0]
-        needed = base if "/" in base else f"{package}/{base}"
-        if needed.count("/") == 1 and full_name(needed) in others and full_name(needed) != name:
+        needed = (base if "/" in base else f"{package}/{base}").replace("/", "/msg/")
+        if needed in others and needed != name:
             return False
     load(text, name)
     return True

@@ -111,6 +111,7 @@ class BagWriter:
 
     def write(self, topic: BagTopic, data: bytes, *, received_ns: int, published_ns: int) -> Split | None:
         """Add one message, encoded in CDR; times are in nanoseconds since 1970. Returns the split that it caused, if any."""
+        split = self.split() if self._full(received_ns) else None
         stream = self._stream
         channel = self._channels.get(topic)
         if channel is None:
@@ -121,7 +122,7 @@ class BagWriter:
         stream.write(channel, data, received_ns=received_ns, published_ns=published_ns)
         if first is not None and received_ns - first >= FLUSH_NS:
             stream.flush()
-        return self.split() if self._full(received_ns) else None
+        return split
 
     def split(self) -> Split:
         """Close the present file and begin the next one."""
@@ -162,6 +163,8 @@ class BagWriter:
 
     def _full(self, now_ns: int) -> bool:
         options, stream = self.options, self._stream
+        if not (stream.written or stream.waiting):
+            return False
         if options.max_bytes and stream.size >= options.max_bytes:
             return True
         return bool(options.max_seconds) and now_ns - stream.first_ns >= options.max_seconds * 1e9
