@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant
 
-__all__ = ["Offer", "offers"]
+__all__ = ["Offer", "known_type", "offers"]
 
 STANDARD = {ROSOUT: "rcl_interfaces/msg/Log", PARAMETER_EVENTS: "rcl_interfaces/msg/ParameterEvent"}
 """The topics of every system of this process, which have no publisher before the first subscription."""
@@ -59,10 +59,13 @@ def offers(graph: Graph, asking: Participant, *, unpublished: bool) -> Iterator[
 def _offer(entry: TopicEntry, type_name: str, asking: Participant) -> Offer:
     publishers = [one for one in entry.publishers if one.type.__ros_type__ == type_name and one.node is not asking]
     used = any(subscription.node is not asking for subscription in entry.subscriptions)
-    kind = next((one.type for one in publishers if not isinstance(one.type, ForeignType)), None)  # pyright: ignore[reportUnnecessaryIsInstance]
-    if kind is None:
-        kind = _known(type_name)
+    kind = next((one.type for one in publishers if one.here), None) or _known(type_name)
     return Offer(entry, type_name, kind, tuple(one.qos for one in publishers), used)
+
+
+def known_type(kind: Any) -> type[Message] | None:
+    """The type of an endpoint of this process or another one; None if this process does not know it."""
+    return _known(kind.__ros_type__) if isinstance(kind, ForeignType) else kind
 
 
 def _known(type_name: str) -> type[Message] | None:

@@ -95,7 +95,10 @@ def qos_from_mapping(profile: Mapping[str, Any]) -> QoS:
         given["depth"] = 1  # as it acts
     if "depth" not in given and "history" not in given:
         given["depth"] = 10
-    return QoS(**given)
+    try:
+        return QoS(**given)
+    except TypeError as error:
+        raise InvalidQoS(str(error)) from None
 
 
 def _policy(kind: type[P], value: object) -> P:

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.bag.events import SUPERVISOR_EVENTS, event_message
 from actors.bag.mcap_file import McapFile
+from actors.bag.offers import known_type
 from actors.bag.ring import Channel, Entry, Ring, Source, placed
 from actors.bag.weight import weight_of
 from actors.errors import NotStarted
@@ -131,7 +132,10 @@ class FlightRecorder:
         qos, topic = publisher.qos, publisher.entry.name
         if topic == ROSOUT:  # log lines are recorded by the sink
             return _nothing
-        channel = self._channel(topic, publisher.type)
+        kind = known_type(publisher.type)
+        if kind is None:  # a publisher of another process, whose messages cannot be read here
+            return _nothing
+        channel = self._channel(topic, kind)
         channel.offer(qos)
         source = Source(channel, publisher.node.fqn, qos.limit if qos.transient_local else 0)
         weigh, order, seconds, now = weight_of(channel.type), self._order, self.seconds, self.system.clock.now

@@ -75,6 +75,8 @@ class Recorder(Node):
         """The types that cannot be recorded, because they are not known here."""
         self._lost = 0
         """What was lost by captures that have been closed."""
+        self._listening = True
+        """Whether topics are subscribed to; False for good when recording ends."""
         self._order = count()
         self._lock = asyncio.Lock()
         self._changed = asyncio.Event()
@@ -160,7 +162,7 @@ class Recorder(Node):
         """Subscribe to what appears."""
         leave = incarnation_of(self).runtime.graph.on_change(self._changed.set)
         try:
-            while self.options.discovery and not self._over.is_set():
+            while self.options.discovery and self._listening:
                 self._discover()
                 await self._changed.wait()
                 self._changed.clear()
@@ -212,7 +214,7 @@ class Recorder(Node):
             return
         clock = self.clock
         received_ns = clock.wall_ns()
-        if received_ns == 0 and not clock.virtual:
+        if received_ns == 0 and incarnation_of(self).sim is not None:
             return  # simulated time has not begun
         payload, sent_ns = publisher.arrival or (None, received_ns)
         weight = weight_of(channel.type)(message)
@@ -274,7 +276,8 @@ class Recorder(Node):
             return None
 
     def _release(self) -> None:
-        """Leave all topics."""
+        """Leave all topics, for good."""
+        self._listening = False
         for capture in self._captures.values():
             self._lost += capture.dropped
             capture.close()
