@@ -130,7 +130,7 @@ class McapReading:
                 schemas[record.id] = record
             elif kind == "Channel":
                 found.topics[record.id] = _topic(record, schemas.get(record.schema_id))
-            elif kind == "Message":
+            else:
                 topic = found.topics.get(record.channel_id)
                 if topic is None:  # its chunk is damaged
                     found.damaged += 1
@@ -143,7 +143,7 @@ class McapReading:
                 yield BagMessage(topic, record.data, time, record.publish_time)
 
     def _records(self, found: Salvage) -> Iterator[Any]:
-        """The schemas, channels and messages of the file, up to its last whole record."""
+        """The schemas, channels and messages of the file, and nothing else, up to its last whole record."""
         size = self.path.stat().st_size
         with self.path.open("rb") as stream:
             stream.seek(len(MAGIC))

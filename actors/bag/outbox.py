@@ -54,11 +54,6 @@ class Outbox:
         self.unencodable = 0
         """The messages that cannot be encoded, because a text in them is none."""
 
-    @property
-    def waiting(self) -> int:
-        """The approximate size of what waits, in bytes."""
-        return self._added - self._done
-
     def add(self, taken: Taken) -> None:
         """Add a message, or count it as dropped."""
         if self._added - self._done + taken.weight > self._max_bytes:

@@ -154,7 +154,7 @@ class Player(Node):
     async def play(self) -> None:
         """Play the bag, again and again if so told."""
         clock = incarnation_of(self).runtime.clock
-        while not self._over.is_set():
+        while True:
             await clock.sleep(self.options.delay)
             self._time.seek(self._now(), self._begin_ns)
             await self._play_through()

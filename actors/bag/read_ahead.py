@@ -16,7 +16,7 @@ __all__ = ["ReadAhead"]
 
 
 class ReadAhead:
-    """A position in a bag. It may be used by one task at a time; `rewind` by any.
+    """A position in a bag.
 
     `offload(function)` runs the reading, in a thread.
 
@@ -49,16 +49,16 @@ class ReadAhead:
     async def peek(self) -> BagMessage | None:
         """The next message, which stays the next one; None at the end."""
         while not self._ready:
-            messages = self._messages
             if self._coming is None:
-                self._coming = asyncio.ensure_future(self._read(messages))
-            read = await self._coming
-            if messages is not self._messages:
-                continue  # it was rewound meanwhile
+                self._coming = asyncio.ensure_future(self._read(self._messages))
+            coming = self._coming
+            read = await asyncio.shield(coming)
+            if coming is not self._coming:
+                continue  # it was rewound meanwhile, or another task has taken what came
             if not read:
                 return None
             self._ready.extend(read)
-            self._coming = asyncio.ensure_future(self._read(messages))
+            self._coming = asyncio.ensure_future(self._read(self._messages))
         return self._ready[0]
 
     def advance(self) -> BagMessage:

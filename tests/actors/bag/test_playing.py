@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from rosbags.rosbag2 import StoragePlugin
 
-from actors import Child, Node, Service, StartFailed, Topic, every, publishes, qos, temporary
+from actors import Child, Node, Service, StartFailed, Topic, every, publishes, qos, run, temporary
 from actors.bag import BagTopic, BagWriter, Player, PlayOptions, Recorder, RecordOptions, Selection, qos_overrides
 from actors.interfaces import encode
 from actors.interfaces.builtin_interfaces.msg import Time
@@ -335,3 +335,17 @@ def test_profiles_are_read_from_the_file_that_ros2_bag_takes(tmp_path: Path) -> 
         path.write_text(broken)
         with pytest.raises(InvalidQoS, match=said):
             qos_overrides(path)
+
+
+@pytest.mark.realtime
+async def test_on_the_real_clock_it_may_be_sent_elsewhere_while_it_reads(tmp_path: Path) -> None:
+    bag = bag_of(tmp_path / "walk", 1000, MS)
+    async with run(player(bag, read_ahead=3, paused=True), sinks=()) as system:
+        play = system.node(Player)
+        heard = system.node(Player).subscribe(SAID)
+        play.unpause()
+        for place in (500, 20, 900):
+            assert play.seek(BEGIN + place * MS)
+        await play.wait()
+        found = [(await heard.next(timeout=1.0)).data for _ in range(heard.received)]
+    assert found[-100:] == [f"{number}" for number in range(900, 1000)]

@@ -13,6 +13,7 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from actors.bag import BagError, BagReader, BagTopic, type_of
 from actors.bag.mcap_reading import McapReading, Salvage
+from actors.bag.metadata import read_metadata
 from actors.interfaces import decode, type_hash
 from actors.interfaces.std_msgs.msg import String
 from tests.actors.bag.bags import BEGIN, MS, foreign_bag, text, words_of, write
@@ -196,7 +197,8 @@ def test_metadata_that_are_none_are_said_with_the_way_out(tmp_path: Path) -> Non
         (path / "metadata.yaml").write_text(broken)
         with pytest.raises(BagError, match=r"is no metadata of a bag .*; `bag reindex .*walk` writes it anew"):
             BagReader(path)
-    shutil.copy(path / "walk_0.mcap", path / "kept")
+    with pytest.raises(BagError, match=r"metadata.yaml: No such file or directory; `bag reindex"):
+        read_metadata(tmp_path)
     other = write(tmp_path / "other", WORDS)
     (other / "other_0.mcap").unlink()
     with pytest.raises(BagError, match="other_0.mcap: No such file or directory"):
@@ -268,6 +270,10 @@ def test_quality_of_service_that_only_the_metadata_tell_is_taken_from_there(tmp_
     (path / "metadata.yaml").write_text(yaml.safe_dump({"rosbag2_bagfile_information": told}))
     with BagReader(path) as bag:
         assert bag.topics[0].offered_qos_profiles == "- {history: 1, depth: 4}"
+    told["topics_with_message_count"] = []
+    (path / "metadata.yaml").write_text(yaml.safe_dump({"rosbag2_bagfile_information": told}))
+    with BagReader(path) as bag:
+        assert [(topic.name, count) for topic, count in bag.metadata.topics.items()] == [("/words", 3)]
 
 
 # -- types ----------------------------------------------------------------------------------------------------------------------

@@ -90,6 +90,7 @@ async def test_a_minute_of_everything_is_recorded_without_a_loss(rig: Rig, tmp_p
     assert counts["/map"] == 1, "kept by its publisher for those who come later"
     assert counts["/image"] == sent["image"] >= 599
     assert recording.recorded == sum(counts.values())
+    assert recording.size == sum(file.stat().st_size for file in (tmp_path / "walk").glob("*.mcap"))
     assert len(by_rosbags(tmp_path / "walk")) == sum(counts.values())
 
 

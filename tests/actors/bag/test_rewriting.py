@@ -42,6 +42,15 @@ def test_some_topics_and_some_time_are_kept_with_both_times_of_each_message(tmp_
         assert some.topics[0] == WORDS
 
 
+def test_of_a_topic_with_two_types_one_may_be_kept(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "all") as bag:
+        number = BagTopic("/words", "std_msgs/msg/Int32", NUMBERS.schema)
+        bag.write(number, encode(Int32(data=1)), received_ns=BEGIN, published_ns=BEGIN)
+        bag.write(WORDS, text("a"), received_ns=BEGIN + MS, published_ns=BEGIN)
+    rewrite([tmp_path / "all"], tmp_path / "some", selection=Selection(types=["std_msgs/msg/String"]))
+    assert words_of(tmp_path / "some") == ["a"]
+
+
 def test_bags_are_merged_in_the_order_of_receipt(tmp_path: Path) -> None:
     a = write(tmp_path / "a", [f"a{number}" for number in range(4)])
     b = write(tmp_path / "b", [f"b{number}" for number in range(4)], step=15 * MS)

@@ -11,9 +11,11 @@ from mcap.reader import make_reader
 
 from actors import qos
 from actors.bag import BagError, BagReader, BagWriter, WriterOptions, topic_of
+from actors.bag.mcap_file import McapFile
+from actors.bag.mcap_stream import McapStream
 from actors.interfaces import encode
 from actors.interfaces.geometry_msgs.msg import PoseStamped
-from actors.interfaces.std_msgs.msg import Int32
+from actors.interfaces.std_msgs.msg import Int32, String
 from tests.actors.bag.bags import BEGIN, MS, NUMBERS, WORDS, by_mcap, by_rosbags, largest_file, text, words_of, write
 
 
@@ -186,11 +188,31 @@ def test_a_bag_without_room_for_its_index_is_read_from_front_to_back(tmp_path: P
     assert bag.lost == 1
 
 
+def test_an_open_file_is_closed_once_and_its_compression_is_known(tmp_path: Path) -> None:
+    stream = McapStream(tmp_path / "alone.mcap")
+    stream.close()
+    size = (tmp_path / "alone.mcap").stat().st_size
+    stream.close()
+    assert (tmp_path / "alone.mcap").stat().st_size == size
+    with pytest.raises(BagError, match="'gzip' is no compression of a bag"):
+        McapStream(tmp_path / "other.mcap", compression="gzip")
+
+
+def test_a_flight_record_that_finds_no_room_leaves_nothing_behind(tmp_path: Path) -> None:
+    path = tmp_path / "flight.mcap"
+    with largest_file(500), pytest.raises(OSError), McapFile(path) as file:
+        channel = file.channel("/words", String, [])
+        file.write(channel, text("x" * 1000), received_ns=BEGIN, published_ns=BEGIN)
+    with largest_file(500), pytest.raises(ZeroDivisionError), McapFile(path) as file:
+        channel = file.channel("/words", String, [])
+        file.write(channel, text("x" * 1000), received_ns=BEGIN, published_ns=BEGIN)
+        raise ZeroDivisionError
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_disk_that_is_full_from_the_start_is_said(tmp_path: Path) -> None:
     with largest_file(1000), pytest.raises(BagError, match="walk cannot be written: File too large"):
         BagWriter(tmp_path / "walk")
     assert list((tmp_path / "walk").iterdir()) == []
     with largest_file(4), pytest.raises(OSError):
-        from actors.bag.mcap_stream import McapStream
-
         McapStream(tmp_path / "alone.mcap")
