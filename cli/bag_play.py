@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from actors import Child, temporary
-from actors.bag import Player, PlayOptions
+from actors.bag import BagReader, Player, PlayOptions
 from cli.bag import progress, progress_over
 from cli.bag_keys import keys
 from cli.bag_options import add_selection, not_negative, positive, profiles, selection_of
@@ -27,7 +27,10 @@ __all__ = ["run"]
 def run(verb: str, argv: Sequence[str]) -> int:
     """Play a bag to its end; the exit code."""
     options = _parser(verb).parse_args(argv)
-    return asyncio.run(_play(options, _told(options), options.num_messages if verb == "burst" else None))
+    told = _told(options)
+    with BagReader(options.bag_path):
+        pass  # so that a bag that is none is said before anything else happens
+    return asyncio.run(_play(options, told, options.num_messages if verb == "burst" else None))
 
 
 def _parser(verb: str) -> argparse.ArgumentParser:

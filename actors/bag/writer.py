@@ -101,7 +101,9 @@ class BagWriter:
     @property
     def size(self) -> int:
         """The size of the bag so far, with what waits to be written."""
-        return (0 if self._closed else self._stream.size) + sum((self.path / file.path).stat().st_size for file in self._files)
+        return (0 if self._closed else self._stream.size) + sum(
+            (self.path / file.path).stat().st_size for file in self._files
+        )
 
     def add(self, topic: BagTopic) -> None:
         """Note a topic, so that the bag tells of it even if it has no message."""

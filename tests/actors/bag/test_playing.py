@@ -269,7 +269,9 @@ async def test_many_messages_at_one_time_leave_others_their_turn(rig: Rig, tmp_p
 # -- the time of the bag --------------------------------------------------------------------------------------------------------
 
 
-async def test_the_time_of_the_bag_is_published_at_a_rate_and_what_the_bag_has_of_it_is_not(rig: Rig, tmp_path: Path) -> None:
+async def test_the_time_of_the_bag_is_published_at_a_rate_and_what_the_bag_has_of_it_is_not(
+    rig: Rig, tmp_path: Path
+) -> None:
     path = tmp_path / "walk"
     ticks = BagTopic("/clock", "rosgraph_msgs/msg/Clock")
     with BagWriter(path) as bag:

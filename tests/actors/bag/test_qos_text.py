@@ -33,9 +33,7 @@ FOXY = """- history: 1
 
 def test_the_words_of_a_new_bag_are_read() -> None:
     assert parse_qos_profiles(JAZZY) == (
-        qos.SENSOR_DATA.replace(
-            depth=7, deadline=0.1, liveliness=Liveliness.MANUAL_BY_TOPIC, liveliness_lease=2.5
-        ),
+        qos.SENSOR_DATA.replace(depth=7, deadline=0.1, liveliness=Liveliness.MANUAL_BY_TOPIC, liveliness_lease=2.5),
     )
 
 

@@ -24,7 +24,7 @@ from actors.testing import Rig
 from actors.transport.bridge import connect
 from tests.actors.bag.bags import by_rosbags, largest_file
 from tests.actors.transport.memory import Network
-from tests.stage import COUNT, WORDS, events, number, order, result, step, word
+from tests.stage import COUNT, WORDS, events, order, result, step, word
 
 from actors import Done, Service  # isort: skip
 
@@ -111,7 +111,9 @@ async def test_every_message_has_its_time_and_a_topic_its_quality_of_service(rig
 
 
 async def test_what_appears_later_is_recorded_too_unless_told_not_to(rig: Rig, tmp_path: Path) -> None:
-    await rig.start(recorder(tmp_path / "a"), Child(Recorder, name="other", args=(tmp_path / "b", RecordOptions(discovery=False))))
+    await rig.start(
+        recorder(tmp_path / "a"), Child(Recorder, name="other", args=(tmp_path / "b", RecordOptions(discovery=False)))
+    )
     late = rig.me.publisher(WORDS)
     await rig.quiet()
     late(word("late"))
@@ -121,7 +123,9 @@ async def test_what_appears_later_is_recorded_too_unless_told_not_to(rig: Rig, t
     assert texts(tmp_path / "b") == []
 
 
-async def test_log_lines_and_changes_of_parameters_are_recorded_though_nobody_asked_for_them(rig: Rig, tmp_path: Path) -> None:
+async def test_log_lines_and_changes_of_parameters_are_recorded_though_nobody_asked_for_them(
+    rig: Rig, tmp_path: Path
+) -> None:
     await rig.start(recorder(tmp_path / "walk"), Talker)
     await rig.quiet()
     rig.node(Talker).log.info("hello", who="you")
@@ -226,7 +230,9 @@ async def test_splits_by_time_are_told_too(rig: Rig, tmp_path: Path) -> None:
     assert texts(tmp_path / "walk") == ["a", "b", "c"]
 
 
-async def test_by_snapshot_only_the_last_seconds_are_written_and_what_was_latched_before(rig: Rig, tmp_path: Path) -> None:
+async def test_by_snapshot_only_the_last_seconds_are_written_and_what_was_latched_before(
+    rig: Rig, tmp_path: Path
+) -> None:
     await rig.start(recorder(tmp_path / "walk", snapshot=True, snapshot_seconds=10.0), Talker)
     talker, recording = rig.node(Talker), rig.node(Recorder)
     talker.map(word("the house"))
@@ -390,9 +396,9 @@ async def test_from_another_process_both_times_are_kept_and_the_bytes_are_those_
 
 
 async def test_a_type_that_is_not_known_here_is_named_once(rig: Rig, tmp_path: Path) -> None:
+    from actors.bag.offers import offers
     from actors.interfaces.foreign import ForeignType
     from actors.transport.remote_topics import RemotePublisher
-    from actors.bag.offers import offers
 
     await rig.start(recorder(tmp_path / "walk"))
 

@@ -48,7 +48,9 @@ async def recorded(path: Path) -> Path:
     rig = Rig()
     client = {"client_configure_introspection": "contents"}
     await rig.start(
-        Child(Recorder, args=(path, EVERY_CALL)), Child(Server, parameters=ON), Child(Node, name="user", parameters=client)
+        Child(Recorder, args=(path, EVERY_CALL)),
+        Child(Server, parameters=ON),
+        Child(Node, name="user", parameters=client),
     )
     await rig.quiet()
     user = rig.node("user")
@@ -65,7 +67,9 @@ async def recorded(path: Path) -> Path:
     return path
 
 
-async def test_each_step_of_each_call_is_in_the_bag_and_both_ends_agree_which_call_it_is(rig: Rig, tmp_path: Path) -> None:
+async def test_each_step_of_each_call_is_in_the_bag_and_both_ends_agree_which_call_it_is(
+    rig: Rig, tmp_path: Path
+) -> None:
     bag = await recorded(tmp_path / "calls")
     found: dict[str, list[Any]] = {}
     with BagReader(bag) as read:
@@ -92,10 +96,14 @@ async def played(rig: Rig, bag: Path, **options: Any) -> list[Any]:
 
 
 @pytest.mark.parametrize(("source", "expected"), [("service", [True, False, 3]), ("client", [True, False])])
-async def test_recorded_requests_and_goals_are_sent_again(rig: Rig, tmp_path: Path, source: str, expected: list[Any]) -> None:
+async def test_recorded_requests_and_goals_are_sent_again(
+    rig: Rig, tmp_path: Path, source: str, expected: list[Any]
+) -> None:
     assert await played(rig, await recorded(tmp_path / "calls"), service_requests=source) == expected
     rejected = events(rig.logs, "a recorded request has failed")
-    assert [one.fields["topic"] for one in rejected] == ["/count/_action/send_goal/_service_event"] * (source == "service")
+    assert [one.fields["topic"] for one in rejected] == ["/count/_action/send_goal/_service_event"] * (
+        source == "service"
+    )
 
 
 async def test_without_that_the_events_themselves_are_played(rig: Rig, tmp_path: Path) -> None:
@@ -114,7 +122,9 @@ async def test_a_service_may_be_played_under_another_name(rig: Rig, tmp_path: Pa
 
     await rig.start(Node)
     rig.me.serve(Service(SetBool, "dim"), dim)
-    options = PlayOptions(service_requests="service", remap={"/light": "/dim"}, selection=Selection(services=["/light"]))
+    options = PlayOptions(
+        service_requests="service", remap={"/light": "/dim"}, selection=Selection(services=["/light"])
+    )
     await rig.system.join(Child(Player, args=(bag, options)))
     await rig.node(Player).wait()
     assert other == [True, False]

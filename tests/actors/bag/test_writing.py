@@ -53,7 +53,11 @@ def test_a_topic_carries_the_definition_the_hash_and_the_offered_quality_of_serv
         assert reader.get_header().profile == "ros2"
         ((schema, channel, _),) = reader.iter_messages()
     assert schema is not None
-    assert (schema.name, schema.encoding, channel.message_encoding) == ("geometry_msgs/msg/PoseStamped", "ros2msg", "cdr")
+    assert (schema.name, schema.encoding, channel.message_encoding) == (
+        "geometry_msgs/msg/PoseStamped",
+        "ros2msg",
+        "cdr",
+    )
     assert "MSG: geometry_msgs/Quaternion" in schema.data.decode()
     assert channel.metadata["topic_type_hash"].startswith("RIHS01_")
     told = yaml.safe_load((tmp_path / "walk" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
@@ -135,7 +139,12 @@ def test_an_empty_bag_is_a_bag(tmp_path: Path) -> None:
         pass
     assert by_rosbags(tmp_path / "walk") == []
     with BagReader(tmp_path / "walk") as bag:
-        assert (bag.metadata.message_count, bag.metadata.start_ns, bag.metadata.duration_ns, bag.cut) == (0, 0, 0, False)
+        assert (bag.metadata.message_count, bag.metadata.start_ns, bag.metadata.duration_ns, bag.cut) == (
+            0,
+            0,
+            0,
+            False,
+        )
 
 
 # -- a full disk ----------------------------------------------------------------------------------------------------------------

@@ -17,8 +17,12 @@ from tests.actors.transport.memory import Network
 from tests.stage import ADD, COUNT, order, result, step, total, two
 
 EVENTS = Topic(get_message("example_interfaces/srv/AddTwoInts_Event"), "/add/_service_event")
-GOALS = Topic(get_message("example_interfaces/action/Fibonacci_SendGoal_Event"), "/count/_action/send_goal/_service_event")
-RESULTS = Topic(get_message("example_interfaces/action/Fibonacci_GetResult_Event"), "/count/_action/get_result/_service_event")
+GOALS = Topic(
+    get_message("example_interfaces/action/Fibonacci_SendGoal_Event"), "/count/_action/send_goal/_service_event"
+)
+RESULTS = Topic(
+    get_message("example_interfaces/action/Fibonacci_GetResult_Event"), "/count/_action/get_result/_service_event"
+)
 SERVICE, CLIENT = "service_configure_introspection", "client_configure_introspection"
 ACTION = "action_server_configure_introspection"
 SENT, RECEIVED, ANSWERED, RETURNED = range(4)
@@ -57,7 +61,7 @@ async def test_nothing_is_told_unless_a_parameter_says_so(rig: Rig) -> None:
     heard = rig.probe(EVENTS)
     await rig.call(ADD, two(1, 2))
     assert len(heard) == 0
-    assert SERVICE not in {name for name in rig.node(Adder).declarations.table.values}
+    assert SERVICE not in rig.node(Adder).declarations.table.values
 
 
 async def test_a_server_tells_of_the_request_it_takes_and_the_response_it_gives(rig: Rig) -> None:
@@ -96,7 +100,11 @@ async def test_metadata_leave_the_contents_out(rig: Rig) -> None:
 
 async def test_it_can_be_changed_while_the_node_runs(rig: Rig) -> None:
     both = {SERVICE: "disabled", CLIENT: "off", ACTION: "off"}
-    await rig.start(Child(Adder, parameters=both), Child(Counter, parameters={ACTION: "off"}), Child(Node, name="user", parameters=both))
+    await rig.start(
+        Child(Adder, parameters=both),
+        Child(Counter, parameters={ACTION: "off"}),
+        Child(Node, name="user", parameters=both),
+    )
     calls, goals = rig.probe(EVENTS), rig.probe(GOALS)
     user = rig.node("user")
     await user.call(ADD, two(1, 2))
@@ -176,7 +184,9 @@ async def test_over_two_processes_both_ends_name_a_call_alike() -> None:
     far = System(sinks=())
     connect(far.runtime, network.end())
     far.open()
-    async with run(Child(Adder, parameters={SERVICE: "contents"}), transport=network.end(), sinks=(lines.append,)) as near:
+    async with run(
+        Child(Adder, parameters={SERVICE: "contents"}), transport=network.end(), sinks=(lines.append,)
+    ) as near:
         node = await far.join(Child(Node, name="user", parameters={CLIENT: "contents"}))
         await far.runtime.opened()
         await asyncio.sleep(0.05)
