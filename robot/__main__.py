@@ -15,6 +15,8 @@ commands:
   node       the nodes of the running graph, from any terminal              node list
   topic      its topics, and what is sent on them                           topic list | echo
   bag        recordings, as those of ros2 bag                                bag record | play | info | ...
+  top        hosts, processes and nodes, live                             top --once | --json
+  security   certificates, and who may do what                            security create | show | check
   router     a meeting point for several machines                           router --help
 
 options:

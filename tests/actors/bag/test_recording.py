@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -408,9 +409,10 @@ async def test_a_type_that_is_not_known_here_is_named_once(rig: Rig, tmp_path: P
         def warn(self, event: str, **fields: object) -> None: ...
 
     entry = rig.system.graph.topic("/secret")
+    side: Any = SimpleNamespace(wall_ns=rig.system.clock.wall_ns, unreadable=None)
     for _ in range(2):
         foreign = ForeignType("secret_msgs/msg/Secret", "RIHS01_" + 64 * "0")
-        entry.add_publisher(RemotePublisher(Elsewhere(), entry, foreign, qos.DEFAULT, rig.system.clock.wall_ns))
+        entry.add_publisher(RemotePublisher(Elsewhere(), entry, foreign, qos.DEFAULT, side))
         await rig.quiet()
     (line,) = events(rig.logs, "not recorded: its type is not known here")
     assert (line.fields["topic"], line.fields["type"]) == ("/secret", "secret_msgs/msg/Secret")
