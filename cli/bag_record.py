@@ -12,6 +12,7 @@ from pathlib import Path
 
 from actors import Child, temporary
 from actors.bag import BagError, Recorder, RecordOptions
+from actors.interfaces import load_folder
 from actors.logs import WARN, LogRecord
 from cli.bag import progress, progress_over
 from cli.bag_options import add_selection, add_writing, not_negative, positive, profiles, selection_of, size, writing_of
@@ -27,6 +28,8 @@ def run(verb: str, argv: Sequence[str]) -> int:
     options = _parser().parse_args(argv)
     options.topics += options.positional
     told = _told(options)
+    for folder in options.interfaces:
+        load_folder(folder)
     path: Path = options.output or Path(datetime.now().strftime("rosbag2_%Y_%m_%d-%H_%M_%S"))
     if path.exists():
         raise CommandFailed(f"Output folder '{path}' already exists.")
@@ -63,6 +66,14 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument("--duration", type=not_negative, metavar="S", help="end after S seconds")
     group.add_argument("-p", "--polling-interval", help="accepted for ros2's sake: what appears is seen at once")
     group.add_argument("--disable-keyboard-controls", action="store_true", help="accepted for ros2's sake")
+    group.add_argument(
+        "--interfaces",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="DIR",
+        help="definitions of types that are not known here",
+    )
     add_graph_options(parser)
     return parser
 

@@ -184,7 +184,7 @@ class Recorder(Node):
             self._unknown.add(offer.type_name)
             self.log.warning(
                 "not recorded: its type is not known here", topic=offer.entry.name, type=offer.type_name,
-                remedy="give the folder of its definition",
+                remedy="load the folder of its definition: --interfaces DIR, or actors.interfaces.load_folder",
             )  # fmt: skip
         return offer.type is not None
 

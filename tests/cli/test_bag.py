@@ -116,6 +116,7 @@ async def test_recording_wants_to_be_told_what(robot: Command, tmp_path: Path) -
         (["-a", "--compression-mode", "none", "--compression-format", "zstd"], "leave one out"),
         (["-a", "--custom-data", "x"], "--custom-data 'x': write it as KEY=VALUE"),
         (["-a", "--max-cache-size", "0"], "a cache of more than 0 bytes"),
+        (["-a", "--interfaces", "/nowhere"], "no definition in /nowhere"),
         (["-a", "-b", "-1"], "cannot be split at -1 bytes"),
         (["-a", "--qos-profile-overrides-path", "/nowhere"], "No such file or directory: '/nowhere'"),
     ):

@@ -134,6 +134,9 @@ def test_of_a_cut_file_everything_up_to_its_last_whole_chunk_is_read(tmp_path: P
     cut = tmp_path / "cut.mcap"
     for length in [*range(8, len(data), 997), *ends, *(end - 1 for end in ends)]:
         cut.write_bytes(data[:length])
+        found = Salvage()
+        assert sum(1 for _ in McapReading(cut).salvage(found)) == found.messages
+        assert found.damaged == 0, f"cut at {length}"
         whole_chunks = sum(1 for end in ends if end <= length)
         expected = sizes[whole_chunks - 1] if whole_chunks else 0
         assert words_of(cut) == [f"{number}" for number in range(expected)], f"cut at {length}"

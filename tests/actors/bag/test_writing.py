@@ -43,6 +43,22 @@ def test_the_index_leads_to_every_message(tmp_path: Path) -> None:
     assert found == [text(f"{number}") for number in range(900, 1000)]
 
 
+def test_every_channel_of_a_chunk_has_an_index_of_its_own(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "walk") as bag:
+        for number in range(10):
+            bag.write(WORDS, text(f"{number}"), received_ns=BEGIN + number, published_ns=BEGIN)
+            bag.write(NUMBERS, encode(Int32(data=number)), received_ns=BEGIN + number, published_ns=BEGIN)
+    with (tmp_path / "walk" / "walk_0.mcap").open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+        assert summary is not None
+        (chunk,) = summary.chunk_indexes
+        for channel, offset in chunk.message_index_offsets.items():
+            stream.seek(offset)
+            record = stream.read(11)
+            assert (record[0], int.from_bytes(record[9:11], "little")) == (0x07, channel)
+    assert len(chunk.message_index_offsets) == 2
+
+
 def test_a_topic_carries_the_definition_the_hash_and_the_offered_quality_of_service(tmp_path: Path) -> None:
     poses = topic_of("/pose", PoseStamped, [qos.LATCHED])
     with BagWriter(tmp_path / "walk") as bag:

@@ -7,8 +7,21 @@ from typing import Any
 
 import pytest
 
-from actors import CallTimeout, Child, Done, GoalCanceled, Node, ServiceFailed, StartFailed, Topic, parameter, run
+from actors import (
+    CallTimeout,
+    Child,
+    Done,
+    GoalCanceled,
+    Node,
+    Service,
+    ServiceFailed,
+    StartFailed,
+    Topic,
+    parameter,
+    run,
+)
 from actors.interfaces import get_message
+from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.logs import LogRecord
 from actors.system import System
 from actors.testing import Rig
@@ -25,6 +38,7 @@ RESULTS = Topic(
 )
 SERVICE, CLIENT = "service_configure_introspection", "client_configure_introspection"
 ACTION = "action_server_configure_introspection"
+OTHER = Service(AddTwoInts, "other")
 SENT, RECEIVED, ANSWERED, RETURNED = range(4)
 
 
@@ -88,6 +102,19 @@ async def test_a_client_tells_of_the_request_it_sends_and_the_response_it_gets(r
         await user.call(ADD, two(1, 5000), timeout=0.1)
     assert steps(heard) == [(SENT, 1), (RETURNED, 1), (SENT, 2), (SENT, 3)], "a failure is no response"
     assert heard[1].response[0].sum == 3
+
+
+async def test_the_clients_of_a_node_are_told_apart(rig: Rig) -> None:
+    class Both(Adder):
+        @OTHER.serve()
+        async def other(self, request: Any) -> Any:
+            return total(0)
+
+    await rig.start(Child(Both, parameters={SERVICE: "metadata"}))
+    heard = [rig.probe(EVENTS), rig.probe(Topic(EVENTS.type, "/other/_service_event"))]
+    await rig.call(ADD, two(1, 2))
+    await rig.call(OTHER, two(1, 2))
+    assert len({bytes(one.info.client_gid) for probe in heard for one in probe}) == 2
 
 
 async def test_metadata_leave_the_contents_out(rig: Rig) -> None:
