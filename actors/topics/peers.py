@@ -99,6 +99,11 @@ class PublisherPeer(Peer, Protocol):
         ...
 
     @property
+    def arrival(self) -> tuple[bytes, int] | None:
+        """While a message of another process is delivered: that message in CDR, and when it was sent, in nanoseconds since 1970."""
+        ...
+
+    @property
     def latched(self) -> list[Any]:
         """The messages kept for late joiners, oldest first; empty for a volatile publisher.
 

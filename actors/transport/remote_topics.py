@@ -64,6 +64,7 @@ class RemotePublisher:
         self.count = 0
         self.carried_bytes = 0
         self.missed = 0
+        self.arrival: tuple[bytes, int] | None = None
         self.kept: dict[int, Any] = {}
         self.type: Any = type
         self._wall_ns = side.wall_ns
@@ -107,12 +108,14 @@ class RemotePublisher:
             self._not_decoded(takers, error)
             return
         wrapped = message if self._lifespan is None else self._expiring(message, sent.source_time)
+        self.arrival = payload, sent.source_time
         for subscription, match in takers:
             if match.last is not None and number > match.last + 1 + match.unread:
                 subscription.count_lost(number - match.last - 1 - match.unread)
             match.last = number
             match.unread = 0
             match.target(wrapped)
+        self.arrival = None
         if number > self.count:
             self.missed += number - self.count - 1 if self.count else 0
             self.count = number
