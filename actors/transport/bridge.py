@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from actors.transport.cycles import Cycles
 from actors.transport.environment import domain_from_environment
+from actors.transport.figures import Teller
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.tokens import EndpointKind, EndpointToken, graph_of
 from actors.transport.local_actions import Actions
@@ -85,6 +86,7 @@ class Bridge:
         self._clients = Clients(side, self._cycles)
         self._services = Services(side, self._clients)
         self._actions = Actions(side, self._topics, self._services, self._clients)
+        self._teller = Teller(side)
         self._begun = False
         """Whether the transport has to be closed."""
         self._open = False
@@ -115,11 +117,12 @@ class Bridge:
             if record.running is not None:
                 self._ready(record.running)
         graph.watchers.append(self)
-        graph.elsewhere = self._nodes_elsewhere
+        graph.elsewhere, graph.links = self._nodes_elsewhere, self._transport.report
         observers.ready.append(self._ready)
         observers.dismissed.append(self._dismissed)
         for tell, token in self._early:
             tell(token)
+        self._teller.open()
 
     async def close(self) -> None:
         """Withdraw everything, and close the transport. The other processes learn of it at once."""
@@ -127,11 +130,12 @@ class Bridge:
             self._graph.watchers.remove(self)
             self._cycles.close()
         self._open = False
+        self._teller.close()
         if self._begun:
             await self._transport.close()
         for token in list(self._endpoints):
             self._gone(token)
-        self._graph.elsewhere = tuple
+        self._graph.elsewhere = self._graph.links = tuple
         if self._side.unreadable.count:
             self._runtime.log.warning("data of other processes could not be read", count=self._side.unreadable.count)
 
@@ -219,6 +223,7 @@ class Bridge:
     def wanted(self, outlet: Outlet) -> None:
         """See `Events.wanted`."""
         self._topics.wanted(outlet)
+        self._teller.wanted(outlet)
 
     def link(self, session: str, up: bool) -> None:
         """See `Events.link`."""
