@@ -122,6 +122,7 @@ def test_what_is_declared_is_imported() -> None:
     }
     assert declared(PROJECT["dependencies"]) == {
         "anyio",
+        "lz4",
         "mcap",
         "msgspec",
         "mujoco",
@@ -130,6 +131,7 @@ def test_what_is_declared_is_imported() -> None:
         "xxhash",
         "yaml",
         "zenoh",
+        "zstandard",
     }
 
 
