@@ -18,6 +18,7 @@ GROUPS: Mapping[str, str] = MappingProxyType(
     {
         "node": "the nodes of the graph                     node list",
         "topic": "its topics, and what is sent on them       topic list | echo",
+        "launch": "start what a launch file says              launch PACKAGE FILE | PATH",
         "router": "the meeting point of several machines      router --listen tcp/0.0.0.0:7447",
     }
 )

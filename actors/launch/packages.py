@@ -50,6 +50,7 @@ class Program(NamedTuple):
 
 
 Executable: TypeAlias = NodeTarget | Program
+"""An executable of a package."""
 
 
 class UnknownPackage(LookupError):
