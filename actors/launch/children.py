@@ -74,7 +74,7 @@ def job_supervisor(job: Job, children: Sequence[Spec]) -> Supervisor:
 async def nodes_of(job: Job, node: NodeSpec, warn: Warn) -> list[Spec]:
     """The nodes of an executable of this framework, or what stands in for one that is not here. Raises `LaunchError`."""
     if not isinstance(node.found, NodeTarget):
-        return [named(Child(StandIn, name=node.name or _node_name(node.executable)), node, warn)]
+        return [named(Child(StandIn, name=node.name or _node_name(job.label)), node, warn)]
     try:
         trees = await grown(find(node.found.target))
     except Unusable as error:

@@ -12,6 +12,7 @@ from actors.launch.errors import LaunchError
 from actors.launch.packages import Packages
 from actors.launch.plan import Scope
 from actors.launch.service import LaunchService
+from actors.launch.shim import shim
 from actors.launch.show import tree_text
 from actors.launch.substitution import shown
 from actors.supervision.declarations import Child, Supervisor, any_significant, transient
@@ -44,7 +45,8 @@ class Launch:
         )
         plan = Scope("launch", "launch")
         try:
-            include_file(path, context, plan)
+            with shim(context):
+                include_file(path, context, plan)
         except LaunchError as error:
             if not lenient:
                 raise

@@ -6,12 +6,14 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from actors.contracts.contracts import Service, Topic
+from actors.interfaces.lifecycle_msgs.msg import State, Transition, TransitionEvent
+from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.launch import events
 
 if TYPE_CHECKING:
     from actors.node.node import Node
 
-__all__ = ["UP", "follow", "take_through", "transit"]
+__all__ = ["UP", "State", "Transition", "TransitionEvent", "follow", "take_through", "transit"]
 
 WAIT_SECONDS = 30.0
 """How long a lifecycle node is waited for, and how long its hook may take."""
@@ -35,17 +37,12 @@ async def take_through(node: Node, name: str, transitions: Iterable[int]) -> Non
 
 async def follow(node: Node, action: Any, emit: Callable[[events.StateTransition], None]) -> None:
     """Emit an event for every transition that the lifecycle node of `action` makes from now on."""
-    from actors.interfaces.lifecycle_msgs.msg import TransitionEvent
-
     topic = Topic(TransitionEvent, f"{action.node_name}/transition_event")
     async for message in node.subscribe(topic):
         emit(events.StateTransition(action=action, msg=message))
 
 
 async def _ask(node: Node, name: str, transition: int) -> bool:
-    from actors.interfaces.lifecycle_msgs.msg import Transition
-    from actors.interfaces.lifecycle_msgs.srv import ChangeState
-
     contract = Service(ChangeState, f"/{name.lstrip('/')}/change_state")
     await node.wait_for(contract, timeout=WAIT_SECONDS)
     request = ChangeState.Request(transition=Transition(id=transition))

@@ -14,7 +14,7 @@ from actors.launch.errors import LaunchError, Line
 from actors.suggest import did_you_mean
 
 if TYPE_CHECKING:
-    from actors.launch.context import LaunchContext
+    pass
 
 __all__ = ["SUFFIXES", "load", "load_python"]
 
@@ -25,10 +25,10 @@ MAKERS = ("generate_launch_description", "generate_test_description")
 """The function of a Python launch file that gives its description."""
 
 
-def load(path: Path, context: LaunchContext) -> LaunchDescription:
+def load(path: Path) -> LaunchDescription:
     """The launch description in a file. Raises `LaunchError`, with the line of the mistake."""
     if path.suffix == ".py":
-        return load_python(path, context)
+        return load_python(path)
     if path.suffix == ".xml":
         from actors.launch.frontend.xml import read_xml
 
@@ -46,23 +46,20 @@ def load(path: Path, context: LaunchContext) -> LaunchDescription:
     raise LaunchError(f"{path}: a launch file ends in {', '.join(SUFFIXES)}")
 
 
-def load_python(path: Path, context: LaunchContext) -> LaunchDescription:
-    """What ``generate_launch_description()`` of a Python file returns. Raises `LaunchError`."""
-    from actors.launch.shim import shim
-
-    with shim(context):
-        module = load_module(path)
-        make: Callable[[], Any] | None = next((getattr(module, n) for n in MAKERS if hasattr(module, n)), None)
-        if make is None:
-            functions = [name for name, value in vars(module).items() if callable(value)]
-            near = did_you_mean(MAKERS[0], functions)
-            raise LaunchError(f"{path} has no function {MAKERS[0]}(){near}")
-        try:
-            made = make()
-        except LaunchError as error:
-            raise error.at(_line_in(path, error)) from error.__cause__
-        except Exception as error:
-            raise LaunchError(described(error), _line_in(path, error)) from error
+def load_python(path: Path) -> LaunchDescription:
+    """What ``generate_launch_description()`` of a Python file returns, inside of `shim`. Raises `LaunchError`."""
+    module = load_module(path)
+    make: Callable[[], Any] | None = next((getattr(module, n) for n in MAKERS if hasattr(module, n)), None)
+    if make is None:
+        functions = [name for name, value in vars(module).items() if callable(value)]
+        near = did_you_mean(MAKERS[0], functions)
+        raise LaunchError(f"{path} has no function {MAKERS[0]}(){near}")
+    try:
+        made = make()
+    except LaunchError as error:
+        raise error.at(_line_in(path, error)) from error.__cause__
+    except Exception as error:
+        raise LaunchError(described(error), _line_in(path, error)) from error
     given = one_or_more(made)[:1]  # launch_testing returns the description and what the tests are given
     if not given or not isinstance(given[0], LaunchDescription):
         raise LaunchError(f"{path}: {make.__name__}() returned {described(made)}, no LaunchDescription")

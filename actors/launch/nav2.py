@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, cast
 
 from actors.launch.errors import LaunchError
 from actors.launch.substitution import Substitution, Text, normalized, perform, shown, yaml_value
+from actors.launch.substitutions.values import LaunchConfiguration
 
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
     from actors.launch.context import LaunchContext
 
-__all__ = ["HasNodeParams", "ParseMultiRobotPose", "ReplaceString", "RewrittenYaml"]
+__all__ = ["HasNodeParams", "LaunchConfigAsBool", "ParseMultiRobotPose", "ReplaceString", "RewrittenYaml"]
 
 
 class RewrittenYaml(Substitution):
@@ -128,6 +129,13 @@ class HasNodeParams(Substitution):
             return context.stand_in(LaunchError(f"there is no file {source}"), "False")
         content: Any = yaml_value(source.read_text(encoding="utf-8"))
         return str(isinstance(content, dict) and self.node_name in content)
+
+
+class LaunchConfigAsBool(LaunchConfiguration):
+    """The value of a launch configuration as ``True`` or ``False``."""
+
+    def perform(self, context: LaunchContext) -> str:
+        return str(super().perform(context).strip().lower() in ("true", "1", "yes", "on"))
 
 
 class ParseMultiRobotPose:

@@ -82,6 +82,10 @@ class Packages:
                     self._sources.setdefault(name, share)
                 return
 
+    def python_folders(self) -> list[str]:
+        """The folders from which the Python modules of the packages in `paths` can be imported."""
+        return [str(one.folder) for one in self._sources.values() if (one.folder / one.name / "__init__.py").is_file()]
+
     def names(self) -> list[str]:
         """The packages, sorted: those with nodes of this framework, those of `paths`, and those of the prefixes."""
         return sorted({*self._entries, *self._sources, *self._of_prefixes()})

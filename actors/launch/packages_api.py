@@ -15,10 +15,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "PackageNotFoundError",
+    "context_here",
     "get_package_prefix",
     "get_package_share_directory",
     "get_package_share_path",
     "get_packages_with_prefixes",
+    "has_resource",
     "used",
 ]
 
@@ -42,6 +44,11 @@ def used(context: LaunchContext) -> Generator[None]:
         _context.reset(token)
 
 
+def context_here() -> LaunchContext:
+    """The context in which a launch file is being evaluated."""
+    return _context.get()
+
+
 def get_package_share_directory(package_name: str, print_warning: bool = True) -> str:
     """The share folder of a package. Raises `PackageNotFoundError`."""
     context = _context.get()
@@ -63,6 +70,16 @@ def get_package_prefix(package_name: str) -> str:
         return str(context.packages.prefix(package_name))
     except LookupError as error:
         return _missing(str(error.args[0]), f"$(find-pkg-prefix {package_name})")
+
+
+def has_resource(resource_type: str, resource_name: str) -> str:
+    """The prefix of a package; empty if it is not here, and for every other kind of resource: there is no index of those."""
+    if resource_type != "packages":
+        return ""
+    try:
+        return str(_context.get().packages.prefix(resource_name))
+    except LookupError:
+        return ""
 
 
 def get_packages_with_prefixes() -> dict[str, str]:

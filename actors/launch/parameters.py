@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast, get_args, get_origin
 
 from actors.launch.errors import LaunchError, SubstitutionFailure
 from actors.launch.substitution import Substitution, Text, as_bool, normalized, perform, shown, yaml_value
+from actors.parameters.files import ALL_NODES, ParameterOverrides
 
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
@@ -19,11 +20,15 @@ __all__ = ["Layer", "Parameter", "ParameterFile", "ParameterValue", "effective",
 
 @dataclass(frozen=True)
 class Layer:
-    """Parameters from one source: `values` for the node itself, or the `text` of a parameter file, of which `source` is the path."""
+    """Parameters from one source: `values`, or the `text` of a parameter file, of which `source` is the path.
+
+    `values` are for the nodes that match `pattern`; without one, for the node itself.
+    """
 
     values: Mapping[str, Any]
     text: str | None = None
     source: str = ""
+    pattern: str = ""
 
 
 class ParameterValue:
@@ -120,21 +125,19 @@ def value_of(context: LaunchContext, value: Any) -> Any:
 
 def effective(fqn: str, layers: Iterable[Layer]) -> dict[str, Any]:
     """The parameters of the node of this full name: the last source that sets one counts. Raises `InvalidParams`."""
-    from actors.parameters.files import ParameterOverrides
-
     overrides = ParameterOverrides()
     for layer in layers:
         if layer.text is not None:
             overrides = overrides.with_text(layer.text, source=layer.source)
         elif layer.values:
-            overrides = overrides.with_mapping({fqn: dict(layer.values)}, source="launch file")
+            overrides = overrides.with_mapping({layer.pattern or fqn: dict(layer.values)}, source="launch file")
     return overrides.for_node(fqn)
 
 
 def _global(context: LaunchContext, each: object) -> Layer:
     if isinstance(each, tuple):
         name, value = cast("tuple[str, object]", each)
-        return Layer({name: value})
+        return Layer({name: value}, pattern=ALL_NODES)
     return ParameterFile(cast("str", each)).layer(context)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Coroutine, Iterable
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ from actors.launch.children import job_supervisor, named, nodes_of, program_of
 from actors.launch.containers import COMPONENTS, ComponentContainer, load
 from actors.launch.entity import LaunchDescriptionEntity, evaluate, listed
 from actors.launch.errors import LaunchError
+from actors.launch.executables import Running, exit_code, flattened
 from actors.launch.lifecycle import UP, follow, take_through, transit
 from actors.launch.packages import Program
 from actors.launch.plan import (
@@ -32,6 +32,7 @@ from actors.launch.plan import (
     Unregister,
 )
 from actors.launch.program import ProcessDied, ProgramNode
+from actors.launch.shim import shim
 from actors.node.declarations import background
 from actors.node.node import Node
 from actors.supervision.declarations import Child, Supervisor
@@ -51,28 +52,6 @@ __all__ = ["LaunchService", "Write"]
 
 Write = Callable[[str], None]
 """Takes a line of the output of a process."""
-
-
-@dataclass(eq=False)
-class Running:
-    """An executable that has been started: its job, its supervisor's path, and what is known of its present life."""
-
-    job: Job
-    path: tuple[str, ...]
-    pid: int = 0
-    failures: list[BaseException] = field(default_factory=list[BaseException])
-
-    def about(self) -> dict[str, Any]:
-        """What events say about it."""
-        process = self.job.process
-        return {
-            "action": self.job.action,
-            "name": self.job.label,
-            "cmd": list(process.cmd) if process is not None else [],
-            "cwd": process.cwd if process is not None else None,
-            "env": dict(process.environment) if process is not None else {},
-            "pid": self.pid,
-        }
 
 
 class LaunchService(Node):
@@ -165,7 +144,8 @@ class LaunchService(Node):
         """Evaluate entities, and start what they come to below the supervisor at `place`."""
         scope = Scope(place[-1], "")
         try:
-            evaluate(entities, context, scope)
+            with shim(context):
+                evaluate(entities, context, scope)
         except LaunchError as error:
             self.log.error(str(error))
             return
@@ -178,7 +158,7 @@ class LaunchService(Node):
             return
         flat: list[Item] = []
         for item in scope.items:
-            flat += _flattened(item)
+            flat += flattened(item)
         self._start_items(flat, place)
 
     # -- executables --------------------------------------------------------------------------------------------------------
@@ -242,7 +222,7 @@ class LaunchService(Node):
         down = await root.watch(ref)
         failed = isinstance(down.reason, Failed) or bool(running.failures)
         del self._running[running.job.label]
-        self._ended(running, place, _code(running.failures[-1:]) if failed else 0)
+        self._ended(running, place, exit_code(running.failures[-1:]) if failed else 0)
         self._end_if_done()
 
     def _report(self, report: Report) -> None:
@@ -262,7 +242,7 @@ class LaunchService(Node):
                 running.failures.append(error)
                 self._died(running, error)
             if running.job.respawn:
-                self.emit(events.ProcessExited(returncode=_code(running.failures[-1:]), **running.about()))
+                self.emit(events.ProcessExited(returncode=exit_code(running.failures[-1:]), **running.about()))
 
     def _died(self, running: Running, error: BaseException) -> None:
         pid = f"pid {running.pid}, " if running.pid else ""
@@ -322,8 +302,9 @@ class LaunchService(Node):
     def _signal(self, item: Signal) -> None:
         event = item.event
         if isinstance(event, events.Shutdown):
-            self.shut_down(event.reason)
-        elif isinstance(event, events.SignalProcess):
+            self.shut_down(event.reason)  # handlers are asked about it in `on_stop`, whatever ends the launch
+            return
+        if isinstance(event, events.SignalProcess):
             self._send(event.process_matcher, int(event.signal_number))
         elif isinstance(event, events.ShutdownProcess):
             self._send(event.process_matcher, None)
@@ -394,17 +375,3 @@ RETRY_SECONDS = 0.1
 
 SHOWN = ("screen", "both", "full")
 """The values of `output` with which what a process writes to stdout is shown. What it writes to stderr is always shown."""
-
-
-def _flattened(item: Item) -> list[Item]:
-    """The items of scopes that were found late: they have no supervisor of their own."""
-    if isinstance(item, Scope):
-        return [one for inner in item.items for one in _flattened(inner)]
-    return [item]
-
-
-def _code(errors: list[BaseException]) -> int:
-    """The exit code that stands for the end of a node."""
-    if not errors:
-        return 0
-    return errors[0].returncode if isinstance(errors[0], ProcessDied) else 1

@@ -8,7 +8,7 @@ from typing import Final
 
 __all__ = ["NAMES", "OPTIONAL"]
 
-OPTIONAL: Final = frozenset({"nav2_common", "launch_param_builder"})
+OPTIONAL: Final = frozenset({"lifecycle_msgs", "nav2_common"})
 """Packages that are not part of launch: where they are installed, they are used."""
 
 
@@ -107,6 +107,11 @@ _ROS_ACTIONS = {
 _COMPONENTS = _from("actions.composition", "ComposableLifecycleNode", "ComposableNode")
 _ROS_SUBSTITUTIONS = {**_ROS_PATHS, **_from("substitutions.values", "Parameter")}
 
+_AMENT = _from(
+    "packages_api",
+    "PackageNotFoundError", "get_package_prefix", "get_package_share_directory", "get_package_share_path", "get_packages_with_prefixes",
+)  # fmt: skip
+
 NAMES: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
     {
         "launch": {
@@ -133,9 +138,6 @@ NAMES: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         "launch.event": _from("events", "Event"),
         "launch.event_handler": _from("handlers", "EventHandler"),
         "launch.event_handlers": _HANDLERS,
-        "launch.event_handlers.on_process_exit": _from("handlers", "OnProcessExit"),
-        "launch.event_handlers.on_process_start": _from("handlers", "OnProcessStart"),
-        "launch.event_handlers.on_shutdown": _from("handlers", "OnShutdown"),
         "launch.events": _from(
             "events", "ExecutionComplete", "IncludeLaunchDescription", "Shutdown", "TimerEvent", "matches_action"
         ),
@@ -153,7 +155,6 @@ NAMES: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         ),
         "launch.substitution": _from("substitution", "Substitution"),
         "launch.substitutions": _SUBSTITUTIONS,
-        "launch.substitutions.substitution_failure": _from("errors", "SubstitutionFailure"),
         "launch.utilities": _UTILITIES,
         "launch_ros": {},
         "launch_ros.actions": _ROS_ACTIONS,
@@ -170,24 +171,15 @@ NAMES: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         "launch_xml.launch_description_sources": {"XMLLaunchDescriptionSource": _SOURCE},
         "launch_yaml": {},
         "launch_yaml.launch_description_sources": {"YAMLLaunchDescriptionSource": _SOURCE},
-        "ament_index_python": _from(
-            "packages_api",
-            "PackageNotFoundError",
-            "get_package_prefix",
-            "get_package_share_directory",
-            "get_package_share_path",
-            "get_packages_with_prefixes",
-        ),
-        "ament_index_python.packages": _from(
-            "packages_api",
-            "PackageNotFoundError",
-            "get_package_prefix",
-            "get_package_share_directory",
-            "get_package_share_path",
-            "get_packages_with_prefixes",
-        ),
+        "ament_index_python": {**_AMENT, **_from("packages_api", "has_resource")},
+        "ament_index_python.packages": _AMENT,
+        "ament_index_python.resources": _from("packages_api", "has_resource"),
+        "lifecycle_msgs": {},
+        "lifecycle_msgs.msg": _from("lifecycle", "State", "Transition", "TransitionEvent"),
         "nav2_common": {},
-        "nav2_common.launch": _from("nav2", "HasNodeParams", "ParseMultiRobotPose", "ReplaceString", "RewrittenYaml"),
+        "nav2_common.launch": _from(
+            "nav2", "HasNodeParams", "LaunchConfigAsBool", "ParseMultiRobotPose", "ReplaceString", "RewrittenYaml"
+        ),
     }
 )
 """Module -> name -> MODULE:NAME below `actors.launch`."""

@@ -24,6 +24,7 @@ from actors.launch.plan import (
     Transitions,
     Unregister,
 )
+from actors.launch.shim import shim
 
 __all__ = ["tree_text"]
 
@@ -165,7 +166,8 @@ def _later(deferred: Deferred) -> list[Branch]:
     context = deferred.context.fork()
     context.lenient = True
     scope = Scope("", "")
-    evaluate(deferred.entities, context, scope)
+    with shim(context):
+        evaluate(deferred.entities, context, scope)
     return [_item(item) for item in scope.items]
 
 

@@ -81,7 +81,7 @@ def include_file(path: Path, context: LaunchContext, scope: Scope) -> None:
     context.depth += 1
     context.packages.add_package_of(path)
     try:
-        description = load(path, context)
+        description = load(path)
         evaluate([description], context, scope.inner(_stem(path), path.name))
     finally:
         context.file, context.line = outer, line

@@ -137,27 +137,43 @@ def parse_substitution(text: str) -> list[Substitution]:
 
 
 def parse_command_line(text: str) -> list[list[Substitution]]:
-    """The words of a text: they are separated by spaces outside of quotation marks and of substitutions."""
+    """The words of a text: they are separated by spaces outside of quotation marks and of substitutions. Raises `SubstitutionFailure`."""
     words: list[list[Substitution]] = []
-    new = True
+    plain: list[str] = []
+    quote, inside = "", False
     for part in parse_substitution(text):
         if not isinstance(part, TextSubstitution):
-            _extend(words, part, new)
-            new = False
+            _extend(words, plain, inside)
+            words[-1].append(part)
+            inside = True
             continue
-        for piece in re.findall(r"""\s+|(?:"[^"]*"|'[^']*'|[^\s"']|["'])+""", part.text):
-            if piece.isspace():
-                new = True
+        for letter in part.text:
+            if letter == quote:
+                quote = ""
+            elif not quote and letter in "\"'":
+                quote = letter
+                _extend(words, plain, inside)
+                inside = True
+            elif not quote and letter.isspace():
+                if inside:
+                    _extend(words, plain, inside)
+                inside = False
             else:
-                _extend(words, TextSubstitution(text=re.sub(r"""(["'])(.*?)\1""", r"\2", piece)), new)
-                new = False
+                _extend(words, [], inside)
+                plain.append(letter)
+                inside = True
+        if inside:
+            _extend(words, plain, inside)
+    if quote:
+        raise SubstitutionFailure(f"a quotation mark {quote} is missing in {text!r}")
     return words
 
 
-def _extend(words: list[list[Substitution]], part: Substitution, new: bool) -> None:
-    if new:
+def _extend(words: list[list[Substitution]], plain: list[str], inside: bool) -> None:
+    """Put the letters read so far into the present word, or into a new one."""
+    if not inside:
         words.append([])
-    words[-1].append(part)
+    _flush(plain, words[-1])
 
 
 class _Parser:

@@ -193,7 +193,7 @@ def _value(element: Element) -> Any:
         return ParameterValue(Joined(parts), value_type=None if kind is None else TYPES[kind])
     if isinstance(given, list):
         items = cast("list[object]", given)
-        return [Joined(parse_substitution(item)) if isinstance(item, str) and "$(" in item else item for item in items]
+        return [parse_substitution(item) if isinstance(item, str) else item for item in items]
     return given if kind is None else ParameterValue(plain(given), value_type=TYPES[kind])
 
 

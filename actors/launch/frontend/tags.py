@@ -168,7 +168,8 @@ def _for(element: Element) -> Action:
 
 
 def _again(element: Element) -> Callable[..., list[Action]]:
-    """The body of a loop: what it is called with, its actions find in the context."""
+    """The body of a loop: what it is called with, its actions find in the context. They are made anew for each round."""
+    _children(element)  # what is wrong in it is an error also where there is no round
 
     def body(*_: object, **__: object) -> list[Action]:
         return _children(element)

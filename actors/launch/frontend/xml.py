@@ -39,7 +39,6 @@ class _Reader:
         parser.StartElementHandler = self._start
         parser.EndElementHandler = self._end
         parser.EntityDeclHandler = self._entity
-        parser.CharacterDataHandler = self._text
         self.open: list[tuple[Element, list[Element]]] = []
         self.root = Element("", {}, (), Line(str(path), 1))
 
@@ -57,10 +56,6 @@ class _Reader:
 
     def _end(self, tag: str) -> None:
         self.open.pop()
-
-    def _text(self, text: str) -> None:
-        if text.strip():
-            raise LaunchError(f"text outside of a tag: {text.strip()!r:.60}", self._line())
 
     def _entity(self, name: str, *_: Any) -> None:
         raise LaunchError(f"the entity {name!r} is defined in the file: that is not supported", self._line())

@@ -78,9 +78,16 @@ class FindPackage(PathSubstitution):
 
     def perform(self, context: LaunchContext) -> str:
         name = perform(context, self.package)
-        return context.look_up(lambda: str(self.find(context, name)), f"$({self.word} {name})")
+        return context.look_up(lambda: str(self.folder(context, name)), f"$({self.word} {name})")
 
-    def find(self, context: LaunchContext, package: str) -> Path:
+    def find(self, package_name: str) -> str:
+        """The folder of another package, at once. Raises `LaunchError`."""
+        from actors.launch.packages_api import context_here
+
+        context = context_here()
+        return context.look_up(lambda: str(self.folder(context, package_name)), f"$({self.word} {package_name})")
+
+    def folder(self, context: LaunchContext, package: str) -> Path:
         """The folder. Raises `LookupError`."""
         return context.packages.share(package)
 
@@ -97,7 +104,7 @@ class FindPackagePrefix(FindPackage):
 
     word = "find-pkg-prefix"
 
-    def find(self, context: LaunchContext, package: str) -> Path:
+    def folder(self, context: LaunchContext, package: str) -> Path:
         """The prefix. Raises `LookupError`."""
         return context.packages.prefix(package)
 
