@@ -22,7 +22,7 @@ SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml", "_launch
 
 
 def main(argv: Sequence[str]) -> int:
-    """Launch; the exit code: 0 when the launch has ended, 1 when it cannot be launched or `--check` has found something."""
+    """Launch; the exit code: 0 when the launch has ended, 1 when it cannot be launched or `--check` has found something, 130 Ctrl-C."""
     options = _parser().parse_intermixed_args(argv)
     try:
         packages = Packages(options.package_path)
@@ -161,7 +161,7 @@ def _live(launch: Launch, options: argparse.Namespace) -> int:
                     ended.result()
             finally:
                 ended.cancel()
-        return 0
+        return system.exit_code
 
     try:
         return execute(live, clock=options.clock)

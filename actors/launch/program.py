@@ -145,7 +145,9 @@ def _parameter_arguments(layer: Layer, target: str, folder: Path, number: int) -
         if not layer.values:
             return ()
         values = {name: _plain(value) for name, value in layer.values.items()}
-        text = str(cast("Any", yaml).safe_dump({layer.pattern or target: {"ros__parameters": values}}, allow_unicode=True))
+        text = str(
+            cast("Any", yaml).safe_dump({layer.pattern or target: {"ros__parameters": values}}, allow_unicode=True)
+        )
     path = folder / f"launch_params_{abs(hash((target, text)))}_{number}.yaml"
     path.write_text(text, encoding="utf-8")
     return ("--params-file", str(path))

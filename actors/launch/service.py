@@ -24,7 +24,6 @@ from actors.launch.plan import (
     Job,
     Load,
     Message,
-    Missing,
     Scope,
     Signal,
     Timer,
@@ -36,7 +35,7 @@ from actors.launch.shim import shim
 from actors.node.declarations import background
 from actors.node.node import Node
 from actors.supervision.declarations import Child, Supervisor
-from actors.supervision.errors import StartFailed, SupervisorDown
+from actors.supervision.errors import NotFound, StartFailed, SupervisorDown
 from actors.supervision.reasons import Failed, Stopped
 from actors.supervision.running import RunningSupervisor
 from actors.system import system_of
@@ -117,7 +116,7 @@ class LaunchService(Node):
                 case Transitions():
                     for name in item.nodes:
                         self._later(take_through(self, name, item.ids), f"transitions of {name}")
-                case Missing():
+                case _:
                     self.log.error(f"{item.what}: {item.why}")
 
     def _later(self, work: Coroutine[Any, Any, None], name: str) -> None:
@@ -138,6 +137,7 @@ class LaunchService(Node):
     async def _fire(self, timer: Timer, place: tuple[str, ...]) -> None:
         await self.clock.sleep(timer.period)
         self._do(timer.then.entities, timer.then.context, place)
+        self.emit(events.TimerEvent(timer_action=timer.action))
         self.emit(events.ExecutionComplete(action=timer.action))
 
     def _do(self, entities: Iterable[LaunchDescriptionEntity], context: LaunchContext, place: tuple[str, ...]) -> None:
@@ -179,22 +179,19 @@ class LaunchService(Node):
             try:
                 ref = await self._supervisor(place).start_child(job_supervisor(job, await self._children(running)))
                 break
-            except (StartFailed, LaunchError) as error:
-                cause = error.__cause__ or error
-                self._died(running, cause)
+            except (StartFailed, SupervisorDown, NotFound, LaunchError) as error:
+                self._died(running, error.__cause__ or error)
                 tries += 1
                 if not job.respawn or (0 <= job.respawn_max_retries < tries):
                     del self._running[job.label]
                     self._ended(running, place, 1)
                     return
                 await self.clock.sleep(max(job.respawn_delay, RETRY_SECONDS))
-            except SupervisorDown:
-                del self._running[job.label]
-                return
-        if ref is None:
-            del self._running[job.label]
-            return
+        assert ref is not None  # a supervisor never declines to start
         self.spawn(self._watch(running, place, ref), name=f"watch {job.label}")
+        life = self._supervisor(running.path)
+        if not any(child.ref for child in life.children()):  # all of its nodes have declined to start
+            await self._terminate(running)
         if job.node is not None and job.node.autostart and job.node.name is not None:
             await take_through(self, f"{job.node.namespace}/{job.node.name}", UP)
 
@@ -329,13 +326,12 @@ class LaunchService(Node):
                 self._later(self._terminate(running), f"end {running.job.label}")
 
     async def _terminate(self, running: Running) -> None:
-        with suppress(SupervisorDown):
+        with suppress(SupervisorDown, NotFound):
             await self._supervisor(running.path[:-1]).terminate_child(running.job.label)
 
     def shut_down(self, reason: str) -> None:
         """End the launch: this node ends, and with it everything else in reverse order."""
-        if not self._ending:
-            self.stop(reason)
+        self.stop(reason)
 
     def _shut_down(self, event: events.Shutdown) -> None:
         self._ending = True
@@ -359,8 +355,9 @@ class LaunchService(Node):
 
     def _supervisor(self, place: tuple[str, ...]) -> RunningSupervisor:
         life = self._root.life(place)
-        if not isinstance(life, RunningSupervisor):
-            raise SupervisorDown(f"{'/'.join(place)} has ended")
+        assert isinstance(
+            life, RunningSupervisor
+        )  # the supervisors of scopes are temporary: they run, or are forgotten
         return life
 
     def _first(self, running: Running) -> str:

@@ -117,7 +117,7 @@ class _Module(ModuleType):
         if name in self._names:
             module, _, attribute = self._names[name].partition(":")
             return getattr(import_module(f"actors.launch.{module}"), attribute)
-        if f"{self.__name__}.{name}" in self._table:
+        if f"{self.__name__}.{name}" in self._table:  # it was not imported; real packages import their parts themselves
             return import_module(f"{self.__name__}.{name}")
         known = sorted(self._names)
         near = did_you_mean(name, known) or (f"; there are: {', '.join(known)}" if known else "")

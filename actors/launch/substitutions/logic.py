@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from actors.launch.errors import SubstitutionFailure
@@ -28,19 +29,15 @@ _WORDS = {"true": 1.0, "1": 1.0, "false": 0.0, "0": 0.0}
 
 
 class _Logic(Substitution):
-    """A condition on several texts; `rule` takes what they mean."""
+    """A condition on several texts; `rule` takes what they mean, `word` is its name for display."""
 
-    word = ""
-
-    def __init__(self, *texts: Text) -> None:
+    def __init__(self, word: str, rule: Callable[[Iterable[bool]], bool], texts: Iterable[Text]) -> None:
+        self.word = word
+        self.rule = rule
         self.texts = [normalized(text) for text in texts]
 
     def perform(self, context: LaunchContext) -> str:
         return _word(self.rule([as_bool(context, text) for text in self.texts]))
-
-    def rule(self, truths: list[bool]) -> bool:
-        """What the condition says about several truths."""
-        raise NotImplementedError
 
     def describe(self) -> str:
         return f"{self.word}({', '.join(map(shown, self.texts))})"
@@ -49,49 +46,36 @@ class _Logic(Substitution):
 class AllSubstitution(_Logic):
     """``true`` if every one of the texts is true."""
 
-    word = "All"
-
-    def rule(self, truths: list[bool]) -> bool:
-        return all(truths)
+    def __init__(self, *texts: Text) -> None:
+        super().__init__("All", all, texts)
 
 
 class AnySubstitution(_Logic):
     """``true`` if one of the texts is true."""
 
-    word = "Any"
-
-    def rule(self, truths: list[bool]) -> bool:
-        return any(truths)
+    def __init__(self, *texts: Text) -> None:
+        super().__init__("Any", any, texts)
 
 
-class AndSubstitution(AllSubstitution):
+class AndSubstitution(_Logic):
     """``true`` if both texts are true."""
 
-    word = "And"
-
     def __init__(self, left: Text, right: Text) -> None:
-        super().__init__(left, right)
+        super().__init__("And", all, (left, right))
 
 
-class OrSubstitution(AnySubstitution):
+class OrSubstitution(_Logic):
     """``true`` if one of two texts is true."""
 
-    word = "Or"
-
     def __init__(self, left: Text, right: Text) -> None:
-        super().__init__(left, right)
+        super().__init__("Or", any, (left, right))
 
 
 class NotSubstitution(_Logic):
     """``true`` if the text is false."""
 
-    word = "Not"
-
     def __init__(self, value: Text) -> None:
-        super().__init__(value)
-
-    def rule(self, truths: list[bool]) -> bool:
-        return not truths[0]
+        super().__init__("Not", lambda truths: not all(truths), (value,))
 
 
 class EqualsSubstitution(Substitution):

@@ -458,3 +458,56 @@ def test_a_file_that_cannot_be_read_at_all_is_a_problem_of_a_lenient_evaluation(
 def test_a_context_without_a_scope_has_nothing_to_end() -> None:
     with pytest.raises(LaunchError):
         context().pop()
+
+
+def test_arguments_are_found_below_timers_and_handlers_and_included_descriptions_that_do_not_apply(
+    tmp_path: Path,
+) -> None:
+    path = python(
+        tmp_path,
+        """
+        GroupAction([
+            TimerAction(period=1.0, actions=[DeclareLaunchArgument('a')]),
+            RegisterEventHandler(OnProcessExit(on_exit=[DeclareLaunchArgument('b')])),
+            RegisterEventHandler(OnProcessExit(on_exit=lambda event, context: None)),
+            LaunchDescription([DeclareLaunchArgument('c')]),
+        ], condition=IfCondition('false')),
+        """,
+    )
+
+    assert launch(path).arguments == ["a", "b", "c"]
+
+
+def test_a_condition_that_is_neither_does_not_hold_where_a_file_is_only_shown(tmp_path: Path) -> None:
+    path = xml(tmp_path, '<log if="maybe" message="x"/><log message="y"/>')
+
+    assert tree(path, lenient=True) == ["log info: y"]
+
+
+def test_programs_are_shown_with_their_paths_and_named_by_their_executable(tmp_path: Path) -> None:
+    import sys
+
+    path = python(
+        tmp_path,
+        """
+        Node(package='robactor', executable='robactor'), by_path,
+        RegisterEventHandler(OnProcessStart(target_action=by_path, on_start=[])),
+        """,
+        before=f"by_path = Node(executable='{sys.executable}')",
+    )
+
+    assert tree(path) == [
+        f"robactor-1: robactor/robactor (process {Path(sys.executable).parent / 'robactor'})",
+        f"{Path(sys.executable).name}-2: {sys.executable} (process {sys.executable})",
+        f"when started: {sys.executable!r}",
+    ]
+
+
+def test_a_program_that_is_not_on_the_path_is_refused_with_its_line(tmp_path: Path) -> None:
+    assert refused(xml(tmp_path, '<node exec="no_such_program"/>')).endswith(
+        ":2: there is no program 'no_such_program'"
+    )
+
+
+def test_a_group_in_which_nothing_is_started_is_no_part_of_the_tree(tmp_path: Path) -> None:
+    assert tree(xml(tmp_path, '<group><let name="a" value="1"/></group>')) == []

@@ -31,8 +31,7 @@ launch:
           - {name: er, value: true}
         remap:
         - {from: /camera/image, to: image}
-        env:
-        - {name: A, value: b}
+        env: {name: A, value: b}
 - group:
   - log: {message: in a list}
 - executable:
@@ -201,7 +200,7 @@ def test_every_option_of_a_node_can_be_written(tmp_path: Path) -> None:
           <param name="texts" value="1,2" value-sep="," type="list_of_str"/>
           <param name="text" value="1" type="str"/>
         </node>
-        <lifecycle_node pkg="control" exec="motor_node" name="life" namespace="" autostart="true"/>
+        <lifecycle_node pkg="control" exec="motor_node" name="" namespace="" autostart="true"/>
         <lifecycle-node pkg="control" exec="motor_node" name="other" namespace="" on_exit="shutdown"/>
         """,
     )
@@ -213,7 +212,7 @@ def test_every_option_of_a_node_can_be_written(tmp_path: Path) -> None:
         "texts: ('1', '2')",
         "text: '1'",
         "arguments --fast 2.5",
-        "motor_node-2: control/motor_node as /life (robot.tutorials.motor_controller:MotorController)",
+        "motor_node-2: control/motor_node (robot.tutorials.motor_controller:MotorController)",
         "motor_node-3: control/motor_node as /other (robot.tutorials.motor_controller:MotorController) "
         "[significant: its end ends the launch]",
     ]

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from actors.launch.errors import LaunchError
-from actors.launch.parameters import Parameter, ParameterFile, ParameterValue, effective, layers_of, value_of
+from actors.launch.parameters import Layer, Parameter, ParameterFile, ParameterValue, effective, layers_of, value_of
 from actors.launch.substitution import TextSubstitution
 from actors.launch.substitutions.values import LaunchConfiguration
 from tests.actors.launch.files import context, written
@@ -103,7 +103,8 @@ def test_the_last_source_counts_after_those_of_all_nodes(tmp_path: Path) -> None
     )
 
     assert effective("/arm/motor", layers) == {"a": 1, "z": 9, "b": 2, "c": 3, "deep.er": (1, 2), "e": "x", "f": 5}
-    assert effective("/leg/motor", layers[1:2]) == {"a": 1, "b": 1}
+    assert effective("/n", [*layers[:2], Layer({}, source="/none.yaml")]) == {"a": 9, "z": 9}
+    assert effective("/leg/motor", layers[2:3]) == {"a": 1, "b": 1}
 
 
 def test_substitutions_in_a_file_are_replaced_where_that_is_allowed(tmp_path: Path) -> None:

@@ -100,7 +100,7 @@ def command(path: Path, arguments: dict[str, str] | None = None) -> list[list[st
 def test_a_prefix_comes_before_the_command_of_the_processes_that_it_is_for(tmp_path: Path) -> None:
     path = xml(
         tmp_path,
-        '<executable cmd="ls -l" launch-prefix="nice -n 3"/><executable cmd="/bin/echo x"/><group><executable cmd="ls"/></group>',
+        '<executable cmd="ls -l" launch-prefix="nice -n 3"/><executable cmd="/bin/echo x"/><group><log message="x"/><executable cmd="ls"/></group>',
     )
 
     assert command(path) == [["nice", "-n", "3", "ls", "-l"], ["/bin/echo", "x"], ["ls"]]

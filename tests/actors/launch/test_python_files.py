@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 from actors.launch import LaunchError, Packages
-from actors.launch.shim import shim
+from actors.launch.shim import Unknown, shim
 from actors.launch.shim_names import NAMES
+from actors.launch.substitution import shown
 from tests.actors.launch.files import context, launch, python, tree, written
 
 TUTORIAL = """
@@ -157,7 +158,7 @@ def test_modules_are_found_by_their_parts_and_by_their_files_too(tmp_path: Path)
         from launch.actions.timer_action import TimerAction
         from launch.substitutions.launch_configuration import LaunchConfiguration
         assert lifecycle_msgs.msg.Transition.TRANSITION_CONFIGURE == 1
-        assert launch_ros.actions.Node is Node
+        assert launch_ros.events.lifecycle.ChangeState and launch_ros.actions.Node is Node
         assert not hasattr(launch, '__no_such__')
         launch.logging.get_logger().debug('x')
         class Late(Action):
@@ -240,6 +241,7 @@ def test_what_is_not_installed_is_stood_in_for_where_a_file_is_only_shown(tmp_pa
     )
 
     found = launch(path, lenient=True)
+    assert shown(Unknown("a.b")) == "$(a.b)"
 
     assert [line.strip("│├└─ ") for line in found.show().splitlines()[1:]] == [
         "log info: $(no_such_module.thing.make.text)",

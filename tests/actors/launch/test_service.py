@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +60,14 @@ class Ending(Node):
         raise Stop("at once")
 
 
+def fleet() -> Supervisor:
+    """An executable with supervisors of its own."""
+    from actors import Child, DynamicSupervisor
+
+    drones = DynamicSupervisor("drones", Child(Node, name="drone"))
+    return Supervisor("fleet", children=[Supervisor("wing", children=[Child(Steady), Child(Brief)]), drones])
+
+
 def pair() -> Supervisor:
     """An executable of two nodes."""
     from actors import Child
@@ -72,7 +81,7 @@ class Here(Packages):
     def executables(self, package: str) -> Any:
         if package != "here":
             return super().executables(package)
-        names = ("Steady", "Brief", "Failing", "Stillborn", "Declining", "Ending", "pair", "nothing")
+        names = ("Steady", "Brief", "Failing", "Stillborn", "Declining", "Ending", "pair", "fleet", "nothing")
         return {name.lower(): NodeTarget("here", name.lower(), f"{LEFT}:{name}") for name in names}
 
 
@@ -97,13 +106,13 @@ def names(rig: Rig) -> list[str]:
     )
 
 
-async def test_the_lab_of_the_tutorial_is_launched_in_any_order(rig: Rig, tmp_path: Path) -> None:
+@pytest.mark.parametrize("order", [*permutations(("motor_controller", "planner", "sensor_simulator"))])
+async def test_the_lab_of_the_tutorial_is_launched_in_any_order(
+    rig: Rig, tmp_path: Path, order: tuple[str, ...]
+) -> None:
     path = xml(
         tmp_path,
-        "".join(
-            f'<node pkg="humanoid_control" exec="{one}"/>'
-            for one in ("motor_controller", "planner", "sensor_simulator")
-        ),
+        "".join(f'<node pkg="humanoid_control" exec="{one}"/>' for one in order),
     )
 
     await started(rig, path)
@@ -458,3 +467,73 @@ async def test_log_actions_write_at_their_level(rig: Rig, tmp_path: Path, level:
     await started(rig, xml(tmp_path, f'<log level="{level}" message="hello"/>'))
 
     assert "hello" in said(rig)
+
+
+async def test_an_executable_with_supervisors_of_its_own_keeps_their_policies(rig: Rig, tmp_path: Path) -> None:
+    await started(rig, xml(tmp_path, '<node pkg="here" exec="fleet" namespace="a"/>'))
+    await rig.advance(1.5)
+
+    assert names(rig) == ["/a/brief", "/a/steady", "/launch"]
+    assert rig.incarnation("/a/brief") == 2
+
+
+async def test_an_executable_whose_nodes_decline_to_start_has_ended(rig: Rig, tmp_path: Path) -> None:
+    await started(rig, xml(tmp_path, '<node pkg="here" exec="declining"/>'))
+
+    assert not rig.system.running
+    assert said(rig) == ["[declining-1] process has finished cleanly"]
+
+
+async def test_what_was_left_out_of_a_lenient_launch_is_told_when_it_runs(rig: Rig, tmp_path: Path) -> None:
+    await started(rig, xml(tmp_path, '<include file="/nowhere"/>'), lenient=True)
+
+    assert said(rig) == ["IncludeLaunchDescription: there is no launch file /nowhere"]
+
+
+async def test_nothing_is_started_below_a_group_that_has_ended(rig: Rig, tmp_path: Path) -> None:
+    rig.expect_failure()
+    path = python(
+        tmp_path,
+        """
+        GroupAction([
+            Node(package='here', executable='brief', on_exit=Shutdown()),
+            Node(package='here', executable='stillborn', respawn=True, respawn_delay=1.0),
+        ]),
+        """,
+    )
+
+    await started(rig, path)
+    await rig.advance(3.0)
+
+    assert not rig.system.running
+
+
+async def test_an_executable_can_be_ended_twice(rig: Rig, tmp_path: Path) -> None:
+    path = python(
+        tmp_path,
+        """
+        one, Node(package='here', executable='steady', name='last'),
+        TimerAction(period=1.0, actions=[EmitEvent(event=ShutdownProcess(process_matcher=matches_action(one)))] * 2),
+        """,
+        before="one = Node(package='here', executable='steady', name='one')",
+    )
+
+    await started(rig, path)
+    await rig.advance(2.0)
+
+    assert names(rig) == ["/last", "/launch"]
+
+
+async def test_events_are_included_by_the_handler_that_is_made_for_them(rig: Rig, tmp_path: Path) -> None:
+    path = python(
+        tmp_path,
+        """
+        RegisterEventHandler(OnIncludeLaunchDescription()),
+        EmitEvent(event=IncludeLaunchDescription(LaunchDescription([LogInfo(msg='x')]))),
+        """,
+        before="from launch.events import IncludeLaunchDescription",
+    )
+
+    await started(rig, path)
+
+    assert said(rig).count("x") == 2
