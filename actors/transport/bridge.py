@@ -12,7 +12,9 @@ from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
+from actors.transport.cycles import Cycles
 from actors.transport.environment import domain_from_environment
+from actors.transport.figures import Teller
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.tokens import EndpointKind, EndpointToken, graph_of
 from actors.transport.local_actions import Actions
@@ -80,9 +82,11 @@ class Bridge:
         self._endpoints: dict[str, EndpointToken] = {}
         """The endpoints of other processes, by token."""
         self._topics = Topics(side)
-        self._clients = Clients(side)
+        self._cycles = Cycles(side)
+        self._clients = Clients(side, self._cycles)
         self._services = Services(side, self._clients)
         self._actions = Actions(side, self._topics, self._services, self._clients)
+        self._teller = Teller(side)
         self._begun = False
         """Whether the transport has to be closed."""
         self._open = False
@@ -98,6 +102,7 @@ class Bridge:
             self._runtime.log.error("no connection with other processes", because=str(error))
             return
         self._open = True
+        self._cycles.open()
         graph, observers = self._graph, self._runtime.observers
         for topic in list(graph.topics.values()):
             for publisher in topic.publishers:
@@ -117,17 +122,22 @@ class Bridge:
         observers.dismissed.append(self._dismissed)
         for tell, token in self._early:
             tell(token)
+        self._teller.open()
 
     async def close(self) -> None:
         """Withdraw everything, and close the transport. The other processes learn of it at once."""
         if self._open:
             self._graph.watchers.remove(self)
+            self._cycles.close()
         self._open = False
+        self._teller.close()
         if self._begun:
             await self._transport.close()
         for token in list(self._endpoints):
             self._gone(token)
         self._graph.elsewhere = tuple
+        if self._side.unreadable.count:
+            self._runtime.log.warning("data of other processes could not be read", count=self._side.unreadable.count)
 
     # -- this process -------------------------------------------------------------------------------------------------------
 
@@ -182,7 +192,7 @@ class Bridge:
         try:
             node, endpoint = self._remote.appeared(token)
         except WireFormatError as error:
-            self._runtime.log.warning("a token cannot be read", token=token, because=str(error))
+            self._side.unreadable.note("a token cannot be read", "", error, token=token)
             return
         if endpoint is None:
             self._graph.changed()
@@ -213,6 +223,7 @@ class Bridge:
     def wanted(self, outlet: Outlet) -> None:
         """See `Events.wanted`."""
         self._topics.wanted(outlet)
+        self._teller.wanted(outlet)
 
     def link(self, session: str, up: bool) -> None:
         """See `Events.link`."""
