@@ -130,14 +130,14 @@ def ros_arguments(node: NodeSpec, folder: Path) -> list[str]:
     if node.namespace:
         words += ["-r", f"__ns:={node.namespace}"]
     target = f"{node.namespace}/{node.name}" if node.name is not None else "/**"
-    for number, layer in enumerate(node.layers):
-        words += _parameter_arguments(layer, target, folder, number)
+    for layer in node.layers:
+        words += _parameter_arguments(layer, target, folder)
     for old, new in node.remaps:
         words += ["-r", f"{old}:={new}"]
     return words
 
 
-def _parameter_arguments(layer: Layer, target: str, folder: Path, number: int) -> Sequence[str]:
+def _parameter_arguments(layer: Layer, target: str, folder: Path) -> Sequence[str]:
     import yaml  # late: few programs launch
 
     text = layer.text
@@ -148,7 +148,7 @@ def _parameter_arguments(layer: Layer, target: str, folder: Path, number: int) -
         text = str(
             cast("Any", yaml).safe_dump({layer.pattern or target: {"ros__parameters": values}}, allow_unicode=True)
         )
-    path = folder / f"launch_params_{abs(hash((target, text)))}_{number}.yaml"
+    path = folder / f"launch_params_{sum(1 for _ in folder.iterdir())}.yaml"
     path.write_text(text, encoding="utf-8")
     return ("--params-file", str(path))
 
