@@ -185,6 +185,8 @@ class LaunchService(Node):
                 if not job.respawn or (0 <= job.respawn_max_retries < tries):
                     del self._running[job.label]
                     self._ended(running, place, 1)
+                    if job.required:  # it was never in the tree, whose business this is else
+                        self.shut_down(f"{job.label} did not start")
                     return
                 await self.clock.sleep(max(job.respawn_delay, RETRY_SECONDS))
         assert ref is not None  # a supervisor never declines to start
@@ -257,9 +259,7 @@ class LaunchService(Node):
         event = events.ProcessExited(returncode=code, **running.about())
         self.emit(event)
         self.emit(events.ExecutionComplete(action=job.action))
-        if job.required:
-            self.shut_down(f"{job.label} has ended")
-        elif job.on_exit is not None:
+        if job.on_exit is not None and not job.required:
             context = job.context.fork()
             context.extend_globals({"event": event})
             self._do(listed(job.on_exit(event, context) if callable(job.on_exit) else job.on_exit), context, place)

@@ -537,3 +537,58 @@ async def test_events_are_included_by_the_handler_that_is_made_for_them(rig: Rig
     await started(rig, path)
 
     assert said(rig).count("x") == 2
+
+
+async def test_the_nodes_of_an_executable_that_is_respawned_come_back_together(rig: Rig, tmp_path: Path) -> None:
+    await started(rig, xml(tmp_path, '<node pkg="here" exec="pair" respawn="true"/>'))
+    await rig.advance(1.5)
+
+    assert (rig.incarnation("/steady"), rig.incarnation("/brief")) == (2, 2)
+
+
+async def test_a_required_node_that_does_not_start_ends_the_launch(rig: Rig, tmp_path: Path) -> None:
+    rig.expect_failure()
+    path = xml(tmp_path, '<node pkg="here" exec="stillborn" on_exit="shutdown"/><node pkg="here" exec="steady"/>')
+
+    await started(rig, path)
+
+    assert not rig.system.running
+
+
+async def test_a_timer_does_not_see_what_is_set_after_it(rig: Rig, tmp_path: Path) -> None:
+    path = xml(
+        tmp_path,
+        """
+        <timer period="1"><node pkg="here" exec="steady"/></timer>
+        <push_ros_namespace namespace="late"/>
+        <node pkg="here" exec="steady"/>
+        """,
+    )
+
+    await started(rig, path)
+    await rig.advance(1.5)
+
+    assert names(rig) == ["/late/steady", "/launch", "/steady"]
+
+
+async def test_of_two_remappings_of_one_name_that_of_the_group_counts(rig: Rig, tmp_path: Path) -> None:
+    path = xml(
+        tmp_path,
+        """
+        <set_remap from="motor_velocity" to="first"/>
+        <node pkg="control" exec="motor_node"><remap from="motor_velocity" to="second"/></node>
+        """,
+    )
+
+    await started(rig, path)
+
+    assert "/first" in rig.system.graph.topics
+    assert "/second" not in rig.system.graph.topics
+
+
+async def test_an_absolute_namespace_ignores_that_of_the_group(rig: Rig, tmp_path: Path) -> None:
+    path = xml(tmp_path, '<push_ros_namespace namespace="group"/><node pkg="here" exec="steady" namespace="/own/"/>')
+
+    await started(rig, path)
+
+    assert names(rig) == ["/launch", "/own/steady"]
