@@ -58,6 +58,7 @@ SECTIONS: Mapping[str, str] = {
     "Parameters in full": "actors.parameters",
     "Parameter files": "actors.parameters.files",
     "Parameters as messages": "actors.parameters.messages",
+    "Launch files": "actors.launch",
     "Logs": "actors.logs",
     "Testing": "actors.testing",
     "Faults": "actors.testing.faults",
