@@ -16,7 +16,7 @@ from actors.interfaces.std_srvs.srv import Trigger
 from robot import contracts
 from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorTargets
-from robot.run.choice import only
+from robot.run.choice import changed, only
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.tree import robot_tree
@@ -235,10 +235,8 @@ def _body(backend: str, seed: int, world: str) -> Body:
 
 def _at(tree: Supervisor, name: str, **parameters: object) -> Supervisor:
     """The tree with parameters of one node set otherwise."""
-    children = [
-        child.replace(parameters=dict(child.parameters) | parameters)
-        if isinstance(child, Child) and child.name == name
-        else child
-        for child in tree.children
-    ]
-    return tree.replace(children=children)
+
+    def change(child: Child) -> Child:
+        return child.replace(parameters=dict(child.parameters) | parameters) if child.name == name else child
+
+    return changed(tree, change)

@@ -86,12 +86,13 @@ class Session:
             return None
         from actors.parameters.files import InvalidParams
         from actors.running.options import parameters_by_node
+        from robot.run.choice import nodes_of
 
         try:
             taken = parameters_by_node("--params", self.robot.tree, self.options.params)
         except InvalidParams as error:
             raise UsageError(f"--params: {error}") from None
-        return {f"/{child.name}": taken.get(f"/{child.name}", {}) for child in chosen.children}
+        return {f"/{child.name}": taken.get(f"/{child.name}", {}) for child in nodes_of(chosen)}
 
     def _transport(self) -> Transport | None:
         """The connection with other processes; none on the virtual clock, which they do not share."""
@@ -151,7 +152,7 @@ class Session:
 
     def _chosen(self, tree: Supervisor) -> Supervisor:
         """The tree, or what `--only` leaves of it."""
-        from robot.run.choice import UnknownNode, only
+        from robot.run.choice import UnknownNode, nodes_of, only
 
         names = self.options.only
         if not names:
@@ -161,7 +162,7 @@ class Session:
         except UnknownNode as error:
             hint = "" if self.options.arm else " (those of the arm come with --arm)"
             raise UsageError(f"--only: {error}{hint}") from None
-        left = [child.name for child in chosen.children]
+        left = [child.name for child in nodes_of(chosen)]
         if self.options.goal is not None and "patrol" not in left:
             raise UsageError("--goal: it is the patrol who walks there, and --only leaves it out")
         if self.options.fetch is not None and "carrier" not in left:

@@ -13,11 +13,12 @@ from robot import Robot
 from robot.contracts import BATTERY_STATE, GAIT_STATUS, GOAL_REPORT
 from robot.geometry.planar import Pose2
 from robot.nodes.carrier import Delivery
+from robot.run.choice import nodes_of
 from robot.scenes.worlds import UnknownWorld, get_world
 
 
 def names(robot: Robot) -> set[str]:
-    return {child.name for child in robot.tree.children}
+    return {child.name for child in nodes_of(robot.tree)}
 
 
 def test_without_a_mission_nobody_asks_it_to_walk() -> None:
