@@ -6,8 +6,9 @@ Frames follow REP-103: x forward, y left, z up. A yaw of zero looks along +x.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from types import MappingProxyType
+from typing import Any
 
 from robot.geometry.planar import Pose2
 
@@ -73,3 +74,16 @@ class Scene:
     """Named poses for the map service, such as ``shelf_3``."""
     things: tuple[Thing, ...] = ()
     """Small objects at the start. A body whose arm carries them off tells by a method ``things()`` where they are now."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A read-only view is not copied to other processes, what it shows is."""
+        values = (dict(value) if isinstance(value, Mapping) else value for value in self._values())
+        return _scene, tuple(values)
+
+    def _values(self) -> tuple[Any, ...]:
+        return tuple(getattr(self, each.name) for each in fields(self))
+
+
+def _scene(*values: Any) -> Scene:
+    """A scene from its fields."""
+    return Scene(*(MappingProxyType(value) if isinstance(value, dict) else value for value in values))
