@@ -12,6 +12,7 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     bag          flight recorder and trace
     nodes        nodes that come with the framework
     running      `run`, `open_node`, `execute`; signals and the arguments of a program
+    processes    children in processes of their own
     lifecycle    managed nodes, and the state machine behind them
     system       one running tree
     transport    the way to other processes and machines

@@ -16,6 +16,7 @@ FLOORS = (
     "bag",
     "nodes",
     "running",
+    "processes",
     "lifecycle",
     "system",
     "transport",

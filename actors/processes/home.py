@@ -1,0 +1,178 @@
+"""`TreeHome`: brings what a process tells into the system of its parent: log lines, reports, and the records of its nodes."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Final
+
+from msgspec import structs
+
+from actors.errors import ProgramExit
+from actors.logs import WARN, LogRecord
+from actors.processes.messages import Event, Line, NodeFacts, Nodes, Order, Told
+from actors.supervision.declarations import Child, Supervisor
+
+if TYPE_CHECKING:
+    from actors.processes.life import Process
+    from actors.processes.meeting import Meeting
+    from actors.runtime.record import NodeRecord
+    from actors.runtime.runtime import Runtime
+    from actors.supervision.child_task import ChildTask
+    from actors.supervision.refs import ChildState
+
+__all__ = ["KNOWN_SECONDS", "TreeHome"]
+
+KNOWN_SECONDS: Final = 2.0
+"""The longest time for which a child that is ready waits until its nodes are known to its parent's transport, seconds."""
+_LOOKING: Final = 0.002
+"""Seconds between two looks for them."""
+
+
+class TreeHome:
+    """The parent's side of one child of another process, over one life: its records in the system, and what a next life needs of this one.
+
+    Invariants: every node that the process has told of has a record, in which `process` is the id of that process. What the parent itself
+    knows of the child, the restarts of a node with a process of its own, is not taken from the process.
+    """
+
+    def __init__(
+        self,
+        runtime: Runtime,
+        meeting: Meeting,
+        spec: Child | Supervisor,
+        path: tuple[str, ...],
+        kept: dict[tuple[str, ...], NodeFacts],
+        running: Callable[[Process, bool], None],
+    ) -> None:
+        self._runtime = runtime
+        self._meeting = meeting
+        self._spec = spec
+        self._path = path
+        self._facts = kept
+        """What is known of each node of the process, by path; it outlives the process."""
+        self._running = running
+        self._process: Process | None = None
+        if isinstance(spec, Child):
+            runtime.enter(spec, path)
+
+    def order(self) -> Order:
+        """See `life.Home`."""
+        runtime = self._runtime
+        return Order(
+            spec=self._spec,
+            path=self._path,
+            seed=runtime.seed,
+            level=runtime.journal.level,
+            options=runtime.options,
+            transport=self._meeting.sibling(),
+            domain_id=self._meeting.domain_id,
+            nodes=tuple(self._facts.values()),
+            wall=runtime.clock.wall() - runtime.loop.time() if runtime.clock.virtual else None,
+        )
+
+    def begin(self, process: Process) -> None:
+        """The process has been launched."""
+        self._process = process
+        self._running(process, True)
+        record = self._runtime.directory.records.get(self._path)
+        if record is not None:
+            record.process = process.id
+
+    def end(self) -> None:
+        """The process has ended."""
+        process, self._process = self._process, None
+        if process is not None:
+            self._running(process, False)
+        for path, facts in self._facts.items():
+            self._facts[path] = structs.replace(facts, state="stopped")
+        now = self._runtime.loop.time()
+        for record in self._records():
+            record.ended_at = now
+
+    # -- what the process tells ---------------------------------------------------------------------------------------------
+
+    def take(self, event: Event) -> None:
+        """The process has told something that is not about its own life."""
+        if isinstance(event, Line):
+            self._line(event)
+        elif isinstance(event, Told):
+            self._runtime.journal.keep(event.report)
+        elif isinstance(event, Nodes):
+            for facts in event.changed:
+                self._note(facts)
+
+    def _line(self, line: Line) -> None:
+        journal, now = self._runtime.journal, line.at - self._runtime.clock.loop_time(0.0)
+        if line.lost:
+            fields = {"lines": line.lost, "process": self._id}
+            journal.write(LogRecord(now, WARN, "/".join(self._path), line.incarnation, "log lines were lost", fields))
+        fields = {**line.fields, "process": self._id}
+        journal.write(
+            LogRecord(
+                now, line.level, line.node, line.incarnation, line.event, fields, times=line.times, trace=line.trace
+            )
+        )
+
+    def _note(self, facts: NodeFacts) -> None:
+        runtime = self._runtime
+        self._facts[facts.path] = facts
+        own = self._spec if isinstance(self._spec, Child) else facts.child
+        record = runtime.enter(own, facts.path)
+        record.process, record.incarnation = self._id, facts.incarnation
+        record.asked_state = facts.asked_state
+        if facts.path != self._path:
+            record.restart_count = facts.restart_count
+            origin = runtime.clock.loop_time(0.0)
+            record.restarts = [(at - origin, why) for at, why in facts.restarts]
+
+    @property
+    def _id(self) -> int:
+        return 0 if self._process is None else self._process.id
+
+    async def known(self) -> None:
+        """Wait until the transport knows the nodes of the process that are running now; at most for `KNOWN_SECONDS`."""
+        loop = self._runtime.loop
+        due = loop.time() + KNOWN_SECONDS
+        while self._missing() and self._process is not None and loop.time() < due:
+            await asyncio.sleep(_LOOKING)
+
+    def _missing(self) -> set[str]:
+        present = {node.fqn for node in self._runtime.graph.elsewhere()}
+        return {
+            record.identity.fqn for record in self._records() if self._facts[record.path].state == "running"
+        } - present
+
+    def _records(self) -> Iterable[NodeRecord]:
+        return (record for record in self._runtime.directory.below(self._path) if record.path in self._facts)
+
+    def state_of(self, path: Sequence[str]) -> ChildState:
+        """The state of a descendant of the child, as the process has told it last."""
+        facts = self._facts.get((*self._path, *path))
+        return "stopped" if facts is None else facts.state
+
+    # -- the supervisor's task of the child ---------------------------------------------------------------------------------
+
+    @property
+    def _task(self) -> ChildTask | None:
+        return self._runtime.tree.child_at(self._path)
+
+    def killed(self) -> bool:
+        """Whether the supervisor has killed or abandoned this life."""
+        return (task := self._task) is None or task.killed is not None
+
+    def kill(self, after: float) -> None:
+        """Have this life count as killed, after so many seconds of clean-up."""
+        if (task := self._task) is not None:
+            task.kill(after)
+
+    def bound(self) -> None:
+        """Limit the clean-up to the stop timeout of the child."""
+        if (task := self._task) is not None:
+            task.bound()
+
+    def exits(self, code: int) -> ProgramExit:
+        """Have the whole system stop in order, because a node of the process asks the program to exit."""
+        request = ProgramExit("/".join(self._path), SystemExit(code))
+        self._runtime.tree.exits(request)
+        return request

@@ -1,0 +1,57 @@
+"""`Processes`: the children of one system that run in processes of their own."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from actors.processes.home import TreeHome
+from actors.processes.life import ProcessLife
+from actors.processes.meeting import Meeting
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.processes.life import Process
+    from actors.processes.messages import Event, NodeFacts, Order
+    from actors.runtime.runtime import Runtime
+    from actors.supervision.declarations import Child, Supervisor
+    from actors.transport.protocol import Transport
+
+__all__ = ["Processes"]
+
+
+class Processes:
+    """The source of lives in processes of their own, of one system (`runtime.OtherProcesses`), and those that run.
+
+    Invariants: `running` has each process that runs, by the path of its child. What a process leaves for the next one of the same child is
+    kept for as long as the system.
+    """
+
+    def __init__(self, runtime: Runtime, transport: Transport | None = None) -> None:
+        self._runtime = runtime
+        self._meeting = Meeting(runtime, transport)
+        self._kept: dict[tuple[str, ...], dict[tuple[str, ...], NodeFacts]] = {}
+        self.running: dict[tuple[str, ...], Process] = {}
+
+    def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int) -> ProcessLife:
+        """Make a new life of `child`. Raises what `Directory.enter` raises."""
+        kept = self._kept.setdefault(path, {})
+        home = TreeHome(self._runtime, self._meeting, child, path, kept, partial(self._running, path))
+        return ProcessLife(home, self._launch)
+
+    def _running(self, path: tuple[str, ...], process: Process, runs: bool) -> None:
+        if runs:
+            self.running[path] = process
+        else:
+            del self.running[path]
+
+    async def _launch(self, order: Order, take: Callable[[Event], None]) -> Process:
+        await self._meeting.open()
+        if self._runtime.clock.virtual:
+            from actors.processes.simulated import simulate
+
+            return await simulate(order, take)
+        from actors.processes.spawned import spawn
+
+        return await spawn(order, take)
