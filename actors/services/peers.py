@@ -55,6 +55,8 @@ class Caller(Requester, Protocol):
 
     def service_failed(self, service: str, error: Exception) -> None: ...
 
+    def service_took_long(self, service: str, seconds: float) -> None: ...
+
 
 class Answering(Protocol):
     """A server of a service or an action, as seen by those who wait for its answer."""
