@@ -37,6 +37,7 @@ from robot.nodes.map_server import MapServer
 from robot.nodes.motors import Motors
 from robot.nodes.navigation import Navigation
 from robot.nodes.patrol import Patrol
+from robot.nodes.process_care import ProcessCare
 from robot.nodes.proprioception import Proprioception
 from robot.nodes.safety import SafetyMonitor
 from robot.nodes.status import RobotStatus
@@ -50,6 +51,11 @@ if TYPE_CHECKING:
 
 __all__ = ["robot_tree"]
 
+CONTROL_HANG = 0.1
+"""Seconds for which the event loop of the control process may stand still before it is killed."""
+HANG = 5.0
+"""The same for the others: whoever misses them stops the robot long before."""
+
 
 def robot_tree(
     body: Body,
@@ -60,33 +66,44 @@ def robot_tree(
     motor_delay: float = 0.004,
     publish_clock: float | None = None,
     delivery: Delivery | None = None,
+    processes: bool = False,
 ) -> Supervisor:
     """The whole robot around `body`, walking `waypoints`; without any (`None`) it waits to be asked, and there is no node `patrol`.
 
     With a `delivery` its mission is that errand instead of the patrol: a node `carrier` in place of `patrol`; the body must have an arm.
     `robot.Robot` makes body, battery and tree in one line.
 
+    With `processes` each concern runs in a process of its own, and `body` must be one that can cross to them, a `LinkedBody`. Its process is
+    restarted when it dies, up to 3 times within 5 s; before its own nodes it has one more, `control_process` and so on.
+
     With `publish_clock`, a rate in Hz, it has one node more, the first: a `ClockPublisher`, so that time runs for all who follow it.
     """
     grid = Grid.from_scene(body.scene)
+    concerns = [
+        _control(body, motor_delay),
+        _safety(pack),
+        _perception(body, grid),
+        _navigation(body, grid),
+        *_handling(body),
+        _mission(body, grid, waypoints, laps, delivery),
+    ]
     return Supervisor(
         "robot",
         strategy=one_for_one,
-        intensity=Intensity(0, within=1.0),
-        children=[
-            *_clock(publish_clock),
-            _control(body, motor_delay),
-            _safety(pack),
-            _perception(body, grid),
-            _navigation(body, grid),
-            *_handling(body),
-            _mission(body, grid, waypoints, laps, delivery),
-        ],
+        intensity=Intensity(3, within=5.0) if processes else Intensity(0, within=1.0),
+        children=[*_clock(publish_clock), *(_split(one) if processes else one for one in concerns)],
     )
 
 
 def _concern(name: str, *children: Child) -> Supervisor:
     return Supervisor(name, strategy=one_for_one, intensity=Intensity(3, within=5.0), children=children)
+
+
+def _split(concern: Supervisor) -> Supervisor:
+    """The concern in a process of its own. Control may hang for 0.1 s: by then the drives have begun to sit the robot down."""
+    care = Child(ProcessCare, name=f"{concern.name}_process", args=(concern.name,))
+    hang = CONTROL_HANG if concern.name == "control" else HANG
+    return concern.replace(process=True, hang=hang, children=(care, *concern.children))
 
 
 def _control(body: Body, motor_delay: float) -> Supervisor:
@@ -117,7 +134,7 @@ def _perception(body: Body, grid: Grid) -> Supervisor:
     return _concern(
         "perception",
         Child(Lidar, args=(body,)),
-        Child(MapServer, args=(grid, body.scene.places)),
+        Child(MapServer, args=(grid, dict(body.scene.places))),
         Child(Localizer, args=(grid, body.scene.start)),
         Child(Frames),
         Child(Camera, args=(body,)),

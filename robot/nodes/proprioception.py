@@ -19,7 +19,7 @@ from robot.hardware.body import JOINT_NAMES
 from robot.interfaces.robactor_msgs.msg import FootContacts, ImuCalibration
 
 if TYPE_CHECKING:
-    from robot.hardware.body import Body, ImuSample
+    from robot.hardware.body import Body, ImuSample, Sample
 
 __all__ = ["RATE", "Proprioception"]
 
@@ -82,11 +82,12 @@ class Proprioception(Node):
 
     @every(hz="rate", late="catch_up")
     def read(self) -> None:
-        """Publish the next sample. A loop that was held up publishes those it owes one by one: the sensors have not waited for it."""
+        """Publish all samples since the last time, which is one, unless the loop was held up: the sensors have not waited for it."""
         self._body.advance(self.clock.now())
-        sample = self._body.next_sample()
-        if sample is None:
-            return
+        while (sample := self._body.next_sample()) is not None:
+            self._tell(sample)
+
+    def _tell(self, sample: Sample) -> None:
         stamp, joints = self.clock.stamp(sample.time), sample.joints
         raw = _message(Header(stamp=stamp, frame_id="imu_link"), sample.imu)
         self.imu_raw(raw)

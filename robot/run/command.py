@@ -9,10 +9,10 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from robot.run.options import Crash, Options, UsageError, parse
+from robot.run.options import Crash, Hang, Options, UsageError, parse
 
 if TYPE_CHECKING:
-    from actors import Supervisor, System
+    from actors import Child, Supervisor, System
     from actors.transport import Transport
     from robot.assembly import Robot
     from robot.hardware.body import Body
@@ -57,7 +57,7 @@ class Session:
         except KeyboardInterrupt:  # before the first await, or on a platform without signal handlers
             return 130
         finally:
-            self.body.close()
+            self.robot.close()
 
     # -- what can be wrong with it, found before anything runs --------------------------------------------------------------
 
@@ -75,7 +75,7 @@ class Session:
         try:
             return Robot(
                 scene, body=options.backend, mission=get_mission(options.goal, options.fetch, scene), seed=options.seed, battery=options.battery,
-                arm=options.arm, motor_delay=options.motor_delay, publish_clock=options.publish_clock,
+                arm=options.arm, motor_delay=options.motor_delay, publish_clock=options.publish_clock, processes=options.processes,
             )  # fmt: skip
         except BackendMissing as error:
             raise UsageError(str(error)) from None
@@ -123,6 +123,10 @@ class Session:
         line.live = line.live and options.log_format == "console"
         tree = self._chosen(self.robot.tree)
         check_crashes(tree, options.crashes)
+        check_crashes(tree, options.hangs, "--hang")
+        if self.robot.process is not None:
+            self.robot.process.ready()
+            tree = with_faults(tree, options.crashes, options.hangs)
         report: dict[str, Any] = {}
         context = run(
             tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level), observers=flight.observers,
@@ -134,7 +138,7 @@ class Session:
                 await system.join(Child(Status, args=(line, self.body.backend)))
                 self._announce(system)
                 try:
-                    await self._until_over(system, flight)
+                    await self._until_over(system, flight, score)
                 finally:
                     report = make_report(system, self.body, score, self._header())
         finally:
@@ -159,6 +163,8 @@ class Session:
             return tree
         try:
             chosen = only(tree, names)
+            if self.options.processes:  # and what looks after their processes
+                chosen = only(tree, (*names, *(f"{concern.name}_process" for concern in chosen.children)))
         except UnknownNode as error:
             hint = "" if self.options.arm else " (those of the arm come with --arm)"
             raise UsageError(f"--only: {error}{hint}") from None
@@ -169,7 +175,7 @@ class Session:
             raise UsageError("--fetch: it is the carrier who fetches, and --only leaves it out")
         return chosen
 
-    async def _until_over(self, system: System, flight: Flight) -> None:
+    async def _until_over(self, system: System, flight: Flight, score: Score) -> None:
         """Let the time pass: crashes that were ordered, the end of the mission, the end of the duration, or the end of the tree."""
         import asyncio
 
@@ -179,7 +185,7 @@ class Session:
         duration = self.options.duration
         crashes = {
             crash: system.loop.call_at(system.clock.loop_time(crash.at), _crash, system, crash.node)
-            for crash in self.options.crashes
+            for crash in (() if self.options.processes else self.options.crashes)
         }
         ended = asyncio.ensure_future(system.wait())
         try:
@@ -190,7 +196,7 @@ class Session:
                 await asyncio.wait([ended], timeout=left)
                 flight.look()
                 missions = (record.node for record in system.nodes.values())
-                if any(isinstance(node, (Patrol, Carrier)) and node.finished for node in missions):
+                if self._done(score) or any(isinstance(node, (Patrol, Carrier)) and node.finished for node in missions):
                     await asyncio.wait([ended], timeout=3.0)  # the sit that ends the mission takes about two seconds
                     break
             if ended.done():
@@ -201,6 +207,14 @@ class Session:
                 timer.cancel()  # later it would hit a robot that is sitting down
                 if system.clock.now() < crash.at:
                     system.log.warning("crash not made: the run had ended", asked=f"{crash.node}@{crash.at:g}")
+
+    def _done(self, score: Score) -> bool:
+        """Whether the last report of a mission in another process was the one that ends it."""
+        if not self.options.processes or not score.goals:
+            return False
+        return self.options.fetch is not None or (
+            self.options.goal is not None and score.goals[-1].outcome == "succeeded"
+        )
 
     def _announce(self, system: System) -> None:
         more: dict[str, Any] = {"only": ", ".join(self.options.only)} if self.options.only else {}
@@ -240,15 +254,37 @@ class Session:
         return None
 
 
-def check_crashes(tree: Supervisor, crashes: Sequence[Crash]) -> None:
-    """Refuse to crash what is not there. Raises `UsageError`."""
+def check_crashes(tree: Supervisor, crashes: Sequence[Crash | Hang], option: str = "--crash") -> None:
+    """Refuse to let fail what is not there. Raises `UsageError`."""
     from robot.run.choice import UnknownNode, only
 
     for crash in crashes:
         try:
             only(tree, [crash.node])
         except UnknownNode as error:
-            raise UsageError(f"--crash {crash.node}@{crash.at:g}: {error}") from None
+            raise UsageError(f"{option} {crash.node}@{crash.at:g}: {error}") from None
+
+
+def with_faults(tree: Supervisor, crashes: Sequence[Crash], hangs: Sequence[Hang]) -> Supervisor:
+    """The tree of a run that begins now, with these faults made in the processes of their nodes."""
+    from robot.nodes.process_care import Fault, ProcessCare
+    from robot.run.choice import changed, nodes_of
+
+    now = time.monotonic()
+    faults = [Fault("crash", one.node, now + one.at) for one in crashes]
+    faults += [Fault("hang", one.node, now + one.at) for one in hangs]
+    concerns = {
+        child.name: concern.name for concern in tree.children for child in nodes_of(tree.replace(children=[concern]))
+    }
+
+    def change(child: Child) -> Child:
+        if child.factory is not ProcessCare:
+            return child
+        return child.replace(
+            args=(*child.args, *(one for one in faults if concerns[one.node.lstrip("/")] == child.args[0]))
+        )
+
+    return changed(tree, change)
 
 
 def _crash(system: System, name: str) -> None:
