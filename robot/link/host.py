@@ -7,7 +7,7 @@ import signal
 import sys
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NoReturn
 
 from robot.hardware.arm import ArmBusy
 from robot.hardware.body import Body
@@ -157,7 +157,7 @@ def serve(spec: BodySpec, name: str, parent: int) -> None:
     from robot.sim.physics import PhysicsBody
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to all processes of a terminal: the robot sits first
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    signal.signal(signal.SIGTERM, _end)
     favour("body")
     segment = attached(name, len(spec.scene.things))
     body = PhysicsBody(spec.scene, seed=spec.seed, delay=spec.delay, arm=spec.arm)
@@ -171,3 +171,8 @@ def serve(spec: BodySpec, name: str, parent: int) -> None:
             if now - orphaned > (ABANDONED if host.drives.resting else ORPHANED):
                 return
         time.sleep(max(0.0, host.next_round(now) - time.monotonic()))
+
+
+def _end(number: int, frame: object) -> NoReturn:
+    """SIGTERM: nobody needs the body any more."""
+    sys.exit(0)

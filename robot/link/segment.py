@@ -18,7 +18,7 @@ PREFIX: Final = "robactor-body-"
 """Of the names of all segments; the maker's process id follows."""
 _SHM: Final = Path("/dev/shm")
 """Where Linux shows them."""
-COMMAND_SLOTS, SAMPLE_SLOTS, STATE_SLOTS, CALL_SLOTS = 64, 64, 4, 8
+COMMAND_SLOTS, SAMPLE_SLOTS, STATE_SLOTS, CALL_SLOTS = 512, 64, 4, 8
 COMMAND, SAMPLE, STATE, CALL, REPLY = 63, 47, 73, 5, 3
 """Numbers in a record of each ring; `robot.link.records` says which."""
 ARM, THING = 15, 3
@@ -39,10 +39,12 @@ class Segment:
     """
 
     def __init__(self, memory: shared_memory.SharedMemory, things: int) -> None:
-        self._memory = memory
-        rings, offset = [], 8
+        assert memory.buf is not None
+        self._memory, self._bytes = memory, memory.buf
+        rings: list[Ring] = []
+        offset = 8
         for slots, width in _layout(things):
-            rings.append(Ring(memory.buf, offset, slots, width))
+            rings.append(Ring(self._bytes, offset, slots, width))
             offset += Ring.size(slots, width)
         self.commands, self.samples, self.state, self.scenery, self.calls, self.replies = rings
         self._epoch = 0
@@ -54,8 +56,8 @@ class Segment:
     def epoch(self) -> int:
         """The number of this process among those that have commanded the body, claimed at the first call; the body obeys the newest."""
         if self._epoch == 0:
-            self._epoch = int.from_bytes(self._memory.buf[:8], "little") + 1
-            self._memory.buf[:8] = self._epoch.to_bytes(8, "little")
+            self._epoch = int.from_bytes(self._bytes[:8], "little") + 1
+            self._bytes[:8] = self._epoch.to_bytes(8, "little")
         return self._epoch
 
     def close(self) -> None:
@@ -104,11 +106,15 @@ def _attach(name: str) -> shared_memory.SharedMemory:
         return shared_memory.SharedMemory(name, track=False)
     tracker: Any = resource_tracker
     register = tracker.register
-    tracker.register = lambda *_: None
+    tracker.register = _untold
     try:
         return shared_memory.SharedMemory(name)
     finally:
         tracker.register = register
+
+
+def _untold(name: str, kind: str) -> None:
+    """What the tracker is told instead."""
 
 
 def _sweep() -> None:

@@ -81,11 +81,18 @@ class Proprioception(Node):
         self.checkpoint(self._bias)
 
     @every(hz="rate", late="catch_up")
-    def read(self) -> None:
-        """Publish all samples since the last time, which is one, unless the loop was held up: the sensors have not waited for it."""
+    async def read(self) -> None:
+        """Publish all samples since the last time, which is one, unless this loop or the body was held up: the sensors have not waited for it.
+
+        Each is taken in by those who listen before the next one follows.
+        """
         self._body.advance(self.clock.now())
-        while (sample := self._body.next_sample()) is not None:
+        sample = self._body.next_sample()
+        while sample is not None:
             self._tell(sample)
+            sample = self._body.next_sample()
+            if sample is not None:
+                await self.clock.sleep(0.0)
 
     def _tell(self, sample: Sample) -> None:
         stamp, joints = self.clock.stamp(sample.time), sample.joints

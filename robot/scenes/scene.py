@@ -6,7 +6,7 @@ Frames follow REP-103: x forward, y left, z up. A yaw of zero looks along +x.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -76,14 +76,20 @@ class Scene:
     """Small objects at the start. A body whose arm carries them off tells by a method ``things()`` where they are now."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A read-only view is not copied to other processes, what it shows is."""
-        values = (dict(value) if isinstance(value, Mapping) else value for value in self._values())
-        return _scene, tuple(values)
-
-    def _values(self) -> tuple[Any, ...]:
-        return tuple(getattr(self, each.name) for each in fields(self))
+        """A read-only view of places is not copied to other processes, the places are."""
+        places = dict(self.places)
+        return _scene, (self.name, self.bounds, self.obstacles, self.start, self.dock, self.patrol, places, self.things)
 
 
-def _scene(*values: Any) -> Scene:
+def _scene(
+    name: str,
+    bounds: tuple[float, float, float, float],
+    obstacles: tuple[Obstacle, ...],
+    start: Pose2,
+    dock: Pose2,
+    patrol: tuple[Pose2, ...],
+    places: dict[str, Pose2],
+    things: tuple[Thing, ...],
+) -> Scene:
     """A scene from its fields."""
-    return Scene(*(MappingProxyType(value) if isinstance(value, dict) else value for value in values))
+    return Scene(name, bounds, obstacles, start, dock, patrol, MappingProxyType(places), things)
