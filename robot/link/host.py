@@ -140,7 +140,7 @@ class BodyHost:
 
     def _publish(self) -> None:
         body, arm = self._body, self._body.arm
-        state = State(self._began + body.time, body.truth(), body.joints(), body.charger)
+        state = State(self._began + body.time, body.truth(), body.joints(), body.charger, self._drives.stopping)
         self._segment.state.write(state_record(state, self._names))
         things = body.things()
         held = None
