@@ -195,6 +195,10 @@ def retire(life: Incarnation, error: Callable[[], Exception]) -> None:
     for server in servers:
         server.fail_all(error)
         server.entry.close(life.fqn)
+    told = tuple(f"{name}/_action/" for name in record.actions)
+    for publisher in [one for one in life.publishers if one.entry.name.startswith(told)]:
+        publisher.close()
+        life.publishers.remove(publisher)
     record.services.clear()
     record.actions.clear()
 

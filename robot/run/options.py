@@ -66,6 +66,8 @@ class Options:
     processes: bool = False
     """Whether the body and each concern of the tree have a process of their own."""
     hangs: tuple[Hang, ...] = ()
+    security: str | None = None
+    """A security file."""
 
 
 def parse(argv: Sequence[str]) -> Options:
@@ -73,8 +75,8 @@ def parse(argv: Sequence[str]) -> Options:
     given = _parser().parse_args(argv)
     if given.trace and given.clock != "virtual":
         raise UsageError("--trace: two runs are equal on the virtual clock only; add --clock virtual")
-    if given.clock == "virtual" and (given.listen or given.connect):
-        raise UsageError("--listen, --connect: other machines live in real time; leave out --clock virtual")
+    if given.clock == "virtual" and (given.listen or given.connect or given.security):
+        raise UsageError("--listen, --connect, --security: other machines live in real time; leave out --clock virtual")
     if given.publish_clock is not None:
         _within("--publish-clock", given.publish_clock, 0.1, 1000.0, "Hz")
     if given.processes and given.clock == "virtual":
@@ -110,6 +112,7 @@ def parse(argv: Sequence[str]) -> Options:
         connect=tuple(given.connect),
         processes=given.processes,
         hangs=tuple(Hang(*parse_fault("--hang", text, duration)) for text in given.hang),
+        security=given.security,
     )
 
 
@@ -186,6 +189,7 @@ def _add_network(add: Any) -> None:
         metavar="ENDPOINT",
         help="let other machines connect to tcp/0.0.0.0:PORT",
     )
+    add("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
 
 
 def _add_errand(add: Any) -> None:
