@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import ctypes
-import os
 import signal
 import socket
 import sys
@@ -31,13 +30,13 @@ __all__ = ["MOST_UNSENT", "Served", "main", "read_frame", "serve"]
 
 MOST_UNSENT: Final = 1_000_000
 """While the parent leaves so many bytes unread, log lines are counted instead of sent."""
+ORPHANED: Final = "its parent process is gone"
 _PR_SET_PDEATHSIG: Final = 1
 
 
 def main(arguments: Sequence[str]) -> int:
     """Read the order from the channel, and run it to its end."""
     channel, notes = socket.socket(fileno=int(arguments[0])), int(arguments[1])
-    parent = os.getppid()
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C reaches all processes of a terminal: the parent stops this one, in its turn
@@ -51,14 +50,17 @@ def main(arguments: Sequence[str]) -> int:
         channel.sendall(framed(Over(Failed(error))))
         return 1
     with asyncio.Runner(loop_factory=new_event_loop) as runner:
-        runner.run(serve(order, channel, notes, parent))
+        runner.run(serve(order, channel, notes))
     return 0
 
 
 def end_with_parent() -> None:
-    """Have the system send SIGTERM to this process when its parent ends, where the system can do that."""
+    """Have the system send SIGHUP to this process when its parent ends, where the system can do that.
+
+    The closed channel tells the same, unless a process that the parent has forked holds its other end.
+    """
     if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGHUP, 0, 0, 0)
 
 
 def read_frame(channel: socket.socket) -> Any:
@@ -81,9 +83,8 @@ class Served:
     Invariant: a log line is either sent or counted in `_lost`, and the count goes with the next line that is sent.
     """
 
-    def __init__(self, order: Order, channel: socket.socket, notes: int, parent: int) -> None:
+    def __init__(self, order: Order, channel: socket.socket, notes: int) -> None:
         self._socket = channel
-        self._parent = parent
         self._period = beat_seconds(order.spec.hang)
         self._loop = asyncio.get_running_loop()
         self._thread = threading.get_ident()
@@ -99,7 +100,8 @@ class Served:
         """Run the order to its end, and return when the parent has been told of it."""
         loop = self._loop
         await loop.create_connection(lambda: self._channel, sock=self._socket)
-        loop.add_signal_handler(signal.SIGTERM, self._terminated)
+        loop.add_signal_handler(signal.SIGTERM, self._hosted.terminate)
+        loop.add_signal_handler(signal.SIGHUP, self._hosted.stop, ORPHANED)
         self._guard.start()
         self._beat()
         try:
@@ -138,13 +140,7 @@ class Served:
     def _left(self) -> None:
         """The channel is closed: by this process at its end, or because the parent is gone."""
         self._closed.set()
-        self._hosted.stop("its parent process is gone")
-
-    def _terminated(self) -> None:
-        if os.getppid() != self._parent:  # the system sent it, because the parent is gone
-            self._hosted.stop("its parent process is gone")
-        else:
-            self._hosted.terminate()
+        self._hosted.stop(ORPHANED)
 
     def _where(self) -> str:
         """What the event loop is doing, as far as it can be told from another thread: node, handler and line."""
@@ -156,9 +152,9 @@ class Served:
         )
 
 
-async def serve(order: Order, channel: socket.socket, notes: int, parent: int) -> None:
+async def serve(order: Order, channel: socket.socket, notes: int) -> None:
     """Run an order to its end."""
-    await Served(order, channel, notes, parent).run()
+    await Served(order, channel, notes).run()
 
 
 if __name__ == "__main__":

@@ -25,7 +25,9 @@ def nothing_left_running() -> Generator[None]:
     before, files = _children(), len(os.listdir("/proc/self/fd"))
     yield
     assert _children() <= before
-    assert len(os.listdir("/proc/self/fd")) <= files + 20  # the transport keeps some; a channel that leaks with each life is seen
+    assert (
+        len(os.listdir("/proc/self/fd")) <= files + 20
+    )  # the transport keeps some; a channel that leaks with each life is seen
 
 
 @pytest.fixture
