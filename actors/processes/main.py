@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from msgspec import structs
 
+from actors.logs import WARN
 from actors.places import line_of
 from actors.processes.channel import HEAD, Channel, framed
 from actors.processes.guard import Guard
@@ -80,11 +81,12 @@ def _read(channel: socket.socket, size: int) -> bytes:
 class Served:
     """One order, served over a channel. Made in the event loop that runs it.
 
-    Invariant: a log line is either sent or counted in `_lost`, and the count goes with the next line that is sent.
+    Invariant: a log line is either sent or counted in `_lost`, and the count is sent as soon as the parent reads again.
     """
 
     def __init__(self, order: Order, channel: socket.socket, notes: int) -> None:
         self._socket = channel
+        self._path = order.path
         self._period = beat_seconds(order.spec.hang)
         self._loop = asyncio.get_running_loop()
         self._thread = threading.get_ident()
@@ -119,18 +121,26 @@ class Served:
         elif self._channel.unsent > MOST_UNSENT:
             self._lost += 1
         else:
+            self._tell_lost()
+            self._send_line(event)
+
+    def _tell_lost(self) -> None:
+        """Tell how many log lines were lost, once there is room for more."""
+        if self._lost and self._channel.unsent <= MOST_UNSENT:
             lost, self._lost = self._lost, 0
-            line = structs.replace(event, lost=lost)
-            try:
-                self._channel.send(line)
-            except Exception:  # a field cannot be copied
-                self._channel.send(
-                    structs.replace(line, fields={key: repr(value) for key, value in line.fields.items()})
-                )
+            fields = {"lines": lost, "because": "they came faster than the parent process reads them"}
+            self._send_line(Line(self._loop.time(), WARN, "/".join(self._path), 1, "log lines were lost", fields))
+
+    def _send_line(self, line: Line) -> None:
+        try:
+            self._channel.send(line)
+        except Exception:  # a field cannot be copied
+            self._channel.send(structs.replace(line, fields={key: repr(value) for key, value in line.fields.items()}))
 
     def _beat(self) -> None:
         self._guard.turned()
         self._hosted.tell_nodes()
+        self._tell_lost()
         self._channel.send(Beat())
         self._beat_timer = self._loop.call_later(self._period, self._beat)
 

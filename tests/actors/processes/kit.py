@@ -68,7 +68,8 @@ class Scripted(Node):
         await asyncio.sleep(plan.get("start", 0.0))
         if plan.get("skip"):
             raise Skip("not today")
-        lives = Path(self.diary).read_text().count(f"start {self.name} ")
+        with open(self.diary) as file:
+            lives = file.read().count(f"start {self.name} ")
         if lives <= plan.get("refuse", 0):
             raise OSError(f"{self.name} refuses")
         if "after" in plan and lives <= plan.get("lives", 1_000_000):
@@ -87,7 +88,7 @@ class Scripted(Node):
     async def on_stop(self, reason: ExitReason) -> None:
         self.write("stop")
         if self.plan.get("deaf"):
-            time.sleep(1000)
+            time.sleep(1000)  # noqa: ASYNC251  # that it does not listen is its plan
         await asyncio.sleep(self.plan.get("cleanup", 0.0))
         self.write("end")
 

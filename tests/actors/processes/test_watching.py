@@ -160,7 +160,7 @@ async def test_log_lines_that_the_parent_does_not_read_are_counted_and_hold_nobo
     async with running(tree("chatter"), lines) as system:
         asking = asyncio.create_task(ask(system))
         await asyncio.sleep(0.1)  # the request is on its way
-        time.sleep(2.0)  # the parent reads nothing meanwhile
+        time.sleep(2.0)  # noqa: ASYNC251  # the parent reads nothing meanwhile
         await asking
         await until(lambda: any(line.event == "log lines were lost" for line in lines) or len(lines) > 20_000)
         got = [line.fields["number"] for line in lines if line.event == "chatter"]
@@ -230,7 +230,7 @@ async def test_when_the_parent_is_killed_all_processes_end_their_nodes_in_order_
 ) -> None:
     program = tmp_path / "program.py"
     program.write_text(PROGRAM)
-    parent = subprocess.Popen(
+    parent = subprocess.Popen(  # noqa: ASYNC220
         [sys.executable, str(program), str(diary.path)],
         env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])},
     )
@@ -275,7 +275,7 @@ if __name__ == "__main__":
 async def test_nodes_of_a_script_can_have_processes_of_their_own(tmp_path: Path, how: str) -> None:
     (tmp_path / "mine.py").write_text(SCRIPT)
     arguments = ["mine.py"] if how == "script" else ["-m", "mine"]
-    done = subprocess.run(
+    done = subprocess.run(  # noqa: ASYNC221
         [sys.executable, *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE, check=False
     )
     assert (done.stdout, done.stderr) == ("['here'] ['running']\n", "")
