@@ -34,7 +34,6 @@ from actors.transport.bridge import connect
 
 if TYPE_CHECKING:
     from actors.logs import LogRecord
-    from actors.runtime.incarnation import Incarnation
     from actors.runtime.record import NodeRecord
     from actors.runtime.runtime import OtherProcesses, Runtime
     from actors.supervision.report import Report
@@ -86,7 +85,8 @@ class HostedTree:
         observers = system.runtime.observers
         observers.reports.append(self._reported)
         observers.ready.append(lambda life: self.tell_nodes())
-        observers.ended.append(self._ended)
+        observers.ended.append(self._changed)
+        observers.dismissed.append(self._changed)
         self._remember(order)
 
     async def run(self) -> None:
@@ -209,7 +209,7 @@ class HostedTree:
             )
 
     def _reported(self, report: Report) -> None:
-        self.system.loop.call_soon(self.tell_nodes)
+        self._changed(report)
         if report.supervisor != self._path[:-1]:
             self._tell(Told(report))
         elif report.reason is not None:
@@ -217,8 +217,8 @@ class HostedTree:
 
     # -- the child ----------------------------------------------------------------------------------------------------------
 
-    def _ended(self, life: Incarnation) -> None:
-        self.system.loop.call_soon(self.tell_nodes)  # in the next turn its supervisor knows of the end, too
+    def _changed(self, node: object) -> None:
+        self.system.loop.call_soon(self.tell_nodes)  # in the next turn its supervisor knows of it, too
 
     def _begin(self) -> bool:
         """Tell that the child is ready; False if it declined to start."""

@@ -68,8 +68,7 @@ class Scripted(Node):
         await asyncio.sleep(plan.get("start", 0.0))
         if plan.get("skip"):
             raise Skip("not today")
-        with open(self.diary) as file:
-            lives = file.read().count(f"start {self.name} ")
+        lives = Diary(Path(self.diary)).lines("start").count(f"start {self.name}")
         if lives <= plan.get("refuse", 0):
             raise OSError(f"{self.name} refuses")
         if "after" in plan and lives <= plan.get("lives", 1_000_000):
