@@ -37,21 +37,21 @@ _PR_SET_PDEATHSIG: Final = 1
 
 def main(arguments: Sequence[str]) -> int:
     """Read the order from the channel, and run it to its end."""
-    channel, notes = socket.socket(fileno=int(arguments[0])), int(arguments[1])
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C reaches all processes of a terminal: the parent stops this one, in its turn
     end_with_parent()
-    try:
-        prepare(read_frame(channel))
-        order = read_frame(channel)
-    except EOFError:
-        return 1
-    except Exception as error:  # what the order names cannot be imported here
-        channel.sendall(framed(Over(Failed(error))))
-        return 1
-    with asyncio.Runner(loop_factory=new_event_loop) as runner:
-        runner.run(serve(order, channel, notes))
+    with socket.socket(fileno=int(arguments[0])) as channel:
+        try:
+            prepare(read_frame(channel))
+            order = read_frame(channel)
+        except EOFError:
+            return 1
+        except Exception as error:  # what the order names cannot be imported here
+            channel.sendall(framed(Over(Failed(error))))
+            return 1
+        with asyncio.Runner(loop_factory=new_event_loop) as runner:
+            runner.run(serve(order, channel, int(arguments[1])))
     return 0
 
 
@@ -95,7 +95,7 @@ class Served:
         self._channel = Channel(self._asked, self._left)
         transport = order.transport()
         self._hosted = HostedTree(order, transport, self.tell, lambda runtime: Processes(runtime, transport))
-        self._guard = Guard(channel.fileno(), notes, self._where)
+        self._guard = Guard(channel.fileno(), notes, self.where)
         self._beat_timer: asyncio.TimerHandle | None = None
 
     async def run(self) -> None:
@@ -113,6 +113,7 @@ class Served:
                 self._beat_timer.cancel()
             self._channel.close()
             await self._closed.wait()
+            self._guard.stop()
 
     def tell(self, event: Event) -> None:
         """Send an event to the parent. Never waits: log lines that the parent does not read in time are lost, and counted."""
@@ -152,7 +153,7 @@ class Served:
         self._closed.set()
         self._hosted.stop(ORPHANED)
 
-    def _where(self) -> str:
+    def where(self) -> str:
         """What the event loop is doing, as far as it can be told from another thread: node, handler and line."""
         task = asyncio.current_task(self._loop)
         record = None if task is None else self._hosted.system.runtime.directory.owner_of(task)
