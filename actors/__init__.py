@@ -79,6 +79,7 @@ from actors.node.node import ErrorVerdict, Node
 from actors.node.retry import retry
 from actors.parameters.declare import parameter
 from actors.parameters.values import Parameter, SetResult
+from actors.processes.errors import ProcessDied, ProcessHung, RemoteError
 from actors.qos.policies import QoS
 from actors.running.run import execute, open_node, run
 from actors.runtime.timers import Tick, TickMissed
@@ -140,10 +141,13 @@ __all__ = [
     "NotStarted",
     "Outcome",
     "Parameter",
+    "ProcessDied",
+    "ProcessHung",
     "ProgramExit",
     "Publisher",
     "QoS",
     "Reject",
+    "RemoteError",
     "Returned",
     "Service",
     "ServiceFailed",

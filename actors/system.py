@@ -146,15 +146,31 @@ class System:
         """
         record = self.runtime.directory.named(node)
         if record.node is None:
-            raise NotStarted(f"{node if isinstance(node, str) else node.__name__} is not running now")
+            where = (
+                f"runs in process {record.process}: ask it by its services" if record.process else "is not running now"
+            )
+            raise NotStarted(f"{node if isinstance(node, str) else node.__name__} {where}")
         return record.node
 
     def crash(self, node: type[Node] | str, error: Exception) -> None:
         """Make a node fail as if one of its handlers had raised `error`; its `on_error` is asked. Raises what `node` raises."""
         record = self.runtime.directory.named(node)
-        if record.running is None:
+        if record.running is not None:
+            record.inbox.put_control(Failure(error, "crash"))
+        elif record.process and record.state == "running":
+            self.runtime.processes.crash(record.path, error)
+        else:
             raise NotStarted(f"{record.identity.fqn} is not running: it cannot crash now")
-        record.inbox.put_control(Failure(error, "crash"))
+
+    def kill_process(self, node: type[Node] | str) -> None:
+        """Kill the process in which a node runs, with all that it runs, as ``kill -9`` does; its supervisor restarts it.
+
+        Raises `LookupError` as `node` does, and `NotStarted` for a node that runs in this process, or in none.
+        """
+        record = self.runtime.directory.named(node)
+        if not record.process:
+            raise NotStarted(f"{record.identity.fqn} has no process of its own: declare it with process=True")
+        self.runtime.processes.kill(record.path)
 
     async def join(self, child: Child) -> UnsupervisedNode:
         """Run one more node beside the tree, without supervision, and return when it is ready. Raises the error of its start."""

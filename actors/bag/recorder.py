@@ -26,6 +26,7 @@ from actors.bag.weight import weight_of
 from actors.errors import NotStarted
 from actors.interfaces.cdr import encode
 from actors.interfaces.errors import CdrError
+from actors.interfaces.foreign import ForeignType
 from actors.logs import log_message
 from actors.qos import DEFAULT
 from actors.qos import ROSOUT as ROSOUT_QOS
@@ -214,6 +215,8 @@ class FlightRecorder:
     def _tap(self, publisher: PublisherPeer) -> Callable[[Any], None]:
         qos, topic = publisher.qos, publisher.entry.name
         if topic == ROSOUT:  # log lines are recorded by the sink
+            return _nothing
+        if isinstance(publisher.type, ForeignType):  # of another process, and nobody here can read its messages
             return _nothing
         channel = self._channel(topic, publisher.type)
         channel.offer(qos)

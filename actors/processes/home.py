@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
-from msgspec import structs
-
 from actors.errors import ProgramExit
-from actors.logs import WARN, LogRecord
-from actors.processes.messages import Event, Line, NodeFacts, Nodes, Order, Told
+from actors.logs import LogRecord
+from actors.processes.messages import Event, Line, NodeFacts, Nodes, Order, Packed, Told
+from actors.processes.pickling import pack
 from actors.supervision.declarations import Child, Supervisor
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ _LOOKING: Final = 0.002
 
 
 class TreeHome:
-    """The parent's side of one child of another process, over one life: its records in the system, and what a next life needs of this one.
+    """The parent's side of one child of another process, over one life. What a next life needs of this one is in the records of the nodes.
 
     Invariants: every node that the process has told of has a record, in which `process` is the id of that process. What the parent itself
     knows of the child, the restarts of a node with a process of its own, is not taken from the process.
@@ -42,15 +41,14 @@ class TreeHome:
         meeting: Meeting,
         spec: Child | Supervisor,
         path: tuple[str, ...],
-        kept: dict[tuple[str, ...], NodeFacts],
         running: Callable[[Process, bool], None],
     ) -> None:
         self._runtime = runtime
         self._meeting = meeting
         self._spec = spec
         self._path = path
-        self._facts = kept
-        """What is known of each node of the process, by path; it outlives the process."""
+        self._states: dict[tuple[str, ...], ChildState] = {}
+        """The state of each node that the process has told of, by path."""
         self._running = running
         self._process: Process | None = None
         if isinstance(spec, Child):
@@ -67,7 +65,7 @@ class TreeHome:
             options=runtime.options,
             transport=self._meeting.sibling(),
             domain_id=self._meeting.domain_id,
-            nodes=tuple(self._facts.values()),
+            nodes=tuple(self._facts_of(record) for record in runtime.directory.below(self._path) if record.incarnation),
             wall=runtime.clock.wall() - runtime.loop.time() if runtime.clock.virtual else None,
         )
 
@@ -84,11 +82,10 @@ class TreeHome:
         process, self._process = self._process, None
         if process is not None:
             self._running(process, False)
-        for path, facts in self._facts.items():
-            self._facts[path] = structs.replace(facts, state="stopped")
-        now = self._runtime.loop.time()
-        for record in self._records():
-            record.ended_at = now
+        now, records = self._runtime.loop.time(), self._runtime.directory.records
+        for path in self._states:
+            if path in records:
+                records[path].ended_at = now
 
     # -- what the process tells ---------------------------------------------------------------------------------------------
 
@@ -101,13 +98,13 @@ class TreeHome:
         elif isinstance(event, Nodes):
             for facts in event.changed:
                 self._note(facts)
+            for path in event.gone:
+                del self._states[path]
+                self._runtime.gone(path, False)
 
     def _line(self, line: Line) -> None:
         journal, now = self._runtime.journal, line.at - self._runtime.clock.loop_time(0.0)
-        if line.lost:
-            fields = {"lines": line.lost, "process": self._id}
-            journal.write(LogRecord(now, WARN, "/".join(self._path), line.incarnation, "log lines were lost", fields))
-        fields = {**line.fields, "process": self._id}
+        fields = {"process": self._id, **line.fields}
         journal.write(
             LogRecord(
                 now, line.level, line.node, line.incarnation, line.event, fields, times=line.times, trace=line.trace
@@ -116,15 +113,30 @@ class TreeHome:
 
     def _note(self, facts: NodeFacts) -> None:
         runtime = self._runtime
-        self._facts[facts.path] = facts
+        self._states[facts.path] = facts.state
         own = self._spec if isinstance(self._spec, Child) else facts.child
         record = runtime.enter(own, facts.path)
-        record.process, record.incarnation = self._id, facts.incarnation
+        record.process, record.incarnation = facts.process or self._id, facts.incarnation
         record.asked_state = facts.asked_state
+        record.saved = None if facts.saved is None else Packed(facts.saved)
         if facts.path != self._path:
             record.restart_count = facts.restart_count
             origin = runtime.clock.loop_time(0.0)
             record.restarts = [(at - origin, why) for at, why in facts.restarts]
+
+    def _facts_of(self, record: NodeRecord) -> NodeFacts:
+        """What the next process has to know of a node's earlier lives."""
+        origin, saved = self._runtime.clock.loop_time(0.0), record.saved
+        return NodeFacts(
+            record.path,
+            record.child,
+            "stopped",
+            record.incarnation,
+            record.restart_count,
+            tuple((origin + at, why) for at, why in record.restarts),
+            record.asked_state,
+            saved=saved.data if isinstance(saved, Packed) else None if saved is None else pack(saved),
+        )
 
     @property
     def _id(self) -> int:
@@ -138,18 +150,13 @@ class TreeHome:
             await asyncio.sleep(_LOOKING)
 
     def _missing(self) -> set[str]:
-        present = {node.fqn for node in self._runtime.graph.elsewhere()}
-        return {
-            record.identity.fqn for record in self._records() if self._facts[record.path].state == "running"
-        } - present
-
-    def _records(self) -> Iterable[NodeRecord]:
-        return (record for record in self._runtime.directory.below(self._path) if record.path in self._facts)
+        records = self._runtime.directory.records
+        running = {records[path].identity.fqn for path, state in self._states.items() if state == "running"}
+        return running - {node.fqn for node in self._runtime.graph.elsewhere()}
 
     def state_of(self, path: Sequence[str]) -> ChildState:
         """The state of a descendant of the child, as the process has told it last."""
-        facts = self._facts.get((*self._path, *path))
-        return "stopped" if facts is None else facts.state
+        return self._states.get((*self._path, *path), "stopped")
 
     # -- the supervisor's task of the child ---------------------------------------------------------------------------------
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import structs
 
-from actors.errors import NotRunning
-from actors.inbox.control import Failure
+from actors.errors import NotRunning, NotStarted
 from actors.node.node import Node
 from actors.processes.messages import (
     CrashAsked,
@@ -19,6 +18,7 @@ from actors.processes.messages import (
     Nodes,
     Order,
     Over,
+    Packed,
     Ready,
     Request,
     StopAsked,
@@ -34,7 +34,6 @@ from actors.transport.bridge import connect
 
 if TYPE_CHECKING:
     from actors.logs import LogRecord
-    from actors.runtime.incarnation import Incarnation
     from actors.runtime.record import NodeRecord
     from actors.runtime.runtime import OtherProcesses, Runtime
     from actors.supervision.report import Report
@@ -86,7 +85,8 @@ class HostedTree:
         observers = system.runtime.observers
         observers.reports.append(self._reported)
         observers.ready.append(lambda life: self.tell_nodes())
-        observers.ended.append(self._ended)
+        observers.ended.append(self._changed)
+        observers.dismissed.append(self._changed)
         self._remember(order)
 
     async def run(self) -> None:
@@ -129,7 +129,8 @@ class HostedTree:
             self.system.kill()
 
     def kill(self) -> None:
-        """End without a clean-up."""
+        """End without a clean-up. What a real process tells with each beat is told now."""
+        self.tell_nodes()
         self._stop_asked = self._stop_asked or "killed"
         self.system.kill()
 
@@ -142,9 +143,12 @@ class HostedTree:
             for record in self.system.nodes.values()
             if record.supervised and _news(facts := self._facts_of(record)) != self._told.get(record.path)
         )
-        if changed:
+        gone = tuple(path for path in self._told if path not in self.system.nodes)
+        if changed or gone:
             self._told.update({facts.path: _news(facts) for facts in changed})
-            self._tell(Nodes(changed))
+            for path in gone:
+                del self._told[path]
+            self._tell(Nodes(changed, gone))
 
     def _facts_of(self, record: NodeRecord) -> NodeFacts:
         origin = self.system.clock.loop_time(0.0)
@@ -156,6 +160,7 @@ class HostedTree:
             record.restart_count,
             tuple((origin + at, why) for at, why in record.restarts),
             record.asked_state,
+            record.process,
             self._saved_by(record),
         )
 
@@ -173,6 +178,8 @@ class HostedTree:
 
     def _saved_by(self, record: NodeRecord) -> bytes | None:
         """What the node leaves for its next life, as bytes; it is packed once."""
+        if isinstance(record.saved, Packed):
+            return record.saved.data
         value, packed = self._saved.get(record.path, (None, None))
         if record.saved is not value:
             try:
@@ -202,6 +209,7 @@ class HostedTree:
             )
 
     def _reported(self, report: Report) -> None:
+        self._changed(report)
         if report.supervisor != self._path[:-1]:
             self._tell(Told(report))
         elif report.reason is not None:
@@ -209,8 +217,8 @@ class HostedTree:
 
     # -- the child ----------------------------------------------------------------------------------------------------------
 
-    def _ended(self, life: Incarnation) -> None:
-        self.system.loop.call_soon(self.tell_nodes)  # in the next turn its supervisor knows of the end, too
+    def _changed(self, node: object) -> None:
+        self.system.loop.call_soon(self.tell_nodes)  # in the next turn its supervisor knows of it, too
 
     def _begin(self) -> bool:
         """Tell that the child is ready; False if it declined to start."""
@@ -229,8 +237,9 @@ class HostedTree:
 
     def _crash(self, request: CrashAsked) -> None:
         record = self.system.nodes.get(request.path)
-        if record is not None and record.running is not None:
-            record.inbox.put_control(Failure(request.error, "crash"))
+        if record is not None:
+            with suppress(NotStarted):  # it has ended meanwhile
+                self.system.crash(record.identity.fqn, request.error)
 
     def _remember(self, order: Order) -> None:
         """Give the nodes what their earlier lives, in other processes, have left."""

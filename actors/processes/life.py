@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Sequence
 from typing import Any, Final, Protocol
 
 from actors.errors import ProgramExit
-from actors.processes.messages import CrashAsked, Event, Order, Over, Ready, Request, StopAsked
+from actors.processes.messages import Event, Order, Over, Ready, Request, StopAsked
 from actors.supervision.reasons import Failed, Killed, Leaked, Skip, Stop, Stopped
 from actors.supervision.refs import ChildState
 
@@ -138,11 +138,6 @@ class ProcessLife:
         self._asked = reason
         if self._process is not None:
             self._process.send(StopAsked(reason))
-
-    def crash(self, path: tuple[str, ...], error: Exception) -> None:
-        """Make a node of the process fail, as `System.crash` does."""
-        if self._process is not None:
-            self._process.send(CrashAsked(path, error))
 
     def state_of(self, path: Sequence[str]) -> ChildState:
         """The state of a descendant of the child, as far as the process has told it."""

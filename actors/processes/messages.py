@@ -26,6 +26,7 @@ __all__ = [
     "Nodes",
     "Order",
     "Over",
+    "Packed",
     "Ready",
     "Request",
     "StopAsked",
@@ -37,7 +38,10 @@ BEATS = 5
 
 
 class NodeFacts(msgspec.Struct, frozen=True):
-    """What is known of one node of a process. Times are loop time in seconds, which all processes of a machine share."""
+    """What is known of one node of a process. Times are loop time in seconds, which all processes of a machine share.
+
+    `process` is the id of the process in which it runs, if that is one below the process that tells this; else 0.
+    """
 
     path: tuple[str, ...]
     child: Child
@@ -46,8 +50,15 @@ class NodeFacts(msgspec.Struct, frozen=True):
     restart_count: int = 0
     restarts: tuple[tuple[float, str], ...] = ()
     asked_state: str | None = None
+    process: int = 0
     saved: bytes | None = None
     """What the node leaves for its next life, pickled; None without any."""
+
+
+class Packed(msgspec.Struct, frozen=True):
+    """What a node leaves for its next life, as the process packed it in which it ran: this one need not understand it."""
+
+    data: bytes
 
 
 class Order(msgspec.Struct, frozen=True):
@@ -89,7 +100,7 @@ class Beat(msgspec.Struct, frozen=True):
 
 
 class Line(msgspec.Struct, frozen=True):
-    """A log line; `at` is loop time in seconds. `lost` is the number of lines before it that were dropped because the parent was too slow."""
+    """A log line; `at` is loop time in seconds."""
 
     at: float
     level: int
@@ -99,7 +110,6 @@ class Line(msgspec.Struct, frozen=True):
     fields: dict[str, Any]
     times: int = 1
     trace: str = ""
-    lost: int = 0
 
 
 class Told(msgspec.Struct, frozen=True):
@@ -109,9 +119,10 @@ class Told(msgspec.Struct, frozen=True):
 
 
 class Nodes(msgspec.Struct, frozen=True):
-    """What has changed about the nodes of the process."""
+    """What has changed about the nodes of the process; `gone` are the paths of those that were forgotten."""
 
     changed: tuple[NodeFacts, ...]
+    gone: tuple[tuple[str, ...], ...] = ()
 
 
 class Over(msgspec.Struct, frozen=True):

@@ -6,7 +6,7 @@ import os
 import pickle
 from collections.abc import Callable
 from io import BytesIO
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias, cast
 
 from actors.places import traceback_of
 from actors.processes.errors import RemoteError
@@ -44,9 +44,12 @@ def _reduced(error: BaseException) -> _Reduced:
     if not any(note.startswith(_HEAD) for note in notes):  # else it comes from a process below this one
         notes += _told(error)
     cause = error.__cause__
+    args = (
+        cast("tuple[Any, ...]", error.__reduce__()[1]) if isinstance(error, OSError) else error.args
+    )  # with its file names
     state = {name: value for name, value in vars(error).items() if name != "__notes__"}
     try:
-        pack((kind, error.args, state))
+        pack((kind, args, state))
     except Exception:
         return _rebuilt, (
             RemoteError,
@@ -55,7 +58,7 @@ def _reduced(error: BaseException) -> _Reduced:
             notes,
             cause,
         )
-    return _rebuilt, (kind, error.args, state, notes, cause)
+    return _rebuilt, (kind, args, state, notes, cause)
 
 
 def _told(error: BaseException) -> tuple[str, ...]:
@@ -72,7 +75,6 @@ def _rebuilt(
     cause: BaseException | None,
 ) -> BaseException:
     error = kind.__new__(kind, *args)  # not `kind(*args)`: what `args` holds is seldom what the class takes
-    error.args = args
     vars(error).update(state)
     for note in notes:
         error.add_note(note)

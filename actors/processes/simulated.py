@@ -94,9 +94,9 @@ class SimulatedProcess:
     def kill(self) -> None:
         """Send SIGKILL, unless the process has ended."""
         if not self._task.done() and not self._killed:
+            self._hosted.kill()
             self._killed = True
             self._crash()
-            self._hosted.kill()
 
     def _receive(self, request: Request) -> None:
         if not self._task.done():

@@ -140,7 +140,10 @@ class SpawnedProcess:
         self._silent, self._where = 0.0, ""
 
     def _noted(self) -> None:
-        self._where = os.read(self._notes, select.PIPE_BUF).decode("utf-8", "replace").rstrip("\n").rpartition("\n")[2]
+        if note := os.read(self._notes, select.PIPE_BUF):
+            self._where = note.decode("utf-8", "replace").rstrip("\n").rpartition("\n")[2]
+        else:  # the process has ended
+            self._loop.remove_reader(self._notes)
 
     def _say(self, event: str, **fields: object) -> None:
         self._take(Line(self._loop.time(), WARN, "/".join(self._path), 1, event, fields))

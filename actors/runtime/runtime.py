@@ -46,6 +46,14 @@ class OtherProcesses(Protocol):
         """Make a new life of a child with ``process=True``, as `supervision.seam.Runtime.life` does."""
         ...
 
+    def crash(self, path: tuple[str, ...], error: Exception, /) -> None:
+        """Make the node at this path, in another process, fail with `error`; nothing happens if that process has ended."""
+        ...
+
+    def kill(self, path: tuple[str, ...], /) -> None:
+        """Kill the process in which the node at this path runs, as ``kill -9`` does; nothing happens if it has ended."""
+        ...
+
 
 class Runtime:
     """The parts of one system that all its nodes share: clock, graph, logs, random numbers and tree. It is a `supervision.seam.Runtime`.

@@ -302,6 +302,13 @@ class Rig:
         self.system.crash(node, error)
         self._watch.planned.append(error)
 
+    def kill_process(self, node: type[Node] | str) -> None:
+        """Kill the simulated process in which a node runs, as ``kill -9`` does. Raises what `System.kill_process` raises.
+
+        The failure of its child, `ProcessDied`, has to be expected.
+        """
+        self.system.kill_process(node)
+
     def expect_failure(
         self,
         error: type[BaseException] | tuple[type[BaseException], ...] = BaseException,
