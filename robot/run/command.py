@@ -128,7 +128,7 @@ class Session:
         check_crashes(tree, options.hangs, "--hang")
         if self.robot.process is not None:
             self.robot.process.ready()
-            tree = with_faults(tree, options.crashes, options.hangs)
+            tree = with_hangs(tree, options.hangs)
         report: dict[str, Any] = {}
         context = run(
             tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level), observers=flight.observers,
@@ -187,7 +187,7 @@ class Session:
         duration = self.options.duration
         crashes = {
             crash: system.loop.call_at(system.clock.loop_time(crash.at), _crash, system, crash.node)
-            for crash in (() if self.options.processes else self.options.crashes)
+            for crash in self.options.crashes
         }
         ended = asyncio.ensure_future(system.wait())
         try:
@@ -267,24 +267,21 @@ def check_crashes(tree: Supervisor, crashes: Sequence[Crash | Hang], option: str
             raise UsageError(f"{option} {crash.node}@{crash.at:g}: {error}") from None
 
 
-def with_faults(tree: Supervisor, crashes: Sequence[Crash], hangs: Sequence[Hang]) -> Supervisor:
-    """The tree of a run that begins now, with these faults made in the processes of their nodes."""
-    from robot.nodes.process_care import Fault, ProcessCare
+def with_hangs(tree: Supervisor, hangs: Sequence[Hang]) -> Supervisor:
+    """The tree of a run that begins now, in which the processes of these nodes hang."""
+    from robot.nodes import process_care
     from robot.run.choice import changed, nodes_of
 
     now = time.monotonic()
-    faults = [Fault("crash", one.node, now + one.at) for one in crashes]
-    faults += [Fault("hang", one.node, now + one.at) for one in hangs]
     concerns = {
-        child.name: concern.name for concern in tree.children for child in nodes_of(tree.replace(children=[concern]))
+        node.name: concern.name for concern in tree.children for node in nodes_of(tree.replace(children=[concern]))
     }
 
     def change(child: Child) -> Child:
-        if child.factory is not ProcessCare:
+        if child.factory is not process_care.ProcessCare:
             return child
-        return child.replace(
-            args=(*child.args, *(one for one in faults if concerns[one.node.lstrip("/")] == child.args[0]))
-        )
+        mine = [one for one in hangs if concerns[one.node.lstrip("/")] == child.args[0]]
+        return child.replace(args=(*child.args, *(process_care.Hang(one.node, now + one.at) for one in mine)))
 
     return changed(tree, change)
 

@@ -121,7 +121,7 @@ class Chaos:
             print(f"{self._system.clock.now():7.1f} s  kill {number + 1:>2}: {kill}", flush=True)
         await self._walking()
         reached = len(self._reached())
-        if not await _until(lambda: len(self._reached()) > reached, GOALS_WITHIN):
+        if not await self._until(lambda: len(self._reached()) > reached, GOALS_WITHIN):
             reasons = [goal.reason for goal in self._notes.goals[-3:] if goal.outcome != "succeeded"]
             print(f"no goal was reached after the last kill: {reasons or 'no reason was told'}")
             if not reasons:
@@ -149,11 +149,20 @@ class Chaos:
                     f"the robot did not walk on within {PATIENCE:g} s: {'; '.join(said) or 'no reason was told'}"
                 )
                 return
-            if self._notes.safety is not None and self._notes.safety.stopped and not self._notes.safety.present:
-                await self._clear()
+            await self._clear()
             await asyncio.sleep(0.1)
 
+    async def _until(self, true: Callable[[], bool], seconds: float) -> bool:
+        deadline = time.monotonic() + seconds
+        while not true() and time.monotonic() < deadline:
+            await self._clear()
+            await asyncio.sleep(0.1)
+        return true()
+
     async def _clear(self) -> None:
+        """End a safety stop whose causes are gone."""
+        if self._notes.safety is None or not self._notes.safety.stopped or self._notes.safety.present:
+            return
         witness = self._system.node("witness")
         assert isinstance(witness, Witness)
         try:
@@ -253,13 +262,6 @@ def _command(process: int) -> str:
         return Path(f"/proc/{process}/cmdline").read_text(encoding="utf-8").replace("\0", " ")
     except OSError:
         return ""
-
-
-async def _until(true: Callable[[], bool], seconds: float) -> bool:
-    deadline = time.monotonic() + seconds
-    while not true() and time.monotonic() < deadline:
-        await asyncio.sleep(0.1)
-    return true()
 
 
 def _ms(seconds: float | None) -> str:

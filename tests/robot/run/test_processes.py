@@ -18,10 +18,11 @@ from robot.evaluate.load import family, processor_seconds
 from robot.link import segment
 from robot.link.remote import LinkedBody
 from robot.link.segment import PREFIX
-from robot.nodes.process_care import Fault, ProcessCare
+from robot.nodes import process_care
+from robot.nodes.process_care import ProcessCare
 from robot.run.choice import nodes_of
-from robot.run.command import with_faults
-from robot.run.options import Crash, Hang, UsageError, parse
+from robot.run.command import with_hangs
+from robot.run.options import Hang, UsageError, parse
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.tree import robot_tree
@@ -65,19 +66,17 @@ def test_in_one_process_nothing_is_declared_of_processes() -> None:
     assert not any(child.process for child in whole().children if isinstance(child, Supervisor))
 
 
-def test_a_fault_is_made_in_the_process_of_its_node(split: Supervisor) -> None:
-    faulty = with_faults(split, [Crash("gait", 3.0)], [Hang("/lidar", 5.0)])
-    ordered = {child.name: child.args[1:] for child in nodes_of(faulty) if child.factory is ProcessCare}
-    assert {name: [(one.kind, one.node) for one in faults] for name, faults in ordered.items() if faults} == {  # type: ignore[attr-defined]
-        "control_process": [("crash", "gait")],
-        "perception_process": [("hang", "/lidar")],
-    }
+def test_a_hang_is_made_in_the_process_of_its_node_and_in_no_other(split: Supervisor) -> None:
+    hanging = with_hangs(split, [Hang("gait", 3.0), Hang("/lidar", 5.0), Hang("camera", 7.0)])
+    ordered = {child.name: child.args[1:] for child in nodes_of(hanging) if child.factory is ProcessCare}
+    names = {name: [hang.node for hang in hangs] for name, hangs in ordered.items() if hangs}  # type: ignore[attr-defined]
+    assert names == {"control_process": ["gait"], "perception_process": ["/lidar", "camera"]}
 
 
-async def test_a_fault_whose_time_is_over_is_not_made_again_by_the_next_life(rig: Rig) -> None:
+async def test_a_hang_whose_time_is_over_is_not_made_again_by_the_next_life(rig: Rig) -> None:
     from actors import Child
 
-    over = Fault("hang", "nobody", time.monotonic() - 1.0)
+    over = process_care.Hang("nobody", time.monotonic() - 1.0)
     await rig.start(Child(ProcessCare, args=("somewhere", over)))
     await rig.advance(1.0)
     assert rig.incarnation("process_care") == 1
