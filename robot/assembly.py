@@ -71,16 +71,21 @@ class Robot:
             else make_body(self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm)
         )
         """The simulated body. `body.truth()` is where it really is, which no controller knows."""
-        self.tree: Supervisor = robot_tree(
-            self.body,
-            Pack(battery),
-            _waypoints(mission, self.scene),
-            laps=0 if mission == "patrol" else 1,
-            motor_delay=motor_delay,
-            publish_clock=publish_clock,
-            delivery=mission if isinstance(mission, Delivery) else None,
-            processes=processes,
-        )
+        try:
+            tree = robot_tree(
+                self.body,
+                Pack(battery),
+                _waypoints(mission, self.scene),
+                laps=0 if mission == "patrol" else 1,
+                motor_delay=motor_delay,
+                publish_clock=publish_clock,
+                delivery=mission if isinstance(mission, Delivery) else None,
+                processes=processes,
+            )
+        except BaseException:
+            self.close()
+            raise
+        self.tree: Supervisor = tree
         """The supervisor with all of its nodes. A tree like any other: `replace` its children, or take some by `robot.tree.only`."""
 
     def close(self) -> None:
