@@ -61,7 +61,10 @@ async def seen(options: argparse.Namespace) -> AsyncGenerator[Seen]:
     async with AsyncExitStack() as stack:
         try:
             transport = transport_from_environment(
-                os.environ, listen=tuple(options.listen), connect=tuple(options.connect)
+                os.environ,
+                listen=tuple(options.listen),
+                connect=tuple(options.connect),
+                security=options.security,
             )
             whole = run(Child(Node, name=name), transport=transport, signals=False, sinks=(alone,))
             system = await stack.enter_async_context(whole)
@@ -86,4 +89,5 @@ def add_graph_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--listen", action="append", default=[], metavar="ENDPOINT", help="let others connect to tcp/HOST:PORT"
     )
+    group.add_argument("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
     group.add_argument("--no-daemon", action="store_true", help="accepted for ros2's sake: there is no daemon")

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import os
 from collections.abc import Sequence
 
+from actors.transport.environment import security_from_environment
 from actors.transport.protocol import WireUnavailable
 from actors.transport.zenoh.router import router
 from cli.command import CommandFailed
@@ -14,6 +16,9 @@ __all__ = ["main"]
 
 ENDPOINT = "tcp/0.0.0.0:7447"
 """Where ROS 2's router listens: all interfaces, its port."""
+
+SECURE_ENDPOINT = "tls/0.0.0.0:7447"
+"""The same, with a security file."""
 
 
 def main(argv: Sequence[str]) -> int:
@@ -26,13 +31,15 @@ def main(argv: Sequence[str]) -> int:
         "--listen", action="append", default=[], metavar="ENDPOINT", help=f"where others connect to ({ENDPOINT})"
     )
     parser.add_argument("--connect", action="append", default=[], metavar="ENDPOINT", help="another router to join")
+    parser.add_argument("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
     return asyncio.run(_run(parser.parse_args(argv)))
 
 
 async def _run(options: argparse.Namespace) -> int:
-    listen = tuple(options.listen) or (ENDPOINT,)
     try:
-        async with router(listen, tuple(options.connect)) as identity:
+        security = security_from_environment(os.environ, options.security)
+        listen = tuple(options.listen) or (ENDPOINT if security is None else SECURE_ENDPOINT,)
+        async with router(listen, tuple(options.connect), security) as identity:
             print(f"router {identity} listens at {', '.join(listen)}; Ctrl-C ends it", flush=True)
             await asyncio.get_running_loop().create_future()
     except WireUnavailable as error:

@@ -56,12 +56,12 @@ __all__ = [
 
 # -- the robot's own ---------------------------------------------------------------------------------------------------------------
 
-# Sensors: best effort, the newest counts.
+# Sensors: best effort, the newest counts; joint states reliable, because ROS 2's tools ask for that.
 IMU = Topic(Imu, "/imu/data", qos.SENSOR_DATA)
 """200 Hz, without the bias that a calibration has found. Orientation is not measured: its covariance starts with -1."""
 IMU_RAW = Topic(Imu, "/imu/data_raw", qos.SENSOR_DATA)
 """The same as it was measured. The gait's estimator takes this one: it learns the bias itself, all the time, and a jump would mislead it."""
-JOINT_STATES = Topic(JointState, "/joint_states", qos.SENSOR_DATA)
+JOINT_STATES = Topic(JointState, "/joint_states", QoS(depth=10))
 """200 Hz, the 12 leg joints, measured."""
 CONTACTS = Topic(FootContacts, "/foot_contacts", qos.SENSOR_DATA)
 """200 Hz, of the same instants as the joint states."""

@@ -94,7 +94,8 @@ class Goal(Generic[R, F]):
     Entering the block sends the goal, unless it has been sent, and waits until it is accepted. Raises `GoalRejected` or `ActionUnavailable`
     if it is not. Leaving the block cancels a goal that is still active and waits until its body has cleaned up, for a limited time.
     Awaiting the goal returns its result, or raises `GoalCanceled` or `GoalAborted` with `.result` and `.reason`; it may be awaited
-    repeatedly and by several tasks.
+    repeatedly and by several tasks. A goal that has succeeded in another process which did not keep the result until it could be fetched
+    raises `GoalAborted`, too, because there is nothing to return; `ended` gives its true status.
 
     It has no public constructor: `Node.start` gives one.
     """
@@ -218,7 +219,7 @@ class Goal(Generic[R, F]):
 
     async def _result(self) -> R:
         outcome = await self.ended()
-        if outcome.status is GoalStatus.SUCCEEDED:
+        if outcome.status is GoalStatus.SUCCEEDED and outcome.result is not None:
             return cast("R", outcome.result)
         failure = GoalCanceled if outcome.status is GoalStatus.CANCELED else GoalAborted
         raise failure(self._entry.name, outcome.reason, outcome.result)

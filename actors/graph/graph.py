@@ -25,8 +25,8 @@ Tap: TypeAlias = "Callable[[PublisherPeer], Callable[[Any], None]]"
 """A wire tap: called with a publisher, it returns the function that receives each of its messages; see `Graph.tap`."""
 
 Interceptor: TypeAlias = "Callable[[SubscriptionPeer, Target], Target]"
-"""An interceptor: called with a subscription and its target, it returns the target that publishers call instead. Used to simulate
-faults."""
+"""An interceptor: called with a subscription of this process and its target, it returns the target that publishers call instead. Used to
+simulate faults."""
 
 
 class TopicEntry:
@@ -92,9 +92,11 @@ class TopicEntry:
             del self.graph.topics[self.name]
 
     def target(self, publisher: PublisherPeer, subscription: SubscriptionPeer) -> Target:
-        """Return the function that `publisher` calls to reach `subscription`: its target, wrapped by the interceptor if there is one."""
+        """Return the function that `publisher` calls to reach `subscription`: its target, wrapped by the interceptor if there is one and
+        the subscription belongs to this process."""
         target, intercept = subscription.target(publisher), self.graph.intercept
-        return target if intercept is None else intercept(subscription, target)
+        # Subscriptions of other processes share one target, by which a message is sent once for all of them.
+        return target if intercept is None or not subscription.here else intercept(subscription, target)
 
     def add_publisher(self, publisher: PublisherPeer) -> None:
         """Add `publisher` and match it with the topic's subscriptions."""

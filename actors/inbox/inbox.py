@@ -132,6 +132,12 @@ class Inbox:
         items.clear()
         control.clear()
 
+    def discard(self, unwanted: Callable[[Item], bool]) -> None:
+        """Drop the waiting items that `unwanted` accepts, while the others go on to be served."""
+        kept = [item for item in self.items if not unwanted(item)]
+        self.items.clear()
+        self.items.extend(kept)
+
     async def serve(
         self,
         on_error: Callable[[Exception, str], object] | None = None,

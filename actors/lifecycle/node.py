@@ -1,7 +1,8 @@
 """`LifecycleNode`: nodes that are configured, activated, deactivated and cleaned up on request, by the rules of ROS 2.
 
 While a node is not active, its publishers discard messages and its timers do not tick; messages, requests and parameters are handled in
-every state. After a restart the new incarnation is brought to the state that was last requested of the node.
+every state but finalized, in which a node has its standard services only. After a restart the new incarnation is brought to the state
+that was last requested of the node.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import asyncio
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
-from actors.errors import ProgramExit, described
+from actors.errors import NotRunning, ProgramExit, described
 from actors.inbox.control import blame
 from actors.lifecycle.machine import (
     HookResult,
@@ -22,7 +23,7 @@ from actors.lifecycle.machine import (
 )
 from actors.lifecycle.services import SERVICES, transition_event
 from actors.node.node import Node
-from actors.runtime.endpoints import event_publisher
+from actors.runtime.endpoints import event_publisher, retire
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.timers import start_timers
 
@@ -53,7 +54,7 @@ class LifecycleNode(Node):
     `autostart` is the state to which a new node goes by itself, as a part of its start phase; siblings that start after it wait for that.
 
     Invariants: between two transitions, publishers deliver and timers tick exactly while the node is active. Both are switched at the end
-    of a transition, when its hooks have run.
+    of a transition, when its hooks have run. A finalized node has no endpoints but its standard services.
     """
 
     autostart: ClassVar[PrimaryState] = "unconfigured"
@@ -94,6 +95,13 @@ class LifecycleNode(Node):
         The node always comes to a primary state: an exception that leaves a hook counts as ERROR, and so does a cancellation, which is
         raised again after `on_fault` has run.
         """
+        try:
+            return await self._change_state(label, transition_id)
+        finally:
+            if self._machine.state is LifecycleState.FINALIZED:
+                retire(incarnation_of(self), lambda: NotRunning(f"{self.fqn} has been shut down"))
+
+    async def _change_state(self, label: str, transition_id: int = 0) -> bool:
         machine = self._machine
         hook = machine.begin(label, transition_id)
         ending: BaseException | None = None
@@ -153,7 +161,7 @@ class LifecycleNode(Node):
         if self._machine.state in (LifecycleState.UNCONFIGURED, LifecycleState.INACTIVE, LifecycleState.ACTIVE):
             record = incarnation_of(self).record
             asked = record.asked_state
-            await self.change_state("shutdown")
+            await self._change_state("shutdown")  # the endpoints end with the node, or wait for its next life
             record.asked_state = asked
 
     __standard_services__ = tuple(SERVICES)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from actors.topics.handler import Handler
     from actors.topics.publisher import Publisher
 
-__all__ = ["close_all", "event_publisher", "handle", "open_declared_endpoints", "serve", "serve_concurrently"]
+__all__ = ["close_all", "event_publisher", "handle", "open_declared_endpoints", "retire", "serve", "serve_concurrently"]
 
 M = TypeVar("M", bound="Message")
 Req = TypeVar("Req", bound="Message")
@@ -171,6 +171,36 @@ def event_publisher(life: Incarnation, type: type[M], entry: TopicEntry) -> Publ
     life.publishers.append(publisher)
     entry.add_publisher(publisher)
     return publisher
+
+
+def retire(life: Incarnation, error: Callable[[], Exception]) -> None:
+    """Close all declared endpoints of a node that goes on for its standard services only. What it publishes from now on is discarded.
+
+    Unanswered requests fail with `error()`, goals are aborted with its text and their bodies interrupted, and messages that wait are lost.
+    """
+    record = life.record
+    for publisher in life.publishers:
+        if publisher.gated:
+            publisher.close()
+            publisher.suspend()
+    for stream in list(life.streams):
+        stream.close()
+    for subscription in record.subscriptions:
+        subscription.close()
+    record.subscriptions.clear()
+    record.inbox.discard(lambda item: isinstance(item, HandlerSubscription))
+    for action in record.actions.values():
+        action.stop(str(error()))
+    servers: list[Server | ActionServer] = [*record.services.values(), *record.actions.values()]
+    for server in servers:
+        server.fail_all(error)
+        server.entry.close(life.fqn)
+    told = tuple(f"{name}/_action/" for name in record.actions)
+    for publisher in [one for one in life.publishers if one.entry.name.startswith(told)]:
+        publisher.close()
+        life.publishers.remove(publisher)
+    record.services.clear()
+    record.actions.clear()
 
 
 def close_all(life: Incarnation) -> None:

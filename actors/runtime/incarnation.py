@@ -301,6 +301,13 @@ class Incarnation:
         """Handle an exception that left a service handler and was given to its caller: `on_error` decides whether the node fails, too."""
         answers.answered_with(self, error, service, "service handler failed")
 
+    def service_took_long(self, service: str, seconds: float) -> None:
+        self.log.warning(
+            f"a request took {seconds:.1f} s",
+            service=service,
+            remedy="make it an action: its client hears how it goes, and can cancel it",
+        )
+
     def goal_failed(self, action: str, error: Exception) -> None:
         """Handle an exception that left an action body and was given to its client: `on_error` decides whether the node fails, too."""
         answers.answered_with(self, error, action, "goal failed")

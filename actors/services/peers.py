@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Collection, Coroutine
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 from actors.errors import CallCycle, WrongType
 from actors.inbox.inbox import Inbox
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actors.time.deadlines import Deadlines
 
 __all__ = [
-    "Answering", "Awaited", "Caller", "OpenCall", "Registration", "Requester", "ServedName", "ServiceName", "ServicePeer",
+    "Answering", "Awaited", "Caller", "Elsewhere", "OpenCall", "Registration", "Requester", "ServedName", "ServiceName", "ServicePeer",
     "refuse_cycle", "refuse_other_type",
 ]  # fmt: skip
 
@@ -55,6 +55,8 @@ class Caller(Requester, Protocol):
 
     def service_failed(self, service: str, error: Exception) -> None: ...
 
+    def service_took_long(self, service: str, seconds: float) -> None: ...
+
 
 class Answering(Protocol):
     """A server of a service or an action, as seen by those who wait for its answer."""
@@ -67,6 +69,18 @@ class Answering(Protocol):
     @property
     def host(self) -> str:
         """The fully qualified name of the node that serves."""
+        ...
+
+
+@runtime_checkable
+class Elsewhere(Protocol):
+    """A server of another process, which is the only one that knows what its node waits for."""
+
+    def suspect(self, caller: Caller, node: Caller) -> None:
+        """`caller`, whose handler holds its inbox, is about to wait for `node`, which waits for this server, perhaps by way of others.
+
+        Finds out whether the server waits for `caller`: then a call of the cycle fails with `CallCycle`. Raises it if it is known at once.
+        """
         ...
 
 
@@ -201,12 +215,17 @@ def refuse_cycle(node: Caller, other: Caller | None) -> None:
     A node whose answer has arrived no longer counts as waiting, even before its task has resumed.
     """
     chain: list[str] = [node.fqn]
+    first = other
     while other is not None:
         if other is node:
             raise CallCycle(tuple(chain))
         chain.append(other.fqn)
         awaited = other.waits_for
-        other = awaited.server.node if awaited is not None and not awaited.answered else None
+        if awaited is None or awaited.answered:
+            return
+        other = awaited.server.node
+        if other is None and first is not None and isinstance(awaited.server, Elsewhere):
+            awaited.server.suspect(node, first)
 
 
 def refuse_other_type(name: str, host: str, served: type[Any], client: Caller, asked: type[Any]) -> None:

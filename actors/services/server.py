@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Request", "Server"]
 
+LONG = 1.0
+"""A request that takes more seconds than this should be a goal of an action."""
+
 
 class Server:
     """Serves one service for one node. Requests go through the node's inbox or, with `concurrent`, into tasks of their own.
@@ -48,6 +51,7 @@ class Server:
         "label",
         "node",
         "response",
+        "took_long",
         "type",
         "waiting",
     )
@@ -73,6 +77,8 @@ class Server:
         self.active: dict[Request, None] | None = {} if concurrent else None
         self.waiting: deque[Request] | None = deque() if concurrent else None
         self.calls = 0
+        self.took_long = False
+        """Whether a concurrent request has taken `LONG`, which is told once."""
 
     def __repr__(self) -> str:
         return f"<server of {self.entry.name} in {self.node.fqn}: {self.calls} calls, {len(self.open())} open>"
@@ -127,9 +133,14 @@ class Server:
     async def _work(self, request: Request) -> None:
         """Handle one request after another in a task of a concurrent server, until none waits."""
         assert self.active is not None
+        now = self.inbox.loop.time
         while True:
+            begun = now()
             await request.run()
             self.active.pop(request, None)
+            if now() - begun > LONG and not self.took_long:
+                self.took_long = True
+                self.node.service_took_long(self.entry.name, now() - begun)
             if not self.waiting:
                 return
             request = self.waiting.popleft()

@@ -12,6 +12,7 @@ from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
+from actors.transport.cycles import Cycles
 from actors.transport.environment import domain_from_environment
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.tokens import EndpointKind, EndpointToken, graph_of
@@ -80,7 +81,8 @@ class Bridge:
         self._endpoints: dict[str, EndpointToken] = {}
         """The endpoints of other processes, by token."""
         self._topics = Topics(side)
-        self._clients = Clients(side)
+        self._cycles = Cycles(side)
+        self._clients = Clients(side, self._cycles)
         self._services = Services(side, self._clients)
         self._actions = Actions(side, self._topics, self._services, self._clients)
         self._begun = False
@@ -98,6 +100,7 @@ class Bridge:
             self._runtime.log.error("no connection with other processes", because=str(error))
             return
         self._open = True
+        self._cycles.open()
         graph, observers = self._graph, self._runtime.observers
         for topic in list(graph.topics.values()):
             for publisher in topic.publishers:
@@ -122,12 +125,15 @@ class Bridge:
         """Withdraw everything, and close the transport. The other processes learn of it at once."""
         if self._open:
             self._graph.watchers.remove(self)
+            self._cycles.close()
         self._open = False
         if self._begun:
             await self._transport.close()
         for token in list(self._endpoints):
             self._gone(token)
         self._graph.elsewhere = tuple
+        if self._side.unreadable.count:
+            self._runtime.log.warning("data of other processes could not be read", count=self._side.unreadable.count)
 
     # -- this process -------------------------------------------------------------------------------------------------------
 
@@ -182,7 +188,7 @@ class Bridge:
         try:
             node, endpoint = self._remote.appeared(token)
         except WireFormatError as error:
-            self._runtime.log.warning("a token cannot be read", token=token, because=str(error))
+            self._side.unreadable.note("a token cannot be read", "", error, token=token)
             return
         if endpoint is None:
             self._graph.changed()

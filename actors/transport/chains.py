@@ -1,30 +1,42 @@
-"""Call cycles over several processes.
+"""Who waits for whom over several processes, as far as this process knows. Nothing here sends.
 
-A request carries the chain of the nodes whose handlers hold their inboxes until it is answered, the longest wait first. A server whose node is
-in the chain, or waits for a node in it, could never get to the request: it refuses it at once, as `refuse_cycle` does within one process.
+A request carries the chain of the nodes whose handlers hold their inboxes until it is answered, the longest wait first.
 """
 
 from __future__ import annotations
 
 from asyncio import current_task
-from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
+from actors.actions.requests import GoalRequest
 from actors.services.server import Request
 from actors.transport.format.extensions import Waiting
 
 if TYPE_CHECKING:
-    from actors.services.peers import Caller
+    from actors.services.peers import Caller, OpenCall
     from actors.time.deadlines import Deadlines
 
-__all__ = ["NodeNumbers", "RemoteCaller", "chain_of", "cycle_through"]
+__all__ = ["NodesHere", "RemoteCaller", "Waits", "chain_of", "waits_of"]
 
 
-class NodeNumbers(Protocol):
-    """Knows how the nodes of this process are called on the network."""
+class NodesHere(Protocol):
+    """Knows the nodes of this process."""
 
     def identity(self, fqn: str) -> tuple[str, int]:
-        """The session and the number of a node of this process."""
+        """The session and the number of a node of this process, as the network knows them."""
         ...
+
+    def find(self, fqn: str) -> Caller | None:
+        """The node, if it is running."""
+        ...
+
+
+@runtime_checkable
+class Chained(Protocol):
+    """Whoever has sent a request from another process."""
+
+    @property
+    def chain(self) -> tuple[Waiting, ...]: ...
 
 
 class RemoteCaller(NamedTuple):
@@ -36,38 +48,59 @@ class RemoteCaller(NamedTuple):
     """The nodes that wait for the answer."""
 
 
-def chain_of(numbers: NodeNumbers, caller: Caller) -> tuple[Waiting, ...]:
+class Waits(NamedTuple):
+    """What a node of this process waits for."""
+
+    nodes: tuple[Waiting, ...]
+    """The nodes on the way, each waiting for the next one."""
+    last: OpenCall
+    """What the last of them waits for: an answer from another process, or from a node that closes a cycle."""
+    cycle: tuple[str, ...]
+    """The names of the nodes of a cycle, each waiting for the next one; empty if the way leads to another process."""
+
+
+def chain_of(here: NodesHere, caller: Caller) -> tuple[Waiting, ...]:
     """The nodes whose handlers wait for the answer to a request that `caller` is about to send, the longest wait first."""
     inbox = caller.inbox
     if inbox.waiter is not None or inbox.task is not current_task(inbox.loop):
         return ()  # it is not a handler that waits
     links: list[Waiting] = []
-    while True:
-        session, number = numbers.identity(caller.fqn)
-        links.insert(0, Waiting(session=session, node_id=number, name=caller.fqn))
-        current = caller.inbox.current
-        if not isinstance(current, Request):
-            return tuple(links)
-        if isinstance(current.caller, RemoteCaller):
-            return (*current.caller.chain, *links)
-        caller = cast("Caller", current.caller)
-        if caller.waits_for is not current:
-            return tuple(links)
+    following: Any = caller
+    while following is not None:
+        session, number = here.identity(following.fqn)
+        links.insert(0, Waiting(session=session, node_id=number, name=following.fqn))
+        current = following.inbox.current
+        asker = _asker(current)
+        if isinstance(asker, Chained):
+            return (*asker.chain, *links)
+        following = None if asker is None else here.find(asker.fqn if isinstance(current, Request) else asker.owner)
+        if following is not None and following.waits_for is not current:
+            break
+    return tuple(links)
 
 
-def cycle_through(numbers: NodeNumbers, node: Caller, chain: tuple[Waiting, ...]) -> tuple[str, ...] | None:
-    """The nodes of the cycle that a request with this chain would close at `node`, each waiting for the next one; None if there is none."""
+def _asker(current: object) -> Any:
+    """Who has sent the request that a handler is working on; None if it is working on none."""
+    if isinstance(current, Request):
+        return current.caller
+    return current.client if isinstance(current, GoalRequest) else None
+
+
+def waits_of(here: NodesHere, node: Caller, chain: tuple[Waiting, ...]) -> Waits | None:
+    """What `node` waits for, as far as this process knows, if the nodes of `chain` wait for `node`. None if it can go on by itself."""
     positions = {(waiting.session, waiting.node_id): index for index, waiting in enumerate(chain)}
-    waits: list[str] = []
-    at: int | None = None
-    while positions and (awaited := node.waits_for) is not None and not awaited.answered:
-        at = positions.get(numbers.identity(node.fqn))
+    passed: list[Waiting] = []
+    last: Any = None
+    following: Any = node
+    while following is not None:
+        awaited = following.waits_for
+        if awaited is None or awaited.answered:
+            return None
+        session, number = here.identity(following.fqn)
+        at = positions.get((session, number))
         if at is not None:
-            break
-        waits.append(node.fqn)
-        following = awaited.server.node
-        if following is None:  # it is in another process
-            at = positions.get(getattr(awaited.server, "identity", ("", 0)))
-            break
-        node = following
-    return None if at is None else (*(waiting.name for waiting in chain[at:]), *waits)
+            cycle = *(waiting.name for waiting in chain[at:]), *(waiting.name for waiting in passed)
+            return Waits(tuple(passed), last or awaited, cycle)
+        passed.append(Waiting(session=session, node_id=number, name=following.fqn))
+        last, following = awaited, awaited.server.node
+    return Waits(tuple(passed), last, ())

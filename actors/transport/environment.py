@@ -10,28 +10,38 @@ from actors.transport.protocol import WireUnavailable
 
 if TYPE_CHECKING:
     from actors.transport.protocol import Transport
+    from actors.transport.security import Security
 
-__all__ = ["domain_from_environment", "transport_from_environment"]
+__all__ = ["domain_from_environment", "security_from_environment", "transport_from_environment"]
 
 VARIABLE: Final = "RMW_IMPLEMENTATION"
 ZENOH: Final = "rmw_zenoh_cpp"
 IN_PROCESS: Final = "in_process"
+
+SECURITY: Final = "ROBACTOR_SECURITY"
+"""The variable that names a security file."""
 
 MOST_DOMAIN: Final = 232
 """The highest number of a domain in ROS 2."""
 
 
 def transport_from_environment(
-    environment: Mapping[str, str], *, listen: tuple[str, ...] = (), connect: tuple[str, ...] = ()
+    environment: Mapping[str, str],
+    *,
+    listen: tuple[str, ...] = (),
+    connect: tuple[str, ...] = (),
+    security: str | None = None,
 ) -> Transport | None:
     """Zenoh, in the format of ``rmw_zenoh_cpp``; None if RMW_IMPLEMENTATION is ``in_process``: no other process is then reached.
 
-    `listen` and `connect` are endpoints such as ``tcp/192.168.1.5:7447``, besides those of the variables that `ZenohConfig` reads. Raises
-    `WireUnavailable` for another RMW_IMPLEMENTATION, for a ROS_DOMAIN_ID that is none, and for endpoints of a transport that is not wanted.
+    `listen` and `connect` are endpoints such as ``tcp/192.168.1.5:7447``, besides those of the variables that `ZenohConfig` reads. `security`
+    is the path of a security file; without it, ROBACTOR_SECURITY names one, if it is set. Raises `WireUnavailable` for another
+    RMW_IMPLEMENTATION, for a ROS_DOMAIN_ID that is none, for endpoints of a transport that is not wanted, and for a security file that
+    cannot be used.
     """
     wanted = environment.get(VARIABLE, "") or ZENOH
     if wanted == IN_PROCESS:
-        if listen or connect:
+        if listen or connect or security:
             raise WireUnavailable(f"{VARIABLE} is {IN_PROCESS}, which neither listens nor connects: unset it")
         return None
     if wanted != ZENOH:
@@ -45,7 +55,17 @@ def transport_from_environment(
         raise WireUnavailable(str(error)) from None
     from actors.transport.zenoh import ZenohConfig, ZenohTransport
 
-    return ZenohTransport(ZenohConfig.from_environment(environment, listen=listen, connect=connect))
+    secured = security_from_environment(environment, security)
+    config = ZenohConfig.from_environment(environment, listen=listen, connect=connect, security=secured)
+    return ZenohTransport(config)
+
+
+def security_from_environment(environment: Mapping[str, str], file: str | None = None) -> Security | None:
+    """The security file `file`, or that of ROBACTOR_SECURITY; None without either. Raises `SecurityError`."""
+    from actors.transport.security import load_security
+
+    named = file if file is not None else environment.get(SECURITY, "")
+    return load_security(named) if named else None
 
 
 def domain_from_environment(environment: Mapping[str, str]) -> int:

@@ -24,6 +24,7 @@ from actors.transport.remote_actions import RemoteActionServer
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer
     from actors.graph.servers import ServerEntry
+    from actors.transport.format.extensions import Waiting
     from actors.transport.format.tokens import EndpointToken
     from actors.transport.local_clients import Clients
     from actors.transport.local_services import Asked, Services, Shown
@@ -43,8 +44,10 @@ class _Followed:
     Invariant: `waiting` is empty once the goal has ended.
     """
 
-    def __init__(self, actions: Actions, goal_id: bytes, owner: str) -> None:
+    def __init__(self, actions: Actions, goal_id: bytes, owner: str, chain: tuple[Waiting, ...]) -> None:
         self.owner = owner
+        self.chain = chain
+        """The nodes that wait for its acceptance."""
         self._actions = actions
         self._goal_id = goal_id
         self.waiting: list[tuple[Shown, Asked]] = []
@@ -113,6 +116,7 @@ class Actions:
         try:
             return server, decode(shown.type.Request, asked.payload)
         except CdrError as error:
+            self._side.unreadable.note("a request cannot be decoded", name, error, service=name)
             asked.fail(shown.node, error)
             return None
 
@@ -121,7 +125,12 @@ class Actions:
             return
         server, request = taken
         goal_id = request.goal_id.uuid.tobytes()
-        followed = _Followed(self, goal_id, self._services.caller_of(asked.gid))
+        chain = tuple(asked.extension.chain)
+        cycle = self._clients.cycles.refusal(server.node, chain)
+        if cycle is not None:
+            asked.fail(shown.node, cycle)
+            return
+        followed = _Followed(self, goal_id, self._services.caller_of(asked.gid), chain)
         known = self._followed.setdefault(goal_id, followed)
 
         def respond(future: asyncio.Future[int]) -> None:

@@ -10,6 +10,7 @@ from actors.transport.format.extensions import Extension, write_extension
 from actors.transport.format.tokens import EndpointKind, EndpointToken
 
 if TYPE_CHECKING:
+    from actors.transport.cycles import Cycles
     from actors.transport.local_side import Endpoint, LocalSide
     from actors.transport.protocol import Transport
 
@@ -39,15 +40,11 @@ class Clients:
     """The clients of one system for servers of other processes. A client is made at its first request, and closed when its node has ended
     for good."""
 
-    def __init__(self, side: LocalSide) -> None:
+    def __init__(self, side: LocalSide, cycles: Cycles) -> None:
         self.transport: Transport = side.transport
+        self.cycles = cycles
         self._side = side
         self._clients: dict[tuple[str, str, str, str], Client] = {}
-
-    def identity(self, fqn: str) -> tuple[str, int]:
-        """The session and the number of a node of this process."""
-        token = self._side.node(fqn)
-        return token.session, token.node_id
 
     def of(self, node: str, server: EndpointToken) -> Client:
         """The client of a node of this process for a server."""

@@ -12,7 +12,7 @@ from actors.interfaces.cdr import decode, encode
 from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
 from actors.qos import SERVICES
-from actors.transport.chains import RemoteCaller, cycle_through
+from actors.transport.chains import RemoteCaller
 from actors.transport.format.attachments import Attachment, parse_attachment, write_attachment
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension, write_extension
@@ -139,7 +139,8 @@ class Services:
             try:
                 sent = parse_attachment(query.attachment)
                 extension = parse_extension(sent.extension)
-            except WireFormatError:
+            except WireFormatError as error:
+                self._side.unreadable.note("a request has no attachment that can be read", name, error, service=name)
                 query.drop()  # as in ROS 2
             else:
                 take(shown, name, Asked(self._side, query, sent, extension))
@@ -160,12 +161,13 @@ class Services:
         try:
             message = decode(shown.type.Request, asked.payload)
         except CdrError as error:
+            self._side.unreadable.note("a request cannot be decoded", name, error, service=name)
             asked.fail(shown.node, error)
             return
         chain = tuple(asked.extension.chain)
-        cycle = None if server.concurrent else cycle_through(self._clients, server.node, chain)
+        cycle = None if server.concurrent else self._clients.cycles.refusal(server.node, chain)
         if cycle is not None:
-            asked.fail(shown.node, CallCycle(cycle))
+            asked.fail(shown.node, cycle)
             return
         caller = RemoteCaller(self.caller_of(asked.gid), self._side.runtime.deadlines, chain)
         request = server.submit(message, caller, math.inf)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from actors.transport.format.gids import gid_of
 from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken, write_token
+from actors.transport.unreadable import Unreadable
 
 if TYPE_CHECKING:
     from actors.qos.policies import QoS
@@ -54,6 +55,7 @@ class LocalSide:
         self.runtime = runtime
         self.wall_ns = runtime.clock.wall_ns
         """The time of day, in nanoseconds since 1970."""
+        self.unreadable = Unreadable(runtime.log.warning)
         self._nodes: dict[str, tuple[NodeToken, Handle]] = {}
         self._numbers = 0
 
@@ -67,6 +69,10 @@ class LocalSide:
             self._numbers += 1
             known = self._nodes[fqn] = token, self.transport.announce(text)
         return known[0]
+
+    def named(self, number: int) -> str | None:
+        """The name of the node with this number; None if there is none."""
+        return next((fqn for fqn, (token, _) in self._nodes.items() if token.node_id == number), None)
 
     def endpoint(
         self,

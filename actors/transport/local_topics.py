@@ -17,9 +17,9 @@ from actors.transport.format.errors import WireFormatError
 from actors.transport.format.gids import gid_of
 from actors.transport.format.keys import write_key
 from actors.transport.format.tokens import EndpointKind, EndpointToken
-from actors.transport.protocol import Delivery, Handle, Outlet, Sample
+from actors.transport.protocol import BULK, NORMAL, Delivery, Handle, Outlet, Sample
 from actors.transport.remote_topics import RemotePublisher, RemoteSubscription
-from actors.transport.types_here import described_type, is_buffer_aware
+from actors.transport.types_here import described_type, is_buffer_aware, is_bulk
 
 if TYPE_CHECKING:
     from actors.qos.policies import QoS
@@ -38,10 +38,15 @@ class LocalPublisher(PublisherPeer, Protocol):
     def detach(self, target: Target) -> None: ...
 
 
-def delivery_of(qos: QoS) -> Delivery:
-    """What a transport must know of a quality of service."""
-    history = qos.limit if qos.transient_local else 0
-    return Delivery(reliable=qos.reliable, keep_all=qos.keep_all and qos.reliable, depth=qos.limit, history=history)
+def delivery_of(qos: QoS, type: Any) -> Delivery:
+    """What a transport must know of a quality of service, and of a type: images and the like let all other messages pass."""
+    return Delivery(
+        reliable=qos.reliable,
+        keep_all=qos.keep_all and qos.reliable,
+        depth=qos.limit,
+        history=qos.limit if qos.transient_local else 0,
+        priority=BULK if is_bulk(type) else NORMAL,
+    )
 
 
 class _Sender:
@@ -140,7 +145,7 @@ class Topics:
         endpoint = self._promised.pop((node, name), None)
         if endpoint is None:
             endpoint = self._side.endpoint(node, EndpointKind.PUBLISHER, name, described_type(publisher.type), qos)
-        outlet = self._side.transport.outlet(write_key(endpoint.token.key), delivery_of(qos))
+        outlet = self._side.transport.outlet(write_key(endpoint.token.key), delivery_of(qos, publisher.type))
         sender = _Sender(self._side, publisher, endpoint, outlet)
         self._senders[publisher] = self._by_outlet[outlet] = sender
         endpoint.show()
@@ -184,7 +189,7 @@ class Topics:
         endpoint = side.endpoint(
             subscription.node.fqn, EndpointKind.SUBSCRIPTION, subscription.entry.name, type, qos, backends
         )
-        delivery, key = delivery_of(qos), endpoint.token.key
+        delivery, key = delivery_of(qos, subscription.type), endpoint.token.key
         group: object = subscription if qos.transient_local else (key, delivery)
         receiver = self._receivers.get(group)
         if receiver is None:
@@ -213,8 +218,9 @@ class Topics:
         def take(sample: Sample) -> None:
             try:
                 sent = parse_attachment(sample.attachment)
-            except WireFormatError:
-                return  # as in ROS 2
+            except WireFormatError as error:  # dropped, as in ROS 2
+                self._side.unreadable.note("an attachment cannot be read", sample.key, error, key=sample.key)
+                return
             publisher = self._by_gid.get(sent.gid)
             if publisher is None:
                 publisher = self._stranger(receiver.takers)
@@ -225,7 +231,7 @@ class Topics:
     def _stranger(self, subscriptions: tuple[SubscriptionPeer, ...]) -> RemotePublisher:
         """Stands for a publisher without a token, whose quality of service is unknown: it is matched with all that have its type."""
         entry, type = subscriptions[0].entry, subscriptions[0].type
-        stranger = RemotePublisher(_Nobody(), entry, ForeignType(*described_type(type)), DEFAULT, self._side.wall_ns)
+        stranger = RemotePublisher(_Nobody(), entry, ForeignType(*described_type(type)), DEFAULT, self._side)
         for subscription in subscriptions:
             stranger.join(subscription)
         return stranger
@@ -237,7 +243,7 @@ class Topics:
         entry = self._graph.topic(token.name)
         type = ForeignType(token.type, token.type_hash)
         if token.kind is EndpointKind.PUBLISHER:
-            publisher = RemotePublisher(node, entry, type, token.qos, self._side.wall_ns)
+            publisher = RemotePublisher(node, entry, type, token.qos, self._side)
             self._remote[text] = self._by_gid[gid_of(text)] = publisher
             entry.add_publisher(publisher)
         else:

@@ -23,9 +23,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import Final, NamedTuple, Protocol, TypeAlias
 
 __all__ = [
+    "BULK",
+    "NORMAL",
     "Answer",
     "Delivery",
     "Events",
@@ -40,6 +42,13 @@ __all__ = [
     "Transport",
     "WireUnavailable",
 ]
+
+
+NORMAL: Final = 5
+"""The priority of what is not said otherwise, questions and answers among it."""
+
+BULK: Final = 6
+"""The priority of what may be large."""
 
 
 class WireUnavailable(Exception):
@@ -63,7 +72,7 @@ class Delivery:
     """How many samples are kept for subscriptions that come later (an outlet), or are wanted of those kept (a subscription); 0: none.
     A subscription that comes back after its process was lost is a later one, too; it gets what it has missed."""
 
-    priority: int = 5
+    priority: int = NORMAL
     """1 (real time) to 7 (background), as in Zenoh: a sample of a lower number overtakes those of higher numbers on every link."""
 
     express: bool = False

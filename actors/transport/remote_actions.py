@@ -33,6 +33,7 @@ from actors.transport.types_here import described_type
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
+    from actors.services.peers import Caller
     from actors.transport.format.tokens import EndpointToken
     from actors.transport.local_clients import Clients
     from actors.transport.local_side import Endpoint, LocalSide
@@ -104,8 +105,14 @@ class RemoteActionServer:
         self.goals += 1
         self._goals[goal_id] = goal
         self._follow(client.owner)
-        self.ask("send_goal", client.owner, payload, goal.considered)
+        caller = self._clients.cycles.find(client.owner)
+        chain = () if caller is None else self._clients.cycles.chain_of(caller)
+        self._ask("send_goal", client.owner, payload, goal.considered, Extension(chain=chain))
         return goal
+
+    def suspect(self, caller: Caller, node: Caller) -> None:
+        """See `actors.services.peers.Elsewhere`."""
+        self._clients.cycles.suspect(caller, node)
 
     def cancel(self, goal_id: bytes, reason: str) -> asyncio.Future[bool]:
         answer: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
@@ -120,14 +127,17 @@ class RemoteActionServer:
                 answer.set_result(response is not None and len(response.goals_canceling) > 0)
 
         request = CancelGoal.Request(goal_info=GoalInfo(goal_id=UUID(uuid=goal_id)))
-        self.ask("cancel_goal", goal.owner, encode(request), done, reason)
+        self._ask("cancel_goal", goal.owner, encode(request), done, Extension(reason=reason))
         return answer
 
-    def ask(self, part: str, node: str, payload: bytes, done: Callable[[Answer], None], reason: str = "") -> Handle:
-        """Send a request to one of the action's services, for a node of this process."""
+    def ask_result(self, node: str, payload: bytes, done: Callable[[Answer], None]) -> None:
+        """Ask for the result of a goal that a node of this process has sent."""
+        self._ask("get_result", node, payload, done, Extension())
+
+    def _ask(self, part: str, node: str, payload: bytes, done: Callable[[Answer], None], extension: Extension) -> None:
         token = self._tokens[part]
-        attachment = self._clients.of(node, token).attachment(Extension(reason=reason))
-        return self._clients.transport.ask(write_key(token.key), payload, attachment, None, done)
+        attachment = self._clients.of(node, token).attachment(extension)
+        self._clients.transport.ask(write_key(token.key), payload, attachment, None, done)
 
     def over(self, goal_id: bytes) -> None:
         """Forget a goal that was not accepted, or has ended."""
@@ -161,9 +171,22 @@ class RemoteActionServer:
             endpoint = self._side.endpoint(node, EndpointKind.SUBSCRIPTION, name, described_type(type), qos)
             if subscribe:
                 key = write_key(DataKey(self._side.domain_id, name, *described_type(type)))
-                self._handles.append(self._side.transport.subscribe(key, delivery_of(qos), _decoding(type, take)))
+                self._handles.append(
+                    self._side.transport.subscribe(key, delivery_of(qos, type), self._decoding(name, type, take))
+                )
             endpoint.show()
             shown.append(endpoint)
+
+    def _decoding(self, name: str, kind: Any, take: Callable[[Any], None]) -> Callable[[Sample], None]:
+        def arrived(sample: Sample) -> None:
+            try:
+                message = decode(kind, sample.payload)
+            except CdrError as error:  # of another publisher of this name: the server's own messages have its types
+                self._side.unreadable.note("a message cannot be decoded", name, error, topic=name)
+                return
+            take(message)
+
+        return arrived
 
     def _status(self, message: GoalStatusArray) -> None:
         for told in message.status_list:
@@ -190,17 +213,6 @@ def _status_of(number: int) -> GoalStatus:
     return GoalStatus(number) if 0 <= number <= GoalStatus.ABORTED else GoalStatus.UNKNOWN
 
 
-def _decoding(type: type[Message], take: Callable[[Any], None]) -> Callable[[Sample], None]:
-    def arrived(sample: Sample) -> None:
-        try:
-            message = decode(type, sample.payload)
-        except CdrError:
-            return  # of another publisher of this name: the server's own messages have its types
-        take(message)
-
-    return arrived
-
-
 class RemoteGoal:
     """A goal that has been sent to a server of another process.
 
@@ -216,6 +228,8 @@ class RemoteGoal:
         self._goal_id = goal_id
         self._service = service
         self._status = GoalStatus.UNKNOWN
+        self._told = GoalStatus.UNKNOWN
+        """The last status that the server has published."""
 
     @property
     def answered(self) -> bool:
@@ -240,7 +254,7 @@ class RemoteGoal:
             self.future.set_result(nanoseconds_of(response.stamp))
             service: Any = derived.get_result_service(server.type)
             payload = encode(service.Request(goal_id=UUID(uuid=self._goal_id)))
-            server.ask("get_result", self.owner, payload, lambda told: self._ended(service, told))
+            server.ask_result(self.owner, payload, lambda told: self._ended(service, told))
 
     def _not_accepted(self, error: Exception) -> None:
         self.server.over(self._goal_id)
@@ -249,6 +263,7 @@ class RemoteGoal:
 
     def status_is(self, status: GoalStatus) -> None:
         """Tell the client of a status that follows the present one. The end is told with the result."""
+        self._told = max(self._told, status)
         if self._status < status < GoalStatus.SUCCEEDED:
             self._status = status
             self.client.on_status(status)
@@ -263,6 +278,10 @@ class RemoteGoal:
             how = "ended or was lost" if isinstance(answer, NoAnswer) else "ended"
             return Outcome(GoalStatus.ABORTED, reason=f"{host} {how} while the goal ran")
         status = _status_of(response.status)
+        if not status.is_terminal and self._told.is_terminal:
+            return Outcome(
+                self._told, reason=f"the goal has ended as {self._told.name}, but {host} has not kept its result"
+            )
         if not status.is_terminal:
             return Outcome(GoalStatus.ABORTED, reason=f"{host} does not know the goal any more")
         return Outcome(status, response.result, _reason_in(answer))

@@ -11,7 +11,6 @@ from actors.errors import CallTimeout, NotRunning, ServiceFailed
 from actors.interfaces import registry
 from actors.interfaces.cdr import decode, encode
 from actors.interfaces.errors import CdrError
-from actors.transport.chains import chain_of
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension
 from actors.transport.format.keys import write_key
@@ -73,11 +72,15 @@ class RemoteServer:
     def open(self) -> Collection[RemoteCall]:
         return tuple(self._open)
 
+    def suspect(self, caller: Caller, node: Caller) -> None:
+        """See `actors.services.peers.Elsewhere`."""
+        self._clients.cycles.suspect(caller, node)
+
     def submit(self, message: Message, caller: Caller, timeout: float) -> RemoteCall:
         """Send a request. Raises CdrError for a message that cannot be encoded."""
         payload = encode(message)
         client = self._clients.of(caller.fqn, self._token)
-        attachment = client.attachment(Extension(chain=chain_of(self._clients, caller)))
+        attachment = client.attachment(Extension(chain=self._clients.cycles.chain_of(caller)))
         call = RemoteCall(self, asyncio.get_running_loop().create_future())
         caller.deadlines.watch(call, timeout)
         self.calls += 1

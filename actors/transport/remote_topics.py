@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.inbox.expiring import ExpiringMessage
 from actors.interfaces.cdr import decode
@@ -18,21 +18,28 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, PublisherPeer, SubscriptionPeer, Target, TopicRegistry
     from actors.transport.format.attachments import Attachment
+    from actors.transport.local_side import LocalSide
 
 __all__ = ["RemotePublisher", "RemoteSubscription"]
 
 MessageType: TypeAlias = "type[Message]"
 
 
+_MOST_KEPT: Final = 10_000
+"""So many messages of one publisher are kept at most, whatever it says of itself."""
+
+
 class _Match:
     """A matched subscription of this process, with what it has received of one publisher."""
 
-    __slots__ = ("last", "target")
+    __slots__ = ("last", "target", "unread")
 
     def __init__(self, target: Target) -> None:
         self.target = target
         self.last: int | None = None
         """The number of the last message that it has received; None before the first."""
+        self.unread = 0
+        """How many have come since then that could not be decoded, and so have been counted as lost."""
 
 
 class RemotePublisher:
@@ -49,20 +56,19 @@ class RemotePublisher:
     * `count` is the highest number that has arrived.
     """
 
-    def __init__(
-        self, node: Participant, entry: TopicRegistry, type: ForeignType, qos: QoS, wall_ns: Callable[[], int]
-    ) -> None:
+    def __init__(self, node: Participant, entry: TopicRegistry, type: ForeignType, qos: QoS, side: LocalSide) -> None:
         self.node = node
         self.entry = entry
         self.qos = qos
         self.count = 0
         self.kept: dict[int, Any] = {}
         self.type: Any = type
-        self._wall_ns = wall_ns
+        self._wall_ns = side.wall_ns
+        self._unreadable = side.unreadable
         self._time = asyncio.get_running_loop().time
         self._lifespan = nanoseconds(qos.lifespan)
         self._shows_itself = qos.liveliness is Liveliness.MANUAL_BY_TOPIC
-        self._keeps = qos.limit if qos.transient_local else 1
+        self._keeps = min(qos.limit, _MOST_KEPT) if qos.transient_local else 1
         self._shown_ns = self._now_ns()
         self._matched: dict[SubscriptionPeer, _Match | None] = {}
         self._taps: tuple[Callable[[Any], None], ...] = ()
@@ -94,21 +100,26 @@ class RemotePublisher:
         try:
             message = self._message(number, payload, kind)
         except CdrError as error:
-            for subscription, match in takers:
-                match.last = number
-                subscription.count_lost(1)
-                subscription.node.warn("a message cannot be decoded", topic=self.entry.name, error=str(error))
+            self._not_decoded(takers, error)
             return
         wrapped = message if self._lifespan is None else self._expiring(message, sent.source_time)
         for subscription, match in takers:
-            if match.last is not None and number > match.last + 1:
-                subscription.count_lost(number - match.last - 1)
+            if match.last is not None and number > match.last + 1 + match.unread:
+                subscription.count_lost(number - match.last - 1 - match.unread)
             match.last = number
+            match.unread = 0
             match.target(wrapped)
         if number > self.count:
             self.count = number
             for tap in self._taps:
                 tap(message)
+
+    def _not_decoded(self, takers: list[tuple[SubscriptionPeer, _Match]], error: CdrError) -> None:
+        for subscription, match in takers:
+            match.unread += 1  # its number may be as wrong as the rest: as the last one it would hide what comes next
+            subscription.count_lost(1)
+        node, topic = takers[0][0].node, self.entry.name
+        self._unreadable.note("a message cannot be decoded", topic, error, warn=node.warn, topic=topic)
 
     def _match_with(self, subscription: SubscriptionPeer) -> _Match | None:
         if subscription not in self._matched:

@@ -100,7 +100,9 @@ class Session:
         if self.options.clock == "virtual":
             return None
         try:
-            return transport_from_environment(os.environ, listen=self.options.listen, connect=self.options.connect)
+            return transport_from_environment(
+                os.environ, listen=self.options.listen, connect=self.options.connect, security=self.options.security
+            )
         except WireUnavailable as error:
             raise UsageError(str(error)) from None
 

@@ -85,6 +85,8 @@ class Options:
     """The endpoints where other machines connect to."""
     connect: tuple[str, ...] = ()
     """The endpoints of other machines to connect to."""
+    security: str | None = None
+    """A security file."""
 
 
 def parse(argv: Sequence[str]) -> Options:
@@ -92,8 +94,8 @@ def parse(argv: Sequence[str]) -> Options:
     given = _parser().parse_args(argv)
     if given.trace and given.clock != "virtual":
         raise UsageError("--trace: two runs are equal on the virtual clock only; add --clock virtual")
-    if given.clock == "virtual" and (given.listen or given.connect):
-        raise UsageError("--listen, --connect: other machines live in real time; leave out --clock virtual")
+    if given.clock == "virtual" and (given.listen or given.connect or given.security):
+        raise UsageError("--listen, --connect, --security: other machines live in real time; leave out --clock virtual")
     if given.publish_clock is not None:
         _within("--publish-clock", given.publish_clock, 0.1, 1000.0, "Hz")
     duration = given.duration
@@ -121,6 +123,7 @@ def parse(argv: Sequence[str]) -> Options:
         fetch=parse_fetch(given.fetch, given.goal),
         listen=tuple(given.listen),
         connect=tuple(given.connect),
+        security=given.security,
     )
 
 
@@ -184,6 +187,7 @@ def _add_network(add: Any) -> None:
         metavar="ENDPOINT",
         help="let other machines connect to tcp/0.0.0.0:PORT",
     )
+    add("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
 
 
 def _add_errand(add: Any) -> None:

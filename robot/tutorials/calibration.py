@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from random import Random
 from typing import Protocol
 
-from actors import Node, Service, Supervisor, parameter
+from actors import ExitReason, Node, Service, Supervisor, parameter
 from robot.interfaces.tutorials.your_package.srv import (
     SensorCalibration,
     SensorCalibration_Request,
     SensorCalibration_Response,
 )
-from robot.tutorials.program import Errand, ErrandFailed, main, system
+from robot.tutorials.program import Errand, ErrandFailed, main, system, was_interrupted
 
 __all__ = ["CALIBRATE_SENSOR", "CalibrationClient", "CalibrationService", "DriftingSensor", "Sensor", "tree"]
 
@@ -59,6 +59,9 @@ class CalibrationService(Node):
             sensors if sensors is not None else {"camera_1": DriftingSensor(), "imu_1": DriftingSensor(0.02)}
         )
 
+    async def on_start(self) -> None:
+        self.log.info("Calibration service ready")
+
     @CALIBRATE_SENSOR.serve()
     async def calibrate(self, request: SensorCalibration_Request) -> SensorCalibration_Response:
         """A sensor that is not known or fails is answered with success False; nothing of it reaches the caller as an exception."""
@@ -76,6 +79,10 @@ class CalibrationService(Node):
             return _answer(False, f"Error during calibration: {error}")
         done, failed = ("reset the calibration of", "reset") if reset else ("calibrated", "calibrate")
         return _answer(worked, f"Successfully {done} {name}" if worked else f"Failed to {failed} {name}")
+
+    async def on_stop(self, reason: ExitReason) -> None:
+        if was_interrupted(reason):
+            self.log.info("Shutting down calibration service")
 
 
 def _answer(success: bool, message: str) -> SensorCalibration_Response:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections import deque
 from itertools import islice
 
-from actors import Node, Service, Supervisor, Topic, every, publishes
+from actors import ExitReason, Node, Service, Supervisor, Topic, every, publishes
 from actors.interfaces.std_msgs.msg import Float32, String
 from robot.interfaces.tutorials.proposed_interfaces.srv import (
     GetAverageTemperature,
     GetAverageTemperature_Request,
     GetAverageTemperature_Response,
 )
-from robot.tutorials.program import main, system
+from robot.tutorials.program import main, system, was_interrupted
 
 __all__ = ["ALERT", "AVERAGE", "ROBOT_STATUS", "TEMPERATURE", "DataProcessor", "SensorSimulator", "tree"]
 
@@ -34,12 +34,19 @@ class SensorSimulator(Node):
     temperature = publishes(TEMPERATURE)
     status = publishes(ROBOT_STATUS)
 
+    async def on_start(self) -> None:
+        self.log.info("Sensor simulator started")
+
     @every(period=0.5)
     def publish(self) -> None:
         temperature, status = 20.0 + 10.0 * self.rng.random(), self.rng.choice(STATUSES)
         self.temperature(Float32(data=temperature))
         self.status(String(data=status))
         self.log.info(f"Temperature: {temperature:.2f}°C, Status: {status}")
+
+    async def on_stop(self, reason: ExitReason) -> None:
+        if was_interrupted(reason):
+            self.log.info("Shutting down sensor simulator")
 
 
 class DataProcessor(Node):
@@ -49,6 +56,7 @@ class DataProcessor(Node):
 
     async def on_start(self) -> None:
         self.seen = deque[float](maxlen=KEPT)
+        self.log.info("Data processor initialized")
 
     @TEMPERATURE.on()
     def judge(self, message: Float32) -> None:
@@ -63,6 +71,10 @@ class DataProcessor(Node):
     @ROBOT_STATUS.on()
     def status(self, message: String) -> None:
         self.log.info(f"Robot status: {message.data}")
+
+    async def on_stop(self, reason: ExitReason) -> None:
+        if was_interrupted(reason):
+            self.log.info("Shutting down data processor")
 
     @AVERAGE.serve()
     async def average(self, request: GetAverageTemperature_Request) -> GetAverageTemperature_Response:

@@ -26,8 +26,8 @@ class DistanceService(Node):
     @CALCULATE_DISTANCE.serve()
     async def calculate(self, request: CalculateDistance_Request) -> CalculateDistance_Response:
         x1, y1, x2, y2 = request.x1, request.y1, request.x2, request.y2
-        self.log.info(f"Distance between ({x1}, {y1}) and ({x2}, {y2})")
         distance = hypot(x2 - x1, y2 - y1)  # squares of large numbers overflow, this does not
+        self.log.info(f"Calculated distance between ({x1}, {y1}) and ({x2}, {y2}): {distance:.2f}")
         if not isfinite(distance):
             return CalculateDistance.Response(
                 success=False,

@@ -54,6 +54,11 @@ class FibonacciServer(Node):
             self.log.warning(f"Goal rejected: {reason}")
             raise Reject(reason)
 
+    @FIBONACCI.cancels
+    def agree(self, goal: Fibonacci_Goal) -> bool:
+        self.log.info("Received cancel request")
+        return True
+
     @FIBONACCI.serve(arrivals="parallel")
     async def compute(self, goal: Fibonacci_Goal) -> Steps[Fibonacci_Feedback, Fibonacci_Result]:
         self.log.info("Executing goal...")
@@ -84,12 +89,12 @@ class FibonacciClient(Errand):
         await self.wait_in_slices(FIBONACCI, "Waiting for action server...")
         try:
             async with self.start(FIBONACCI, Fibonacci.Goal(order=self.order)) as computing:
-                self.log.info("Goal accepted :)")
+                self.log.info("Goal accepted")
                 async for feedback in computing:
                     self.log.info(f"Received feedback: {feedback.sequence.tolist()}")
                 result = await computing
         except GoalRejected as rejected:
-            raise ErrandFailed(f"Goal rejected :( {rejected.reason}") from None
+            raise ErrandFailed(f"Goal rejected: {rejected.reason}") from None
         except GoalFailed as failed:
             raise ErrandFailed(f"Goal failed: {failed.reason}") from None
         self.log.info(f"Result: {result.sequence.tolist()}")

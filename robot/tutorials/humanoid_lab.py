@@ -62,7 +62,7 @@ class SensorSimulator(Node):
             velocity_y=-sin(t),
         )
         self.data(reading)
-        self.log.debug(f"Published sensor data: pos=({reading.position_x:.2f}, {reading.position_y:.2f})")
+        self.log.info(f"Published sensor data: pos=({reading.position_x:.2f}, {reading.position_y:.2f})")
 
 
 class Planner(Node):

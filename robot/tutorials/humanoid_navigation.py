@@ -34,8 +34,6 @@ TICK = 0.1
 """s."""
 STEP = 0.01
 """m in a tick."""
-ARRIVED = 0.1
-"""As near as this is there, m."""
 TURN = 0.05
 """rad in a tick, and how exactly the heading is reached: the humanoid turns to the goal's heading while it walks."""
 TOLD_EVERY = 10
@@ -49,9 +47,12 @@ class HumanoidNavServer(Node):
 
     `obstacles` are what it knows of the floor. With `avoid_obstacles` it keeps at least 0.26 m from them, without it walks straight, and a
     contact aborts the goal. Every goal starts where the humanoid really is.
+
+    Parameters: tolerance.
     """
 
     node_name = "humanoid_nav_action_server"
+    tolerance = parameter(0.1, unit="m", ge=0.02, le=1.0, description="So near to the target is there.")
     pose = Pose2(0.0, 0.0)
 
     def __init__(self, obstacles: Sequence[Obstacle] = ()) -> None:
@@ -62,8 +63,12 @@ class HumanoidNavServer(Node):
     def resume(self, state: Pose2) -> None:
         self.pose = state
 
+    async def on_start(self) -> None:
+        self.log.info("Humanoid navigation action server ready")
+
     @HUMANOID_NAVIGATE.accepts
     def check(self, goal: HumanoidNav_Goal) -> None:
+        self.log.info("Received navigation goal request")
         wanted = goal.target_position.tolist()
         if len(wanted) != 3:
             raise self._rejection(f"target_position must be x, y, theta: 3 numbers, not {len(wanted)}")
@@ -79,14 +84,20 @@ class HumanoidNavServer(Node):
         self.log.warning(f"Goal rejected: {reason}")
         return Reject(reason)
 
+    @HUMANOID_NAVIGATE.cancels
+    def agree(self, goal: HumanoidNav_Goal) -> bool:
+        self.log.info("Received cancel request")
+        return True
+
     @HUMANOID_NAVIGATE.serve(arrivals="queue")
     async def navigate(self, goal: HumanoidNav_Goal) -> Steps[HumanoidNav_Feedback, HumanoidNav_Result]:
+        self.log.info("Executing navigation goal...")
         target, begun, ticks, steps = Pose2(*goal.target_position.tolist()), self.clock.now(), 0, 0
         try:
             path = self._path(target, around=goal.avoid_obstacles)
-            while (left := path.length - steps * STEP) > ARRIVED or abs(turn_left(self.pose, target)) >= TURN:
+            while (left := path.length - steps * STEP) > self.tolerance or abs(turn_left(self.pose, target)) >= TURN:
                 ticks += 1
-                steps += left > ARRIVED  # who is there turns on the spot
+                steps += left > self.tolerance  # who is there turns on the spot
                 await self.clock.sleep_until(begun + ticks * TICK)
                 x, y = path.at(steps * STEP)
                 if self._stands_in_something(x, y):
@@ -98,10 +109,13 @@ class HumanoidNavServer(Node):
                     yield self._feedback(ticks, path.length - steps * STEP)
             if ticks < TOLD_EVERY:
                 yield self._feedback(ticks, left)
-            yield Done(self._result(True, f"Navigation completed to [{self.pose.x:.2f}, {self.pose.y:.2f}]"))
+            message = f"Navigation completed to [{self.pose.x:.2f}, {self.pose.y:.2f}]"
+            self.log.info(f"Goal succeeded: {message}")
+            yield Done(self._result(True, message))
         except NavigationError as error:
             yield self._aborted(f"{error.name}: {error}")
         except asyncio.CancelledError:
+            self.log.info("Goal canceled")
             yield Done(self._result(False, "Goal canceled"))
 
     def _path(self, target: Pose2, *, around: bool) -> Path:
@@ -114,11 +128,13 @@ class HumanoidNavServer(Node):
         return any(signed_distance(obstacle, np.array(x), np.array(y)) <= 0.0 for obstacle in self._obstacles)
 
     def _feedback(self, ticks: int, left: float) -> HumanoidNav_Feedback:
+        status = f"Navigating... {left:.2f}m to go"
+        self.log.info(f"Feedback: {status}")
         return HumanoidNav.Feedback(
             current_waypoint=ticks,
             current_position=[self.pose.x, self.pose.y, self.pose.yaw],
             distance_remaining=left,
-            status_message=f"Navigating... {left:.2f}m to go",
+            status_message=status,
         )
 
     def _result(self, success: bool, message: str) -> HumanoidNav_Result:

@@ -26,8 +26,8 @@ SPEED = 0.5
 """m/s."""
 TICK = 0.1
 """s; 5 cm each."""
-ARRIVED = 0.05
-"""Nearer than this is there, m; and the same in radians for the heading."""
+TURNED = 0.05
+"""Nearer than this is the heading of the goal, rad."""
 TURN_RATE = 1.0
 """rad/s; the robot turns to the goal's heading while it drives."""
 
@@ -36,9 +36,12 @@ class MoveServer(Node):
     """Drives straight to a point and turns to its heading: serves the action /move_to_position, 10 feedbacks a second.
 
     A goal preempts the one before it, which ends canceled; a canceled robot stays where it is, and the next goal starts there.
+
+    Parameters: tolerance.
     """
 
     node_name = "move_action_server"
+    tolerance = parameter(0.05, unit="m", ge=0.01, le=1.0, description="So near to the target is there.")
     pose = Pose2(0.0, 0.0)
 
     def resume(self, state: Pose2) -> None:
@@ -65,12 +68,14 @@ class MoveServer(Node):
         self.log.info("Executing move...")
         target, begun, ticks = _target(goal), self.clock.now(), 0
         try:
-            while (left := distance(self.pose, target)) >= ARRIVED or abs(turn_left(self.pose, target)) >= ARRIVED:
+            while (left := distance(self.pose, target)) >= self.tolerance or abs(
+                turn_left(self.pose, target)
+            ) >= TURNED:
                 ticks += 1
                 await self.clock.sleep_until(begun + ticks * TICK)  # not a running sum: that would drift
-                self.pose = stride(self.pose, target, SPEED * TICK if left >= ARRIVED else 0.0, TURN_RATE * TICK)
+                self.pose = stride(self.pose, target, SPEED * TICK if left >= self.tolerance else 0.0, TURN_RATE * TICK)
                 self.checkpoint(self.pose)
-                if left >= ARRIVED:  # turning on the spot changes nothing of what feedback tells
+                if left >= self.tolerance:  # turning on the spot changes nothing of what feedback tells
                     yield _feedback(self.pose, target)
         except asyncio.CancelledError:
             yield Done(self._result(False, "Movement canceled", begun))

@@ -44,7 +44,9 @@ class NavigationServer(Node):
             while done < goal.order:
                 await self.clock.sleep_until(begun + (done + 1) * TICK)
                 done += 1
-                yield Fibonacci.Feedback(sequence=numbers_up_to(done))
+                numbers = numbers_up_to(done)
+                self.log.info(f"Feedback: {numbers}")
+                yield Fibonacci.Feedback(sequence=numbers)
         except asyncio.CancelledError:
             self.log.info("Goal cancelled")
         yield Done(Fibonacci.Result(sequence=numbers_up_to(done)))
@@ -68,7 +70,7 @@ class NavigationClient(Errand):
                 self.log.info("Goal accepted")
                 canceling = self.spawn(self._cancel_later(goal)) if self.cancel_after else None
                 async for feedback in goal:
-                    self.log.info(f"Feedback: {feedback.sequence.tolist()}")
+                    self.log.info(f"Received feedback: {feedback.sequence.tolist()}")
                 outcome = await goal.ended()
                 if canceling is not None:
                     await canceling

@@ -85,6 +85,8 @@ class MotionPlanner(Node):
     async def plan(self, request: PlanPath_Request) -> PlanPath_Response:
         """A path from start to goal; what cannot be planned is answered with success False and the reason."""
         start, goal = request.start.pose, request.goal.pose
+        begin, end = start.position, goal.position
+        self.log.info(f"Planning from ({begin.x}, {begin.y}) to ({end.x}, {end.y})")
         try:
             found = self._planner.plan(_place(start), _place(goal))
         except NavigationError as error:

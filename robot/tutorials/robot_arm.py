@@ -94,9 +94,15 @@ class MoveArmServer(Node):
             self.log.warning(f"Goal rejected: {problem}")
             raise Reject(str(problem)) from None
 
+    @MOVE_ARM.cancels
+    def agree(self, goal: MoveArm_Goal) -> bool:
+        self.log.info("Received cancel request")
+        return True
+
     @MOVE_ARM.serve(arrivals="preempt")
     async def move(self, goal: MoveArm_Goal) -> Steps[MoveArm_Feedback, MoveArm_Result]:
-        self.log.info(f"Moving arm to {goal.target_angles.tolist()}")
+        self.log.info("Executing move arm action...")
+        self.log.info(f"Moving to target: {goal.target_angles.tolist()}")
         begun, step = self.clock.now(), 0
         self._arm.begin(goal.target_angles.tolist())
         try:
@@ -116,7 +122,10 @@ class MoveArmServer(Node):
         except asyncio.CancelledError:
             ending = self._arm.cancel()
         self._tell()
-        self.log.info(ending.message)
+        if ending.success:
+            self.log.info(f"Movement completed. Final angles: {list(ending.final_angles)}")
+        else:
+            self.log.info(ending.message)
         yield Done(_result(ending))
 
     def _tell(self) -> None:
@@ -138,9 +147,9 @@ class ArmControlClient(Errand):
     target = parameter(TARGET, unit="rad")
 
     async def errand(self) -> None:
-        await self.wait_in_slices(GET_CURRENT_POSITION, "Position service not available, waiting...")
+        await self.wait_in_slices(GET_CURRENT_POSITION, "Service not available, waiting again...")
         await self.wait_in_slices(MOVE_ARM, "Move arm action server not available, waiting...")
-        self.log.info("Getting current position...")
+        self.log.info("Getting current arm position...")
         position = await self.call(GET_CURRENT_POSITION, GetPosition.Request())
         self.log.info(f"Current position: {position.joint_angles.tolist()}, status: {position.arm_status}")
         if await self.move(self.target) is None:
@@ -148,10 +157,10 @@ class ArmControlClient(Errand):
 
     async def move(self, target: Sequence[float]) -> MoveArm_Result | None:
         """Move the arm and tell how it goes; the result, of a canceled motion too, or `None` when the goal was rejected."""
-        self.log.info(f"Moving arm to {list(target)}...")
+        self.log.info(f"Moving arm to position: {list(target)}")
         try:
             async with self.start(MOVE_ARM, MoveArm.Goal(target_angles=target)) as moving:
-                self.log.info("Goal accepted")
+                self.log.info("Goal accepted, waiting for result...")
                 async for feedback in moving:
                     self.log.info(f"Feedback: {feedback.status}")
                 result = await moving

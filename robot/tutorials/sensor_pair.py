@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from actors import Node, Supervisor, Topic, every, publishes, qos
+from actors import ExitReason, Node, Supervisor, Topic, every, publishes, qos
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.sensor_msgs.msg import Image, JointState
 from actors.interfaces.std_msgs.msg import Float32, Header
-from robot.tutorials.program import main, system
+from robot.tutorials.program import main, system, was_interrupted
 
 __all__ = ["CMD_VEL", "IMAGE", "JOINT_STATES", "PRESSURE", "SensorPublisher", "SensorSubscriber", "tree"]
 
@@ -49,9 +49,16 @@ class SensorPublisher(Node):
         self.count += 1
         self.log.info(f"Published sensor data #{self.count}")
 
+    async def on_stop(self, reason: ExitReason) -> None:
+        if was_interrupted(reason):
+            self.log.info("Shutting down sensor publisher")
+
 
 class SensorSubscriber(Node):
     """Takes /joint_states, /cmd_vel and /pressure_sensor, and warns of joints beyond 3.14 rad and pressures below 10."""
+
+    async def on_start(self) -> None:
+        self.log.info("Sensor subscriber initialized")
 
     @JOINT_STATES.on()
     def joints(self, message: JointState) -> None:
@@ -63,12 +70,16 @@ class SensorSubscriber(Node):
 
     @CMD_VEL.on()
     def velocity(self, message: Twist) -> None:
-        self.log.info(f"Velocity: linear={message.linear.x:.2f}, angular={message.angular.z:.2f}")
+        self.log.info(f"Received velocity command: linear.x={message.linear.x:.2f}, angular.z={message.angular.z:.2f}")
 
     @PRESSURE.on()
     def pressure(self, message: Float32) -> None:
         if message.data < LOWEST_PRESSURE:
             self.log.warning(f"Low pressure detected: {message.data:g}")
+
+    async def on_stop(self, reason: ExitReason) -> None:
+        if was_interrupted(reason):
+            self.log.info("Shutting down sensor subscriber")
 
 
 def tree() -> Supervisor:

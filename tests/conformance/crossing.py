@@ -8,140 +8,184 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import Any, Final, Literal, NamedTuple, Protocol, TypeAlias, TypeVar, cast
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Protocol, TypeAlias, TypeVar, cast
 
-from actors import Child, Node, Service, Topic
+from actors import Child, Node, QoS, Service, Topic
+from actors.contracts.contracts import Action
+from actors.errors import GoalRejected
 from actors.interfaces.message import Message
 from actors.logs import DEBUG, LogRecord
-from actors.qos import of
-from actors.runtime.incarnation import incarnation_of
 from actors.system import System
-from actors.testing import Probe, Rig, VirtualLoop
+from actors.testing import Rig, VirtualLoop
 from actors.transport.bridge import connect
 from actors.transport.protocol import Transport
 from actors.transport.simulated.network import Network
+from tests.conformance.client import FOUND_WITHIN, Client, Counted, Told, until
 
-__all__ = ["Meeting", "Pair", "Stage", "Wire", "ask", "counts", "delay", "meet", "over", "rig", "runner", "tell"]
+if TYPE_CHECKING:
+    from tests.conformance.apart import ClientProcess
+
+__all__ = [
+    "Meeting",
+    "Pair",
+    "Sent",
+    "Stage",
+    "Wire",
+    "ask",
+    "counts",
+    "delay",
+    "meet",
+    "over",
+    "rig",
+    "runner",
+    "send_goal",
+    "tell",
+]
 
 M = TypeVar("M", bound=Message)
 Wire: TypeAlias = Literal["simulated", "zenoh"]
 counts: Final = Counter[str]()
 """How many messages, calls and goals have crossed since `over` began."""
-_NOT_COUNTED: Final = ("/rosout/", "/parameter_events/")
 SETTLING: Final = 0.1
-FOUND_WITHIN: Final = 10.0
-"""Seconds in which two systems have to find each other."""
 
 
 class Stage(Protocol):
     """What a check needs of a `Rig`."""
 
     @property
-    def me(self) -> Node: ...
-    @property
     def system(self) -> System: ...
     async def start(self, tree: Any, *more: Any) -> Any: ...
     async def advance(self, seconds: float) -> None: ...
     async def close(self) -> None: ...
-    def probe(self, topic: Topic[M]) -> Probe[M]: ...
+    def probe(self, topic: Topic[M]) -> Any: ...
     async def call(self, service: Service[Any, Any], request: Any, *, timeout: float = ...) -> Any: ...
     def state(self, node: str) -> Any: ...
 
 
-class _Counted:
-    """A transport that counts what arrives."""
+class Ear:
+    """What a client has heard on a topic, as of the last `advance`."""
 
-    def __init__(self, transport: Transport) -> None:
-        self._transport = transport
+    def __init__(self, pair: Pair, number: int) -> None:
+        self.messages: list[Any] = []
+        self._pair = pair
+        self.number = number
+        self._taken = 0
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._transport, name)
+    @property
+    def last(self) -> Any:
+        return self.messages[-1] if self.messages else None
 
-    def subscribe(self, key: str, delivery: Any, take: Callable[[Any], None]) -> Any:
-        def counted(sample: Any) -> None:
-            counts["messages"] += not any(name in f"/{key}" for name in _NOT_COUNTED)
-            take(sample)
+    @property
+    def received(self) -> int:
+        return len(self.messages)
 
-        return self._transport.subscribe(key, delivery, counted)
-
-    def serve(self, key: str, take: Callable[[Any], None]) -> Any:
-        def counted(query: Any) -> None:
-            counts["goals" if "/_action/send_goal/" in key else "calls"] += 1
-            take(query)
-
-        return self._transport.serve(key, counted)
+    async def next(self, *, timeout: float) -> Any:
+        """The next message that has been heard."""
+        self._taken += 1
+        return self.messages[self._taken - 1]
 
 
 class Pair:
-    """Two systems: the nodes of `start` run in the first, and what the test does is done by a node of the second. See `Rig`."""
+    """Two systems: the nodes of `start` run in the first, and what the test does is done by the client in the second. See `Rig`."""
 
-    def __init__(self, near: Transport, far: Transport) -> None:
+    def __init__(self, near: Transport, client: Told) -> None:
         self.logs: list[LogRecord] = []
-        self.system = self._system(near)
-        self.far = self._system(far)
-        self._me: Any = None
+        self.system = System(sinks=(self.logs.append,), level=DEBUG)
+        connect(self.system.runtime, cast("Transport", Counted(near, counts)))
+        self.client = client
+        self.feedback: dict[bytes, int] = {}
+        self._ears: list[Ear] = []
+        self._deaf: list[tuple[Ear, Topic[Any], bool]] = []
+        """The ears of which the client does not know yet."""
 
-    def _system(self, transport: Transport) -> System:
-        system = System(sinks=(self.logs.append,), level=DEBUG)
-        connect(system.runtime, cast("Transport", _Counted(transport)))
-        return system
-
-    @property
-    def me(self) -> Node:
-        node: Node = self._me.node
-        return node
-
-    async def start(self, tree: Any, *more: Any) -> list[Node]:
+    async def start(self, tree: Any, *more: Any, client: str = "rig") -> list[Node]:
         """Run nodes in the first system, until both know each other. Returns them."""
-        for system in (self.system, self.far):
-            system.open()
+        self.system.open()
         nodes = [(await self.system.join(Child(each))).node for each in (tree, *more)]
-        self._me = await self.far.join(Child(Node, name="rig"))
-        for system in (self.system, self.far):
-            await system.runtime.opened()
-        await self.until(lambda: self._sees(self.far, self.system) and self._sees(self.system, self.far))
+        await self.client.open(client)
+        await self.system.runtime.opened()
+        await until(lambda: {known.fqn for known in self.system.graph.elsewhere()} == {f"/{client}"})
+        await self.client.wait_for_nodes({record.identity.fqn for record in self.system.nodes.values()})
+        await asyncio.sleep(0.05)  # endpoints follow their nodes
         return nodes
 
-    @staticmethod
-    def _sees(one: System, other: System) -> bool:
-        seen = {known.fqn for known in one.graph.elsewhere()}
-        return seen == {record.identity.fqn for record in other.nodes.values()}
-
-    async def until(self, condition: Callable[[], bool]) -> None:
-        async with asyncio.timeout(FOUND_WITHIN):
-            while not condition():
-                await asyncio.sleep(0.01)
-        await asyncio.sleep(0.05)  # endpoints follow their nodes
-
     async def advance(self, seconds: float) -> None:
+        await self.listen()
         await asyncio.sleep(seconds)
+        await self._hear()
 
-    def probe(self, topic: Topic[M]) -> Probe[M]:
-        me = incarnation_of(self.me)
-        entry = self.far.graph.topic(me.identity.topic(topic.name))
-        probe = Probe(me, entry, topic.type, of(topic.qos), self.far.clock.now)
-        me.streams.append(cast("Any", probe))
-        entry.add_subscription(probe)
-        return probe
+    async def listen(self) -> None:
+        """Let the client listen with all ears."""
+        while self._deaf:
+            ear, topic, everything = self._deaf.pop(0)
+            await self.client.listen(ear.number, topic, everything)
+
+    async def _hear(self) -> None:
+        news = await self.client.news()
+        for number, messages in news.messages.items():
+            self._ears[number].messages += messages
+        self.feedback = news.feedback
+        self.logs += [LogRecord(*line) for line in news.logs]
+        counts.update(news.counts)
+
+    def probe(self, topic: Topic[M]) -> Any:
+        return self.ear(topic, everything=True)
+
+    def subscribe(self, topic: Topic[M], *, qos: QoS | None = None) -> Ear:
+        return self.ear(topic if qos is None else Topic(topic.type, topic.name, qos), everything=False)
+
+    def ear(self, topic: Topic[Any], *, everything: bool) -> Ear:
+        """One more listener in the client; it listens from the next `advance` on."""
+        ear = Ear(self, len(self._ears))
+        self._ears.append(ear)
+        self._deaf.append((ear, topic, everything))
+        return ear
 
     async def call(self, service: Service[Any, Any], request: Any, *, timeout: float = 2.0) -> Any:
-        return await self.me.call(service, request, timeout=timeout)
+        await self.listen()
+        return await self.client.call(service, request, timeout)
 
     def state(self, node: str) -> Any:
         return self.system.runtime.directory.named(node)
 
     async def close(self) -> None:
-        for system in (self.far, self.system):
-            await system.stop("the case is over")
+        await self._hear()
+        await self.client.close()
+        await self.system.stop("the case is over")
+
+
+class Sent:
+    """A goal, as the client's handle shows it."""
+
+    def __init__(self, untold: str, id: bytes, feedback: Callable[[], int]) -> None:
+        self.untold = untold
+        self.id = id
+        self._feedback = feedback
+
+    @property
+    def feedback_count(self) -> int:
+        return self._feedback()
+
+
+async def send_goal(stage: Stage, action: Action[Any, Any, Any], message: Any) -> Sent:
+    """Send a goal by a client's handle, and wait until it is accepted or not."""
+    if isinstance(stage, Pair):
+        sent = await stage.client.send_goal(action, message)
+        return Sent(sent.untold, sent.id, lambda: stage.feedback.get(sent.id, 0))
+    goal = cast("Rig", stage).me.start(action, message)
+    untold = goal.status.name.lower()
+    with suppress(GoalRejected):
+        await goal.send()
+    return Sent(untold, goal.goal_id, lambda: goal.feedback_count)
 
 
 class Meeting(NamedTuple):
-    """A server's node and a client's, and where they run."""
+    """A server's node, and what the client listens with."""
 
     stage: Rig | Pair
     server: Node
-    client: Node
+    client: Node | Pair
 
     async def settle(self) -> None:
         """Let the other one learn of it."""
@@ -155,8 +199,8 @@ async def meet(server: type[Node], client: type[Node]) -> Meeting:
         await rig.start(server, client)
         return Meeting(rig, rig.node(server), rig.node(client))
     pair = _over[-1].pair()
-    (node,) = await pair.start(server)
-    return Meeting(pair, node, (await pair.far.join(Child(client))).node)
+    (node,) = await pair.start(server, client=client.__name__.lower())
+    return Meeting(pair, node, pair)
 
 
 class _Over:
@@ -169,8 +213,10 @@ class _Over:
         self._wire = wire
         self._runner = asyncio.Runner(loop_factory=self.loops)
         self._pair: Pair | None = None
-        self._lines: dict[type[Message], tuple[Any, Any]] = {}
-        """For each type, the publisher and the stream by which messages are told."""
+        self.elsewhere: ClientProcess | None = None
+        """Over `zenoh`, the process of the clients, made when it is first needed."""
+        self._lines: dict[type[Message], tuple[Any, int]] = {}
+        """For each type, the publisher by which messages are told, and the number of the listener."""
         self._answers: dict[Any, Callable[[Any], Any]] = {}
 
     def pair(self) -> Pair:
@@ -179,11 +225,14 @@ class _Over:
             hosts = ("server", "client")
             for host in hosts:
                 network.add_host(host)
-            return Pair(network.transport("server"), network.transport("client"))
-        from tests.actors.transport.zenoh.wires import PeerWire
+            return Pair(network.transport("server"), Client(network.transport("client")))
+        from actors.transport.zenoh import ZenohConfig, ZenohTransport
+        from tests.actors.transport.zenoh.wires import free_port
+        from tests.conformance.apart import ClientProcess, Remote
 
-        wire = PeerWire()
-        return Pair(wire.transport(), wire.transport())
+        self.elsewhere = self.elsewhere or ClientProcess()
+        port = free_port()
+        return Pair(ZenohTransport(ZenohConfig(gossip_port=port)), Remote(self.elsewhere, port))
 
     def ask(self, type: Any, answer: Callable[[Any], Any], request: Any) -> Any:
         return self._runner.run(self._ask(type, answer, request))
@@ -197,12 +246,14 @@ class _Over:
         if kind not in self._lines:
             topic = Topic(kind, f"/told/{kind.__name__}")
             teller = (await pair.system.join(Child(Node, name=f"teller_of_{kind.__name__.lower()}"))).node
-            publisher, heard = teller.publisher(topic), pair.me.subscribe(topic)
-            await pair.until(lambda: bool(publisher.subscription_count and heard.publisher_count))
-            self._lines[kind] = publisher, heard
-        publisher, heard = self._lines[kind]
+            publisher, number = teller.publisher(topic), pair.ear(topic, everything=False).number
+            await pair.listen()
+            await until(lambda: publisher.subscription_count)
+            await pair.client.wait_for_publisher(number)
+            self._lines[kind] = publisher, number
+        publisher, number = self._lines[kind]
         publisher.publish(message)
-        told: M = await heard.next(timeout=FOUND_WITHIN)
+        told: M = await pair.client.next(number)
         return told
 
     async def _opened(self) -> Pair:
@@ -218,13 +269,14 @@ class _Over:
         self._answers[type] = answer
         if not known:
             await pair.system.join(Child(_server_of(service, self._answers), name=f"server_of_{type.__name__.lower()}"))
-        await pair.me.wait_for(service, timeout=FOUND_WITHIN)
         return await pair.call(service, request, timeout=FOUND_WITHIN)
 
     def close(self) -> None:
         if self._pair is not None:
             self._runner.run(self._pair.close())
         self._runner.close()
+        if self.elsewhere is not None:
+            self.elsewhere.close()
 
 
 def _server_of(service: Service[Any, Any], answers: dict[Any, Callable[[Any], Any]]) -> type[Node]:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import io
+import os
 from pathlib import Path
 
 import pytest
 
+from actors import Service
+from actors.interfaces.action_msgs.srv import CancelGoal
 from tests.conformance import crossing
 from tests.conformance.__main__ import CROSSING
+from tests.conformance.apart import ClientProcess, Remote
 from tests.conformance.crossing import Wire
 from tests.conformance.runner import run_folder
 
@@ -32,10 +37,31 @@ def test_all_families_pass_with_client_and_server_on_different_hosts() -> None:
 
 
 @pytest.mark.slow
-def test_all_families_pass_with_client_and_server_in_different_zenoh_sessions() -> None:
+def test_all_families_pass_over_zenoh_with_client_and_server_in_two_processes() -> None:
     failed, said = crossed("zenoh")
     assert not failed, said
     assert crossing.counts["messages"] >= 150
+    assert crossing.counts["calls"] >= 100
+    assert crossing.counts["goals"] >= 50
+
+
+@pytest.mark.slow
+def test_a_client_in_a_process_of_its_own_does_what_it_is_told_there_and_says_what_failed() -> None:
+    process = ClientProcess()
+    service = Service(CancelGoal, "/nobody")
+
+    async def told() -> None:
+        remote = Remote(process, 0)
+        await remote.open("rig")
+        await remote.wait_for_nodes(())
+        with pytest.raises(RuntimeError, match=r"^in the process of the client: ServiceUnavailable: .*/nobody"):
+            await remote.call(service, CancelGoal.Request(), 0.1)
+        await remote.close()
+
+    asyncio.run(told())
+    assert process.process.pid != os.getpid()
+    process.close()
+    assert process.process.returncode is not None
 
 
 def test_without_a_transport_nothing_crosses() -> None:

@@ -101,8 +101,8 @@ LOCAL = {
     "test_a_client_that_is_canceled_while_its_goal_is_considered_leaves_nothing_behind": GONE,
     "test_a_client_that_goes_while_its_goal_is_considered_preempts_nobody": GONE,
     "test_a_node_that_cancels_its_own_goal_has_its_turn_already": SELF,
-    "test_D15_a_goal_that_a_busy_node_does_not_answer_says_with_what_it_is_busy": BUSY,
-    "test_D15_a_goal_that_a_node_does_not_answer_while_it_starts_says_so": BUSY,
+    "test_a_goal_that_a_busy_node_does_not_answer_says_with_what_it_is_busy": BUSY,
+    "test_a_goal_that_a_node_does_not_answer_while_it_starts_says_so": BUSY,
 }
 """Scenario tests that a wire with the messages of ROS 2 cannot carry, and why."""
 

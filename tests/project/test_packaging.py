@@ -134,7 +134,7 @@ def test_each_tool_of_the_test_extra_is_started_by_a_check() -> None:
     assert {tool for tool in COMMANDS if re.search(rf"\b{tool}\b", checks)} == COMMANDS
 
 
-def test_R16_the_version_is_that_of_the_distribution_and_costs_nothing_until_asked() -> None:
+def test_the_version_is_that_of_the_distribution_and_costs_nothing_until_asked() -> None:
     assert actors.__version__ == PROJECT["version"] == metadata.version("robactor")
     code = "import sys, actors; print('importlib.metadata' in sys.modules, actors.__version__)"
     done = subprocess.run(
@@ -145,7 +145,7 @@ def test_R16_the_version_is_that_of_the_distribution_and_costs_nothing_until_ask
         _ = actors.Nod  # type: ignore[attr-defined]
 
 
-def test_R16_without_an_installation_the_version_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_an_installation_the_version_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(metadata.Distribution, "from_name", _nothing)
     with pytest.raises(AttributeError, match=r"none is installed: pip install \."):
         _ = actors.__version__
@@ -160,7 +160,7 @@ def _with_packages() -> dict[str, str]:
     return {"PYTHONPATH": str(Path(pytest.__file__).parents[1])}
 
 
-def test_R16_the_notice_names_the_packages_that_are_not_under_our_licence() -> None:
+def test_the_notice_names_the_packages_that_are_not_under_our_licence() -> None:
     assert PROJECT["license-files"] == ["LICENSE", "actors/interfaces/NOTICE"]
     notice = (ROOT / "actors/interfaces/NOTICE").read_text(encoding="utf-8")
     packages = {folder.name for folder in (ROOT / "actors/interfaces/share").iterdir()}
@@ -170,7 +170,7 @@ def test_R16_the_notice_names_the_packages_that_are_not_under_our_licence() -> N
     assert "Redistribution and use in source and binary forms" in notice
 
 
-def test_R16_the_classifiers_name_the_versions_of_python_that_are_tried() -> None:
+def test_the_classifiers_name_the_versions_of_python_that_are_tried() -> None:
     versions = [text.rpartition(" ")[2] for text in PROJECT["classifiers"] if ":: 3." in text]
     assert versions == ["3.11", "3.12", "3.13"]
     assert PROJECT["requires-python"] == f">={versions[0]}"

@@ -68,7 +68,7 @@ async def test_a_router_that_runs_is_used_and_when_it_has_gone_newcomers_are_fou
     await hears(late, first)
 
 
-async def test_a_router_that_comes_later_says_that_its_port_is_taken_and_nothing_breaks(
+async def test_a_router_at_the_gossip_point_says_that_its_port_is_taken_and_nothing_breaks(
     start: Start, port: int
 ) -> None:
     listener = await start(*LISTENER)

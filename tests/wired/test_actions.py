@@ -19,8 +19,8 @@ LOCAL: dict[str, str] = {
     "test_a_client_that_is_canceled_while_its_goal_is_considered_leaves_nothing_behind": GONE,
     "test_a_client_that_goes_while_its_goal_is_considered_preempts_nobody": GONE,
     "test_a_client_that_is_canceled_in_the_moment_of_acceptance_cancels_its_goal": TURNS,
-    "test_D15_a_goal_that_a_busy_node_does_not_answer_says_with_what_it_is_busy": BUSY,
-    "test_D15_a_goal_that_a_node_does_not_answer_while_it_starts_says_so": BUSY,
+    "test_a_goal_that_a_busy_node_does_not_answer_says_with_what_it_is_busy": BUSY,
+    "test_a_goal_that_a_node_does_not_answer_while_it_starts_says_so": BUSY,
 }
 """Scenario tests that say something about one process only, and why."""
 

@@ -122,8 +122,6 @@ def interceptor(
     """Return an interceptor for the graph that applies the faults of this run."""
 
     def intercept(subscription: SubscriptionPeer, target: Target) -> Target:
-        if not subscription.here:  # its messages are counted where they arrive
-            return target
         link = links.get(subscription)
         if link is None:
             name = f"{subscription.entry.name}>{subscription.node.fqn}"

@@ -33,7 +33,8 @@ class Extension(Message, frozen=True, kw_only=True):
     chain: Many[Waiting] = default()
     """In a request: the nodes that wait for its answer, longest wait first. A server on one of them would wait for itself."""
     reason: str = ""
-    """In a reply about a goal: why the goal was rejected, aborted or canceled."""
+    """In a reply about a goal: why the goal was rejected, aborted or canceled. In a question about a cycle: the name of the service or action
+    that the last of `chain` is to answer."""
 
 
 def write_extension(extension: Extension) -> bytes:

@@ -10,7 +10,9 @@ from typing import Any, Final, Literal, NamedTuple
 
 from actors.suggest import did_you_mean
 from actors.transport.protocol import WireUnavailable
+from actors.transport.security import Security
 from actors.transport.zenoh.library import import_zenoh, one_line
+from actors.transport.zenoh.secured import secured_settings
 
 __all__ = ["LEASE", "ZenohConfig", "point_settings", "router_settings", "session_settings", "write_config"]
 
@@ -19,14 +21,19 @@ LEASE: Final = 2000
 
 _PROTOCOLS: Final = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream", "unixpipe", "serial", "vsock")
 
+_GOSSIP_PORT: Final = 7446
+_ROUTER: Final = "127.0.0.1:7447#retry_period_init_ms=500;retry_period_max_ms=1000"
+"""Where a router of this host listens, and how often it is looked for. It is tried for ever, and mostly nobody is there."""
+
 _PORT_VARIABLE: Final = "ROBACTOR_GOSSIP_PORT"
+_THIN_VARIABLE: Final = "ROBACTOR_THIN_LINKS"
 _FILE_VARIABLE: Final = "ZENOH_SESSION_CONFIG_URI"
 _OVERRIDE_VARIABLE: Final = "ZENOH_CONFIG_OVERRIDE"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ZenohConfig:
-    """Where to listen and to connect. The default reaches the processes of this host, and ROS 2's router on this host if it runs.
+    """Where to listen and to connect. The default reaches the processes of this host, and a router on this host if one runs.
 
     An endpoint is written as Zenoh does: ``tcp/192.168.1.5:7448``.
     """
@@ -40,14 +47,28 @@ class ZenohConfig:
     mode: Literal["peer", "client"] = "peer"
     """A peer is linked directly with all others. A client has one link, to a router in `connect`, and cannot be opened without it."""
 
-    gossip_port: int = 7447
-    """The loopback port where processes of this host find each other, ROS 2's router port; 0: none is looked for or offered."""
+    gossip_port: int = _GOSSIP_PORT
+    """The loopback port where processes of this host find each other; 0: nobody is looked for. With the default, a router of this host at
+    port 7447 is looked for as well, ROS 2's or ours. With any other number, those processes meet that have the same one, and nobody else."""
+
+    thin_links: bool = False
+    """Make the best of links that are slower than what is published, as over radio. What is sent to processes that say the same is compressed.
+    Images and other large messages wait until a link takes all of them, where they are otherwise dropped half-way, so that the slowest link
+    sets their pace; their queue drops the oldest. The kernel holds little of them, so that all other messages overtake them."""
 
     file: str = ""
     """A configuration file of Zenoh. It stands in place of all settings of ours; `listen` and `connect` still add to it if given."""
 
     overrides: str = ""
-    """``path/of/key=json5;...``, applied after everything else."""
+    """``path/of/key=json5;...``, applied after everything else but `security`."""
+
+    security: Security | None = None
+    """Who is let in, and to what (see `actors.transport.security.load_security`); None: everybody who can reach an endpoint, to everything."""
+
+    def __post_init__(self) -> None:
+        """Raises SecurityError for a peer that could let nobody in."""
+        if self.security is not None and self.mode == "peer":
+            self.security.check_listening()
 
     @classmethod
     def from_environment(
@@ -57,24 +78,40 @@ class ZenohConfig:
         listen: tuple[str, ...] = (),
         connect: tuple[str, ...] = (),
         mode: Literal["peer", "client"] = "peer",
+        security: Security | None = None,
     ) -> ZenohConfig:
-        """Read ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE as ROS 2 does, and ROBACTOR_GOSSIP_PORT. Raises WireUnavailable."""
-        port = environment.get(_PORT_VARIABLE, "").strip() or "7447"
+        """Read ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE as ROS 2 does, ROBACTOR_GOSSIP_PORT and ROBACTOR_THIN_LINKS.
+
+        Raises WireUnavailable.
+        """
+        port = environment.get(_PORT_VARIABLE, "").strip() or str(_GOSSIP_PORT)
         if not port.isascii() or not port.isdigit() or int(port) > 65535:
             raise WireUnavailable(f"{_PORT_VARIABLE} is {port!r}; it must be a port number, or 0 for none")
+        thin = environment.get(_THIN_VARIABLE, "").strip() or "0"
+        if thin not in ("0", "1"):
+            raise WireUnavailable(f"{_THIN_VARIABLE} is {thin!r}; it must be 1, or 0 or empty")
         return cls(
+            thin_links=thin == "1",
             listen=listen,
             connect=connect,
             mode=mode,
             gossip_port=int(port),
             file=environment.get(_FILE_VARIABLE, ""),
             overrides=environment.get(_OVERRIDE_VARIABLE, ""),
+            security=security,
         )
 
     @property
     def gossip_point(self) -> str:
         """The endpoint of the gossip point; empty if there is none: without a port, for a client, and with a file of the user's own."""
-        return f"tcp/127.0.0.1:{self.gossip_port}" if self.gossip_port and self.mode == "peer" and not self.file else ""
+        offered = self.gossip_port and self.mode == "peer" and not self.file
+        return f"{_protocol(self.security)}/127.0.0.1:{self.gossip_port}" if offered else ""
+
+    @property
+    def meeting_points(self) -> tuple[str, ...]:
+        """The endpoints of this host that are tried again and again: the gossip point, and the port of a router beside it."""
+        router = (f"{_protocol(self.security)}/{_ROUTER}",) if self.gossip_port == _GOSSIP_PORT else ()
+        return (self.gossip_point, *router) if self.gossip_point else ()
 
 
 class _Setting(NamedTuple):
@@ -97,25 +134,30 @@ _COMMON: Final[_Settings] = {
     "transport/link/tx/lease": LEASE,
     "transport/link/tx/keep_alive": 4,
     "transport/link/tx/queue/size/data": 16,  # room for 1 MB (from 2): a Python receiver stops reading for some milliseconds now and then
+    "transport/link/tx/queue/size/data_low": 16,
     "transport/unicast/accept_pending": 10_000,
     "transport/unicast/max_sessions": 10_000,
     "transport/shared_memory/enabled": False,
 }
+_THIN: Final = 16 * 1024
+"""Bytes that the kernel takes from Zenoh before they can be sent; it doubles the number. What is in its queue can be overtaken by nothing."""
 _RETRY: Final = {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 1.3}
 
 
 def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
     """The settings of the session with the identity `session`, later ones over earlier ones. Raises WireUnavailable for an endpoint."""
     client = config.mode == "client"
-    listen = _endpoints(config.listen, "listen")
-    connect = _endpoints(config.connect, "connect")
+    listen = _endpoints(config.listen, "listen", config.security)
+    connect = _endpoints(config.connect, "connect", config.security)
     if not config.file:
         yield from _ours(_COMMON)
         yield from _ours(
             {
                 "mode": config.mode,
-                "listen/endpoints": listen or ([] if client else ["tcp/127.0.0.1:0"]),
-                "connect/endpoints": [*([config.gossip_point] if config.gossip_point else []), *connect],
+                "transport/unicast/compression/enabled": config.thin_links,
+                **({"transport/link/tcp/so_sndbuf": _THIN} if config.thin_links else {}),
+                "listen/endpoints": listen or ([] if client else [f"{_protocol(config.security)}/127.0.0.1:0"]),
+                "connect/endpoints": [*config.meeting_points, *connect],
                 "connect/timeout_ms": LEASE if client else -1,
                 "connect/exit_on_failure": client,
                 "connect/retry": _RETRY,
@@ -127,11 +169,15 @@ def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
         yield from _ours({"listen/endpoints": listen} if listen else {})
         yield from _ours({"connect/endpoints": connect} if connect else {})
     yield from _overrides(config.overrides)
+    yield from _secured(config.security)
     yield from _ours({"id": session})
 
 
 def point_settings(config: ZenohConfig) -> Iterator[_Setting]:
-    """The settings of the second session, which holds the gossip point: a router, because the sessions of ROS 2 look for one."""
+    """The settings of the second session, which holds the gossip point: a router, because Zenoh's peers tell routers where they listen.
+
+    It carries nothing: a router beside it may do that, and then everything would come twice.
+    """
     yield from _ours(_COMMON)
     yield from _ours(
         {
@@ -139,18 +185,24 @@ def point_settings(config: ZenohConfig) -> Iterator[_Setting]:
             "listen/endpoints": [config.gossip_point],
             "connect/endpoints": [],
             "scouting/gossip/autoconnect": {"router": [], "peer": []},
+            "routing/router/peers_failover_brokering": False,
         }
     )
+    yield from _secured(config.security)
 
 
-def router_settings(listen: tuple[str, ...], connect: tuple[str, ...]) -> Iterator[_Setting]:
+def router_settings(
+    listen: tuple[str, ...], connect: tuple[str, ...], security: Security | None = None
+) -> Iterator[_Setting]:
     """The settings of a router, as ROS 2's is. Raises WireUnavailable for an endpoint."""
+    if security is not None:
+        security.check_listening()
     yield from _ours(_COMMON)
     yield from _ours(
         {
             "mode": "router",
-            "listen/endpoints": _endpoints(listen, "listen"),
-            "connect/endpoints": _endpoints(connect, "connect"),
+            "listen/endpoints": _endpoints(listen, "listen", security),
+            "connect/endpoints": _endpoints(connect, "connect", security),
             "connect/timeout_ms": -1,
             "connect/exit_on_failure": False,
             "connect/retry": _RETRY,
@@ -158,6 +210,16 @@ def router_settings(listen: tuple[str, ...], connect: tuple[str, ...]) -> Iterat
             "routing/router/peers_failover_brokering": True,  # it carries what two peers cannot exchange themselves
         }
     )
+    yield from _secured(security)
+
+
+def _protocol(security: Security | None) -> str:
+    return "tcp" if security is None else "tls"
+
+
+def _secured(security: Security | None) -> Iterator[_Setting]:
+    if security is not None:
+        yield from _ours(secured_settings(security))
 
 
 def _ours(settings: _Settings) -> Iterator[_Setting]:
@@ -174,7 +236,7 @@ def _overrides(text: str) -> Iterator[_Setting]:
         yield _Setting(path.strip(), value.strip(), f"{_OVERRIDE_VARIABLE}, {pair.strip()}")
 
 
-def _endpoints(texts: tuple[str, ...], what: str) -> list[str]:
+def _endpoints(texts: tuple[str, ...], what: str, security: Security | None) -> list[str]:
     for text in texts:
         protocol, slash, address = text.partition("/")
         if not slash or not address:
@@ -184,6 +246,8 @@ def _endpoints(texts: tuple[str, ...], what: str) -> list[str]:
         if protocol not in _PROTOCOLS:
             hint = did_you_mean(protocol, _PROTOCOLS)
             raise WireUnavailable(f"cannot {what} at {text!r}: {protocol!r} is no protocol of Zenoh{hint}")
+        if security is not None and protocol != "tls":
+            raise WireUnavailable(f"cannot {what} at {text!r}: {security.file} wants TLS; write tls/{address}")
         port = re.search(r":(\d*)(?=[?#]|$)", address)
         if protocol in ("tcp", "tls", "udp", "quic") and not (port and port[1] and int(port[1]) <= 65535):
             raise WireUnavailable(

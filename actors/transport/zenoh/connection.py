@@ -14,7 +14,7 @@ from typing import Any, Final
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.keys import write_key
 from actors.transport.format.tokens import EndpointKind, EndpointToken, parse_token
-from actors.transport.protocol import Answer, Delivery, Events, Link, NoAnswer, Query, Sample
+from actors.transport.protocol import BULK, Answer, Delivery, Events, Link, NoAnswer, Query, Sample
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.contact import Source
 from actors.transport.zenoh.heartbeat import Heartbeat
@@ -43,14 +43,23 @@ class Connection:
     """
 
     def __init__(
-        self, session: objects.Session, tokens: str, events: Events, loop: AbstractEventLoop, worker: Worker
+        self,
+        session: objects.Session,
+        tokens: str,
+        events: Events,
+        loop: AbstractEventLoop,
+        worker: Worker,
+        thin_links: bool = False,
     ) -> None:
+        """See `ZenohConfig.thin_links`; calls that may wait are made by `worker`."""
+        self._thin_links = thin_links
         self.wakeup = Wakeup(loop)
         self._session = session
         self._events = events
         self._loop = loop
         self._worker = worker
         self._answers = Worker("zenoh answers")
+        self._bulk = Worker("zenoh bulk")  # a thin link holds it for as long as an image takes
         self._own_session = str(session.zid())
         self._handles: set[object] = set()
         self._own: Counter[str] = Counter()
@@ -93,13 +102,13 @@ class Connection:
 
     def outlet(self, key: str, delivery: Delivery) -> Outlet:
         """Open the sending end of `key`."""
-        publishers = declare_publishers(self._session, key, delivery)
+        publishers = declare_publishers(self._session, key, delivery, self._thin_links)
         forget = self._handles.discard
         outlet = Outlet(
             delivery,
             publishers,
             self.wakeup,
-            self._worker,
+            self._bulk if delivery.priority >= BULK else self._worker,
             self._traffic,
             self._events.wanted,
             self._settle_soon,
@@ -144,9 +153,9 @@ class Connection:
         """The links with the processes that are there."""
         return self._traffic.report(self._presence.shown)
 
-    def has_router(self) -> bool:
-        """Whether a router, ROS 2's or a gossip point, is linked with this session."""
-        return bool(self._session.info.routers_zid())
+    def is_linked_with(self, endpoint: str) -> bool:
+        """Whether a link to `endpoint` is open."""
+        return any(link.dst == endpoint for link in self._session.info.links())
 
     async def close(self) -> None:
         """Send what waits, withdraw the tokens, and close the session. No callback is called any more."""
@@ -158,6 +167,8 @@ class Connection:
             question.close()
         await self._answers.result(lambda: None)
         self._answers.close()
+        await self._bulk.result(lambda: None)
+        self._bulk.close()
         await self._worker.result(self._close_session)
 
     def _close_session(self) -> None:

@@ -2,8 +2,8 @@
 
 Every process connects to one well-known port of the loopback interface, and tries again as long as nobody answers. Whoever can bind the
 port listens there with a second session, in router mode, which only tells those that connect of each other; they then link directly. When
-the process that holds the port ends, the others keep their links, and one of them binds the port. ROS 2's router listens at the same port
-and does the same: if it runs, it is used.
+the process that holds the port ends, the others keep their links, and one of them binds the port. A router, which the programs of ROS 2
+meet by, has another port, so that it can be started and ended at any time; every process looks for it, too.
 """
 
 from __future__ import annotations
@@ -24,9 +24,10 @@ class GossipPoint:
     """
 
     def __init__(self, config: ZenohConfig) -> None:
+        self.endpoint = config.gossip_point
         self._config = config
         self._session: objects.Session | None = None
-        self._closed = not config.gossip_point
+        self._closed = not self.endpoint
 
     @property
     def held(self) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Final
 
-from actors.transport.protocol import Delivery
+from actors.transport.protocol import BULK, Delivery
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.contact import Source
 from actors.transport.zenoh.library import direct, import_ext, import_zenoh
@@ -28,20 +28,23 @@ _PRIORITIES: Final = (
 )
 
 
-def declare_publishers(session: objects.Session, key: str, delivery: Delivery) -> Publishers:
+def declare_publishers(session: objects.Session, key: str, delivery: Delivery, thin_links: bool) -> Publishers:
     """What an outlet sends with. With history it is an advanced publisher, which keeps samples and answers those who come later."""
     zenoh, ext = import_zenoh(), import_ext()
-    blocks = delivery.reliable and bool(delivery.keep_all or delivery.history)
+    # One that is kept is not dropped on the way either: nothing would tell those who listen that it was the last one.
+    promised = delivery.reliable and bool(delivery.keep_all or delivery.history)
+    blocks = promised or (thin_links and delivery.priority >= BULK)
     settings: dict[str, Any] = {
         "congestion_control": zenoh.CongestionControl.BLOCK if blocks else zenoh.CongestionControl.DROP,
-        "reliability": zenoh.Reliability.RELIABLE if delivery.reliable else zenoh.Reliability.BEST_EFFORT,
+        # Zenoh drops what is sent with best effort, even if it is to block.
+        "reliability": zenoh.Reliability.RELIABLE if delivery.reliable or blocks else zenoh.Reliability.BEST_EFFORT,
         "priority": getattr(zenoh.Priority, _PRIORITIES[delivery.priority - 1]),
         "express": delivery.express,
         "allowed_destination": zenoh.Locality.REMOTE,
     }
     plain = session.declare_publisher(key, **settings)
     if not delivery.history:
-        return Publishers(plain, plain)
+        return Publishers(plain, plain, blocks)
     # Without a heartbeat: it is a task of Zenoh's, and to undeclare the publisher waits for its end with Python's lock held. The thread that
     # would end it may be waiting for that lock, in a callback: then the process hangs for good.
     misses = ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None)
@@ -53,7 +56,7 @@ def declare_publishers(session: objects.Session, key: str, delivery: Delivery) -
         sample_miss_detection=misses if delivery.reliable else None,
         **settings,
     )
-    return Publishers(plain, advanced)
+    return Publishers(plain, advanced, blocks)
 
 
 def declare_subscriber(

@@ -29,6 +29,8 @@ class Publishers(NamedTuple):
 
     plain: objects.Matching
     sends: objects.Publisher
+    blocks: bool = False
+    """Whether a put waits until every link has taken the sample."""
 
 
 class Outlet:
@@ -63,8 +65,7 @@ class Outlet:
         self._soon = soon
         self._forget = forget
         self._keep_all = delivery.keep_all
-        # One that is kept is not dropped on the way either: nothing would tell those who listen that it was the last one.
-        self._waits = delivery.keep_all or (delivery.reliable and bool(delivery.history))
+        self._waits = publishers.blocks
         self._depth = delivery.depth
         self._queue: deque[tuple[bytes, bytes]] = deque()
         self._handed = 0

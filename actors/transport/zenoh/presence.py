@@ -14,6 +14,7 @@ __all__ = ["Presence", "Process", "scope_of", "session_of"]
 _SPACE: Final = "@robactor"
 _UNUSUAL: Final = re.compile(r"[^A-Za-z0-9_.-]")
 _SESSION: Final = re.compile(r"[1-9a-f][0-9a-f]{0,31}")
+_PROCESS: Final = re.compile(r"[0-9]{1,10}")
 
 
 class Process(NamedTuple):
@@ -32,7 +33,12 @@ class Process(NamedTuple):
     def parse(cls, token: str) -> Process | None:
         """The process that a token speaks of; None if it speaks of none."""
         parts = token.split("/")
-        if len(parts) != 5 or parts[0] != _SPACE or not _SESSION.fullmatch(parts[2]) or not parts[3].isdecimal():
+        if (
+            len(parts) != 5
+            or parts[0] != _SPACE
+            or not _SESSION.fullmatch(parts[2])
+            or not _PROCESS.fullmatch(parts[3])
+        ):
             return None
         return cls(parts[1], parts[2], int(parts[3]), parts[4])
 

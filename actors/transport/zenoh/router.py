@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 
+from actors.transport.security import Security
 from actors.transport.zenoh.config import router_settings, write_config
 from actors.transport.zenoh.library import cannot_listen, import_zenoh
 from actors.transport.zenoh.worker import Worker
@@ -13,13 +14,15 @@ __all__ = ["router"]
 
 
 @asynccontextmanager
-async def router(listen: tuple[str, ...], connect: tuple[str, ...] = ()) -> AsyncGenerator[str]:
+async def router(
+    listen: tuple[str, ...], connect: tuple[str, ...] = (), security: Security | None = None
+) -> AsyncGenerator[str]:
     """Run a router at the endpoints `listen`, joined with those at `connect`, while the block runs. Yields its identity.
 
-    Raises `WireUnavailable` if it cannot listen at one of them.
+    It lets in and passes on what `security` allows. Raises `WireUnavailable` if it cannot listen at one of them.
     """
     library = import_zenoh()
-    config = write_config("", router_settings(listen, connect))
+    config = write_config("", router_settings(listen, connect, security))
     worker = Worker("zenoh-router")
     try:
         try:

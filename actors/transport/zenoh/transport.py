@@ -46,7 +46,7 @@ class _Running:
         self._worker.close()
 
     def _look(self) -> None:
-        if not self._point.held and not self.connection.has_router():
+        if not self._point.held and not self.connection.is_linked_with(self._point.endpoint):
             self._worker.do(self._point.hold)
         self._timer = self._loop.call_later(_LOOKING, self._look)
 
@@ -85,7 +85,7 @@ class ZenohTransport:
 
         try:
             await worker.result(lambda: sessions.append(_open_session(self._config, self._session, point)))
-            connection = Connection(sessions[0], tokens, events, loop, worker)
+            connection = Connection(sessions[0], tokens, events, loop, worker, self._config.thin_links)
         except BaseException:
             worker.do(abandon)  # after the opening, which goes on if this was cancelled
             worker.close()
@@ -146,8 +146,9 @@ def _open_session(config: ZenohConfig, session: str, point: GossipPoint) -> obje
     except library.ZError as error:
         text = one_line(error)
         if "Unable to connect" in text:
+            known = "" if config.security is None else f", or it does not take what {config.security.file} says"
             raise WireUnavailable(
-                f"no router answers at {', '.join(config.connect)}; start one there, or be a peer"
+                f"no router answers at {', '.join(config.connect)}{known}; start one there, or be a peer"
             ) from error
         raise cannot_listen(config.listen, error) from error
     return opened

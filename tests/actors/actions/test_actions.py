@@ -1182,7 +1182,7 @@ class Sleepy(Node):
         yield Done(result(goal.order))
 
 
-async def test_D15_a_goal_that_a_busy_node_does_not_answer_says_with_what_it_is_busy(rig: Rig) -> None:
+async def test_a_goal_that_a_busy_node_does_not_answer_says_with_what_it_is_busy(rig: Rig) -> None:
     await rig.start(Sleepy)
     rig.publish(NUMBERS, number(1))
     await rig.advance(0.1)
@@ -1194,7 +1194,7 @@ async def test_D15_a_goal_that_a_busy_node_does_not_answer_says_with_what_it_is_
         await rig.start_goal(COUNT, order(1))
 
 
-async def test_D15_a_goal_that_a_node_does_not_answer_while_it_starts_says_so(rig: Rig) -> None:
+async def test_a_goal_that_a_node_does_not_answer_while_it_starts_says_so(rig: Rig) -> None:
     class Slow(Sleepy):
         async def on_start(self) -> None:
             await self.clock.sleep(60.0)

@@ -45,7 +45,7 @@ def timers_for(server: ActionServer) -> int:
     return sum(getattr(getattr(item, "_callback", None), "__self__", None) is server for item in waiting)
 
 
-async def test_D26_a_result_is_dropped_when_its_time_is_over(rig: Rig) -> None:
+async def test_a_result_is_dropped_when_its_time_is_over(rig: Rig) -> None:
     await rig.start(Counter)
     server = server_of(rig)
     assert timers_for(server) == 0
@@ -57,7 +57,7 @@ async def test_D26_a_result_is_dropped_when_its_time_is_over(rig: Rig) -> None:
     assert timers_for(server) == 0
 
 
-async def test_D26_many_results_share_one_timer_and_go_at_most_a_tenth_of_their_time_late(rig: Rig) -> None:
+async def test_many_results_share_one_timer_and_go_at_most_a_tenth_of_their_time_late(rig: Rig) -> None:
     await rig.start(Counter)
     server = server_of(rig)
     for order in range(100):
@@ -75,7 +75,7 @@ async def test_D26_many_results_share_one_timer_and_go_at_most_a_tenth_of_their_
 
 
 @pytest.mark.parametrize(("timeout", "kept"), [(0.0, 0), (-1.0, 1), (100.0, 1)])
-async def test_D26_results_may_be_dropped_at_once_or_kept_forever(rig: Rig, timeout: float, kept: int) -> None:
+async def test_results_may_be_dropped_at_once_or_kept_forever(rig: Rig, timeout: float, kept: int) -> None:
     class Other(Node):
         """Its results have another time."""
 
@@ -92,7 +92,7 @@ async def test_D26_results_may_be_dropped_at_once_or_kept_forever(rig: Rig, time
     assert timers_for(server) == (timeout == 100.0)
 
 
-async def test_D26_nothing_waits_for_the_results_of_a_node_that_has_ended(rig: Rig) -> None:
+async def test_nothing_waits_for_the_results_of_a_node_that_has_ended(rig: Rig) -> None:
     await rig.start(Child(Counter, restart="permanent"))
     server = server_of(rig)
     await run_goal(rig)
@@ -104,7 +104,7 @@ async def test_D26_nothing_waits_for_the_results_of_a_node_that_has_ended(rig: R
     assert timers_for(server) == 0
 
 
-async def test_D26_a_result_that_is_dropped_is_free_without_the_garbage_collector(rig: Rig) -> None:
+async def test_a_result_that_is_dropped_is_free_without_the_garbage_collector(rig: Rig) -> None:
     await rig.start(Counter)
     await run_goal(rig)
     gc.collect()
@@ -126,7 +126,7 @@ def at(seconds: int) -> Clock:
     return Clock(clock=Time(sec=seconds))
 
 
-async def test_D26_under_simulated_time_a_result_waits_for_that_time(rig: Rig) -> None:
+async def test_under_simulated_time_a_result_waits_for_that_time(rig: Rig) -> None:
     await rig.start(Child(Counter, parameters={"use_sim_time": True}))
     server = server_of(rig)
     rig.publish(CLOCK, at(100))
@@ -145,7 +145,7 @@ async def test_D26_under_simulated_time_a_result_waits_for_that_time(rig: Rig) -
     assert len(server.table) == 0
 
 
-async def test_D26_when_simulated_time_is_switched_off_the_results_go_on_the_system_s_clock(rig: Rig) -> None:
+async def test_when_simulated_time_is_switched_off_the_results_go_on_the_system_s_clock(rig: Rig) -> None:
     await rig.start(Child(Counter, parameters={"use_sim_time": True}))
     server = server_of(rig)
     rig.publish(CLOCK, at(5))

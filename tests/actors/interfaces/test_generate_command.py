@@ -51,7 +51,7 @@ def works(path: Path, package: str = "") -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "other_msgs/srv/Join\n", "")
 
 
-def test_R05_by_default_the_modules_stand_beside_the_folder(tmp_path: Path) -> None:
+def test_by_default_the_modules_stand_beside_the_folder(tmp_path: Path) -> None:
     write(tmp_path / "defs", FILES)
     told = wrote(tmp_path, "defs")
     works(tmp_path)
@@ -60,14 +60,14 @@ def test_R05_by_default_the_modules_stand_beside_the_folder(tmp_path: Path) -> N
     assert header == '"""demo_msgs/msg. Generated from its definitions in defs; do not edit."""'
 
 
-def test_R05_a_folder_below_gives_modules_below(tmp_path: Path) -> None:
+def test_a_folder_below_gives_modules_below(tmp_path: Path) -> None:
     write(tmp_path / "proj/defs", FILES)
     assert "import them as proj.demo_msgs.msg\n" in wrote(tmp_path, "proj/defs")
     works(tmp_path, "proj.")
 
 
 @pytest.mark.parametrize("out", ["gen", "gen/inner", "./gen"])
-def test_R05_out_below_the_working_folder_is_a_package_by_its_place(tmp_path: Path, out: str) -> None:
+def test_out_below_the_working_folder_is_a_package_by_its_place(tmp_path: Path, out: str) -> None:
     write(tmp_path / "defs", FILES)
     package = Path(out).as_posix().replace("/", ".")
     assert f"import them as {package}.demo_msgs.msg\n" in wrote(tmp_path, "defs", "--out", out)
@@ -76,14 +76,14 @@ def test_R05_out_below_the_working_folder_is_a_package_by_its_place(tmp_path: Pa
     assert f"in {'../' * len(Path(out).parts)}defs;" in header
 
 
-def test_R05_an_absolute_out_below_the_working_folder_is_the_same(tmp_path: Path) -> None:
+def test_an_absolute_out_below_the_working_folder_is_the_same(tmp_path: Path) -> None:
     write(tmp_path / "defs", FILES)
     wrote(tmp_path, str(tmp_path / "defs"), "--out", str(tmp_path / "gen"))
     works(tmp_path, "gen.")
 
 
 @pytest.mark.parametrize("out", ["../elsewhere", "absolute", "../odd-name"])
-def test_R05_out_elsewhere_is_a_folder_for_the_search_path(tmp_path: Path, out: str) -> None:
+def test_out_elsewhere_is_a_folder_for_the_search_path(tmp_path: Path, out: str) -> None:
     write(tmp_path / "here/defs", FILES)
     given = str(tmp_path / "elsewhere") if out == "absolute" else out
     told = wrote(tmp_path / "here", "defs", "--out", given)
@@ -91,14 +91,14 @@ def test_R05_out_elsewhere_is_a_folder_for_the_search_path(tmp_path: Path, out: 
     works((tmp_path / "here" / given).resolve())
 
 
-def test_R05_a_folder_whose_name_is_no_package_name_is_for_the_search_path(tmp_path: Path) -> None:
+def test_a_folder_whose_name_is_no_package_name_is_for_the_search_path(tmp_path: Path) -> None:
     write(tmp_path / "defs", FILES)
     wrote(tmp_path, "defs", "--out", "build-1/gen")
     works(tmp_path / "build-1/gen")
 
 
 @pytest.mark.parametrize("inner", ["interfaces", "interfaces/__init__.py"])
-def test_R05_a_package_in_a_source_tree_is_called_as_it_will_be_installed(tmp_path: Path, inner: str) -> None:
+def test_a_package_in_a_source_tree_is_called_as_it_will_be_installed(tmp_path: Path, inner: str) -> None:
     write(tmp_path, {f"src/my_pkg/{inner}" if inner.endswith(".py") else "src/my_pkg/other.py": ""})
     write(tmp_path, {"src/my_pkg/__init__.py": "", **{f"share/{name}": text for name, text in FILES.items()}})
     told = wrote(tmp_path, "share", "--out", "src/my_pkg/interfaces")
@@ -106,7 +106,7 @@ def test_R05_a_package_in_a_source_tree_is_called_as_it_will_be_installed(tmp_pa
     works(tmp_path / "src", "my_pkg.interfaces.")
 
 
-def test_R05_home_says_otherwise(tmp_path: Path) -> None:
+def test_home_says_otherwise(tmp_path: Path) -> None:
     write(tmp_path / "defs", FILES)
     wrote(tmp_path, "defs", "--out", "gen", "--home", "")
     works(tmp_path / "gen")
@@ -225,7 +225,7 @@ def test_a_message_in_itself_is_refused(tmp_path: Path) -> None:
         generate(tmp_path, "")
 
 
-def test_R05_the_command_of_the_docs_does_what_the_docs_say(tmp_path: Path) -> None:
+def test_the_command_of_the_docs_does_what_the_docs_say(tmp_path: Path) -> None:
     page = (Path(__file__).parents[3] / "docs/how-do-i.md").read_text(encoding="utf-8")
     section = page.partition("## Declare messages of my own")[2].partition("\n## ")[0]
     layout = re.search(r"```text\n(.*?)```", section, re.DOTALL)

@@ -50,7 +50,7 @@ def write(folder: Path, name: str, text: str) -> Path:
     return path
 
 
-def test_I50_a_folder_is_loaded_in_whatever_order_its_types_need_each_other(folder: Path) -> None:
+def test_I_50_a_folder_is_loaded_in_whatever_order_its_types_need_each_other(folder: Path) -> None:
     loaded = load_folder(folder)
     assert {cls.__ros_type__ for cls in loaded} == {
         "my_pkg/msg/Sample",
@@ -92,7 +92,7 @@ def test_text_is_enough() -> None:
     assert load("int64 a\nint64 b\n---\nint64 sum\n", "lone_pkg/srv/Add") is adder
 
 
-def test_I50_a_wrong_number_of_separators_is_refused_with_file_and_line(tmp_path: Path) -> None:
+def test_I_50_a_wrong_number_of_separators_is_refused_with_file_and_line(tmp_path: Path) -> None:
     path = write(tmp_path, "my_pkg/srv/Bad", "bool a\n---\nbool b\n---\nbool c\n")
     with pytest.raises(DefinitionError, match=rf"{path}, line 4: a \.srv file has one line '---'.*found 2") as error:
         load(path)
@@ -102,7 +102,7 @@ def test_I50_a_wrong_number_of_separators_is_refused_with_file_and_line(tmp_path
         load(path)
 
 
-def test_I51_an_unknown_nested_type_is_refused_when_loading(tmp_path: Path) -> None:
+def test_I_51_an_unknown_nested_type_is_refused_when_loading(tmp_path: Path) -> None:
     path = write(tmp_path, "my_pkg/msg/Bad", "# a comment\n\nstd_msgs/Heder header\n")
     with pytest.raises(
         DefinitionError, match=rf"{path}, line 3: type std_msgs/Heder is not known\. Did you mean 'std_msgs/msg/Header'"

@@ -7,22 +7,28 @@ import asyncio
 import pytest
 
 from actors import (
+    Action,
     Child,
+    Done,
     Node,
     NodeRestarting,
     NotRunning,
     Service,
     ServiceUnavailable,
     StartFailed,
+    Steps,
     Supervisor,
     Topic,
     every,
     publishes,
     qos,
+    subscribes,
 )
+from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Feedback, Fibonacci_Goal, Fibonacci_Result
 from actors.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from actors.interfaces.lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
 from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from actors.lifecycle.machine import STATES, TRANSITIONS, HookResult, LifecycleState, TransitionRefused
 from actors.lifecycle.node import LifecycleNode, bring_down, bring_up
 from actors.testing import Rig
@@ -169,6 +175,82 @@ async def test_L_06_the_end_of_the_node_runs_its_shutdown_hook(rig: Rig) -> None
     await rig.system.stop()
     assert camera.seen[-1] == "on_shutdown"
     assert camera.state is LifecycleState.FINALIZED
+
+
+class Busy(LifecycleNode):
+    """Has an endpoint of every kind."""
+
+    autostart = "active"
+    out = publishes(OUT)
+    others = subscribes(Topic(String, "others"))
+
+    async def on_start(self) -> None:
+        self.heard: list[str] = []
+
+    @Topic(String, "words").on()
+    def listen(self, message: String) -> None:
+        self.heard.append(message.data)
+
+    @Service(Trigger, "ask").serve()
+    async def answer(self, request: Trigger_Request) -> Trigger_Response:
+        await self.clock.sleep(5.0)
+        return Trigger.Response(success=True)
+
+    @Action(Fibonacci, "count").serve()
+    async def count(self, goal: Fibonacci_Goal) -> Steps[Fibonacci_Feedback, Fibonacci_Result]:
+        try:
+            await self.clock.sleep(5.0)
+        finally:
+            self.heard.append("the goal is cleaned up")
+        yield Done(Fibonacci.Result())
+
+
+async def test_L_06_a_finalized_node_has_left_the_graph_but_for_its_standard_services(rig: Rig) -> None:
+    await rig.start(Busy)
+    heard = rig.probe(OUT)
+    goal = await rig.start_goal(Action(Fibonacci, "count"), Fibonacci.Goal(order=1))
+    await rig.quiet()
+    shutdown = ChangeState.Request(transition=Transition(label="shutdown"))
+
+    assert (await rig.call(Service(ChangeState, "/busy/change_state"), shutdown)).success
+
+    assert (await goal.ended()).reason == "/busy has been shut down"
+    with pytest.raises(NotRunning, match="/busy"):
+        await rig.call(Service(Trigger, "ask"), Trigger.Request())
+    rig.publish(Topic(String, "words"), String(data="too late"))
+    busy = rig.node(Busy)
+    busy.out(String(data="nobody hears this"))
+    await rig.quiet()
+    assert (busy.heard, len(heard)) == (["the goal is cleaned up"], 0)
+    snapshot = rig.system.snapshot()
+    assert {
+        topic.name
+        for topic in snapshot.topics
+        for edge in (*topic.publishers, *topic.subscriptions)
+        if edge.node == "/busy"
+    } <= {"/busy/transition_event", "/parameter_events", "/rosout"}
+    assert (await rig.call(Service(GetState, "/busy/get_state"), GetState.Request())).current_state.label == "finalized"
+    assert not (
+        await rig.call(
+            Service(ChangeState, "/busy/change_state"), ChangeState.Request(transition=Transition(label="configure"))
+        )
+    ).success
+    assert rig.incarnation(Busy) == 1
+
+
+async def test_L_06_a_call_that_waits_for_a_node_that_is_shut_down_fails(rig: Rig) -> None:
+    await rig.start(Busy)
+    asked = asyncio.ensure_future(rig.call(Service(Trigger, "ask"), Trigger.Request(), timeout=60.0))
+    await rig.advance(1.0)
+    rig.publish(Topic(String, "words"), String(data="waits for the request before it"))
+    busy = rig.node(Busy)
+    shut = asyncio.ensure_future(busy.change_state("shutdown"))
+    with pytest.raises(NotRunning, match="/busy has been shut down"):
+        await asked
+    assert await shut
+    await rig.advance(10.0)
+    assert busy.heard == []
+    assert [message async for message in busy.others] == [], "a loop over a stream ends"
 
 
 # -- the corners ---------------------------------------------------------------------------------------------------------

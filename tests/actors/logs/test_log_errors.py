@@ -58,7 +58,7 @@ def three_crashes(rig: Rig) -> Any:
     return crash
 
 
-async def test_row_3_the_console_shows_the_traceback_of_the_first_crash_and_counts_the_others(
+async def test_the_console_shows_the_traceback_of_the_first_crash_and_counts_the_others(
     three_crashes: Any,
 ) -> None:
     out = io.StringIO()
@@ -76,7 +76,7 @@ async def test_row_3_the_console_shows_the_traceback_of_the_first_crash_and_coun
     assert not any("incarnation.py" in line or "inbox.py" in line for line in lines)
 
 
-async def test_row_3_json_has_every_traceback_in_one_field(three_crashes: Any) -> None:
+async def test_json_has_every_traceback_in_one_field(three_crashes: Any) -> None:
     out = io.StringIO()
     await three_crashes(json_sink(out))
     lines = [json.loads(line) for line in out.getvalue().splitlines()]
@@ -88,7 +88,7 @@ async def test_row_3_json_has_every_traceback_in_one_field(three_crashes: Any) -
     assert all("exception" not in line for line in lines if line not in crashes)
 
 
-async def test_row_3_structlog_gets_the_error_as_exc_info_the_first_time(three_crashes: Any) -> None:
+async def test_structlog_gets_the_error_as_exc_info_the_first_time(three_crashes: Any) -> None:
     with structlog.testing.capture_logs() as captured:
         await three_crashes(structlog_sink)
     crashes = [line for line in captured if line["event"] == "child terminated"]
@@ -98,7 +98,7 @@ async def test_row_3_structlog_gets_the_error_as_exc_info_the_first_time(three_c
     assert [("exc_info" in line, line.get("times")) for line in crashes] == [(True, None), (False, 2), (False, 3)]
 
 
-async def test_row_3_a_failing_service_and_a_goal_show_theirs_and_an_error_is_told_once(rig: Rig) -> None:
+async def test_a_failing_service_and_a_goal_show_theirs_and_an_error_is_told_once(rig: Rig) -> None:
     class Strict(Adder):
         def on_error(self, error: Exception, handler: str) -> Any:
             return "fail"
@@ -190,7 +190,7 @@ def said(rig: Rig, part: str = "") -> list[tuple[int, str, dict[str, Any]]]:
     return [(record.level, record.event, record.fields) for record in rig.logs if part in record.event]
 
 
-async def test_row_15_a_restart_says_which_life_began_after_how_long(rig: Rig) -> None:
+async def test_a_restart_says_which_life_began_after_how_long(rig: Rig) -> None:
     class Slow(Node):
         async def on_start(self) -> None:
             await self.clock.sleep(0.4)
@@ -212,7 +212,7 @@ async def test_row_15_a_restart_says_which_life_began_after_how_long(rig: Rig) -
     assert [record.incarnation for record in rig.logs][-2:] == [2, 2]
 
 
-async def test_row_15_a_restart_without_delay_and_one_of_a_supervisor(rig: Rig) -> None:
+async def test_a_restart_without_delay_and_one_of_a_supervisor(rig: Rig) -> None:
     inner = Supervisor("inner", intensity=Intensity(0, within=5.0), children=[Child(Node, name="a")])
     await rig.start(Supervisor("outer", children=[inner, Child(Node, name="b")]))
     with rig.expect_failure(SupervisorGaveUp):
@@ -235,7 +235,7 @@ class Errand(Node):
 
 
 @pytest.mark.parametrize("kind", [all_significant, any_significant])
-async def test_row_15_the_end_of_a_tutorial_is_a_sentence(rig: Rig, kind: Any) -> None:
+async def test_the_end_of_a_tutorial_is_a_sentence(rig: Rig, kind: Any) -> None:
     children = [Child(Errand, name="client", restart=transient, significant=True)]
     await rig.start(Supervisor("fibonacci", auto_shutdown=kind, children=children))
     await rig.system.wait()

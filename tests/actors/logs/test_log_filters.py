@@ -32,7 +32,7 @@ def log_of(written: list[LogRecord], clock: Stopped | None = None, level: int = 
     return NodeLog("/gait", 1, shown, written.append, level)
 
 
-def test_row_10_once_skip_first_and_throttle_work_on_every_method() -> None:
+def test_once_skip_first_and_throttle_work_on_every_method() -> None:
     for name in ("debug", "info", "warning", "warn", "error", "fatal", "exception"):
         written: list[LogRecord] = []
         clock = Stopped()
@@ -84,7 +84,7 @@ def test_a_throttle_may_follow_another_clock_and_is_not_stuck_when_that_goes_bac
     assert [line.fields for line in written] == [{"at": 100.0}, {"at": 3.0}]
 
 
-async def test_row_10_the_options_count_per_node_and_life_on_the_nodes_clock(rig: Rig) -> None:
+async def test_the_options_count_per_node_and_life_on_the_nodes_clock(rig: Rig) -> None:
     class Chatter(Node):
         @every(hz=10)
         def tick(self) -> None:
@@ -103,7 +103,7 @@ async def test_row_10_the_options_count_per_node_and_life_on_the_nodes_clock(rig
     assert [line.incarnation for line in events(rig.logs, "once") if line.node == "/a"] == [1, 2]
 
 
-async def test_row_10_a_throttle_counts_simulated_seconds(rig: Rig) -> None:
+async def test_a_throttle_counts_simulated_seconds(rig: Rig) -> None:
     class Simulated(Node):
         @every(hz=10)
         def tick(self) -> None:
@@ -116,7 +116,7 @@ async def test_row_10_a_throttle_counts_simulated_seconds(rig: Rig) -> None:
     assert len(events(rig.logs, "slowly")) == 3
 
 
-def test_row_10_values_are_put_into_the_event_as_in_logging() -> None:
+def test_values_are_put_into_the_event_as_in_logging() -> None:
     written: list[LogRecord] = []
     log = log_of(written)
     log.info("%s legs of %d", "three", 4)

@@ -247,12 +247,12 @@ class Base(Node):
         ("words", 5, "Pilot.words overrides Base.words, which is subscribes(Topic(Int32, 'numbers'))"),
     ],
 )  # fmt: skip
-def test_D25_overriding_a_declaration_without_one_is_refused(name: str, value: object, said: str) -> None:
+def test_overriding_a_declaration_without_one_is_refused(name: str, value: object, said: str) -> None:
     with refused(said):
         make(name, value, Base)
 
 
-def test_D25_a_declaration_is_overridden_by_another_or_given_up_in_so_many_words() -> None:
+def test_a_declaration_is_overridden_by_another_or_given_up_in_so_many_words() -> None:
     class Derived(Base):
         out = publishes(Topic(Int32, "other"))
         speed = parameter(2.0)
@@ -277,7 +277,7 @@ def test_D25_a_declaration_is_overridden_by_another_or_given_up_in_so_many_words
         (functools.partialmethod, "partialmethod"),
     ],
 )
-def test_D25_a_decorator_of_pythons_above_ours_is_refused(wrapper: Any, kind: str) -> None:
+def test_a_decorator_of_pythons_above_ours_is_refused(wrapper: Any, kind: str) -> None:
     with refused(f"Pilot.x is @every(hz=10) and a {kind}: make it a plain method, without {kind}"):
         make("x", wrapper(every(hz=10)(lambda self: None)))
     assert hasattr(make("x", wrapper(plain)), "x")
@@ -313,14 +313,14 @@ def wrapped(request: AddTwoInts.Request) -> Any:
 @pytest.mark.parametrize(
     "handler", [answer, Answers(), functools.partial(functools.partial(answer)), wrapped, annotated]
 )
-async def test_D25_what_answers_asynchronously_may_serve(rig: Rig, handler: Any) -> None:
+async def test_what_answers_asynchronously_may_serve(rig: Rig, handler: Any) -> None:
     await rig.start(Node)
     rig.me.serve(ADD, handler)
     assert (await rig.call(ADD, AddTwoInts.Request())).sum in (1, 2)
 
 
 @pytest.mark.parametrize("handler", [at_once, lambda request: AddTwoInts.Response(), None, int, 5])
-async def test_D25_a_plain_function_cannot_serve(rig: Rig, handler: Any) -> None:
+async def test_a_plain_function_cannot_serve(rig: Rig, handler: Any) -> None:
     await rig.start(Node)
     with pytest.raises(
         DeclarationError, match=r"^/rig\.serve\(Service\(.*the handler answers by `await`; make it `async def`"
@@ -328,7 +328,7 @@ async def test_D25_a_plain_function_cannot_serve(rig: Rig, handler: Any) -> None
         rig.me.serve(ADD, handler)
 
 
-async def test_D25_a_handler_must_be_callable(rig: Rig) -> None:
+async def test_a_handler_must_be_callable(rig: Rig) -> None:
     await rig.start(Node)
     with refused("/rig.on(Topic(Int32, 'numbers'), None): the handler must be a function or a method"):
         rig.me.on(NUMBERS, None)  # type: ignore[arg-type]

@@ -49,18 +49,16 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Calla
         sys.modules.pop(name, None)
 
 
-def test_row_3_an_error_that_passes_through_numpy_is_at_the_users_line() -> None:
+def test_an_error_that_passes_through_numpy_is_at_the_users_line() -> None:
     def invert() -> None:
         np.linalg.inv(np.zeros((2, 2)))
 
     error = raised(invert)
     assert place_of(error).startswith(f"{__file__}:")
-    assert place_of(error).endswith(
-        " in test_row_3_an_error_that_passes_through_numpy_is_at_the_users_line.<locals>.invert"
-    )
+    assert place_of(error).endswith(" in test_an_error_that_passes_through_numpy_is_at_the_users_line.<locals>.invert")
 
 
-def test_row_3_a_parameter_that_is_assigned_to_is_at_the_users_line() -> None:
+def test_a_parameter_that_is_assigned_to_is_at_the_users_line() -> None:
     class Driver(Node):
         speed = parameter(0.5)
 
@@ -127,7 +125,7 @@ class Brittle(Node):
         raise OSError("snapped")
 
 
-async def test_row_3_a_traceback_begins_at_the_users_first_line_and_goes_down_into_the_library(rig: Rig) -> None:
+async def test_a_traceback_begins_at_the_users_first_line_and_goes_down_into_the_library(rig: Rig) -> None:
     await rig.start(Child(Brittle))
     rig.publish(NUMBERS, number(1))
     with rig.expect_failure(np.linalg.LinAlgError) as failure:
@@ -142,7 +140,7 @@ async def test_row_3_a_traceback_begins_at_the_users_first_line_and_goes_down_in
     assert shown is not None and [line.name for line in shown.stack] == ["wait"]
 
 
-async def test_row_3_what_rig_crash_raises_is_at_no_line_of_actors(rig: Rig) -> None:
+async def test_what_rig_crash_raises_is_at_no_line_of_actors(rig: Rig) -> None:
     await rig.start(Child(Brittle))
     rig.crash(Brittle, OSError("pulled out"))
     await rig.advance(0.1)

@@ -117,7 +117,7 @@ async def in_thread(work: Callable[[], object]) -> None:
         await asyncio.get_running_loop().run_in_executor(thread, work)
 
 
-def test_S04_a_script_calls_publishes_listens_and_runs_a_goal_and_leaves_nothing_behind() -> None:
+def test_S_04_a_script_calls_publishes_listens_and_runs_a_goal_and_leaves_nothing_behind() -> None:
     before = set(threading.enumerate())
     seen: list[list[int]] = []
 
@@ -135,7 +135,7 @@ def test_S04_a_script_calls_publishes_listens_and_runs_a_goal_and_leaves_nothing
     assert not left_over(before)
 
 
-async def test_S04_a_thread_joins_the_system_of_an_event_loop(rig: Rig) -> None:
+async def test_S_04_a_thread_joins_the_system_of_an_event_loop(rig: Rig) -> None:
     await rig.start(Desk)
     sums: list[int] = []
 
@@ -152,7 +152,7 @@ async def test_S04_a_thread_joins_the_system_of_an_event_loop(rig: Rig) -> None:
     assert "/thread" not in {state.identity.fqn for state in rig.system.nodes.values()}
 
 
-async def test_S04_inside_an_event_loop_it_is_refused_with_advice_to_await(rig: Rig) -> None:
+async def test_S_04_inside_an_event_loop_it_is_refused_with_advice_to_await(rig: Rig) -> None:
     await rig.start(Desk)
     with pytest.raises(InsideEventLoop, match=r"async with actors\.open_node"), blocking.open_node("script"):
         pass
@@ -184,7 +184,7 @@ async def test_S04_inside_an_event_loop_it_is_refused_with_advice_to_await(rig: 
     await thread
 
 
-async def test_S04_in_a_callback_it_is_refused_instead_of_dead_locking(rig: Rig) -> None:
+async def test_S_04_in_a_callback_it_is_refused_instead_of_dead_locking(rig: Rig) -> None:
     refused: list[str] = []
 
     class Impatient(Node):
@@ -394,7 +394,7 @@ def test_the_end_of_the_other_thread_s_event_loop_ends_what_waits() -> None:
 # -- the same names as on a node -----------------------------------------------------------------------------------------------------
 
 
-def test_F21_what_is_called_as_on_a_node_means_the_same() -> None:
+def test_what_is_called_as_on_a_node_means_the_same() -> None:
     class Tuned(Node):
         """Its parameters are those of every node."""
 
@@ -414,7 +414,7 @@ async def read_last_line(node: Node) -> str:
     return system_of(node).records[-1].event
 
 
-def test_F21_a_subscription_is_a_stream_to_iterate_to_ask_and_to_close() -> None:
+def test_a_subscription_is_a_stream_to_iterate_to_ask_and_to_close() -> None:
     with blocking.open_node("script", tree=Desk) as node:
         stream = node.subscribe(LATCHED)
         assert stream.latest is None
@@ -434,7 +434,7 @@ def test_F21_a_subscription_is_a_stream_to_iterate_to_ask_and_to_close() -> None
         assert newest_only.next(timeout=30.0) == number(30)
 
 
-def test_F21_a_goal_is_entered_iterated_and_asked_for_its_result() -> None:
+def test_a_goal_is_entered_iterated_and_asked_for_its_result() -> None:
     with blocking.open_node("script", tree=Desk) as node:
         goal = node.start(COUNT, order(3))
         assert goal.status is GoalStatus.UNKNOWN
@@ -456,7 +456,7 @@ def test_F21_a_goal_is_entered_iterated_and_asked_for_its_result() -> None:
             raise AssertionError("it has been accepted")
 
 
-def test_F21_a_goal_that_outlives_its_node_says_so_unless_the_block_has_said_more() -> None:
+def test_a_goal_that_outlives_its_node_says_so_unless_the_block_has_said_more() -> None:
     with blocking.open_node("script", tree=Desk) as node:
         goal = node.start(COUNT, order(100))
         goal.__enter__()
@@ -499,14 +499,14 @@ KILL = "os.kill(os.getpid(), signal.SIGTERM)"
     ],
     ids=["last line", "exit", "exception", "two", "sigterm", "sigterm in a call", "ctrl-c", "a handler of its own"],
 )
-def test_D27_a_program_that_ends_stops_its_nodes_in_order(lines: str, code: int) -> None:
+def test_a_program_that_ends_stops_its_nodes_in_order(lines: str, code: int) -> None:
     done = subprocess.run([sys.executable, "-c", PROGRAM + lines], capture_output=True, text=True, timeout=60)
     assert done.stdout.count("motor stopped") == 1, done.stderr
     assert (done.returncode if done.returncode >= 0 else 128 - done.returncode) == code
     assert ("mine" in done.stdout) is ("mine" in lines)
 
 
-def test_D27_afterwards_sigterm_and_the_end_of_the_program_are_what_they_were() -> None:
+def test_afterwards_sigterm_and_the_end_of_the_program_are_what_they_were() -> None:
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
     with blocking.open_node("one"):
         taken = signal.getsignal(signal.SIGTERM)
@@ -517,7 +517,7 @@ def test_D27_afterwards_sigterm_and_the_end_of_the_program_are_what_they_were() 
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
 
 
-def test_D27_a_handler_that_was_set_inside_the_block_stays() -> None:
+def test_a_handler_that_was_set_inside_the_block_stays() -> None:
     def mine(*_: object) -> None:
         raise AssertionError
 
@@ -529,7 +529,7 @@ def test_D27_a_handler_that_was_set_inside_the_block_stays() -> None:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
-async def test_D27_in_another_thread_signals_are_left_alone() -> None:
+async def test_in_another_thread_signals_are_left_alone() -> None:
     def script() -> object:
         with blocking.open_node("one"):
             return signal.getsignal(signal.SIGTERM)
@@ -537,7 +537,7 @@ async def test_D27_in_another_thread_signals_are_left_alone() -> None:
     assert await asyncio.to_thread(script) == signal.SIG_DFL
 
 
-def test_D27_sigterm_unwinds_the_block_and_its_nodes_end_before_it() -> None:
+def test_sigterm_unwinds_the_block_and_its_nodes_end_before_it() -> None:
     with pytest.raises(SystemExit) as ended, blocking.open_node("one", tree=Desk) as node:
         signal.raise_signal(signal.SIGTERM)
     assert ended.value.code == 143
@@ -546,7 +546,7 @@ def test_D27_sigterm_unwinds_the_block_and_its_nodes_end_before_it() -> None:
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
 
 
-def test_D27_sigterm_while_the_tree_starts_ends_it_when_it_has_started() -> None:
+def test_sigterm_while_the_tree_starts_ends_it_when_it_has_started() -> None:
     class Slow(Node):
         """Is interrupted while it starts."""
 

@@ -192,7 +192,7 @@ async def visits(name: str) -> None:
 
 
 @pytest.mark.virtual
-async def test_D11_a_guest_left_by_repeated_cancellations_leaves_the_books() -> None:
+async def test_a_guest_left_by_repeated_cancellations_leaves_the_books() -> None:
     async with run(motors(), sinks=()) as system:
         known = list(system.nodes)
         with anyio.move_on_after(1.0):
@@ -212,7 +212,7 @@ async def test_D11_a_guest_left_by_repeated_cancellations_leaves_the_books() -> 
 
 
 @pytest.mark.virtual
-async def test_D11_a_system_of_one_guest_ends_with_it_however_it_is_left() -> None:
+async def test_a_system_of_one_guest_ends_with_it_however_it_is_left() -> None:
     with anyio.move_on_after(1.0):
         await visits("first")
     assert system_here() is None
@@ -225,7 +225,7 @@ async def test_D11_a_system_of_one_guest_ends_with_it_however_it_is_left() -> No
 # -- D19: asyncio.run ends, and cancels everything it finds -----------------------------------------------------------
 
 
-def test_D19_nodes_in_a_loop_whose_main_ends_are_stopped_all_the_same() -> None:
+def test_nodes_in_a_loop_whose_main_ends_are_stopped_all_the_same() -> None:
     async def robot() -> None:
         async with run(motors(), sinks=()) as system:
             await system.wait()
@@ -245,7 +245,7 @@ def test_D19_nodes_in_a_loop_whose_main_ends_are_stopped_all_the_same() -> None:
     assert tasks[0].cancelled()
 
 
-def test_D19_a_start_that_the_end_of_main_breaks_off_is_taken_back() -> None:
+def test_a_start_that_the_end_of_main_breaks_off_is_taken_back() -> None:
     class Slow(Node):
         async def on_start(self) -> None:
             await self.clock.sleep(3600.0)
@@ -266,7 +266,7 @@ def test_D19_a_start_that_the_end_of_main_breaks_off_is_taken_back() -> None:
     assert tasks[0].done()
 
 
-def test_D19_a_kill_cuts_short_what_the_end_of_main_began() -> None:
+def test_a_kill_cuts_short_what_the_end_of_main_began() -> None:
     class Stuck(Node):
         async def on_stop(self, reason: object) -> None:
             system_of(self).loop.call_later(1.0, system_of(self).kill)
@@ -319,7 +319,7 @@ class Zombie(Node):
 
 
 @pytest.mark.parametrize("where", ["goal", "background"])
-async def test_D20_a_node_whose_code_refuses_to_die_is_given_up_and_said_to_be(rig: Rig, where: str) -> None:
+async def test_a_node_whose_code_refuses_to_die_is_given_up_and_said_to_be(rig: Rig, where: str) -> None:
     Zombie.released = asyncio.Event()
     await rig.start(Child(type("Zombie", (Zombie,), {"where": where}), name="zombie", stop=0.5))
     if where == "goal":
@@ -347,7 +347,7 @@ async def test_D20_a_node_whose_code_refuses_to_die_is_given_up_and_said_to_be(r
 
 
 @pytest.mark.virtual
-async def test_D20_a_guest_that_refuses_to_die_is_given_up_and_said_to_be() -> None:
+async def test_a_guest_that_refuses_to_die_is_given_up_and_said_to_be() -> None:
     Zombie.released = asyncio.Event()
     system = System(sinks=())
     await system.start(motors())
@@ -365,7 +365,7 @@ async def test_D20_a_guest_that_refuses_to_die_is_given_up_and_said_to_be() -> N
 
 
 @pytest.mark.virtual
-async def test_D20_a_failed_node_whose_clean_up_hangs_is_killed_after_its_stop_timeout_and_restarted() -> None:
+async def test_a_failed_node_whose_clean_up_hangs_is_killed_after_its_stop_timeout_and_restarted() -> None:
     class Hung(Node):
         async def on_stop(self, reason: ExitReason) -> None:
             if self.incarnation == 1:
@@ -385,7 +385,7 @@ async def test_D20_a_failed_node_whose_clean_up_hangs_is_killed_after_its_stop_t
         assert line.fields["after"] == "it raised OSError: a loose wire"
 
 
-def test_D20_a_node_that_is_thrown_away_while_it_cleans_up_waits_for_nothing_any_more() -> None:
+def test_a_node_that_is_thrown_away_while_it_cleans_up_waits_for_nothing_any_more() -> None:
     class Hung(Node):
         async def on_stop(self, reason: ExitReason) -> None:
             try:
@@ -763,14 +763,14 @@ SLOW = """
 
 
 @both_signals
-def test_D17_a_second_signal_while_the_tree_starts_kills_it_and_is_no_traceback(
+def test_a_second_signal_while_the_tree_starts_kills_it_and_is_no_traceback(
     tmp_path: Path, name: str, code: int
 ) -> None:
     assert program(tmp_path, name, SLOW) == (code, ["slow is asked to stop"], "")
 
 
 @both_signals
-def test_D18_a_block_that_swallows_its_interruption_is_ended_by_the_next_signal(
+def test_a_block_that_swallows_its_interruption_is_ended_by_the_next_signal(
     tmp_path: Path, name: str, code: int
 ) -> None:
     body = """
@@ -792,9 +792,7 @@ def test_D18_a_block_that_swallows_its_interruption_is_ended_by_the_next_signal(
 
 
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", -15)])
-def test_D18_a_program_that_swallows_everything_is_ended_by_the_third_signal(
-    tmp_path: Path, name: str, code: int
-) -> None:
+def test_a_program_that_swallows_everything_is_ended_by_the_third_signal(tmp_path: Path, name: str, code: int) -> None:
     body = """
         async def main():
             async with run(tree("a", "b"), sinks=()):
@@ -812,7 +810,7 @@ def test_D18_a_program_that_swallows_everything_is_ended_by_the_third_signal(
 
 
 @both_signals
-def test_D18_a_third_signal_after_a_kill_ends_the_process_at_once(tmp_path: Path, name: str, code: int) -> None:
+def test_a_third_signal_after_a_kill_ends_the_process_at_once(tmp_path: Path, name: str, code: int) -> None:
     body = """
         class Stuck(Node):
             async def on_stop(self, reason):
@@ -837,7 +835,7 @@ def test_D18_a_third_signal_after_a_kill_ends_the_process_at_once(tmp_path: Path
     assert program(tmp_path, name, body) == (128 - code, ["swallowed"], "")
 
 
-def test_D19_the_end_of_main_stops_the_nodes_of_another_task(tmp_path: Path) -> None:
+def test_the_end_of_main_stops_the_nodes_of_another_task(tmp_path: Path) -> None:
     body = """
         async def robot():
             async with run(tree("a", "b"), sinks=()) as system:

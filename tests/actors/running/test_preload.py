@@ -88,11 +88,11 @@ def test_importing_actors_brings_nothing_heavy() -> None:
     ],
     ids=["run", "execute", "open_node"],
 )
-def test_row_8_nothing_heavy_is_imported_while_a_real_loop_ticks(code: str) -> None:
+def test_nothing_heavy_is_imported_while_a_real_loop_ticks(code: str) -> None:
     assert HEAVY & answer(code) == set()
 
 
-def test_row_8_execute_imports_before_the_loop_and_the_virtual_clock_only_what_it_needs() -> None:
+def test_execute_imports_before_the_loop_and_the_virtual_clock_only_what_it_needs() -> None:
     code = """
     async def main():
         print("###", *sys.modules)
@@ -102,7 +102,7 @@ def test_row_8_execute_imports_before_the_loop_and_the_virtual_clock_only_what_i
     assert not {"numpy", "structlog"} & answer(code.format(clock="virtual"))
 
 
-def test_row_8_structlog_is_left_out_where_no_line_goes_to_it() -> None:
+def test_structlog_is_left_out_where_no_line_goes_to_it() -> None:
     code = """
     async def main():
         async with run(Supervisor("s", children=[Child(Busy)]), sinks=()):

@@ -147,7 +147,7 @@ TREE = Supervisor(
 
 
 @pytest.mark.parametrize(("number", "error", "code"), NUMBERS)
-def test_D18_a_block_that_goes_on_after_its_tree_is_interrupted(
+def test_a_block_that_goes_on_after_its_tree_is_interrupted(
     number: signal.Signals, error: type[BaseException], code: int
 ) -> None:
     codes: list[int] = []
@@ -167,7 +167,7 @@ def test_D18_a_block_that_goes_on_after_its_tree_is_interrupted(
 
 
 @pytest.mark.parametrize(("number", "error", "code"), NUMBERS)
-def test_D18_one_that_swallows_that_too_is_ended_by_the_next_signal(
+def test_one_that_swallows_that_too_is_ended_by_the_next_signal(
     number: signal.Signals, error: type[BaseException], code: int
 ) -> None:
     story: list[str] = []

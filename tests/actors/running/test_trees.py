@@ -152,12 +152,12 @@ def test_F2_one_child_that_is_not_in_a_list(children: Any, written: str) -> None
         ),
     ],
 )
-def test_D25_a_name_that_ros_refuses_is_refused_where_it_is_written(options: dict[str, Any], said: str) -> None:
+def test_a_name_that_ros_refuses_is_refused_where_it_is_written(options: dict[str, Any], said: str) -> None:
     with pytest.raises(DeclarationError) as refused:
         Child(Talker, **options)
     assert str(refused.value).startswith(f"Child(Talker): {said}")
 
 
-def test_D25_names_that_are_good_are_taken() -> None:
+def test_names_that_are_good_are_taken() -> None:
     child = Child(Talker, name="ear_1", namespace="robot1/left", remap={"words": "/loud/words"})
     assert (child.name, child.namespace, child.remap) == ("ear_1", "robot1/left", {"words": "/loud/words"})

@@ -486,7 +486,7 @@ class Arm(Node):
             self.done.append("brake on")
 
 
-async def test_D10_feedback_while_cleaning_up_is_heard_and_the_clean_up_comes_to_its_end(rig: Rig) -> None:
+async def test_feedback_while_cleaning_up_is_heard_and_the_clean_up_comes_to_its_end(rig: Rig) -> None:
     await rig.start(Arm)
     async with rig.me.start(GRIP, order(1)) as goal:
         await anext(goal)
@@ -518,7 +518,7 @@ class Deaf(Node):
 @pytest.mark.parametrize(
     ("period", "each"), [pytest.param(0.1, 5.0, id="5 s"), pytest.param(0.001, 1.0, id="1000 feedbacks")]
 )
-async def test_D10_a_body_that_ignores_its_cancellation_hears_it_again_and_is_closed_in_the_end(
+async def test_a_body_that_ignores_its_cancellation_hears_it_again_and_is_closed_in_the_end(
     rig: Rig, period: float, each: float
 ) -> None:
     await rig.start(Child(Deaf, args=(period,)))

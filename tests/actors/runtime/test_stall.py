@@ -169,7 +169,7 @@ async def until(condition: Callable[[], object]) -> None:
             await asyncio.sleep(0.001)
 
 
-async def test_row_7_a_handler_of_less_than_half_a_second_is_named_with_its_time_and_whom_it_delayed() -> None:
+async def test_a_handler_of_less_than_half_a_second_is_named_with_its_time_and_whom_it_delayed() -> None:
     """On the real clock. Its first items are measured, so the very first block is told; of those that it delayed, the one that lost most."""
     records: list[LogRecord] = []
     tree = Supervisor(
@@ -196,7 +196,7 @@ async def test_row_7_a_handler_of_less_than_half_a_second_is_named_with_its_time
         assert "self.offload" in line.fields["remedy"]
 
 
-async def test_row_7_what_blocks_after_an_await_or_in_a_task_is_caught_by_the_close_look() -> None:
+async def test_what_blocks_after_an_await_or_in_a_task_is_caught_by_the_close_look() -> None:
     """On the real clock and with the real thread, which looks closely once a delay has no explanation."""
     records: list[LogRecord] = []
     Restless.blocks = staticmethod(lambda: time.sleep(0.1))  # blocks the loop: it is what must be caught
@@ -245,7 +245,7 @@ class Judge:
         (0.05, 0.02, 0.0, False),  # it had ended before the tick was due
     ],
 )
-async def test_row_7_only_a_step_of_a_whole_period_that_the_tick_waited_for_is_to_blame(
+async def test_only_a_step_of_a_whole_period_that_the_tick_waited_for_is_to_blame(
     monkeypatch: pytest.MonkeyPatch, seconds: float, period: float, late: float, told: bool
 ) -> None:
     records: list[LogRecord] = []
@@ -258,7 +258,7 @@ async def test_row_7_only_a_step_of_a_whole_period_that_the_tick_waited_for_is_t
         assert len(blocked(records)) == told
 
 
-async def test_row_7_the_one_that_lost_most_is_told_and_each_handler_once(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_the_one_that_lost_most_is_told_and_each_handler_once(monkeypatch: pytest.MonkeyPatch) -> None:
     records: list[LogRecord] = []
     async with run(Supervisor("s", children=[Child(Careless, name="a")]), sinks=(records.append,)) as system:
         judge = Judge(system, monkeypatch)
@@ -275,7 +275,7 @@ async def test_row_7_the_one_that_lost_most_is_told_and_each_handler_once(monkey
         assert "at" not in line.fields
 
 
-async def test_row_7_the_thread_looks_closely_for_five_seconds_of_thirty(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_the_thread_looks_closely_for_five_seconds_of_thirty(monkeypatch: pytest.MonkeyPatch) -> None:
     async with run(Supervisor("s", children=[Child(Careless, name="a")]), sinks=()) as system:
         judge = Judge(system, monkeypatch)
         caught: list[bool] = []
@@ -310,7 +310,7 @@ async def test_row_7_the_thread_looks_closely_for_five_seconds_of_thirty(monkeyp
         assert caught == [False, True, True, False, True]
 
 
-async def test_row_7_a_handler_that_awaits_is_not_blamed_for_the_time_in_which_another_blocked() -> None:
+async def test_a_handler_that_awaits_is_not_blamed_for_the_time_in_which_another_blocked() -> None:
     """On the real clock: it holds its inbox for 30 ms, which is less than the period of its own timer."""
     records: list[LogRecord] = []
 
@@ -354,7 +354,7 @@ def test_a_watch_ends_with_a_loop_that_was_closed_under_it() -> None:
     assert line_of(0) == "", "a thread that has ended"
 
 
-async def test_row_7_a_step_is_made_known_only_if_the_loop_did_not_turn_meanwhile() -> None:
+async def test_a_step_is_made_known_only_if_the_loop_did_not_turn_meanwhile() -> None:
     """On the real clock: the first items of an inbox are all measured."""
     heard: list[str] = []
     done = asyncio.Event()

@@ -37,7 +37,7 @@ class Sleeper(Node):
         await self.clock.sleep(self.seconds)
 
 
-def test_D21_a_hung_start_is_named_once_with_the_line_where_it_waits() -> None:
+def test_a_hung_start_is_named_once_with_the_line_where_it_waits() -> None:
     told: list[LogRecord] = []
 
     async def main() -> None:

@@ -98,7 +98,7 @@ ITSELF: dict[str, Callable[[Asker], Awaitable[Any]]] = {
 
 
 @pytest.mark.parametrize("way", ITSELF)
-async def test_D15_a_handler_that_waits_for_its_own_node_through_a_task_is_told_so(rig: Rig, way: str) -> None:
+async def test_a_handler_that_waits_for_its_own_node_through_a_task_is_told_so(rig: Rig, way: str) -> None:
     late = await outcome(rig, ITSELF[way])
     assert isinstance(late, CallTimeout)
     assert str(late) == (
@@ -107,7 +107,7 @@ async def test_D15_a_handler_that_waits_for_its_own_node_through_a_task_is_told_
     )
 
 
-async def test_D15_wait_for_is_named_at_once_or_when_it_is_late(rig: Rig) -> None:
+async def test_wait_for_is_named_at_once_or_when_it_is_late(rig: Rig) -> None:
     named = await outcome(rig, lambda node: asyncio.wait_for(node.call(OWN, Request()), 5.0))
     assert isinstance(named, CallCycle) or "a cycle of calls: /asker (Asker.go)" in str(named)
 
@@ -123,14 +123,14 @@ CHAINS: dict[str, tuple[Callable[[Asker], Awaitable[Any]], str]] = {
 
 
 @pytest.mark.parametrize("chain", CHAINS)
-async def test_D15_a_cycle_over_other_nodes_is_told_link_by_link(rig: Rig, chain: str) -> None:
+async def test_a_cycle_over_other_nodes_is_told_link_by_link(rig: Rig, chain: str) -> None:
     ask, links = CHAINS[chain]
     late = await outcome(rig, ask)
     assert isinstance(late, CallTimeout)
     assert f"a cycle of calls: /asker (Asker.go) waits for {links}, which waits for that handler to end;" in str(late)
 
 
-async def test_D15_a_start_that_waits_for_its_own_node_is_told_so(rig: Rig) -> None:
+async def test_a_start_that_waits_for_its_own_node_is_told_so(rig: Rig) -> None:
     class Starter(Asker):
         """Asks itself before it serves."""
 
@@ -176,16 +176,16 @@ async def many(node: Asker) -> str:
 
 
 @pytest.mark.parametrize("ask", [unawaited, in_an_open_group, slow, many])
-async def test_D15_who_is_only_slow_is_not_accused(rig: Rig, ask: Callable[[Asker], Awaitable[str]]) -> None:
+async def test_who_is_only_slow_is_not_accused(rig: Rig, ask: Callable[[Asker], Awaitable[str]]) -> None:
     said = await outcome(rig, ask)
     assert said.endswith("in time: give the call more time, or make it an action")
 
 
-async def test_D15_a_handler_that_awaits_the_call_itself_is_refused_at_once(rig: Rig) -> None:
+async def test_a_handler_that_awaits_the_call_itself_is_refused_at_once(rig: Rig) -> None:
     assert isinstance(await outcome(rig, lambda node: node.call(OWN, Request())), CallCycle)
 
 
-async def test_D15_a_call_back_into_a_waiting_caller_is_refused_at_once(rig: Rig) -> None:
+async def test_a_call_back_into_a_waiting_caller_is_refused_at_once(rig: Rig) -> None:
     failed = await outcome(rig, lambda node: node.call(BACK, Request()))
     assert isinstance(failed, ServiceFailed)
     assert failed.type == "CallCycle"

@@ -101,7 +101,7 @@ WAYS: dict[str, tuple[Callable[[AnyFuture], Awaitable[None]], bool]] = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-async def test_D15_who_awaits_is_seen_and_who_does_not_is_not(way: str) -> None:
+async def test_who_awaits_is_seen_and_who_does_not_is_not(way: str) -> None:
     waits, seen = WAYS[way]
     future: AnyFuture = asyncio.get_running_loop().create_future()
 
@@ -117,7 +117,7 @@ async def test_D15_who_awaits_is_seen_and_who_does_not_is_not(way: str) -> None:
     assert reached(future) == set()
 
 
-async def test_D15_a_callback_whose_variables_have_no_value_yet_is_no_obstacle() -> None:
+async def test_a_callback_whose_variables_have_no_value_yet_is_no_obstacle() -> None:
     future: AnyFuture = asyncio.get_running_loop().create_future()
 
     def callback(done: object) -> None:

@@ -737,3 +737,22 @@ async def test_a_handler_that_starts_a_goal_of_its_own_node_is_told_so(rig: Rig)
     rig.publish(NUMBERS, number(1))
     await rig.quiet()
     assert rig.node(Selfish).heard.startswith("this call can never be answered: /selfish waits for /selfish; ")
+
+
+@pytest.mark.parametrize(("seconds", "told"), [(0.9, []), (1.5, ["a request took 1.5 s"])])
+async def test_K_03_a_concurrent_service_that_takes_more_than_a_second_is_told_once_to_become_an_action(
+    seconds: float, told: list[str], rig: Rig
+) -> None:
+    class Patient(Node):
+        @ADD.serve(concurrent=2)
+        async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+            await self.clock.sleep(seconds)
+            return AddTwoInts.Response(sum=request.a + request.b)
+
+    await rig.start(Patient)
+    for _ in range(3):
+        await rig.call(ADD, AddTwoInts.Request(a=1, b=2), timeout=10.0)
+
+    lines = [line for line in rig.logs if line.level == 30]
+    assert [line.event for line in lines] == told
+    assert all(line.fields["service"] == "/add" and "make it an action" in line.fields["remedy"] for line in lines)

@@ -29,7 +29,7 @@ def run(main: Callable[[], Awaitable[Any]], seed: int, **options: Any) -> Any:
         return runner.run(body())
 
 
-def test_D13_even_seeds_give_priority_and_odd_ones_shuffle() -> None:
+def test_even_seeds_give_priority_and_odd_ones_shuffle() -> None:
     assert {type(order_of(seed, Random(seed))) for seed in EVEN} == {ByPriority}
     assert {type(order_of(seed, Random(seed))) for seed in ODD} == {Shuffled}
 
@@ -61,7 +61,7 @@ async def late_by_sixty_turns() -> bool:
     return seen == 60
 
 
-def test_D13_one_task_may_be_late_by_many_turns() -> None:
+def test_one_task_may_be_late_by_many_turns() -> None:
     assert any(run(late_by_sixty_turns, seed) for seed in EVEN)
     assert not any(run(late_by_sixty_turns, seed) for seed in ODD), "which a shuffle does not reach"
 

@@ -278,7 +278,7 @@ def test_without_pytest_asyncio_the_fixture_is_pytest_s_own(monkeypatch: pytest.
     assert module["fixture"] is pytest.fixture
 
 
-def test_F21_there_is_nothing_to_configure_and_nothing_is_warned_of(pytester: pytest.Pytester) -> None:
+def test_there_is_nothing_to_configure_and_nothing_is_warned_of(pytester: pytest.Pytester) -> None:
     pytester.makepyfile("async def test_rig(rig): assert rig.loop.time() == 0.0")
     result = pytester.runpytest_subprocess(
         "-p", "actors.testing.plugin", "-p", "no:cacheprovider", "-p", "no:looptime_plugin", "-W", "error"

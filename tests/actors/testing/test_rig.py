@@ -583,7 +583,7 @@ async def test_F19_a_node_is_found_by_class_name_or_full_name(rig: Rig) -> None:
     await rig.settled()
 
 
-async def test_F19_a_goal_that_the_rig_has_sent_may_be_entered(rig: Rig) -> None:
+async def test_a_goal_that_the_rig_has_sent_may_be_entered(rig: Rig) -> None:
     await rig.start(Counter)
     goal = await rig.start_goal(COUNT, order(50))
     sent = goal.goal_id

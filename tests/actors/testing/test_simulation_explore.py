@@ -400,7 +400,7 @@ def test_a_replay_of_what_ends_its_process_is_not_refused(capfd: pytest.CaptureF
     assert "with exit code 3" in out
 
 
-def test_D22_a_failure_is_shown_with_the_newest_log_lines(capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_failure_is_shown_with_the_newest_log_lines(capfd: pytest.CaptureFixture[str]) -> None:
     _, found, _ = explored(capfd, "port", "--seeds", "200")
     lines = found.splitlines()
     at = next(number for number, line in enumerate(lines) if line.startswith("  the last "))
@@ -416,7 +416,7 @@ def test_D22_a_failure_is_shown_with_the_newest_log_lines(capfd: pytest.CaptureF
         (SystemExit(7), "none: the system ended its own process, with exit code 7"),
     ],
 )
-def test_D05_a_record_that_cannot_be_written_does_not_hide_what_was_found(
+def test_a_record_that_cannot_be_written_does_not_hide_what_was_found(
     error: BaseException, said: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(self: object, path: object, **more: object) -> None:
@@ -430,7 +430,7 @@ def test_D05_a_record_that_cannot_be_written_does_not_hide_what_was_found(
     assert found.splitlines()[-1] == f"flight record: {said}"
 
 
-def test_D05_nor_does_it_where_processes_cannot_be_copied(
+def test_nor_does_it_where_processes_cannot_be_copied(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(self: object, path: object) -> None:
@@ -443,7 +443,7 @@ def test_D05_nor_does_it_where_processes_cannot_be_copied(
     assert found.splitlines()[-1] == "flight record: none: it could not be written: ValueError: argument out of range"
 
 
-def test_D05_a_clock_that_is_set_to_before_1970_is_found_and_recorded(capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_clock_that_is_set_to_before_1970_is_found_and_recorded(capfd: pytest.CaptureFixture[str]) -> None:
     code, found, errors = explored(capfd, "Odometer", "--faults", "clock-jump")
     assert (code, errors) == (1, "")
     assert "s have passed since the last tick" in found

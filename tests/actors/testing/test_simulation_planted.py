@@ -27,7 +27,7 @@ NAMES = [case.name for case in CASES]
     "an eager goal begins in the moment of its acceptance: nobody can cancel it before its first step"
 )
 @pytest.mark.parametrize("case", [case for case in CASES if case.order], ids=lambda case: case.name)
-def test_D13_a_bug_of_order_is_found_within_200_seeds_without_faults(case: Case) -> None:
+def test_a_bug_of_order_is_found_within_200_seeds_without_faults(case: Case) -> None:
     finding = explored(case.name, "tree", range(200), ())
     assert finding is not None
     assert finding.replay.shuffled, "plain order does not show it"
@@ -38,7 +38,7 @@ def test_D13_a_bug_of_order_is_found_within_200_seeds_without_faults(case: Case)
     "an eager goal begins in the moment of its acceptance: nobody can cancel it before its first step"
 )
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_D13_every_bug_is_found_within_200_seeds_with_faults(case: Case) -> None:
+def test_every_bug_is_found_within_200_seeds_with_faults(case: Case) -> None:
     finding = explored(case.name, "tree", range(200), ALL)
     assert finding is not None
     assert finding.replay.faults or case.order
@@ -75,7 +75,7 @@ def test_the_table_says_what_was_found_and_what_was_not(capsys: pytest.CaptureFi
     assert main(["twice", "--seeds", "1", "--healthy", "0"]) == 1, "one seed is too few"
 
 
-def test_D12_a_tree_that_allows_too_few_restarts_is_found_by_two_crashes(
+def test_a_tree_that_allows_too_few_restarts_is_found_by_two_crashes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert (

@@ -488,7 +488,7 @@ def test_an_answer_that_is_an_error_of_another_kind_is_the_callers_business() ->
         (0, "slow-start:/source#1+1", "ServiceUnavailable"),
     ],
 )
-def test_D12_that_the_whole_tree_gives_up_is_a_failure_unless_it_allows_no_restart_and_a_fault_ended_it(
+def test_that_the_whole_tree_gives_up_is_a_failure_unless_it_allows_no_restart_and_a_fault_ended_it(
     allowed: int, faults: str, kind: str
 ) -> None:
     class Calls(Node):
@@ -709,7 +709,7 @@ def test_what_makes_no_sense_to_a_scenario_is_refused_without_a_traceback(
     assert "decorator.py" not in text
 
 
-def test_D05_a_record_that_cannot_be_written_does_not_hide_why_a_scenario_failed(
+def test_a_record_that_cannot_be_written_does_not_hide_why_a_scenario_failed(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(self: object, path: object, **more: object) -> None:

@@ -245,14 +245,14 @@ def caught_cycle(of: str) -> Outcome:
 
 
 @pytest.mark.parametrize("of", ["service", "action"])
-def test_D12_a_call_that_would_wait_for_itself_is_a_failure_also_when_its_error_is_caught(of: str) -> None:
+def test_a_call_that_would_wait_for_itself_is_a_failure_also_when_its_error_is_caught(of: str) -> None:
     outcome = caught_cycle(of)
     assert isinstance(outcome.error, CallCycle)
     assert outcome.signature[0] == "CallCycle"
     assert outcome.signature[1].startswith(f"{__file__}:"), "the user's own line"
 
 
-def test_D12_calls_and_goals_that_are_answered_are_no_failures() -> None:
+def test_calls_and_goals_that_are_answered_are_no_failures() -> None:
     class Client(Node):
         @every(hz=5)
         async def ask(self) -> None:
@@ -302,7 +302,7 @@ class HungGoal(Node):
             await goal
 
 
-def test_D22_a_node_that_does_not_end_is_told_with_the_line_at_which_it_waits() -> None:
+def test_a_node_that_does_not_end_is_told_with_the_line_at_which_it_waits() -> None:
     said = not_ended(lambda: HungHandler)
     assert (
         "shop/hung_handler did not end as it was asked to: it was killed after 5 s of clean-up; it waited at " in said
@@ -311,7 +311,7 @@ def test_D22_a_node_that_does_not_end_is_told_with_the_line_at_which_it_waits() 
     assert said.endswith(" in HungHandler.wait")
 
 
-def test_D22_what_a_clean_up_waits_for_is_told_too() -> None:
+def test_what_a_clean_up_waits_for_is_told_too() -> None:
     said = not_ended(lambda: HungGoal)
     assert "its task /hung_goal HungGoal.count waited at " in said
     assert said.split("HungGoal.count waited at ")[1].startswith(f"{__file__}:")

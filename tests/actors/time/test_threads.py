@@ -58,7 +58,7 @@ def in_a_loop_of_its_own(work: Callable[[], Coroutine[Any, Any, object]]) -> obj
 REMEDY = "used from a foreign thread: use node.threadsafe(function, *arguments), and for what is awaited blocking.open_node(name, system=system)"
 
 
-async def test_D24_a_foreign_thread_is_refused_before_anything_is_done() -> None:
+async def test_a_foreign_thread_is_refused_before_anything_is_done() -> None:
     tree = Supervisor("s", children=[Child(Robot), Child(Adder), Child(Counter)])
     async with run(tree, sinks=(), signals=False) as system, open_node("me") as me, open_node("other") as other:
         robot = system.runtime.directory.find("/robot")

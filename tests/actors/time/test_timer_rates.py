@@ -48,7 +48,7 @@ class Beat(Node):
         return [tick.due for tick in self.ticks]
 
 
-async def test_F12_the_timer_ticks_on_an_exact_grid_from_the_moment_of_the_change(rig: Rig) -> None:
+async def test_the_timer_ticks_on_an_exact_grid_from_the_moment_of_the_change(rig: Rig) -> None:
     await rig.start(Beat)
     beat = rig.node(Beat)
     start = rig.loop.time()
@@ -67,7 +67,7 @@ async def test_F12_the_timer_ticks_on_an_exact_grid_from_the_moment_of_the_chang
     assert beat.steady == 4
 
 
-async def test_F12_a_set_to_the_same_rate_leaves_the_grid_as_it_is(rig: Rig) -> None:
+async def test_a_set_to_the_same_rate_leaves_the_grid_as_it_is(rig: Rig) -> None:
     await rig.start(Beat)
     beat = rig.node(Beat)
     start = rig.loop.time()
@@ -78,7 +78,7 @@ async def test_F12_a_set_to_the_same_rate_leaves_the_grid_as_it_is(rig: Rig) -> 
 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, math.nan, math.inf, 1e6])
-async def test_F12_what_is_no_rate_is_refused_with_a_reason_and_the_timer_goes_on(rig: Rig, rate: float) -> None:
+async def test_what_is_no_rate_is_refused_with_a_reason_and_the_timer_goes_on(rig: Rig, rate: float) -> None:
     await rig.start(Beat)
     beat = rig.node(Beat)
     answer = beat.set_parameter("rate", rate)
@@ -91,7 +91,7 @@ async def test_F12_what_is_no_rate_is_refused_with_a_reason_and_the_timer_goes_o
     assert len(beat.ticks) == 10 and beat.rate == 10.0
 
 
-async def test_F12_a_start_with_what_is_no_rate_fails_with_the_reason(rig: Rig) -> None:
+async def test_a_start_with_what_is_no_rate_fails_with_the_reason(rig: Rig) -> None:
     with pytest.raises(
         StartFailed, match=r"node /beat cannot start with rate = 0\.0: Beat\.beat ticks by rate: the rate must be"
     ):
@@ -116,7 +116,7 @@ async def test_F12_a_start_with_what_is_no_rate_fails_with_the_reason(rig: Rig) 
         (parameter(True), "Pilot.beat: @every(hz='rate') names <parameter 'rate': BOOL = True>, which is no number"),
     ],
 )
-def test_F12_a_default_that_is_no_rate_is_refused_at_the_class(declared: Any, said: str) -> None:
+def test_a_default_that_is_no_rate_is_refused_at_the_class(declared: Any, said: str) -> None:
     with pytest.raises(DeclarationError) as refused:
 
         class Pilot(Node):
@@ -142,7 +142,7 @@ class Blunt(Node):
         self.set_parameter("rate", self.rate * 2)
 
 
-async def test_F12_a_timer_may_set_its_own_rate_in_its_tick(rig: Rig) -> None:
+async def test_a_timer_may_set_its_own_rate_in_its_tick(rig: Rig) -> None:
     await rig.start(Blunt)
     await rig.advance(0.19)
     assert rig.node(Blunt).at == [0.1, 0.15, 0.175, 0.1875]
@@ -166,7 +166,7 @@ def busy(late: Late) -> type[Node]:
     return Busy
 
 
-async def test_F12_the_late_policy_skip_is_kept(rig: Rig) -> None:
+async def test_the_late_policy_skip_is_kept(rig: Rig) -> None:
     kind = busy("skip")
     await rig.start(Child(kind, name="busy"))
     await rig.advance(0.35)
@@ -175,7 +175,7 @@ async def test_F12_the_late_policy_skip_is_kept(rig: Rig) -> None:
     assert rig.node(kind).ticks[:3] == [(1, 0.1), (2, 0.2), (9, 0.65)]  # type: ignore[attr-defined]
 
 
-async def test_F12_the_late_policy_catch_up_is_kept_and_every_tick_has_its_number(rig: Rig) -> None:
+async def test_the_late_policy_catch_up_is_kept_and_every_tick_has_its_number(rig: Rig) -> None:
     kind = busy("catch_up")
     await rig.start(Child(kind, name="busy"))
     await rig.advance(0.35)
@@ -185,7 +185,7 @@ async def test_F12_the_late_policy_catch_up_is_kept_and_every_tick_has_its_numbe
     assert rig.node(kind).ticks == list(enumerate(wanted, start=1))  # type: ignore[attr-defined]
 
 
-async def test_F12_the_late_policy_fault_is_kept_and_names_the_tick(rig: Rig) -> None:
+async def test_the_late_policy_fault_is_kept_and_names_the_tick(rig: Rig) -> None:
     kind = busy("fault")
     await rig.start(Child(kind, name="busy"))
     await rig.advance(0.15)
@@ -199,7 +199,7 @@ def at(seconds: float) -> Clock:
     return Clock(clock=Time(sec=sec, nanosec=nanosec))
 
 
-async def test_F12_under_simulated_time_the_new_rate_counts_in_that_time(rig: Rig) -> None:
+async def test_under_simulated_time_the_new_rate_counts_in_that_time(rig: Rig) -> None:
     await rig.start(Child(Beat, parameters={"use_sim_time": True}))
     beat = rig.node(Beat)
 
@@ -241,7 +241,7 @@ class Managed(LifecycleNode):
         self.count += 1
 
 
-async def test_F12_a_timer_that_rests_ticks_at_the_new_rate_when_its_node_is_active(rig: Rig) -> None:
+async def test_a_timer_that_rests_ticks_at_the_new_rate_when_its_node_is_active(rig: Rig) -> None:
     await rig.start(Managed)
     managed = rig.node(Managed)
     assert managed.set_parameter("rate", 20.0).successful
@@ -252,7 +252,7 @@ async def test_F12_a_timer_that_rests_ticks_at_the_new_rate_when_its_node_is_act
     assert managed.count == 20
 
 
-async def test_F12_the_record_of_the_timer_knows_the_new_rate(rig: Rig) -> None:
+async def test_the_record_of_the_timer_knows_the_new_rate(rig: Rig) -> None:
     await rig.start(Beat)
     await rig.advance(1.0)
     rig.node(Beat).set_parameter("rate", 40.0)

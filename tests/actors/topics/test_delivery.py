@@ -410,7 +410,7 @@ def counting() -> tuple[TopicEntry, list[SubscriptionPeer]]:
     return Graph(asyncio.get_running_loop().time, intercept=intercept).topic("/numbers"), asked
 
 
-async def test_D14_subscriptions_that_come_and_go_cost_nothing_until_somebody_publishes() -> None:
+async def test_subscriptions_that_come_and_go_cost_nothing_until_somebody_publishes() -> None:
     entry, asked = counting()
     out = publisher(entry)
     queues = [subscription(entry) for _ in range(100)]
@@ -427,7 +427,7 @@ async def test_D14_subscriptions_that_come_and_go_cost_nothing_until_somebody_pu
     assert [values(queue.messages) for queue in queues[8:12]] == [[1, 2, 3, 4], [1, 2, 3, 4], [1, 2], [1, 2]]
 
 
-async def test_D14_who_comes_or_goes_during_a_publish_does_so_for_the_next_one() -> None:
+async def test_who_comes_or_goes_during_a_publish_does_so_for_the_next_one() -> None:
     entry = topic()
     out = publisher(entry)
     story: list[tuple[str, int]] = []
@@ -454,7 +454,7 @@ async def test_D14_who_comes_or_goes_during_a_publish_does_so_for_the_next_one()
     assert story == [("first", 1), ("second", 1), ("first", 2), ("third", 2)]
 
 
-async def test_D14_a_tap_takes_what_a_changing_audience_takes() -> None:
+async def test_a_tap_takes_what_a_changing_audience_takes() -> None:
     entry = topic()
     out = publisher(entry)
     heard: list[Int32] = []
@@ -468,7 +468,7 @@ async def test_D14_a_tap_takes_what_a_changing_audience_takes() -> None:
     assert (out.peers, out.targets, entry.publishers) == ((), (), [])
 
 
-async def test_D23_a_subscription_that_is_collected_while_a_publisher_comes_is_not_joined() -> None:
+async def test_a_subscription_that_is_collected_while_a_publisher_comes_is_not_joined() -> None:
     entry = topic()
     left: list[Subscription[Int32]] = []
 

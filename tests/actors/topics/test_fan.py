@@ -70,7 +70,7 @@ def many_to_one(nodes: int) -> list[Child]:
 
 
 @pytest.mark.skipif(sys.gettrace() is not None, reason="a debugger's own calls are counted, too")
-def test_D14_all_to_all_is_quadratic_and_one_to_many_linear() -> None:
+def test_all_to_all_is_quadratic_and_one_to_many_linear() -> None:
     calls_of_a_life(all_to_all(2))  # what is imported and remembered at first use
     few, many = (calls_of_a_life(all_to_all(nodes)) for nodes in (40, 80))
     assert many < 4.4 * few
@@ -79,7 +79,7 @@ def test_D14_all_to_all_is_quadratic_and_one_to_many_linear() -> None:
         assert many < 2.2 * few
 
 
-def test_D14_the_benchmark_tells_start_stop_and_the_longest_stretch(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_benchmark_tells_start_stop_and_the_longest_stretch(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fan, "ALL_TO_ALL", 3)
     monkeypatch.setattr(fan, "READERS", 3)
     rows = fan.run()

@@ -51,7 +51,7 @@ async def told_to_close(make: Callable[[Any], Ring], changes: list[int]) -> tupl
             gc.enable()
 
 
-def test_D23_a_stream_collected_in_a_foreign_thread_leaves_in_its_own() -> None:
+def test_a_stream_collected_in_a_foreign_thread_leaves_in_its_own() -> None:
     changes: list[int] = []
     at_once, later = asyncio.run(told_to_close(lambda node: Ring(stream=node.subscribe(TIMED)), changes), debug=True)
     assert len(at_once) == 1
@@ -59,7 +59,7 @@ def test_D23_a_stream_collected_in_a_foreign_thread_leaves_in_its_own() -> None:
     assert set(changes) == {threading.get_ident()}
 
 
-async def test_D23_events_collected_in_a_foreign_thread_leave_the_timer_to_the_loop() -> None:
+async def test_events_collected_in_a_foreign_thread_leave_the_timer_to_the_loop() -> None:
     asyncio.get_running_loop().set_debug(True)  # so that the loop refuses timers from a foreign thread
     async with open_node("listener") as node:
         stream = node.subscribe(TIMED)
@@ -80,7 +80,7 @@ async def test_D23_events_collected_in_a_foreign_thread_leave_the_timer_to_the_l
             gc.enable()
 
 
-def test_D23_with_the_loop_closed_nothing_is_done_and_nothing_raised() -> None:
+def test_with_the_loop_closed_nothing_is_done_and_nothing_raised() -> None:
     called: list[str] = []
     loop = asyncio.new_event_loop()
     close_forgotten(loop, threading.get_ident(), lambda: called.append("open"))
@@ -91,7 +91,7 @@ def test_D23_with_the_loop_closed_nothing_is_done_and_nothing_raised() -> None:
     assert called == ["open"]
 
 
-def test_D23_a_loop_that_is_closed_meanwhile_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_loop_that_is_closed_meanwhile_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
     loop = asyncio.new_event_loop()
     loop.close()
     monkeypatch.setattr(loop, "is_closed", lambda: False)
@@ -121,7 +121,7 @@ CLOSE
 
 
 @pytest.mark.parametrize("close", ["loop.close()", ""])
-def test_D23_what_is_left_at_the_interpreter_s_exit_says_nothing(close: str) -> None:
+def test_what_is_left_at_the_interpreter_s_exit_says_nothing(close: str) -> None:
     program = AT_EXIT.replace("CLOSE", close).replace("left open", "left_open")
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
     said = [line for line in done.stderr.splitlines() if "__del__" in line or "Error" in line]

@@ -877,3 +877,21 @@ async def test_the_second_reader_of_a_mismatch_in_another_node_is_reported_too(r
     await rig.start(Supervisor("system", children=[Child(Collector, name="one"), Child(Collector, name="two")]))
     rig.me.publisher(best_effort)
     assert [record.node for record in events(rig.logs, "offering incompatible QoS")] == ["/one", "/two"]
+
+
+async def test_Q_14_of_ten_commands_that_come_while_a_reader_of_depth_1_is_busy_the_newest_is_next(rig: Rig) -> None:
+    class Driver(Node):
+        def __init__(self) -> None:
+            self.taken: list[int] = []
+
+        @NUMBERS.on(qos=1)
+        async def drive(self, message: Int32) -> None:
+            self.taken.append(message.data)
+            await self.clock.sleep(1.0)
+
+    await rig.start(Driver)
+    for value in range(10):
+        rig.publish(NUMBERS, Int32(data=value))
+        await rig.quiet()
+    await rig.advance(5.0)
+    assert rig.node(Driver).taken == [0, 9]

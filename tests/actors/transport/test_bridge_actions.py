@@ -439,4 +439,37 @@ async def test_a_node_that_waits_for_the_acceptance_of_its_goal_elsewhere_is_par
 
     client, _ = await hosts.start(Client), await hosts.start(Server)
     await client.call(ask, Trigger.Request())
-    assert (said, client.now) == (["('/server', '/client')"], 0.0)
+    assert (said, client.now) == (["('/client', '/server')"], 0.0)
+
+
+async def test_a_goal_whose_result_is_gone_has_ended_as_its_status_says_and_gives_no_result(hosts: Hosts) -> None:
+    """The question for the result is held up until the server has thrown it away, as on a link that was cut."""
+
+    class Forgetful(Node):
+        @COUNT.serve(result_timeout=1.0)
+        async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+            yield Done(result(goal.order))
+
+    await hosts.start(Forgetful)
+    client = await hosts.start(Node)
+    end, held = hosts.ends[client], []
+    ask = end.ask
+
+    def slowly(key: str, payload: bytes, attachment: bytes, timeout: float | None, done: Any) -> Any:
+        if "/get_result/" not in key:
+            return ask(key, payload, attachment, timeout, done)
+        held.append(lambda: ask(key, payload, attachment, timeout, done))
+        return None
+
+    end.ask = slowly  # type: ignore[method-assign]
+    goal = await client.start_goal(COUNT, order(3))
+    await client.advance(5.0)
+    assert goal.status is GoalStatus.EXECUTING
+    held[0]()
+    outcome = await goal.ended()
+
+    reason = "the goal has ended as SUCCEEDED, but /forgetful has not kept its result"
+    assert (outcome.status, outcome.result, outcome.reason) == (GoalStatus.SUCCEEDED, None, reason)
+    with pytest.raises(GoalAborted) as gone:
+        await goal
+    assert gone.value.reason == reason

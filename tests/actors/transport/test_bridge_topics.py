@@ -10,7 +10,8 @@ from actors import Child, Node, QoS, Topic, publishes, qos, subscribes
 from actors.interfaces import encode, type_hash
 from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.message import make_message
-from actors.interfaces.sensor_msgs.msg import Image
+from actors.interfaces.nav_msgs.msg import OccupancyGrid
+from actors.interfaces.sensor_msgs.msg import CompressedImage, Image, JointState, LaserScan, PointCloud2
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.qos.policies import Durability, History, Liveliness
 from actors.testing import Rig
@@ -77,6 +78,28 @@ async def test_a_message_is_encoded_and_put_once_for_all_subscriptions_elsewhere
         assert received == [sent] * 3
         assert received[0] is received[1] is received[2], "decoded once"
         assert received[0] is not sent
+
+
+async def test_an_interceptor_is_for_subscriptions_of_its_process_and_those_elsewhere_still_share_one_put(
+    hosts: Hosts,
+) -> None:
+    talker = await hosts.start(Talker)
+    wrapped: list[str] = []
+
+    def intercept(subscription: Any, target: Any) -> Any:
+        wrapped.append(subscription.node.fqn)
+        return lambda sent: target(sent)
+
+    talker.system.graph.intercept = intercept
+    here = talker.probe(NUMBERS)
+    there = [(await hosts.start(Node)).probe(NUMBERS) for _ in range(3)]
+    await talker.quiet()
+
+    talker.node(Talker).out(number(7))
+    await talker.quiet()
+
+    assert (hosts.network.puts, wrapped) == (1, ["/rig"])
+    assert [values(probe) for probe in (here, *there)] == [[7]] * 4
 
 
 async def test_nothing_is_put_while_nobody_elsewhere_listens(hosts: Hosts) -> None:
@@ -524,3 +547,24 @@ async def test_a_twist_crosses_as_it_is(hosts: Hosts) -> None:
     await rig.quiet()
 
     assert list(probe) == [sent]
+
+
+@pytest.mark.parametrize(
+    ("type", "priority"),
+    [
+        (Image, 6),
+        (CompressedImage, 6),
+        (PointCloud2, 6),
+        (OccupancyGrid, 6),
+        (Twist, 5),
+        (JointState, 5),
+        (LaserScan, 5),
+        (String, 5),
+    ],
+)
+async def test_images_clouds_and_maps_let_all_other_messages_pass(hosts: Hosts, type: Any, priority: int) -> None:
+    rig = await hosts.start(Node)
+    rig.me.publisher(Topic(type, "something"))
+    await rig.quiet()
+    (outlet,) = [each for each in hosts.ends[rig].outlets if "/something/" in each.key]
+    assert outlet.delivery.priority == priority

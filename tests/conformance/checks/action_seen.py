@@ -6,13 +6,13 @@ import asyncio
 from abc import ABC, abstractmethod
 from typing import Any
 
-from actors.actions.client import Goal as Client
 from actors.actions.goals import CancelCode, GoalStatus
 from actors.interfaces.action_msgs.srv import CancelGoal
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.action import Fibonacci
 from tests.conformance.checks.action_script import Goal, Script
 from tests.conformance.checks.common import Unsupported, Vector, same
+from tests.conformance.crossing import Sent
 
 
 class Seen(ABC):
@@ -21,7 +21,7 @@ class Seen(ABC):
     script: Script
     statuses: Any
     feedback: Any
-    clients: dict[str, Client[Any, Any]]
+    clients: dict[str, Sent]
     accepted: list[tuple[Goal, bool]]
     untold: dict[str, str]
     results: list[tuple[Goal, asyncio.Task[Any]]]

@@ -12,9 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from actors import Service, Topic, qos
-from actors.actions.client import Goal as Client
 from actors.actions.goals import CancelCode, GoalStatus
-from actors.errors import GoalRejected
 from actors.interfaces import derived
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
 from actors.interfaces.action_msgs.srv import CancelGoal
@@ -34,7 +32,7 @@ from tests.conformance.checks.action_script import (
 )
 from tests.conformance.checks.action_seen import Seen
 from tests.conformance.checks.common import Case, Unsupported, Vector, each
-from tests.conformance.crossing import Stage
+from tests.conformance.crossing import Sent, Stage
 
 STATUS: Final = Topic(GoalStatusArray, "/fibonacci/_action/status", qos.ACTION_STATUS)
 FEEDBACK: Final[Topic[Any]] = Topic(
@@ -63,7 +61,7 @@ class Run(Seen):
         self.rig = rig
         self.statuses = rig.probe(STATUS)
         self.feedback = rig.probe(FEEDBACK)
-        self.clients: dict[str, Client[Any, Any]] = {}
+        self.clients: dict[str, Sent] = {}
         self.accepted: list[tuple[Goal, bool]] = []
         """The answers to the goal requests, in order."""
         self.untold: dict[str, str] = {}
@@ -124,14 +122,11 @@ class Run(Seen):
 
     async def _send_as_client(self, one: Goal) -> None:
         """Send a goal with a client's handle instead of a bare request."""
-        self.clients[one.name] = client = self.rig.me.start(COUNT, Fibonacci.Goal(order=one.number))
-        self.untold[one.name] = client.status.name.lower()
-        try:
-            await client.send()
-        except GoalRejected:
-            one.accepted = False
-        else:
-            one.id, one.accepted = client.goal_id, True
+        self.clients[one.name] = sent = await crossing.send_goal(self.rig, COUNT, Fibonacci.Goal(order=one.number))
+        self.untold[one.name] = sent.untold
+        one.accepted = bool(sent.id)
+        if sent.id:
+            one.id = sent.id
 
     async def op_cancel_request(
         self, goal: str | None = None, cancel_callback: str = "default", stamp_ns: int = 0

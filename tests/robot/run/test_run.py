@@ -137,6 +137,17 @@ def test_the_run_publishes_its_time_for_those_who_follow_it(tmp_path: Path) -> N
     assert all(timer["missed"] == 0 and timer["rate"] == pytest.approx(timer["hz"], rel=0.02) for timer in ticking)
 
 
+def test_P_17_two_parameter_files_are_two_speeds(tmp_path: Path) -> None:
+    walked: dict[str, float] = {}
+    for name, speed in (("slow", 0.2), ("fast", 0.6)):
+        file = tmp_path / f"{name}.yaml"
+        file.write_text(f"navigation:\n  ros__parameters:\n    max_speed: {speed}\n", encoding="utf-8")
+        done, report = run(tmp_path, *KINEMATIC, "--duration", "12", "--params", str(file))
+        assert done.returncode == 0, done.stderr
+        walked[name] = report["distance_walked"]
+    assert walked["slow"] < 0.2 * 12.0 < walked["fast"] < 0.6 * 12.0
+
+
 def test_E_11_only_some_nodes_run_and_the_report_names_them(tmp_path: Path) -> None:
     done, report = run(tmp_path, *KINEMATIC, "--duration", "2", "--only", "navigation,localizer", "map_server")
     assert done.returncode == 0, done.stderr

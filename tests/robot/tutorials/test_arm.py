@@ -161,15 +161,36 @@ async def test_N_39_X_06_the_client_asks_moves_and_tells_each_stage_in_order(rig
     await rig.advance(6.0)
     lines = said(rig, "arm_control_client")
     assert lines[:4] == [
-        "Getting current position...",
+        "Getting current arm position...",
         "Current position: [0.0, 0.0, 0.0, 0.0], status: IDLE",
-        "Moving arm to [1.57, 0.78, -0.78, 0.0]...",
-        "Goal accepted",
+        "Moving arm to position: [1.57, 0.78, -0.78, 0.0]",
+        "Goal accepted, waiting for result...",
     ]
     assert len(lines[4:-1]) == 50
     assert lines[4] == "Feedback: Moving... 0.0% complete"
     assert lines[-2:] == ["Feedback: Moving... 100.0% complete", "Movement result: Movement completed successfully"]
     assert await where(rig) == (TARGET, "IDLE")
+    assert said(rig, "move_arm_server") == [
+        "Move arm server ready",
+        "Executing move arm action...",
+        "Moving to target: [1.57, 0.78, -0.78, 0.0]",
+        "Movement completed. Final angles: [1.57, 0.78, -0.78, 0.0]",
+    ]
+
+
+async def test_N_38_the_server_tells_of_a_cancel(rig: Rig) -> None:
+    await rig.start(MoveArmServer)
+    goal = await rig.start_goal(MOVE_ARM, MoveArm.Goal(target_angles=TARGET))
+    await rig.advance(1.0)
+    assert await goal.cancel()
+    await goal.ended()
+    assert said(rig, "move_arm_server")[-2:] == ["Received cancel request", "Movement canceled"]
+
+
+async def test_N_39_the_client_says_every_second_that_it_waits(rig: Rig) -> None:
+    await rig.start(alone(ArmControlClient))
+    await rig.advance(3.5)
+    assert said(rig, "arm_control_client") == ["Service not available, waiting again..."] * 3
 
 
 async def test_N_39_a_rejected_goal_is_told_and_gives_nothing(rig: Rig) -> None:

@@ -79,15 +79,24 @@ async def test_A_15_A_16_N_36_both_sides_say_what_they_do_and_the_client_ends(ri
     server, client = said(rig, "fibonacci_action_server"), said(rig, "fibonacci_action_client")
     assert server[:3] == ["Received goal request", "Executing goal...", "Feedback: [0, 1, 1]"]
     assert server[-1] == client[-1] == f"Result: {TEN}"
-    assert client[0] == "Goal accepted :)"
+    assert client[0] == "Goal accepted"
     assert client[1:-1] == [f"Received feedback: {TEN[: k + 2]}" for k in range(1, 10)]
     assert not system.running
+
+
+async def test_N_35_the_server_tells_of_a_cancel(rig: Rig) -> None:
+    await rig.start(FibonacciServer)
+    goal = await rig.start_goal(FIBONACCI, order(10))
+    await rig.advance(1.5)
+    assert await goal.cancel()
+    await goal.ended()
+    assert said(rig, "fibonacci_action_server")[-2:] == ["Received cancel request", "Goal canceled"]
 
 
 async def test_V_09_a_client_whose_goal_is_rejected_ends(rig: Rig) -> None:
     await rig.start(FibonacciServer, alone(FibonacciClient, order=47))
     await rig.advance(1.0)
-    assert said(rig, "fibonacci_action_client")[0].startswith("Goal rejected :( order 47")
+    assert said(rig, "fibonacci_action_client")[0].startswith("Goal rejected: order 47")
     assert rig.state(FibonacciClient).state == "stopped"
 
 
@@ -112,7 +121,14 @@ async def test_A_41_a_canceled_goal_has_the_part_that_was_done(rig: Rig) -> None
         await goal
     assert isinstance(caught.value.result, Fibonacci_Result)
     assert caught.value.result.sequence.tolist() == [0, 1, 1, 2, 3]
-    assert said(rig, "navigation_action_server") == ["Executing goal...", "Goal cancelled"]
+    assert said(rig, "navigation_action_server") == [
+        "Executing goal...",
+        "Feedback: [0, 1]",
+        "Feedback: [0, 1, 1]",
+        "Feedback: [0, 1, 1, 2]",
+        "Feedback: [0, 1, 1, 2, 3]",
+        "Goal cancelled",
+    ]
 
 
 async def test_A_07_V_32_a_new_goal_preempts_the_running_one(rig: Rig) -> None:
@@ -130,7 +146,7 @@ async def test_N_27_the_client_tells_ten_feedbacks_and_ends(rig: Rig) -> None:
     await rig.advance(2.0)
     lines = said(rig, "navigation_action_client")
     assert lines[:2] == ["Sending goal...", "Goal accepted"]
-    assert sum(line.startswith("Feedback: ") for line in lines) == 10
+    assert sum(line.startswith("Received feedback: ") for line in lines) == 10
     assert lines[-1] == f"Result: {TEN}"
     assert not system.running
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import permutations
 from math import cos, sin
 
 import pytest
 
-from actors import Child
+from actors import Child, Node
 from actors.interfaces.geometry_msgs.msg import Point
 from actors.testing import Rig, scenario
 from actors.testing.faults import Crash, Delay, Duplicate, Lose, Reorder, SlowStart
@@ -83,7 +84,7 @@ async def test_V_71_on_request_paths_begin_where_the_robot_is_and_steer_the_moto
 
 
 async def test_X_09_the_lab_runs_for_35_seconds(rig: Rig) -> None:
-    system = await rig.start(tree())
+    await rig.start(tree())
     data, commands = rig.probe(SENSOR_DATA), rig.probe(MOTOR_COMMANDS)
     await rig.advance(35.0)
     assert abs(len(data) - 350) <= 4
@@ -91,17 +92,40 @@ async def test_X_09_the_lab_runs_for_35_seconds(rig: Rig) -> None:
     assert all((c.left_motor_velocity, c.right_motor_velocity) == (0.5, 0.5) for c in commands)
     assert rig.node(Planner).position is not None
     assert not [record for record in rig.logs if record.level >= 40]
+
+
+async def test_R_01_the_graph_of_the_lab_has_its_four_edges(rig: Rig) -> None:
+    system = await rig.start(tree())
+    await rig.advance(5.0)
+
     graph = system.snapshot()
-    dot = graph.to_dot()
-    for name in (
-        "/sensor_simulator",
-        "/sensor/data",
-        "/planner",
-        "/motor_controller",
-        "/motor/commands",
-        "/plan_trajectory",
-    ):
-        assert name in dot
+
+    topics = {topic.name: topic for topic in graph.topics}
+    assert [edge.node for edge in topics["/sensor/data"].publishers] == ["/sensor_simulator"]
+    assert [edge.node for edge in topics["/sensor/data"].subscriptions] == ["/planner"]
+    assert [edge.node for edge in topics["/motor/commands"].publishers] == ["/motor_controller"]
+    (service,) = (one for one in graph.services if one.name == "/plan_trajectory")
+    assert (service.server, service.clients) == ("/planner", ("/motor_controller",))
+    drawn = [line.strip() for line in graph.to_dot().splitlines() if " -> " in line]
+    assert sorted(drawn) == [
+        '"node /motor_controller" -> "service /plan_trajectory" [style=dashed];',
+        '"node /motor_controller" -> "topic /motor/commands";',
+        '"node /sensor_simulator" -> "topic /sensor/data";',
+        '"service /plan_trajectory" -> "node /planner" [style=dashed];',
+        '"topic /sensor/data" -> "node /planner";',
+    ]
+
+
+@pytest.mark.parametrize("order", list(permutations((SensorSimulator, Planner, MotorController))))
+async def test_G_05_the_lab_works_whatever_starts_first(order: tuple[type[Node], ...], rig: Rig) -> None:
+    system = await rig.start(order[0])
+    commands = rig.probe(MOTOR_COMMANDS)
+    for node in order[1:]:
+        await rig.advance(2.5)
+        await system.join(Child(node))
+    await rig.advance(20.0)
+    assert len(commands) >= 9
+    assert [record.event for record in rig.logs if record.level >= 40] == []
 
 
 async def test_X_09_plans_resume_after_the_planner_was_away_and_nobody_else_restarts(rig: Rig) -> None:

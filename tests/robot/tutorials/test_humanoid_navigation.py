@@ -40,6 +40,33 @@ async def test_N_12_A_30_A_31_the_goal_of_the_tutorial_takes_57_seconds(rig: Rig
     assert increasing(-feedback.distance_remaining for feedback in told)
 
 
+async def test_N_12_the_server_tells_of_every_stage(rig: Rig) -> None:
+    await rig.start(HumanoidNavServer)
+    await (await begin(rig, 0.3, 0.0, 0.0))
+    canceled = await begin(rig, 5.0, 0.0, 0.0)
+    await rig.advance(0.25)
+    assert await canceled.cancel()
+    await canceled.ended()
+    assert said(rig, "humanoid_nav_action_server") == [
+        "Humanoid navigation action server ready",
+        "Received navigation goal request",
+        "Executing navigation goal...",
+        "Feedback: Navigating... 0.20m to go",
+        "Feedback: Navigating... 0.10m to go",
+        "Goal succeeded: Navigation completed to [0.20, 0.00]",
+        "Received navigation goal request",
+        "Executing navigation goal...",
+        "Received cancel request",
+        "Goal canceled",
+    ]
+
+
+async def test_V_67_how_near_is_there_is_a_parameter(rig: Rig) -> None:
+    await rig.start(Child(HumanoidNavServer, parameters={"tolerance": 0.5}))
+    result = await (await begin(rig, 1.0, 0.0, 0.0))
+    assert result.final_position[0] == pytest.approx(0.5, abs=0.011)
+
+
 async def test_A_32_A_33_the_heading_that_is_told_is_the_true_one_and_is_reached(rig: Rig) -> None:
     await rig.start(HumanoidNavServer)
     goal = await begin(rig, 0.3, 0.0, 2.0)  # 20 ticks to walk, 39 to turn

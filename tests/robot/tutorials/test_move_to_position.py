@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 import pytest
 
-from actors import Goal, GoalCanceled, GoalRejected, GoalStatus, Node, every
+from actors import Child, Goal, GoalCanceled, GoalRejected, GoalStatus, Node, every
 from actors.testing import Rig
 from robot.interfaces.tutorials.my_robot_interfaces.action import (
     MoveToPosition,
@@ -70,6 +70,12 @@ async def test_A_22_and_A_61_each_feedback_tells_one_instant_and_keeps_its_numbe
         assert now.distance_remaining == pytest.approx(math.hypot(3.0 - now.current_x, 4.0 - now.current_y), abs=1e-5)
         assert now.estimated_time_remaining * 0.5 == pytest.approx(now.distance_remaining, rel=1e-6)
     assert increasing(-now.distance_remaining for now in ticks)
+
+
+async def test_V_67_how_near_is_there_is_a_parameter(rig: Rig) -> None:
+    await rig.start(Child(MoveServer, parameters={"tolerance": 0.5}))
+    result = await (await rig.start_goal(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=2.0)))
+    assert result.final_x == pytest.approx(1.5, abs=0.051)
 
 
 async def test_A_23_who_is_there_already_need_not_move(rig: Rig) -> None:

@@ -222,7 +222,10 @@ async def test_S_30_N_34_distances_are_measured_and_told(rig: Rig) -> None:
     assert (answer.distance, answer.success) == (5.0, True)
     assert answer.message == "Distance calculated successfully: 5.00"
     assert (await measure(rig, 1.0, 1.0, 1.0, 1.0)).distance == 0.0
-    assert said(rig, "distance_service")[:2] == ["Distance Service ready", "Distance between (0.0, 0.0) and (3.0, 4.0)"]
+    assert said(rig, "distance_service")[:2] == [
+        "Distance Service ready",
+        "Calculated distance between (0.0, 0.0) and (3.0, 4.0): 5.00",
+    ]
 
 
 @pytest.mark.parametrize("corners", [(nan, 0.0, 0.0, 0.0), (0.0, inf, 0.0, 0.0), (-1.7e308, 0.0, 1.7e308, 0.0)])
@@ -270,6 +273,7 @@ async def test_N_10_S_20_S_21_a_sensor_is_calibrated_and_reset(rig: Rig) -> None
     assert await calibrate(rig, "camera_1", reset=True) == (True, "Successfully reset the calibration of camera_1")
     assert camera.read() == pytest.approx(0.3, abs=0.05)
     assert said(rig, "calibration_service") == [
+        "Calibration service ready",
         "Request to calibrate sensor: camera_1, reset only: False",
         "Calibrating camera_1",
         "Request to calibrate sensor: camera_1, reset only: True",

@@ -22,9 +22,10 @@ from robot.tutorials import (
     talker_listener,
     text_topics,
 )
+from robot.tutorials.calibration import CalibrationService
 from robot.tutorials.camera_detector import Box, draw, red_box
 from robot.tutorials.camera_topics import CAMERA_RGB, CameraPublisher, ImageProcessor
-from robot.tutorials.communication_demo import ALERT, AVERAGE, STATUSES, TEMPERATURE, DataProcessor
+from robot.tutorials.communication_demo import ALERT, AVERAGE, STATUSES, TEMPERATURE, DataProcessor, SensorSimulator
 from robot.tutorials.physical_ai import (
     CONTROL_COMMAND,
     ROBOT_STATUS,
@@ -34,7 +35,7 @@ from robot.tutorials.physical_ai import (
     PhysicalAiTwin,
 )
 from robot.tutorials.sensor_fusion import FUSED, SensorFusion
-from robot.tutorials.sensor_pair import PRESSURE, SensorSubscriber
+from robot.tutorials.sensor_pair import PRESSURE, SensorPublisher, SensorSubscriber
 from tests.robot.stage import said, twist, warnings
 
 # -- physical AI ------------------------------------------------------------------------------------------------------------
@@ -71,6 +72,25 @@ async def test_N_06_E_06_ctrl_c_is_said_and_ends_it(rig: Rig) -> None:
     await rig.quiet()
     assert not system.running
     assert said(rig, "physical_ai_node") == ["Physical AI Node initialized", "Interrupted, shutting down"]
+
+
+@pytest.mark.parametrize(
+    ("node", "name", "said_last"),
+    [
+        (SensorPublisher, "sensor_publisher", "Shutting down sensor publisher"),
+        (SensorSubscriber, "sensor_subscriber", "Shutting down sensor subscriber"),
+        (CalibrationService, "calibration_service", "Shutting down calibration service"),
+        (SensorSimulator, "sensor_simulator", "Shutting down sensor simulator"),
+        (DataProcessor, "data_processor", "Shutting down data processor"),
+    ],
+)
+async def test_V_73_ctrl_c_is_said_by_each_program_as_its_document_does(
+    node: type[Node], name: str, said_last: str, rig: Rig
+) -> None:
+    system = await rig.start(node)
+    system.runtime.tree.interrupt(signal.SIGINT)
+    await rig.quiet()
+    assert said(rig, name)[-1] == said_last
 
 
 async def test_N_07_V_21_T_16_the_twin_runs_beside_it_and_the_clash_of_types_is_reported(rig: Rig) -> None:
@@ -127,7 +147,7 @@ async def test_N_09_what_is_unusual_is_warned_of(rig: Rig) -> None:
     await rig.quiet()
     assert warnings(rig, "sensor_subscriber") == ["Unusual joint position: -3.2", "Low pressure detected: 9.99"]
     infos = set(said(rig, "sensor_subscriber"))
-    assert {"Joint positions: [0.1, -3.2, 3.14]", "Velocity: linear=0.50, angular=0.20"} <= infos
+    assert {"Joint positions: [0.1, -3.2, 3.14]", "Received velocity command: linear.x=0.50, angular.z=0.20"} <= infos
 
 
 async def test_N_08_N_09_the_pair_runs_without_a_warning(rig: Rig) -> None:
@@ -162,7 +182,12 @@ async def test_N_15_the_threshold_is_strict(rig: Rig) -> None:
     await rig.quiet()
     assert [alert.data for alert in alerts] == ["WARNING: High temperature detected: 28.01°C"]
     assert warnings(rig, "data_processor") == [alerts[0].data]
-    assert set(said(rig, "data_processor")) == {"Normal temperature: 28.00°C", alerts[0].data, "Robot status: idle"}
+    assert set(said(rig, "data_processor")) == {
+        "Data processor initialized",
+        "Normal temperature: 28.00°C",
+        "WARNING: High temperature detected: 28.01°C",
+        "Robot status: idle",
+    }
 
 
 async def average(rig: Rig, count: int) -> GetAverageTemperature_Response:

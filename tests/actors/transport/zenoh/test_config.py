@@ -29,7 +29,9 @@ def test_the_default_stays_on_the_loopback_interface_and_has_a_short_lease() -> 
     assert found["id"] == "ab12"
     assert found["mode"] == "peer"
     assert found["listen"]["endpoints"] == ["tcp/127.0.0.1:0"]
-    assert found["connect"]["endpoints"] == ["tcp/127.0.0.1:7447"]
+    gossip_point, router = found["connect"]["endpoints"]
+    assert gossip_point == "tcp/127.0.0.1:7446"
+    assert router.partition("#")[0] == "tcp/127.0.0.1:7447"
     assert found["connect"]["timeout_ms"] == -1
     assert found["scouting"]["multicast"]["enabled"] is False
     assert found["scouting"]["delay"] == 0
@@ -51,11 +53,13 @@ def test_endpoints_are_added_and_a_client_has_one_link_only() -> None:
 
 
 def test_the_gossip_point_is_a_router_on_the_loopback_interface() -> None:
-    found = json.loads(str(write_config("", point_settings(ZenohConfig(gossip_port=7999)))))
+    written = write_config("", point_settings(ZenohConfig(gossip_port=7999)))
+    found = json.loads(str(written))
 
     assert found["mode"] == "router"
     assert found["listen"]["endpoints"] == ["tcp/127.0.0.1:7999"]
     assert found["connect"]["endpoints"] == []
+    assert written.get_json("routing/router/peers_failover_brokering") == "false"
 
 
 @pytest.mark.parametrize(
@@ -63,6 +67,11 @@ def test_the_gossip_point_is_a_router_on_the_loopback_interface() -> None:
 )
 def test_there_is_no_gossip_point_without_a_port_for_a_client_or_with_a_file(config: ZenohConfig) -> None:
     assert config.gossip_point == ""
+    assert config.meeting_points == ()
+
+
+def test_processes_with_a_gossip_port_of_their_own_look_for_nobody_else() -> None:
+    assert ZenohConfig(gossip_port=7999).meeting_points == ("tcp/127.0.0.1:7999",)
 
 
 def test_a_file_stands_in_place_of_all_settings_but_endpoints_given_beside_it(tmp_path: Path) -> None:
@@ -75,6 +84,18 @@ def test_a_file_stands_in_place_of_all_settings_but_endpoints_given_beside_it(tm
     assert plain["mode"] == "client"
     assert (plain["connect"]["endpoints"], plain["listen"]["endpoints"]) == (["tcp/lab:1"], ["tcp/127.0.0.1:5"])
     assert (added["connect"]["endpoints"], added["listen"]["endpoints"]) == (["tcp/lab:3"], ["tcp/127.0.0.1:2"])
+
+
+def test_thin_links_are_compressed_and_the_kernel_holds_little() -> None:
+    thin, usual = (settings(ZenohConfig(thin_links=thin))["transport"] for thin in (True, False))
+
+    assert (thin["unicast"]["compression"]["enabled"], usual["unicast"]["compression"]["enabled"]) == (True, False)
+    assert (thin["link"]["tcp"]["so_sndbuf"], usual["link"]["tcp"]["so_sndbuf"]) == (16384, None)
+
+
+def test_whether_links_are_thin_is_said_by_0_or_1() -> None:
+    with pytest.raises(WireUnavailable, match=r"^ROBACTOR_THIN_LINKS is 'yes'; it must be 1, or 0 or empty$"):
+        ZenohConfig.from_environment({"ROBACTOR_THIN_LINKS": "yes"})
 
 
 def test_overrides_are_applied_last_but_not_to_the_identity() -> None:
@@ -92,13 +113,16 @@ def test_the_environment_is_read_as_ros_2_does() -> None:
         "ZENOH_SESSION_CONFIG_URI": "/a.json5",
         "ZENOH_CONFIG_OVERRIDE": "a/b=1",
         "ROBACTOR_GOSSIP_PORT": "0",
+        "ROBACTOR_THIN_LINKS": "1",
     }
 
     config = ZenohConfig.from_environment(environment, listen=("tcp/lab:1",), connect=("tcp/lab:2",), mode="client")
 
     assert config == ZenohConfig(
-        listen=("tcp/lab:1",), connect=("tcp/lab:2",), mode="client", gossip_port=0, file="/a.json5", overrides="a/b=1"
-    )
+        listen=("tcp/lab:1",), connect=("tcp/lab:2",), mode="client", gossip_port=0, file="/a.json5", overrides="a/b=1",
+        thin_links=True,
+    )  # fmt: skip
+    assert not ZenohConfig.from_environment({"ROBACTOR_THIN_LINKS": "0"}).thin_links
     assert ZenohConfig.from_environment({}) == ZenohConfig()
 
 

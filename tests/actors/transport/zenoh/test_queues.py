@@ -37,7 +37,7 @@ class Sender:
         self.wakeup = Wakeup(asyncio.get_running_loop())
         self.outlet = Outlet(
             delivery,
-            Publishers(self.publisher, self.publisher),
+            Publishers(self.publisher, self.publisher, delivery.keep_all or bool(delivery.history)),
             self.wakeup,
             self.worker,
             self.traffic,

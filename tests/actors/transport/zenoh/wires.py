@@ -9,7 +9,7 @@ from contextlib import suppress
 from actors.transport.protocol import Transport
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 
-__all__ = ["CutWire", "PeerWire", "free_port"]
+__all__ = ["CutWire", "PeerWire", "Relay", "free_port"]
 
 
 def free_port() -> int:
@@ -36,6 +36,8 @@ class Relay:
     def __init__(self, port: int) -> None:
         self.port = free_port()
         self.is_cut = False
+        self.passed = 0
+        """Bytes that have passed, in both directions."""
         self._to = port
         self._writers: list[asyncio.StreamWriter] = []
 
@@ -64,6 +66,7 @@ class Relay:
     async def _pump(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         with suppress(OSError):
             while data := await reader.read(65536):
+                self.passed += len(data)
                 writer.write(data)
                 await writer.drain()
         writer.transport.abort()

@@ -1,0 +1,116 @@
+"""Call cycles over several processes: each is found by the process in which it is closed, or by a question that follows it.
+
+A request that reaches a node which waits, in the end, for a node of the request's own chain is refused at once. If the wait leads to another
+process, that process is asked: it goes on from there, and so on. Whoever finds a node of the chain at the end of its own waits fails the call
+that closes the cycle. The request that arrives last in a cycle finds all others waiting, so every cycle is found.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.errors import CallCycle
+from actors.transport.chains import chain_of, waits_of
+from actors.transport.format.errors import WireFormatError
+from actors.transport.format.extensions import Extension, Waiting, parse_extension, write_extension
+
+if TYPE_CHECKING:
+    from actors.services.peers import Caller
+    from actors.transport.local_side import LocalSide
+    from actors.transport.protocol import Handle, Query
+
+__all__ = ["Cycles"]
+
+_PATIENCE: Final = 5.0
+"""Seconds within which a question is answered; what the answer says is of no interest."""
+
+
+class Cycles:
+    """The part of one system in finding them.
+
+    Invariant: between `open` and `close` it answers the questions of other processes about the nodes of this one.
+    """
+
+    def __init__(self, side: LocalSide) -> None:
+        self._side = side
+        self._handle: Handle | None = None
+
+    def open(self) -> None:
+        """Answer questions, from now on."""
+        self._handle = self._side.transport.serve(self._key(self._side.transport.session), self._arrived)
+
+    def close(self) -> None:
+        """Answer no more; harmless if it is not open."""
+        handle, self._handle = self._handle, None
+        if handle is not None:
+            handle.close()
+
+    def identity(self, fqn: str) -> tuple[str, int]:
+        """The session and the number of a node of this process."""
+        token = self._side.node(fqn)
+        return token.session, token.node_id
+
+    def find(self, fqn: str) -> Caller | None:
+        """A node of this process, if it is running."""
+        return self._side.runtime.directory.find(fqn)
+
+    def chain_of(self, caller: Caller) -> tuple[Waiting, ...]:
+        """The nodes that wait for the answer to a request that `caller` is about to send."""
+        return chain_of(self, caller)
+
+    def refusal(self, node: Caller, chain: tuple[Waiting, ...]) -> CallCycle | None:
+        """The error for a request with this chain to `node`, if it closes a cycle; other processes are asked if they may know."""
+        waits = waits_of(self, node, chain) if chain else None
+        if waits is None:
+            return None
+        if waits.cycle:
+            return CallCycle(waits.cycle)
+        self._follow((*chain, *waits.nodes), waits.last.server)
+        return None
+
+    def suspect(self, caller: Caller, node: Caller) -> None:
+        """`caller` is about to wait for `node`, which waits for another process: ask whether that waits for `caller`.
+
+        Raises CallCycle if it is known here that it does.
+        """
+        refusal = self.refusal(node, self.chain_of(caller))
+        if refusal is not None:
+            raise refusal
+
+    def _follow(self, chain: tuple[Waiting, ...], server: Any) -> None:
+        session, number = server.identity
+        question = Extension(
+            chain=(*chain, Waiting(session=session, node_id=number, name=server.host)), reason=server.name
+        )
+        self._side.transport.ask(self._key(session), write_extension(question), b"", _PATIENCE, _ignore)
+
+    def _arrived(self, query: Query) -> None:
+        with suppress(WireFormatError):
+            asked = parse_extension(query.payload)
+            if asked is not None and asked.chain:
+                self._examine(asked.chain[:-1], asked.chain[-1], asked.reason)
+        query.drop()
+
+    def _examine(self, chain: tuple[Waiting, ...], last: Waiting, name: str) -> None:
+        """All of `chain` wait for the node `last`, which is to answer `name`."""
+        fqn = self._side.named(last.node_id)
+        node = None if fqn is None else self.find(fqn)
+        known = self._side.runtime.graph.services.get(name)
+        server: Any = None if known is None else known.local
+        if node is None or (server is not None and server.concurrent):
+            return
+        waits = waits_of(self, node, chain)
+        if waits is None:
+            return
+        if not waits.cycle:
+            self._follow((*chain, *waits.nodes), waits.last.server)
+        else:
+            waits.last.future.set_exception(CallCycle(waits.cycle))
+
+    def _key(self, session: str) -> str:
+        return f"@robactor/{self._side.domain_id}/{session}/waits"
+
+
+def _ignore(answer: object) -> None:
+    """What counts is that the question has arrived."""

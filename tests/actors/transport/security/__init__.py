@@ -1,0 +1,1 @@
+"""The security file: reading, checking, and the authority that makes one."""

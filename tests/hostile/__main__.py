@@ -1,0 +1,45 @@
+"""`python -m tests.hostile wire --messages 1000000 --seed 1`: hostile messages on every key; ends with 1 if a promise is broken."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+
+from actors import execute
+from tests.hostile.wire import attack, findings
+
+GROWTH = 32 * 1024
+"""By so many kilobytes the process may grow after the first tenth: the honest words that the test itself keeps, and the rings of the logs."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """The exit code."""
+    parser = argparse.ArgumentParser(prog="python -m tests.hostile", description=__doc__)
+    parser.add_argument("what", choices=("wire",))
+    parser.add_argument("--messages", type=int, default=100_000, metavar="N")
+    parser.add_argument("--seed", type=int, default=1, metavar="N")
+    options = parser.parse_args(argv)
+    began = time.monotonic()
+    outcome = execute(lambda: attack(options.messages, options.seed), clock="virtual")
+    wrong = findings(outcome)
+    if outcome.grown > GROWTH:
+        wrong.append(f"the process has grown by {outcome.grown} kB after the first tenth")
+    print(f"hostile messages       {outcome.sent:>10,}   seed {options.seed}, {time.monotonic() - began:.0f} s")
+    print(
+        f"counted as unreadable  {outcome.logs.unreadable:>10,}   of which {outcome.unreadable:,} could be read by nobody"
+    )
+    print(f"lines in the log       {outcome.logs.lines.total():>10,}")
+    print(
+        f"honest messages heard  {len(outcome.heard):>10,}   of {len(outcome.told):,}, in order; as many calls and goals"
+    )
+    print(f"calls of a liar        {sum(outcome.answers.values()):>10,}   {outcome.answers}")
+    print(f"grown by, kB           {outcome.grown:>10,}")
+    for line in wrong:
+        print(f"WRONG: {line}")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,174 @@
+"""The robot as others meet it: name, type, quality of service and node of every endpoint, word for word.
+
+In `TOPICS`, ``<-`` is a publisher and ``->`` a subscription: its node, its reliability, ``latched`` if late joiners get what was published, and
+its depth. The standard services of every node are left out.
+"""
+
+from __future__ import annotations
+
+from actors.testing import Rig
+from robot import Robot
+from tests.robot.shown import shown_services, shown_topics
+
+TOPICS = """\
+/arm/joint_states sensor_msgs/msg/JointState
+    <- arm best_effort 5
+/autonomy/cmd_vel geometry_msgs/msg/Twist
+    <- docking reliable 10
+    <- navigation reliable 10
+    -> robot_controller reliable 10
+/battery_state sensor_msgs/msg/BatteryState
+    <- battery reliable latched 1
+    -> docking reliable latched 1
+    -> gait reliable latched 1
+    -> navigation reliable latched 1
+    -> patrol reliable latched 1
+/battery_status robactor_msgs/msg/BatteryStatus
+    <- battery reliable latched 1
+    -> navigation reliable latched 1
+    -> robot_status reliable latched 1
+    -> safety_monitor reliable latched 1
+/body_drive robactor_msgs/msg/BodyDrive
+    <- gait reliable 1
+    -> motors reliable 1
+/camera/camera_info sensor_msgs/msg/CameraInfo
+    <- camera best_effort 5
+/camera/depth sensor_msgs/msg/Image
+    <- camera best_effort 5
+/camera/detections robactor_msgs/msg/Detection
+    <- detector reliable 10
+/camera/points sensor_msgs/msg/PointCloud2
+    <- camera best_effort 5
+/camera/rgb sensor_msgs/msg/Image
+    <- camera best_effort 5
+/cmd_vel geometry_msgs/msg/Twist
+    <- robot_controller reliable 10
+    -> gait reliable 10
+    -> safety_monitor reliable 10
+/dock_status robactor_msgs/msg/DockStatus
+    <- docking reliable latched 1
+/drive_status robactor_msgs/msg/DriveStatus
+    <- robot_controller reliable latched 1
+/foot_contacts robactor_msgs/msg/FootContacts
+    <- proprioception best_effort 5
+    -> gait best_effort 5
+/gait_status robactor_msgs/msg/GaitStatus
+    <- gait reliable latched 1
+    -> calibration reliable latched 1
+    -> docking reliable latched 1
+    -> fetch reliable latched 1
+    -> navigation reliable latched 1
+    -> patrol reliable latched 1
+    -> robot_status reliable latched 1
+    -> safety_monitor reliable latched 1
+/gripper/state robactor_msgs/msg/GripperState
+    <- arm reliable latched 1
+    -> fetch reliable latched 1
+/imu/calibration robactor_msgs/msg/ImuCalibration
+    <- calibration reliable latched 1
+    -> proprioception reliable latched 1
+/imu/data sensor_msgs/msg/Imu
+    <- proprioception best_effort 5
+/imu/data_raw sensor_msgs/msg/Imu
+    <- proprioception best_effort 5
+    -> gait best_effort 5
+/joint_states sensor_msgs/msg/JointState
+    <- proprioception reliable 10
+    -> gait reliable 10
+/joy/cmd_vel geometry_msgs/msg/Twist
+    -> robot_controller reliable 10
+/lidar/points sensor_msgs/msg/PointCloud2
+    <- lidar best_effort 5
+/lidar/scan sensor_msgs/msg/LaserScan
+    <- lidar best_effort 5
+    -> docking best_effort 5
+    -> localizer best_effort 5
+    -> navigation best_effort 5
+/map nav_msgs/msg/OccupancyGrid
+    <- map_server reliable latched 1
+/mission/goals robactor_msgs/msg/GoalReport
+    <- patrol reliable 100
+/motor_power robactor_msgs/msg/MotorPower
+    <- motors best_effort 5
+    -> battery best_effort 5
+/motor_targets robactor_msgs/msg/MotorTargets
+    <- gait reliable 1
+    -> motors reliable 1
+/odom nav_msgs/msg/Odometry
+    <- gait reliable 10
+    -> frames reliable 10
+    -> localizer reliable 10
+    -> navigation reliable 1
+    -> safety_monitor reliable 1
+/plan nav_msgs/msg/Path
+    <- navigation reliable latched 1
+    -> docking reliable latched 1
+/pose geometry_msgs/msg/PoseStamped
+    <- localizer reliable 10
+    -> docking reliable 1
+    -> fetch reliable 1
+    -> frames reliable 10
+    -> navigation reliable 1
+    -> patrol reliable 1
+    -> robot_status reliable 1
+/safety/state robactor_msgs/msg/SafetyState
+    <- safety_monitor reliable latched 1
+    -> arm reliable latched 1
+    -> docking reliable latched 1
+    -> navigation reliable latched 1
+    -> patrol reliable latched 1
+    -> robot_controller reliable latched 1
+/sensor_data my_robot_interfaces/msg/SensorData
+    -> safety_monitor reliable 10
+/teleop/cmd_vel geometry_msgs/msg/Twist
+    -> robot_controller reliable 10
+/tf tf2_msgs/msg/TFMessage
+    <- frames reliable 100
+    -> object_confirmation reliable 100
+/tf_static tf2_msgs/msg/TFMessage
+    <- frames reliable latched 1
+    -> object_confirmation reliable latched 100
+/voice_command std_msgs/msg/String
+    -> robot_controller reliable 10
+"""
+
+SERVICES = """\
+/calibrate_arm your_package/srv/SensorCalibration <- arm
+/calibrate_gripper std_srvs/srv/Trigger <- arm
+/calibrate_sensor your_package/srv/SensorCalibration <- calibration
+/capture_photo std_srvs/srv/Trigger <- camera
+/confirm_object_detection robactor_msgs/srv/ConfirmObject <- object_confirmation
+/dock robactor_msgs/action/Dock <- docking
+/emergency_stop std_srvs/srv/SetBool <- safety_monitor
+/fetch_and_carry robactor_msgs/action/FetchAndCarry <- fetch
+/get_battery_status my_robot_interfaces/srv/GetBatteryStatus <- battery
+/get_current_position robot_arm_control/srv/GetPosition <- arm
+/get_place robactor_msgs/srv/GetPlace <- map_server
+/get_robot_pose proposed_interfaces/srv/GetRobotPose <- localizer
+/gripper std_srvs/srv/SetBool <- arm
+/humanoid_navigate your_package/action/HumanoidNav <- navigation
+/move_arm robot_arm_control/action/MoveArm <- arm
+/move_to_position my_robot_interfaces/action/MoveToPosition <- navigation
+/navigate_and_grab proposed_interfaces/action/NavigateAndGrab <- fetch
+/navigate_to_goal humanoid_control_interfaces/action/NavigateToGoal <- navigation
+/plan_path humanoid_control_interfaces/srv/PlanPath <- navigation
+/robot/enable std_srvs/srv/SetBool <- robot_controller
+/robot/get_status std_srvs/srv/Trigger <- robot_status
+/robot/restore_config std_srvs/srv/Trigger <- robot_status
+/robot/save_config std_srvs/srv/Trigger <- robot_status
+/spot/sit std_srvs/srv/Trigger <- gait
+/spot/stand std_srvs/srv/Trigger <- gait
+/spot/walk std_srvs/srv/Trigger <- gait
+/undock robactor_msgs/action/Dock <- docking
+"""
+
+
+async def test_every_endpoint_of_the_robot_has_the_name_type_and_quality_of_service_that_users_rely_on(
+    rig: Rig,
+) -> None:
+    await rig.start(Robot("kitchen", body="kinematic", seed=1, arm=True, mission="patrol").tree)
+
+    snapshot = rig.system.snapshot()
+
+    assert shown_topics(snapshot) == TOPICS.splitlines()
+    assert shown_services(snapshot) == SERVICES.splitlines()
