@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.errors import ProgramExit
 from actors.logs import LogRecord
-from actors.processes.messages import Event, Line, NodeFacts, Nodes, Order, Packed, Told
+from actors.processes.messages import Line, News, NodeFacts, Order, Packed, Told
 from actors.processes.pickling import pack
 from actors.supervision.declarations import Child, Supervisor
 
@@ -79,23 +79,21 @@ class TreeHome:
 
     def end(self) -> None:
         """The process has ended."""
-        process, self._process = self._process, None
-        if process is not None:
-            self._running(process, False)
-        now, records = self._runtime.loop.time(), self._runtime.directory.records
-        for path in self._states:
-            if path in records:
-                records[path].ended_at = now
+        assert self._process is not None
+        self._running(self._process, False)
+        now = self._runtime.loop.time()
+        for record in self._runtime.directory.below(self._path):
+            record.ended_at = now
 
     # -- what the process tells ---------------------------------------------------------------------------------------------
 
-    def take(self, event: Event) -> None:
+    def take(self, event: News) -> None:
         """The process has told something that is not about its own life."""
         if isinstance(event, Line):
             self._line(event)
         elif isinstance(event, Told):
             self._runtime.journal.keep(event.report)
-        elif isinstance(event, Nodes):
+        else:
             for facts in event.changed:
                 self._note(facts)
             for path in event.gone:
@@ -140,13 +138,14 @@ class TreeHome:
 
     @property
     def _id(self) -> int:
-        return 0 if self._process is None else self._process.id
+        assert self._process is not None
+        return self._process.id
 
     async def known(self) -> None:
         """Wait until the transport knows the nodes of the process that are running now; at most for `KNOWN_SECONDS`."""
         loop = self._runtime.loop
         due = loop.time() + KNOWN_SECONDS
-        while self._missing() and self._process is not None and loop.time() < due:
+        while self._missing() and loop.time() < due:
             await asyncio.sleep(_LOOKING)
 
     def _missing(self) -> set[str]:
@@ -170,13 +169,15 @@ class TreeHome:
 
     def kill(self, after: float) -> None:
         """Have this life count as killed, after so many seconds of clean-up."""
-        if (task := self._task) is not None:
-            task.kill(after)
+        task = self._task
+        assert task is not None
+        task.kill(after)
 
     def bound(self) -> None:
         """Limit the clean-up to the stop timeout of the child."""
-        if (task := self._task) is not None:
-            task.bound()
+        task = self._task
+        assert task is not None
+        task.bound()
 
     def exits(self, code: int) -> ProgramExit:
         """Have the whole system stop in order, because a node of the process asks the program to exit."""

@@ -236,10 +236,8 @@ class HostedTree:
         return Over(reason, None if request is None else request.code, declined)
 
     def _crash(self, request: CrashAsked) -> None:
-        record = self.system.nodes.get(request.path)
-        if record is not None:
-            with suppress(NotStarted):  # it has ended meanwhile
-                self.system.crash(record.identity.fqn, request.error)
+        with suppress(LookupError, NotStarted):  # it has ended meanwhile
+            self.system.crash(self.system.nodes[request.path].identity.fqn, request.error)
 
     def _remember(self, order: Order) -> None:
         """Give the nodes what their earlier lives, in other processes, have left."""

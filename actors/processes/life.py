@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Sequence
 from typing import Any, Final, Protocol
 
 from actors.errors import ProgramExit
-from actors.processes.messages import Event, Order, Over, Ready, Request, StopAsked
+from actors.processes.messages import Event, News, Order, Over, Ready, Request, StopAsked
 from actors.supervision.reasons import Failed, Killed, Leaked, Skip, Stop, Stopped
 from actors.supervision.refs import ChildState
 
@@ -35,6 +35,10 @@ class Process(Protocol):
         """From now on kill the process when its event loop hangs."""
         ...
 
+    def unwatch(self) -> None:
+        """Do so no more: it ends, which has a time limit of its own."""
+        ...
+
     def terminate(self) -> None:
         """Ask the process for its end by SIGTERM."""
         ...
@@ -45,7 +49,7 @@ class Process(Protocol):
 
 
 class Home(Protocol):
-    """What takes in all that a process tells, but the facts of its life, and knows the system around it."""
+    """What takes in all that a process tells, but the facts of its own life, and knows the system around it."""
 
     def order(self) -> Order:
         """What the next process is to run."""
@@ -55,8 +59,8 @@ class Home(Protocol):
         """The process has been launched."""
         ...
 
-    def take(self, event: Event, /) -> None:
-        """The process has told something."""
+    def take(self, event: News, /) -> None:
+        """The process has told something about its nodes."""
         ...
 
     async def known(self) -> None:
@@ -98,7 +102,7 @@ class ProcessLife:
     Invariants:
 
     - At most one process is launched. `run` does not return before it has ended, so there is one incarnation at a time.
-    - `_over` is what the process told of the end of its child; None until then. If the process ends without, its life has failed.
+    - `_over` is done when the process has told how its child has ended. If the process ends without, its life has failed.
     - `_asked` is the reason for which the end was asked for; None before. `_doomed` is set once the process is to be killed.
     """
 
@@ -108,10 +112,9 @@ class ProcessLife:
         self._loop = asyncio.get_running_loop()
         self._process: Process | None = None
         self._ready: asyncio.Future[None] = self._loop.create_future()
-        self._over: Over | None = None
+        self._over: asyncio.Future[Over] = self._loop.create_future()
         self._asked: str | None = None
         self._doomed = False
-        self._timers: list[asyncio.TimerHandle] = []
 
     async def run(self, started: Callable[[], None]) -> None:
         """Run the process until it has ended. Returns after an orderly end that was asked for, and raises what ended the child otherwise."""
@@ -137,6 +140,7 @@ class ProcessLife:
         """Ask for an orderly end."""
         self._asked = reason
         if self._process is not None:
+            self._process.unwatch()
             self._process.send(StopAsked(reason))
 
     def state_of(self, path: Sequence[str]) -> ChildState:
@@ -146,54 +150,53 @@ class ProcessLife:
     async def _work(self, started: Callable[[], None]) -> Exception:
         """Launch the process and wait for its end, which is returned."""
         process = self._process = await self._launch(self._home.order(), self._take)
-        try:
-            self._home.begin(process)
-            if self._asked is not None:
-                process.send(StopAsked(self._asked))
-            if self._doomed:
-                process.kill()
-            facts: tuple[asyncio.Future[Any], ...] = (self._ready, process.ended)
-            await asyncio.wait(facts, return_when=asyncio.FIRST_COMPLETED)
-            if self._ready.done():
-                await self._home.known()
-            if not process.ended.done():
+        self._home.begin(process)
+        if self._asked is not None:
+            process.send(StopAsked(self._asked))
+        if self._doomed:
+            process.kill()
+        await _first_of(self._ready, self._over, process.ended)
+        if self._ready.done():
+            known = self._loop.create_task(self._home.known())
+            await _first_of(known, self._over, process.ended)
+            known.cancel()
+            if self._asked is None:
                 process.watch()
-                started()
-            await asyncio.wait([process.ended])
-        finally:
-            for timer in self._timers:
-                timer.cancel()
-            self._home.end()
+            started()
+        await _first_of(self._over, process.ended)
+        process.unwatch()
+        late = self._loop.call_later(LAST_SECONDS, process.kill)
+        await _first_of(process.ended)
+        late.cancel()
+        self._home.end()
         return process.ended.result()
 
     def _take(self, event: Event) -> None:
         if isinstance(event, Ready):
             self._ready.set_result(None)
         elif isinstance(event, Over):
-            self._over = event
-            self._after(LAST_SECONDS)
+            self._over.set_result(event)
         else:
             self._home.take(event)
 
     def _put_down(self) -> None:
         """End the process: by SIGKILL, but after an orderly end that took too long first by SIGTERM."""
         self._doomed = True
-        if self._process is None:
+        process = self._process
+        if process is None:
             return
         if self._asked is None:
-            self._process.kill()
+            process.kill()
         else:
-            self._process.terminate()
-            self._after(TERMINATION_SECONDS)
-
-    def _after(self, seconds: float) -> None:
-        if self._process is not None:
-            self._timers.append(self._loop.call_later(seconds, self._process.kill))
+            process.terminate()
+            late = self._loop.call_later(TERMINATION_SECONDS, process.kill)
+            process.ended.add_done_callback(lambda _: late.cancel())
 
     def _raise_end(self, died: Exception) -> None:
         """Raise what ended the child, so that its supervisor judges this life as it would judge it in this process."""
-        if (over := self._over) is None:
+        if not self._over.done():
             raise died
+        over = self._over.result()
         if over.exit is not None:
             request = self._home.exits(over.exit)
             raise request from request.error
@@ -209,3 +212,8 @@ class ProcessLife:
                 raise reason.cause
             if self._asked is None:
                 raise Skip(reason.why) if over.declined else Stop(reason.why)
+
+
+async def _first_of(*futures: asyncio.Future[Any]) -> None:
+    """Wait until one of these is done; unlike an await, it neither raises its error nor cancels it."""
+    await asyncio.wait(futures, return_when=asyncio.FIRST_COMPLETED)

@@ -96,7 +96,6 @@ class Served:
         transport = order.transport()
         self._hosted = HostedTree(order, transport, self.tell, lambda runtime: Processes(runtime, transport))
         self._guard = Guard(channel.fileno(), notes, self.where)
-        self._beat_timer: asyncio.TimerHandle | None = None
 
     async def run(self) -> None:
         """Run the order to its end, and return when the parent has been told of it."""
@@ -105,12 +104,11 @@ class Served:
         loop.add_signal_handler(signal.SIGTERM, self._hosted.terminate)
         loop.add_signal_handler(signal.SIGHUP, self._hosted.stop, ORPHANED)
         self._guard.start()
-        self._beat()
+        beating = loop.create_task(self._beat(), name="beats")
         try:
             await self._hosted.run()
         finally:
-            if self._beat_timer is not None:
-                self._beat_timer.cancel()
+            beating.cancel()
             self._channel.close()
             await self._closed.wait()
             self._guard.stop()
@@ -138,12 +136,13 @@ class Served:
         except Exception:  # a field cannot be copied
             self._channel.send(structs.replace(line, fields={key: repr(value) for key, value in line.fields.items()}))
 
-    def _beat(self) -> None:
-        self._guard.turned()
-        self._hosted.tell_nodes()
-        self._tell_lost()
-        self._channel.send(Beat())
-        self._beat_timer = self._loop.call_later(self._period, self._beat)
+    async def _beat(self) -> None:
+        while True:
+            self._guard.turned()
+            self._hosted.tell_nodes()
+            self._tell_lost()
+            self._channel.send(Beat())
+            await asyncio.sleep(self._period)
 
     def _asked(self, request: Request) -> None:
         self._hosted.take(request)

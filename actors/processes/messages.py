@@ -22,6 +22,7 @@ __all__ = [
     "CrashAsked",
     "Event",
     "Line",
+    "News",
     "NodeFacts",
     "Nodes",
     "Order",
@@ -138,5 +139,7 @@ class Over(msgspec.Struct, frozen=True):
 
 Request: TypeAlias = StopAsked | CrashAsked
 """What a parent tells a process."""
-Event: TypeAlias = Ready | Beat | Line | Told | Nodes | Over
-"""What a process tells its parent."""
+News: TypeAlias = Line | Told | Nodes
+"""What a process tells about its nodes."""
+Event: TypeAlias = Ready | Over | News
+"""What a process tells its parent. A real one sends beats, too."""

@@ -86,6 +86,9 @@ class SimulatedProcess:
     def watch(self) -> None:
         """Nothing: a loop that all processes share cannot hang in one of them."""
 
+    def unwatch(self) -> None:
+        """Nothing."""
+
     def terminate(self) -> None:
         """Send SIGTERM, unless the process has ended."""
         if not self._task.done():

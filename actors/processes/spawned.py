@@ -121,6 +121,12 @@ class SpawnedProcess:
         self._silent = 0.0
         self._timer = self._loop.call_later(self._period, self._tick)
 
+    def unwatch(self) -> None:
+        """Let its event loop stand still from now on: the process ends."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
     def _tick(self) -> None:
         self._timer = self._loop.call_later(self._period, self._tick)
         before, self._silent = self._silent, self._silent + self._period
@@ -150,7 +156,7 @@ class SpawnedProcess:
 
     # -- its end ------------------------------------------------------------------------------------------------------------
 
-    def _told(self, event: Event) -> None:
+    def _told(self, event: Event | Beat) -> None:
         if isinstance(event, Beat):
             self._beaten()
         else:
@@ -189,8 +195,7 @@ class SpawnedProcess:
             self._loop.call_later(CLOSED_SECONDS, self.kill)
 
     def _finish(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self.unwatch()
         self._loop.remove_reader(self._notes)
         os.close(self._notes)
         self.ended.set_result(self._end())

@@ -150,6 +150,8 @@ def test_what_a_loop_hangs_in_is_noted_once_each_time(monkeypatch: pytest.Monkey
     guard.turned()
     assert os.read(notes, 100) == b"second\n"
     guard.stop()
+    while "robactor guard" in [thread.name for thread in threading.enumerate()]:
+        threading.Event().wait(0.01)
     for end in (ours, theirs):
         end.close()
     os.close(notes)
@@ -177,6 +179,8 @@ def test_a_process_that_ends_in_time_is_not_ended_by_its_guard(monkeypatch: pyte
     ours.close()
     guard.start()
     guard.stop()
+    while "robactor guard" in [thread.name for thread in threading.enumerate()]:
+        threading.Event().wait(0.01)
     assert not over.is_set()
     theirs.close()
 

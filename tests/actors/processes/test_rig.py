@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -36,6 +36,8 @@ from actors.interfaces.lifecycle_msgs.msg import Transition
 from actors.interfaces.lifecycle_msgs.srv import ChangeState, GetState
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
+from actors.processes.messages import StopAsked
+from actors.processes.simulated import SimulatedProcess
 from actors.supervision.errors import NotFound
 from actors.testing import Rig
 
@@ -464,3 +466,61 @@ async def test_an_instance_that_is_forgotten_in_its_process_is_forgotten_here(ri
     rig.crash("gatherer")
     await rig.advance(0.5)
     assert rig.incarnation("guest") == 1
+
+
+async def test_a_simulated_process_that_has_ended_takes_no_signals_and_no_requests() -> None:
+    class Nothing:
+        async def run(self) -> None: ...
+
+        def take(self, request: object) -> None:
+            raise AssertionError
+
+        def terminate(self) -> None:
+            raise AssertionError
+
+        kill = terminate
+
+    process = SimulatedProcess(7, lambda tell: Nothing(), lambda event: None, lambda: None)
+    assert str(await process.ended) == "process 7 has ended: exit code 0"
+    process.terminate()
+    process.kill()
+    process.send(StopAsked("too late"))
+    await asyncio.sleep(0)
+
+
+async def test_a_simulated_process_that_breaks_has_died() -> None:
+    class Broken:
+        async def run(self) -> None:
+            raise OSError("broken")
+
+    process = SimulatedProcess(7, lambda tell: cast("Any", Broken()), lambda event: None, lambda: None)
+    assert str(await process.ended) == "process 7 has ended: exit code 1: OSError: broken"
+
+
+class Lost(Node):
+    """Its task is canceled by code that does not own it."""
+
+    async def on_start(self) -> None:
+        task = asyncio.current_task()
+        assert task is not None
+        asyncio.get_running_loop().call_later(0.5, task.cancel)
+
+
+async def test_a_node_that_is_canceled_by_others_in_its_process_counts_as_killed(rig: Rig) -> None:
+    await rig.start(Supervisor("top", children=[Child(Lost, process=True, restart=temporary)]))
+    with rig.expect_failure():
+        await rig.advance(1.0)
+    assert rig.reports[-1].reason == Killed(None)
+
+
+async def test_a_child_that_is_ready_can_be_stopped_before_its_nodes_are_known_here(rig: Rig) -> None:
+    await rig.start(Supervisor("top", children=[]))
+    supervisor = rig.system.supervisor
+    assert supervisor is not None
+    starting = asyncio.ensure_future(supervisor.start_child(Child(Slow, process=True)))
+    await rig.until(lambda: any(record.process for record in rig.system.nodes.values()))
+    await rig.quiet()
+    await supervisor.terminate_child("slow")
+    with pytest.raises(StartFailed, match="terminated before it had started"):
+        await starting
+    assert len(lines(rig, "stopped")) == 1

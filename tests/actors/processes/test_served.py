@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import os
 import signal
 import socket
+import sys
 import threading
 import time
 from collections.abc import AsyncGenerator
@@ -24,6 +26,8 @@ from actors.processes.messages import Beat, Line, NodeFacts, Nodes, Order, Over,
 from actors.processes.preparation import preparation
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.processes.kit import until
+
+_PR_SET_PDEATHSIG, _PR_GET_PDEATHSIG = 1, 2
 
 PRIVATE = partial(ZenohTransport, ZenohConfig(gossip_port=0))
 
@@ -197,13 +201,19 @@ def test_a_parent_that_goes_at_once_gets_an_orderly_end(monkeypatch: pytest.Monk
     assert all(isinstance(event, (Beat, Line, Nodes, Over)) for event in told)
 
 
-def test_the_system_is_asked_to_tell_of_the_parents_end() -> None:
-    done = threading.Event()
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells of a parent's end by a signal")
+def test_the_system_is_asked_to_tell_of_the_parents_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    def asked() -> int:
+        number = ctypes.c_int()
+        assert ctypes.CDLL(None).prctl(_PR_GET_PDEATHSIG, ctypes.byref(number), 0, 0, 0) == 0
+        return number.value
 
-    def ask() -> None:
+    before = asked()
+    try:
         mains.end_with_parent()
-        mains.ctypes.CDLL(None).prctl(1, 0, 0, 0, 0)  # of the test process itself it is taken back
-        done.set()
-
-    ask()
-    assert done.is_set()
+        assert asked() == signal.SIGHUP
+    finally:
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, before, 0, 0, 0)
+    monkeypatch.setattr(sys, "platform", "darwin")
+    mains.end_with_parent()
+    assert asked() == before

@@ -62,7 +62,7 @@ async def ended(program: Program) -> str:
 @pytest.mark.parametrize(
     ("program", "how"),
     [
-        ("exit 3", "exit code 3"),
+        ("sleep 0.1; exit 3", "exit code 3"),
         ("kill -TERM $$", "signal SIGTERM"),
         ("kill -KILL $$", "signal SIGKILL, which the system sends when memory runs out"),
         ("kill -40 $$", "signal 40"),
