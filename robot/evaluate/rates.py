@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 from robot.evaluate.levels import Metric, conclude, measure, parser
@@ -68,11 +68,11 @@ def compared(duration: float, loops: Sequence[int]) -> tuple[Metric, ...]:
     """The lines that are told of the robot in processes, and, with endless loops beside it, of the robot in one process."""
 
     @lru_cache
-    def one(seed: int, busy: int) -> Run:
+    def one(busy: int, seed: int) -> Run:
         return run_robot("physics", seed, duration, busy)
 
     @lru_cache
-    def split(seed: int, busy: int) -> Run:
+    def split(busy: int, seed: int) -> Run:
         return run_split(seed, duration, busy)
 
     lines: list[Metric] = []
@@ -80,7 +80,7 @@ def compared(duration: float, loops: Sequence[int]) -> tuple[Metric, ...]:
         beside = f"{busy} endless loop{'' if busy == 1 else 's'} beside: " if busy else ""
         for take, where in ((one, ""), (split, SPLIT)):
             if busy or where:
-                lines += _lines(beside, where, lambda seed, take=take, busy=busy: take(seed, busy))
+                lines += _lines(beside, where, partial(take, busy))
     return tuple(lines)
 
 
