@@ -17,8 +17,10 @@ from robot.link.host import BodyHost
 from robot.link.records import Command, Order, command_record
 from robot.link.remote import BodySilent, LinkedBody
 from robot.model.arm import STOWED
+from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import get_world
 from robot.sim.physics import PhysicsBody
+from tests.robot.stage import floor
 
 BEGAN = 5000.0
 
@@ -26,8 +28,8 @@ BEGAN = 5000.0
 class Bench:
     """A physics body behind a link; time passes when the test says so."""
 
-    def __init__(self, world: str, monkeypatch: pytest.MonkeyPatch, arm: bool = False) -> None:
-        self.scene = get_world(world)
+    def __init__(self, world: str | Scene, monkeypatch: pytest.MonkeyPatch, arm: bool = False) -> None:
+        self.scene = get_world(world) if isinstance(world, str) else world
         self.now = BEGAN
         monkeypatch.setattr(remote.time, "monotonic", lambda: self.now)
         monkeypatch.setattr(remote.time, "sleep", self._sleep)
@@ -53,7 +55,7 @@ class Bench:
 def bench(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Bench]]:
     made: list[Bench] = []
 
-    def make(world: str = "empty", *, arm: bool = False) -> Bench:
+    def make(world: str | Scene = "empty", *, arm: bool = False) -> Bench:
         made.append(Bench(world, monkeypatch, arm))
         return made[-1]
 
@@ -185,6 +187,15 @@ def test_the_rays_of_the_mirror_meet_what_mujocos_meet(bench: Callable[..., Benc
     np.testing.assert_allclose(mirrored, there.body.lidar(), atol=0.1)  # the noise of a scan: 15 mm, 6 sd
     there.far._noise = Silence()  # type: ignore[assignment]
     np.testing.assert_allclose(there.far.lidar(), there.body.lidar(), atol=1e-6)
+
+
+def test_the_rays_of_the_mirror_pass_over_what_is_lower_than_the_body(bench: Callable[..., Bench]) -> None:
+    low, high = Box(2.0, 0.0, 0.5, 0.5, height=0.1), Box(-2.0, 0.0, 0.5, 0.5, height=1.0)
+    there = bench(floor(low, high))
+    there.far._noise = Silence()  # type: ignore[assignment]
+    ranges = there.far.lidar()
+    assert ranges[180] == 10.0  # ahead
+    assert ranges[0] == pytest.approx(1.75, abs=1e-3)  # behind
 
 
 class Silence:

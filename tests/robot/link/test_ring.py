@@ -93,6 +93,23 @@ def test_a_count_that_runs_ahead_of_its_record_is_not_believed(ring: Ring) -> No
     assert numbers(ring.after(0)) == [1]
 
 
+@pytest.mark.parametrize("kept", range(WIDTH))
+def test_a_record_whose_last_numbers_have_not_arrived_is_not_believed_whatever_its_head_says(kept: int) -> None:
+    """As on a processor that reorders writes: count, number and checksum are there, and the first `kept` of three numbers."""
+    memory, other = bytearray(Ring.size(SLOTS, WIDTH)), bytearray(Ring.size(SLOTS, WIDTH))
+    ring, ahead = Ring(memoryview(memory), 0, SLOTS, WIDTH), Ring(memoryview(other), 0, SLOTS, WIDTH)
+    for one in (ring, ahead):
+        one.write((1.0, 2.0, 3.0))
+    ahead.write((4.0, 5.0, 6.0))
+    at, width = 8 + 2 * (16 + 8 * WIDTH), 16 + 8 * kept
+    memory[:8], memory[at : at + width] = other[:8], other[at : at + width]
+    assert ring.written == 2
+    latest = ring.latest()
+    assert latest is not None
+    assert latest.tolist() == [1.0, 2.0, 3.0]
+    assert numbers(ring.after(0)) == [1]
+
+
 def _write_for_ever(name: str) -> None:
     memory = SharedMemory(name)
     ring = Ring(memory.buf, 0, SLOTS, WIDTH)
