@@ -7,8 +7,9 @@ import time
 from multiprocessing import get_context
 from typing import Final
 
+from robot.hardware.body import BodySilent
 from robot.link.host import BodySpec, serve
-from robot.link.remote import BodySilent, LinkedBody
+from robot.link.remote import LinkedBody
 from robot.link.segment import create
 from robot.scenes.scene import Scene
 
@@ -53,6 +54,13 @@ class BodyProcess:
             if not self._process.is_alive() or time.monotonic() > deadline:
                 raise BodySilent(f"the body's process did not start: exit code {self._process.exitcode}")
             time.sleep(POLL)
+
+    def check(self) -> None:
+        """Raise `BodySilent` when the process has ended."""
+        if not self._process.is_alive():
+            raise BodySilent(
+                f"the body's process has ended, with exit code {self._process.exitcode}: there is no robot any more"
+            )
 
     def close(self) -> None:
         """End the process and remove the shared memory."""

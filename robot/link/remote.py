@@ -16,7 +16,7 @@ from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.arm import ArmBusy, ArmDevice, ArmState, GripperState
 from robot.hardware.beams import BEAMS, MAX_RANGE
-from robot.hardware.body import ImuSample, JointSample, MotorTargets, Sample, Truth
+from robot.hardware.body import BodySilent, ImuSample, JointSample, MotorTargets, Sample, Truth
 from robot.link.phase import Phase
 from robot.link.records import (
     Call,
@@ -37,7 +37,7 @@ from robot.sim.mjcf import obstacle_names
 from robot.sim.noise import LidarNoise
 from robot.sim.rays import cast
 
-__all__ = ["BodySilent", "LinkedBody"]
+__all__ = ["LinkedBody"]
 
 SILENT: Final = 1.0
 """Seconds without news after which a body counts as gone."""
@@ -49,10 +49,6 @@ ROUND: Final = 0.006
 
 
 _NOT_HERE: Final = "{}() moves a body by force, and this one lives in another process: run it in one process"
-
-
-class BodySilent(RuntimeError):
-    """The body's process has ended, or stands still."""
 
 
 class LinkedBody:

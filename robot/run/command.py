@@ -48,11 +48,16 @@ class Session:
 
     def run(self) -> int:
         from actors import StartFailed, SupervisorGaveUp, execute
+        from robot.hardware.body import BodySilent
 
         try:
             return execute(self._main, clock=self.options.clock)
         except (SupervisorGaveUp, StartFailed) as error:
             print(f"robot run: {error}", file=sys.stderr)
+            return 3
+        except BodySilent as error:  # the first of them, as whatever asks for the body's last state fails by it, too
+            first = error.__context__ if isinstance(error.__context__, BodySilent) else error
+            print(f"robot run: {first}", file=sys.stderr)
             return 3
         except KeyboardInterrupt:  # before the first await, or on a platform without signal handlers
             return 130
@@ -197,6 +202,8 @@ class Session:
                     break
                 await asyncio.wait([ended], timeout=left)
                 flight.look()
+                if self.robot.process is not None:
+                    self.robot.process.check()
                 missions = (record.node for record in system.nodes.values())
                 if self._done(score) or any(isinstance(node, (Patrol, Carrier)) and node.finished for node in missions):
                     await asyncio.wait([ended], timeout=3.0)  # the sit that ends the mission takes about two seconds

@@ -11,11 +11,11 @@ import pytest
 
 from robot.control.gait_controller import GaitController
 from robot.hardware.arm import ArmBusy
-from robot.hardware.body import Body, MotorTargets, Truth
+from robot.hardware.body import Body, BodySilent, MotorTargets, Truth
 from robot.link import phase, remote, segment
 from robot.link.host import BodyHost
 from robot.link.records import Command, Order, command_record
-from robot.link.remote import BodySilent, LinkedBody
+from robot.link.remote import LinkedBody
 from robot.model.arm import STOWED
 from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import get_world

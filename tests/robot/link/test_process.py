@@ -13,9 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robot.hardware.body import MotorTargets
+from robot.hardware.body import BodySilent, MotorTargets
 from robot.link.process import BodyProcess
-from robot.link.remote import BodySilent
 from robot.link.segment import PREFIX
 from robot.scenes.worlds import get_world
 

@@ -190,3 +190,18 @@ def alive(process: int) -> bool:
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
+
+
+@pytest.mark.realtime
+def test_without_its_body_a_run_ends_with_one_line_and_exit_code_3() -> None:
+    with subprocess.Popen(
+        [sys.executable, "-m", "robot", "run", "--processes", "--log-level", "fatal"],
+        cwd=ROOT, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True,
+    ) as parent:  # fmt: skip
+        assert parent.stderr is not None
+        assert until(lambda: len(family(parent.pid)) >= 8)
+        (body,) = [one for one in family(parent.pid) if b"spawn_main" in Path(f"/proc/{one}/cmdline").read_bytes()]
+        os.kill(body, signal.SIGKILL)
+        said = [line for line in parent.stderr if line.startswith("robot run:")]
+    assert parent.returncode == 3
+    assert said == ["robot run: the body's process has ended, with exit code -9: there is no robot any more\n"]
