@@ -124,7 +124,7 @@ async def test_a_process_without_beats_is_named_and_killed(monkeypatch: pytest.M
 
 
 async def test_a_process_that_beats_again_in_time_lives(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spawned, "NAMED_SECONDS", 0.1)
+    monkeypatch.setattr(spawned, "LATEST_SECONDS", 0.1)
     running = Program("exec sleep 1000", hang=30.0)
     process = await running.open()
     process.watch()
@@ -225,7 +225,7 @@ async def test_the_flight_record_of_a_process_whose_child_fails_is_written_and_n
         file = Path(line.fields["file"])
         assert file.parent == tmp_path
         await until(lambda: system.nodes["top", "servant"].incarnation == 2)
-    summary = make_reader(BytesIO(file.read_bytes())).get_summary()
+    summary = make_reader(BytesIO(file.read_bytes())).get_summary()  # noqa: ASYNC240
     assert summary is not None
     topics = {channel.topic for channel in summary.channels.values()}
     assert {"/ticks", "/rosout"} <= topics

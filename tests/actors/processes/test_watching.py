@@ -216,7 +216,7 @@ from pathlib import Path
 
 async def main():
     diary = Diary(Path(sys.argv[1]))
-    inner = Supervisor("inner", process=True, children=in_order(diary, "b", "c", c={"cleanup": 0.3}))
+    inner = Supervisor("inner", process=True, children=in_order(diary, "b", "c", c={"cleanup": 0.1}))
     async with run(Supervisor("top", children=[*in_order(diary, "a", "deaf", deaf={"deaf": True}), inner])) as system:
         await system.wait()
 
