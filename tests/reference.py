@@ -67,6 +67,8 @@ SECTIONS: Mapping[str, str] = {
     "Nodes that come with it": "actors.nodes",
     "Other processes": "actors.transport",
     "Other processes, by Zenoh": "actors.transport.zenoh",
+    "Security": "actors.transport.security",
+    "A small authority": "actors.transport.security.authority",
     "Interfaces": "actors.interfaces",
     "Field types": "actors.interfaces.types",
 }

@@ -10,6 +10,7 @@ from msgspec import structs
 
 from actors.errors import NotRunning, NotStarted
 from actors.node.node import Node
+from actors.processes.flights import save
 from actors.processes.messages import (
     CrashAsked,
     Event,
@@ -28,7 +29,7 @@ from actors.processes.pickling import pack, unpack
 from actors.supervision.crossing import HANG_SECONDS
 from actors.supervision.declarations import Child, Intensity, Supervisor, any_significant, temporary
 from actors.supervision.errors import StartFailed
-from actors.supervision.reasons import ExitReason, Stopped
+from actors.supervision.reasons import ExitReason, Stopped, is_abnormal
 from actors.system import System
 from actors.transport.bridge import connect
 
@@ -82,6 +83,9 @@ class HostedTree:
         if order.wall is not None:
             system.clock.shift_wall(order.wall + system.loop.time() - system.clock.wall())
         connect(system.runtime, transport, order.domain_id)
+        self._recorders = [make() for make in order.recorders]
+        for recorder in self._recorders:
+            recorder.attach(system)
         observers = system.runtime.observers
         observers.reports.append(self._reported)
         observers.ready.append(lambda life: self.tell_nodes())
@@ -104,7 +108,11 @@ class HostedTree:
         finally:
             await system.stop(self._stop_asked or "its child has ended")
             self.tell_nodes()
-        self._tell(self._end())
+        over = self._end()
+        if is_abnormal(over.reason):
+            for file in save(self._recorders, self._path, str(over.reason)):
+                system.log.warning("flight record of a process", file=file)
+        self._tell(over)
 
     def take(self, request: Request) -> None:
         """Do what the parent asks for."""

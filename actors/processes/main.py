@@ -94,7 +94,9 @@ class Served:
         self._closed = asyncio.Event()
         self._channel = Channel(self._asked, self._left)
         transport = order.transport()
-        self._hosted = HostedTree(order, transport, self.tell, lambda runtime: Processes(runtime, transport))
+        self._hosted = HostedTree(
+            order, transport, self.tell, lambda runtime: Processes(runtime, transport, order.recorders)
+        )
         self._guard = Guard(channel.fileno(), notes, self.where)
 
     async def run(self) -> None:

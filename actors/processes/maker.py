@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
+from msgspec import structs
+
 from actors.processes.home import TreeHome
 from actors.processes.life import ProcessLife
 from actors.processes.meeting import Meeting
@@ -13,6 +15,7 @@ from actors.processes.messages import CrashAsked
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.processes.flights import Recorder
     from actors.processes.life import Process
     from actors.processes.messages import Event, Order
     from actors.runtime.runtime import Runtime
@@ -28,8 +31,14 @@ class Processes:
     Invariants: `running` has each process that runs, by the path of its child.
     """
 
-    def __init__(self, runtime: Runtime, transport: Transport | None = None) -> None:
+    def __init__(
+        self,
+        runtime: Runtime,
+        transport: Transport | None = None,
+        recorders: tuple[Callable[[], Recorder], ...] = (),
+    ) -> None:
         self._runtime = runtime
+        self._recorders = recorders
         self._meeting = Meeting(runtime, transport)
         self.running: dict[tuple[str, ...], Process] = {}
 
@@ -60,6 +69,7 @@ class Processes:
 
     async def _launch(self, order: Order, take: Callable[[Event], None]) -> Process:
         await self._meeting.open()
+        order = structs.replace(order, recorders=self._recorders)
         if self._runtime.clock.virtual:
             from actors.processes.simulated import simulate
 

@@ -13,6 +13,7 @@ from actors.supervision.refs import ChildState
 from actors.supervision.report import Report
 
 if TYPE_CHECKING:
+    from actors.processes.flights import Recorder
     from actors.runtime.options import RunOptions
     from actors.transport.protocol import Transport
 
@@ -66,6 +67,7 @@ class Order(msgspec.Struct, frozen=True):
     """What a process is to run: the child, its path in the tree, and what it shares with the rest of the tree.
 
     `nodes` is what earlier lives have left. `wall` is the time of day at loop time 0, for a simulated process; None on the real clock.
+    `recorders` make what records the process, and writes that down when the child fails.
     """
 
     spec: Child | Supervisor
@@ -77,6 +79,7 @@ class Order(msgspec.Struct, frozen=True):
     domain_id: int
     nodes: tuple[NodeFacts, ...] = ()
     wall: float | None = None
+    recorders: tuple[Callable[[], Recorder], ...] = ()
 
 
 class StopAsked(msgspec.Struct, frozen=True):

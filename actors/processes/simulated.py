@@ -46,7 +46,7 @@ async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProc
     copied = structs.replace(order, spec=unpack(pack(order.spec)))
 
     def host(tell: Callable[[Event], None]) -> Hosted:
-        return HostedTree(copied, transport, tell, lambda runtime: Processes(runtime, transport))
+        return HostedTree(copied, transport, tell, lambda runtime: Processes(runtime, transport, order.recorders))
 
     return SimulatedProcess(transport.process, host, take, transport.crash)
 

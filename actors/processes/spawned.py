@@ -21,7 +21,9 @@ from actors.processes.preparation import environment, preparation
 __all__ = ["NAMED_SECONDS", "SpawnedProcess", "beat_seconds", "spawn"]
 
 NAMED_SECONDS: Final = 0.3
-"""An event loop that has not turned for so many seconds is logged."""
+"""An event loop that has not turned for so many seconds is logged, with what it is doing;"""
+LATEST_SECONDS: Final = 0.5
+"""if that is not known, because no thread of the process can tell, after so many seconds."""
 DRAINED_SECONDS: Final = 0.1
 """How long the channel of a process that has exited may stay open, because a process that it forked holds it; seconds."""
 CLOSED_SECONDS: Final = 1.0
@@ -82,6 +84,8 @@ class SpawnedProcess:
         self.ended: asyncio.Future[Exception] = loop.create_future()
         self._channel = Channel(self._told, self._lost)
         self._silent = 0.0
+        self._named = False
+        """Whether it has been logged that the loop stands still."""
         self._hung = False
         self._gone = self._closed = False
         """Whether the process has exited, and whether its channel is closed."""
@@ -129,21 +133,22 @@ class SpawnedProcess:
 
     def _tick(self) -> None:
         self._timer = self._loop.call_later(self._period, self._tick)
-        before, self._silent = self._silent, self._silent + self._period
+        self._silent += self._period
         if self._silent >= self._hang and not self._hung:
             self._hung = True
             self.kill()
-        elif before < NAMED_SECONDS <= self._silent:
+        elif not self._named and self._silent >= (NAMED_SECONDS if self._where else LATEST_SECONDS):
+            self._named = True
             self._say(
-                f"event loop does not turn for {NAMED_SECONDS:g} s",
+                f"event loop does not turn for {self._silent:.2g} s",
                 killed_after=self._hang,
                 doing=self._where or "not known",
             )
 
     def _beaten(self) -> None:
-        if self._silent >= NAMED_SECONDS:
+        if self._named:
             self._say("event loop turns again", after=round(self._silent, 3))
-        self._silent, self._where = 0.0, ""
+        self._silent, self._where, self._named = 0.0, "", False
 
     def _noted(self) -> None:
         if note := os.read(self._notes, select.PIPE_BUF):

@@ -168,9 +168,10 @@ class Run:
                 raise exit from None
 
     def _processes(self, runtime: Runtime) -> OtherProcesses:
-        from actors.processes.maker import Processes  # late: few trees have other processes
+        from actors.processes.flights import makers  # late: few trees have other processes
+        from actors.processes.maker import Processes
 
-        return Processes(runtime, self._transport)
+        return Processes(runtime, self._transport, makers(self._observers))
 
     def _signaled(self, number: signal.Signals) -> bool:
         """Stop the tree; if it has ended already, interrupt the block, once. Returns False if neither is possible any more."""

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from actors.transport.cycles import Cycles
 from actors.transport.environment import domain_from_environment
+from actors.transport.figures import Teller
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.tokens import EndpointKind, EndpointToken, graph_of
 from actors.transport.local_actions import Actions
@@ -85,6 +86,7 @@ class Bridge:
         self._clients = Clients(side, self._cycles)
         self._services = Services(side, self._clients)
         self._actions = Actions(side, self._topics, self._services, self._clients)
+        self._teller = Teller(side)
         self._begun = False
         """Whether the transport has to be closed."""
         self._open = False
@@ -120,6 +122,7 @@ class Bridge:
         observers.dismissed.append(self._dismissed)
         for tell, token in self._early:
             tell(token)
+        self._teller.open()
 
     async def close(self) -> None:
         """Withdraw everything, and close the transport. The other processes learn of it at once."""
@@ -127,6 +130,7 @@ class Bridge:
             self._graph.watchers.remove(self)
             self._cycles.close()
         self._open = False
+        self._teller.close()
         if self._begun:
             await self._transport.close()
         for token in list(self._endpoints):
@@ -219,6 +223,7 @@ class Bridge:
     def wanted(self, outlet: Outlet) -> None:
         """See `Events.wanted`."""
         self._topics.wanted(outlet)
+        self._teller.wanted(outlet)
 
     def link(self, session: str, up: bool) -> None:
         """See `Events.link`."""

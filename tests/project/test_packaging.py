@@ -88,7 +88,19 @@ def later():
 
 def test_what_is_imported_is_declared() -> None:
     test = {"pytest", "pytest_asyncio"}
-    assert imported("actors", "robot", "cli") - test <= declared(PROJECT["dependencies"])
+    security = declared(PROJECT["optional-dependencies"]["security"])
+    assert imported("actors", "robot", "cli") - test - security <= declared(PROJECT["dependencies"])
+
+
+def test_only_the_authority_imports_what_makes_certificates() -> None:
+    found = [
+        path.relative_to(ROOT).as_posix()
+        for folder in ("actors", "robot", "cli")
+        for path in (ROOT / folder).rglob("*.py")
+        if "cryptography" in set(names_in(ast.parse(path.read_text(encoding="utf-8")), True))
+    ]
+    assert found == ["actors/transport/security/authority.py"]
+    assert declared(PROJECT["optional-dependencies"]["security"]) == {"cryptography"}
 
 
 def test_what_pytest_runs_may_import_pytest_and_nothing_else_may() -> None:
@@ -104,6 +116,7 @@ def test_what_pytest_runs_may_import_pytest_and_nothing_else_may() -> None:
 
 def test_what_is_declared_is_imported() -> None:
     assert declared(PROJECT["dependencies"]) == imported("actors", "robot", "cli", typing=False) - {
+        "cryptography",  # of the extra `security`
         "pytest",
         "pytest_asyncio",
     }

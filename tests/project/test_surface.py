@@ -41,6 +41,8 @@ FACES = (
     "actors.testing.faults",
     "actors.time",
     "actors.transport",
+    "actors.transport.security",
+    "actors.transport.security.authority",
     "actors.transport.zenoh",
     "actors.typing",
 )

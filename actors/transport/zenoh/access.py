@@ -33,7 +33,7 @@ _SERVED: Final = ("declare_queryable", "reply")
 _WATCHED: Final = ("declare_liveliness_subscriber", "liveliness_query")
 
 _GRAPH: Final = ("@ros2_lv/**",)
-_OURS: Final = ("@robactor/**",)
+_OURS: Final = ("@robactor/**", "*/_robactor/**")
 """The tokens of ROS 2, and the keys by which processes of this library tell of themselves."""
 
 

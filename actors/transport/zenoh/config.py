@@ -155,7 +155,7 @@ def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
             {
                 "mode": config.mode,
                 "transport/unicast/compression/enabled": config.thin_links,
-                **({"transport/link/tcp/so_sndbuf": _THIN} if config.thin_links else {}),
+                **({f"transport/link/{link}/so_sndbuf": _THIN for link in ("tcp", "tls")} if config.thin_links else {}),
                 "listen/endpoints": listen or ([] if client else [f"{_protocol(config.security)}/127.0.0.1:0"]),
                 "connect/endpoints": [*config.meeting_points, *connect],
                 "connect/timeout_ms": LEASE if client else -1,

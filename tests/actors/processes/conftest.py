@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Generator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,8 @@ def _children() -> set[int]:
     """The processes that this one has started, and that run."""
     found = set[int]()
     for thread in Path("/proc/self/task").iterdir():
-        found |= {int(pid) for pid in (thread / "children").read_text().split() if alive(int(pid))}
+        with suppress(FileNotFoundError):  # it has ended meanwhile
+            found |= {int(pid) for pid in (thread / "children").read_text().split() if alive(int(pid))}
     return found
 
 

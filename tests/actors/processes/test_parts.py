@@ -8,6 +8,7 @@ import select
 import socket
 import sys
 import threading
+from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -225,9 +226,7 @@ def test_the_main_module_of_the_parent_is_run_under_another_name(
     if how == "script":
         main.__file__ = str(tmp_path / "its_program.py")
     else:
-        import importlib.util
-
-        main.__spec__ = importlib.util.find_spec("its_program")
+        main.__spec__ = ModuleSpec("its_program", None)
     untouched.setitem(sys.modules, "__main__", main)
     prepare(preparation(main=True))
     assert vars(sys.modules["__main__"])["name"] == "__mp_main__"

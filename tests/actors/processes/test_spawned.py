@@ -7,14 +7,22 @@ import os
 import signal
 import socket
 import subprocess
+import time
+from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import pytest
+from mcap.reader import make_reader
 
-from actors import Child, Node, ProcessDied, ProcessHung, Service, Supervisor, open_node, run
+from actors import Child, Node, ProcessDied, ProcessHung, Service, Supervisor, Topic, every, open_node, publishes, run
+from actors.bag import FlightRecorder
+from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
+from actors.logs import LogRecord
 from actors.processes import spawned
 from actors.processes.channel import framed
+from actors.processes.flights import makers, save
 from actors.processes.messages import Beat, Line, Order, Ready, StopAsked
 from actors.processes.spawned import SpawnedProcess, beat_seconds, spawn
 from actors.transport.zenoh import ZenohTransport
@@ -116,7 +124,7 @@ async def test_a_process_without_beats_is_named_and_killed(monkeypatch: pytest.M
 
 
 async def test_a_process_that_beats_again_in_time_lives(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spawned, "NAMED_SECONDS", 0.1)
+    monkeypatch.setattr(spawned, "LATEST_SECONDS", 0.1)
     running = Program("exec sleep 1000", hang=30.0)
     process = await running.open()
     process.watch()
@@ -130,6 +138,22 @@ async def test_a_process_that_beats_again_in_time_lives(monkeypatch: pytest.Monk
     process.terminate()
     running.close()
     assert await ended(running) == "signal SIGTERM"
+
+
+async def test_a_parent_whose_own_loop_stands_still_blames_nobody() -> None:
+    running = Program("exec sleep 1000", hang=0.2)
+    process = await running.open()
+    process.watch()
+    for _ in range(3):
+        time.sleep(0.3)  # noqa: ASYNC251  # meanwhile the process beats
+        running.say(Beat())
+        await asyncio.sleep(0.01)
+    assert alive(process.id)
+    process.unwatch()
+    process.unwatch()
+    process.kill()
+    running.close()
+    await ended(running)
 
 
 async def test_notes_end_with_the_process() -> None:
@@ -156,9 +180,16 @@ async def test_a_program_that_cannot_be_started_leaves_nothing_open(monkeypatch:
 
 
 DO = Service(Trigger, "do")
+TICKS = Topic(Int32, "ticks")
 
 
 class Servant(Node):
+    ticks = publishes(TICKS)
+
+    @every(hz=50)
+    def tick(self) -> None:
+        self.ticks(Int32(data=1))
+
     @DO.serve()
     async def do(self, request: Any) -> Any:
         return Trigger.Response(success=True, message=str(os.getpid()))
@@ -177,3 +208,36 @@ async def test_a_whole_process_from_its_launch_to_its_orderly_end() -> None:
     assert not alive(process)
     assert not alive(second)
     assert signal.getsignal(signal.SIGHUP) == signal.SIG_DFL  # what a process does with signals, its parent does not
+
+
+async def test_the_flight_record_of_a_process_whose_child_fails_is_written_and_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    lines: list[LogRecord] = []
+    tree = Supervisor("top", children=[Child(Servant, process=True)])
+    async with run(tree, signals=False, sinks=(lines.append,), observers=(FlightRecorder(),)) as system:
+        async with open_node("asker", system=system) as asker:
+            await asker.call(DO, Trigger.Request(), timeout=30.0)
+        system.crash("servant", OSError("broken"))
+        await until(lambda: [line for line in lines if line.event == "flight record of a process"])
+        (line,) = (line for line in lines if line.event == "flight record of a process")
+        file = Path(line.fields["file"])
+        assert file.parent == tmp_path
+        await until(lambda: system.nodes["top", "servant"].incarnation == 2)
+    summary = make_reader(BytesIO(file.read_bytes())).get_summary()  # noqa: ASYNC240
+    assert summary is not None
+    topics = {channel.topic for channel in summary.channels.values()}
+    assert {"/ticks", "/rosout"} <= topics
+
+
+def test_a_flight_record_that_cannot_be_written_says_why() -> None:
+    class Full:
+        def attach(self, system: object) -> None: ...
+
+        def dump(self, path: object, *, notes: object = None) -> Path:
+            raise OSError("disk full")
+
+    assert list(save([Full()], ("top", "a"), "why")) == ["could not be written: disk full"]
+    assert makers([Full(), FlightRecorder(seconds=5.0)])[0]().dump  # only what asks for it is made for processes
+    assert len(makers([Full()])) == 0

@@ -216,7 +216,7 @@ from pathlib import Path
 
 async def main():
     diary = Diary(Path(sys.argv[1]))
-    inner = Supervisor("inner", process=True, children=in_order(diary, "b", "c", c={"cleanup": 0.3}))
+    inner = Supervisor("inner", process=True, children=in_order(diary, "b", "c", c={"cleanup": 0.1}))
     async with run(Supervisor("top", children=[*in_order(diary, "a", "deaf", deaf={"deaf": True}), inner])) as system:
         await system.wait()
 
@@ -251,6 +251,28 @@ async def test_when_the_parent_is_killed_all_processes_end_their_nodes_in_order_
         parent.wait()
         for pid in filter(alive, pids):
             os.kill(pid, signal.SIGKILL)
+
+
+async def test_ctrl_c_reaches_all_processes_and_they_stop_in_order(diary: Diary, tmp_path: Path) -> None:
+    program = tmp_path / "program.py"
+    program.write_text(PROGRAM.replace(', "deaf", deaf={"deaf": True}', ""))
+    parent = subprocess.Popen(  # noqa: ASYNC220
+        [sys.executable, str(program), str(diary.path)],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])},
+        start_new_session=True,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        await until(lambda: "ready c" in diary.lines("ready"))
+        pids = [diary.processes(name)[0] for name in "abc"]
+        os.killpg(parent.pid, signal.SIGINT)
+        await until(lambda: parent.poll() is not None)
+        assert parent.returncode in (130, -signal.SIGINT)
+        assert diary.lines("stop", "end") == ["stop c", "end c", "stop b", "end b", "stop a", "end a"]
+        assert not any(alive(pid) for pid in pids)
+    finally:
+        parent.kill()
+        parent.wait()
 
 
 SCRIPT = """

@@ -6,17 +6,21 @@ from typing import Any
 
 import pytest
 
-from actors import Node, QoS, Topic, publishes
+from actors import Action, Child, Node, QoS, Topic, publishes
 from actors.interfaces import encode
+from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
 from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.gids import gid_of
 from actors.transport.protocol import Delivery
 from actors.transport.unreadable import Unreadable
 from tests.actors.transport.hosts import Hosts, hosts
+from tests.actors.transport.test_bridge_actions import Counter
+from tests.actors.transport.test_bridge_services import Adder
 from tests.actors.transport.test_bridge_topics import NUMBERS_KEY, Listener, Talker
+from tests.hostile.scene import Tokens
 from tests.hostile.wire import attack, findings
-from tests.stage import NUMBERS, events, number, values
+from tests.stage import NUMBERS, events, number, order, values
 
 __all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
@@ -96,3 +100,60 @@ async def test_a_publisher_that_claims_to_keep_everything_is_not_given_the_memor
     remote: Any = other.system.graph.topics["/kept"].publishers[0]
     assert len(probe) == 10_200
     assert len(remote.latched) == 10_000
+
+
+async def test_each_kind_of_data_is_counted_and_told_at_its_place(hosts: Hosts) -> None:
+    rig = await hosts.start(Listener, Adder, Counter)
+    await hosts.start(Child(Counter, name="far", remap={"count": "far_count"}))
+    stranger = hosts.network.end()
+    far = Action(Fibonacci, "far_count")
+    await rig.start_goal(far, order(0))  # from now on feedback and status of the far action are heard
+    await stranger.open("@ros2_lv/0/**", Tokens())
+    await rig.quiet()
+    sound = write_attachment(Attachment(1, 0, bytes(16)))
+    served = {one.key for one in hosts.ends[rig].servers}
+    heard = {one.key for one in hosts.ends[rig].subscriptions}
+
+    def key(part: str, keys: set[str]) -> str:
+        (found,) = (one for one in keys if one.startswith(f"0/{part}/"))
+        return found
+
+    stranger.ask(key("add", served), b"", b"short", None, lambda answer: None)
+    stranger.ask(key("add", served), b"", sound, None, lambda answer: None)
+    stranger.ask(key("count/_action/send_goal", served), b"", sound, None, lambda answer: None)
+    stranger.outlet(key("far_count/_action/feedback", heard), Delivery()).put(b"", sound)
+    stranger.outlet(key("numbers", heard), Delivery()).put(b"", sound)
+    stranger.outlet(key("numbers", heard), Delivery()).put(b"", b"short")
+    stranger.announce("@ros2_lv/0/no token").close()
+    await rig.quiet()
+
+    told = [
+        (line.event, str(line.fields.get("service") or line.fields.get("topic") or ""))
+        for line in rig.logs
+        if line.fields.get("next") == "further ones are counted only"
+    ]
+    assert sorted(told) == [
+        ("a message cannot be decoded", "/far_count/_action/feedback"),
+        ("a message cannot be decoded", "/numbers"),
+        ("a request cannot be decoded", "/add"),
+        ("a request cannot be decoded", "/count/_action/send_goal"),
+        ("a request has no attachment that can be read", "/add"),
+        ("a token cannot be read", ""),
+        ("an attachment cannot be read", ""),
+    ]
+    await stranger.close()
+    await rig.system.stop("the test is over")
+    (line,) = events(rig.logs, "data of other processes could not be read")
+    assert line.fields["count"] == 7
+
+
+async def test_a_message_that_cannot_be_decoded_and_a_gap_are_each_counted_once(hosts: Hosts) -> None:
+    rig, other = await hosts.start(Talker), await hosts.start(Node)
+    probe = other.probe(NUMBERS)
+    await rig.quiet()
+    (token,) = (token for token in hosts.network.tokens if "/MP/" in token and "numbers" in token)
+    outlet = hosts.ends[rig].outlet(NUMBERS_KEY, Delivery())
+    for value, payload in ((1, encode(number(1))), (2, b"\0\1\0\0"), (4, encode(number(4))), (6, encode(number(6)))):
+        outlet.put(payload, write_attachment(Attachment(value, 0, gid_of(token))))
+    await rig.quiet()
+    assert (values(probe), probe.dropped) == ([1, 4, 6], 3)

@@ -13,14 +13,14 @@ import time
 import traceback
 
 from actors import Child
-from tests.interop.ros2 import services, tools, topics
+from tests.interop.ros2 import security, services, tools, topics
 from tests.interop.ros2.bench import Bench, Check, NoRos, Ros, bench, find_ros
 
 SKIPPED = 77
 
 
 def chosen(parts: list[str]) -> list[tuple[str, Check]]:
-    every = [*topics.checks(), *services.checks(), *tools.checks()]
+    every = [*topics.checks(), *services.checks(), *tools.checks(), *security.checks()]
     return [(name, check) for name, check in every if not parts or any(part in name for part in parts)]
 
 

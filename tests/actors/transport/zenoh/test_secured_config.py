@@ -47,6 +47,13 @@ def test_session_gossip_point_and_router_have_the_same_locks(fleet: Fleet) -> No
     assert session["connect"]["endpoints"] == point["listen"]["endpoints"] == ["tls/127.0.0.1:7999"]
 
 
+def test_thin_links_are_thin_with_tls_too(fleet: Fleet) -> None:
+    config = ZenohConfig(thin_links=True, security=fleet.security("robot"))
+    link = understood(session_settings(config, "ab12"))["transport"]["link"]
+    assert link["tls"]["so_sndbuf"] == link["tcp"]["so_sndbuf"] == 16 * 1024
+    assert link["tls"]["enable_mtls"] is True
+
+
 def test_without_rules_and_users_none_are_set_and_without_mutual_no_certificate_is_shown(fleet: Fleet) -> None:
     tls = {"authority": "authority.pem", "certificate": "certificate.pem", "key": "key.pem", "mutual": False}
     config = ZenohConfig(security=fleet.security("robot", user=None, tls=tls))

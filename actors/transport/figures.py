@@ -1,0 +1,164 @@
+"""What a process tells of itself to those who watch: its CPU time, its memory, and the state of each of its nodes.
+
+It is put on the key of a topic, ``/_robactor/figures``, for which no token is shown: watching costs a subscription, and not to be watched
+costs nothing. While anybody subscribes, each process of this library sends its figures at once, and then every `PERIOD`.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+import time
+from typing import TYPE_CHECKING, Final
+
+from actors.contracts.contracts import Topic
+from actors.interfaces.cdr import encode
+from actors.interfaces.message import Message
+from actors.interfaces.types import Many, default, uint32, uint64
+from actors.transport.format.attachments import attachment_writer
+from actors.transport.format.gids import gid_of
+from actors.transport.format.keys import DataKey, write_key
+from actors.transport.protocol import Delivery
+from actors.transport.types_here import described_type
+
+if TYPE_CHECKING:
+    from asyncio import TimerHandle
+
+    from actors.runtime.record import NodeRecord
+    from actors.transport.local_side import LocalSide
+    from actors.transport.protocol import Outlet
+
+__all__ = ["FIGURES", "PERIOD", "NodeFigures", "ProcessFigures", "Teller"]
+
+PERIOD: Final = 1.0
+"""Seconds from one report of a process to the next, while it is watched."""
+
+
+class NodeFigures(Message, frozen=True, kw_only=True):
+    """One node of the process."""
+
+    name: str
+    state: str
+    incarnation: uint32
+    restarts: uint32
+    """How many of its lives have ended in a restart."""
+    handled: uint64
+    """How many messages, requests and ticks it has handled, in all its lives."""
+    waiting: uint32
+    """How many wait in its inbox."""
+    inbox_age: float
+    """For how long the one that is measured has waited, seconds."""
+
+
+class ProcessFigures(Message, frozen=True, kw_only=True):
+    """One process."""
+
+    host: str
+    process: uint32
+    session: str
+    """Its identity on the network."""
+    program: str
+    """The name of its main module; not its arguments, which may be nobody's business."""
+    at: float
+    """When this was measured, in seconds on the clock of its event loop."""
+    cpu: float
+    """The CPU time of all its threads since it began, seconds."""
+    memory: uint64
+    """Its resident memory, bytes; 0 if the system does not tell."""
+    unreadable: uint64
+    """How much has come from other processes that could not be read."""
+    nodes: Many[NodeFigures] = default()
+
+
+FIGURES: Final = Topic(ProcessFigures, "/_robactor/figures", 1000)
+"""For those who watch; each process has a publisher of it that shows no token."""
+
+
+class Teller:
+    """Tells the figures of one process.
+
+    Invariant: a timer is running while it is open and somebody watches; otherwise nothing of it runs.
+    """
+
+    def __init__(self, side: LocalSide) -> None:
+        self._side = side
+        self._loop = side.runtime.loop
+        self._outlet: Outlet | None = None
+        self._timer: TimerHandle | None = None
+        self._write = attachment_writer(gid_of(f"{FIGURES.name}/{side.transport.session}"))
+        self._sent = 0
+
+    def open(self) -> None:
+        """Tell those who watch, from now on. To be called when the transport is open."""
+        key = write_key(DataKey(self._side.domain_id, FIGURES.name, *described_type(ProcessFigures)))
+        self._outlet = self._side.transport.outlet(key, Delivery(depth=2, priority=7))
+        self.wanted(self._outlet)
+
+    def wanted(self, outlet: Outlet) -> None:
+        """See `Events.wanted`."""
+        if outlet is not self._outlet:
+            return
+        if outlet.wanted and self._timer is None:
+            self._tell(outlet)
+        elif not outlet.wanted:
+            self._rest()
+
+    def close(self) -> None:
+        """Tell nobody any more."""
+        self._rest()
+        outlet, self._outlet = self._outlet, None
+        if outlet is not None:
+            outlet.close()
+
+    def _rest(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _tell(self, outlet: Outlet) -> None:
+        self._sent += 1
+        outlet.put(encode(self._figures()), self._write(self._sent, self._side.wall_ns()))
+        self._timer = self._loop.call_later(PERIOD, self._tell, outlet)
+
+    def _figures(self) -> ProcessFigures:
+        runtime = self._side.runtime
+        return ProcessFigures(
+            host=socket.gethostname(),
+            process=os.getpid(),
+            session=self._side.transport.session,
+            program=_program(),
+            at=self._loop.time(),
+            cpu=time.process_time(),
+            memory=_memory(),
+            unreadable=self._side.unreadable.count,
+            nodes=[_node(record) for record in runtime.directory.records.values()],
+        )
+
+
+def _node(record: NodeRecord) -> NodeFigures:
+    load = record.load
+    return NodeFigures(
+        name=record.identity.fqn,
+        state=record.state,
+        incarnation=record.incarnation,
+        restarts=record.restart_count,
+        handled=load.handled,
+        waiting=load.waiting,
+        inbox_age=load.age,
+    )
+
+
+def _program() -> str:
+    main = sys.modules.get("__main__")
+    module = getattr(getattr(main, "__spec__", None), "name", "") or os.path.basename(sys.argv[0])
+    return module.removesuffix(".__main__")
+
+
+def _memory() -> int:
+    """Resident bytes, as Linux tells."""
+    try:
+        with open("/proc/self/statm", encoding="ascii") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        return 0
