@@ -18,6 +18,7 @@ GROUPS: Mapping[str, str] = MappingProxyType(
     {
         "node": "the nodes of the graph                     node list",
         "topic": "its topics, and what is sent on them       topic list | echo",
+        "bag": "recordings                                 bag record --all | play BAG | info BAG",
         "top": "hosts, processes and nodes, live            top --once | --json",
         "security": "certificates, and who may do what          security create | show | check",
         "router": "the meeting point of several machines      router --listen tcp/0.0.0.0:7447",

@@ -14,6 +14,7 @@ commands:
   picture    render the robot, its map and its path to PNG                  picture --help
   node       the nodes of the running graph, from any terminal              node list
   topic      its topics, and what is sent on them                           topic list | echo
+  bag        recordings, as those of ros2 bag                                bag record | play | info | ...
   top        hosts, processes and nodes, live                             top --once | --json
   security   certificates, and who may do what                            security create | show | check
   router     a meeting point for several machines                           router --help

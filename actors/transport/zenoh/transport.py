@@ -15,6 +15,7 @@ from actors.transport.zenoh.config import ZenohConfig, session_settings, write_c
 from actors.transport.zenoh.connection import Connection
 from actors.transport.zenoh.gossip_point import GossipPoint
 from actors.transport.zenoh.library import cannot_listen, import_zenoh, one_line
+from actors.transport.zenoh.memory import keep_freed_memory, leave_no_segments
 from actors.transport.zenoh.worker import Worker
 
 __all__ = ["ZenohTransport"]
@@ -139,6 +140,9 @@ class ZenohTransport:
 
 def _open_session(config: ZenohConfig, session: str, point: GossipPoint) -> objects.Session:
     settings = write_config(config.file, session_settings(config, session))
+    keep_freed_memory()
+    if config.shared_memory:
+        leave_no_segments()
     point.hold()
     library = import_zenoh()
     try:
