@@ -205,15 +205,15 @@ class KnownNode(Protocol):
 
 def take(now: float, nodes: Iterable[KnownNode], graph: Graph) -> Snapshot:
     """Take a snapshot of the nodes and the graph of one system. `now` is in seconds on the system's clock."""
-    known, elsewhere = tuple(nodes), tuple(graph.elsewhere())
-    ours = {
-        (one.identity.fqn, one.process) for one in known
-    }  # nodes of our other processes are seen by the transport, too
-    others = (one for one in elsewhere if not one.process or (one.fqn, one.process) not in ours)
-    places = {one.fqn: (one.host, one.process) for one in elsewhere}
+    local = tuple(nodes)
+    ours = {(one.identity.fqn, one.process) for one in local}
+    known = tuple(graph.elsewhere())
+    places = {one.fqn: (one.host, one.process) for one in known}
+    # nodes of our own other processes are seen by the transport, too
+    others = (one for one in known if not one.process or (one.fqn, one.process) not in ours)
     return Snapshot(
         at=now,
-        nodes=tuple(sorted((*map(_node, known), *map(_elsewhere, others)), key=lambda node: node.name)),
+        nodes=tuple(sorted((*map(_node, local), *map(_elsewhere, others)), key=lambda node: node.name)),
         topics=tuple(_topic(entry, now, places) for _, entry in sorted(graph.topics.items())),
         services=tuple(sorted((*_services(graph), *_actions(graph)), key=lambda service: service.name)),
         links=tuple(sorted(map(_link, graph.links()))),

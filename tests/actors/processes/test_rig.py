@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import io
+import json
+from types import TracebackType
 from typing import Any, cast
 
 import pytest
@@ -36,10 +39,15 @@ from actors.interfaces.lifecycle_msgs.msg import Transition
 from actors.interfaces.lifecycle_msgs.srv import ChangeState, GetState
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
+from actors.logs import LogRecord, console_sink, json_sink, structlog_sink
+from actors.places import traceback_of, users_trace
 from actors.processes.messages import StopAsked
+from actors.processes.pickling import pack, unpack
 from actors.processes.simulated import SimulatedProcess
 from actors.supervision.errors import NotFound
 from actors.testing import Rig
+from tests.actors.processes.test_life import Stage
+from tests.actors.supervision.kit import virtual
 
 COUNT = Topic(Int32, "count")
 DO = Service(Trigger, "do")
@@ -524,3 +532,49 @@ async def test_a_child_that_is_ready_can_be_stopped_before_its_nodes_are_known_h
     with pytest.raises(StartFailed, match="terminated before it had started"):
         await starting
     assert len(lines(rig, "stopped")) == 1
+
+
+def test_the_traceback_of_a_line_of_another_process_is_shown_by_every_sink(capsys: pytest.CaptureFixture[str]) -> None:
+    line = LogRecord(
+        1.0, 40, "/camera", 1, "odd", {"process": 7}, trace="Traceback (most recent call last):\nOSError: broken"
+    )
+    assert line.traceback.endswith("OSError: broken")
+    assert str(line).endswith("OSError: broken")
+    out = io.StringIO()
+    json_sink(out)(line)
+    assert json.loads(out.getvalue())["exception"] == line.traceback
+    console_sink(out)(line)
+    assert out.getvalue().count("OSError: broken") == 2
+    structlog_sink(line)
+    assert "OSError: broken" in capsys.readouterr().out
+
+
+def broken_elsewhere() -> OSError:
+    """An error as it comes from another process."""
+    try:
+        raise OSError("broken")
+    except OSError as error:
+        return cast("OSError", unpack(pack(error)))
+
+
+@virtual
+async def test_an_error_of_another_process_shows_its_own_lines_and_none_of_this_one() -> None:
+    stage = Stage()
+    await stage.ready()
+    await stage.ends(broken_elsewhere())
+    with pytest.raises(OSError, match="broken") as caught:
+        await stage.task
+    error = caught.value.with_traceback(_inner(caught.value))
+    shown = traceback_of(error)
+    assert shown is not None
+    text = "".join(shown.format())
+    assert "in broken_elsewhere" in text and "life.py" not in text
+    assert users_trace(error) is None
+
+
+def _inner(error: BaseException) -> TracebackType | None:
+    """The part of its traceback that lies in the framework."""
+    trace = error.__traceback__
+    while trace is not None and not trace.tb_frame.f_code.co_filename.endswith("life.py"):
+        trace = trace.tb_next
+    return trace

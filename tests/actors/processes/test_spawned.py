@@ -218,7 +218,7 @@ async def test_the_flight_record_of_a_process_whose_child_fails_is_written_and_n
     tree = Supervisor("top", children=[Child(Servant, process=True)])
     async with run(tree, signals=False, sinks=(lines.append,), observers=(FlightRecorder(),)) as system:
         async with open_node("asker", system=system) as asker:
-            await asker.call(DO, Trigger.Request(), timeout=30.0)
+            await asker.subscribe(TICKS).next(timeout=30.0)
         system.crash("servant", OSError("broken"))
         await until(lambda: [line for line in lines if line.event == "flight record of a process"])
         (line,) = (line for line in lines if line.event == "flight record of a process")
