@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from actors.check.checker import Finding
 from actors.contracts.contracts import ArrivalPolicy, Arrivals
-from actors.graph.snapshot import Edge, NodeView, ServiceView, Snapshot, TopicView
+from actors.graph.snapshot import Edge, LinkView, NodeView, ServiceView, Snapshot, TopicView
 from actors.inbox.load import HandlerLoad, Load
 from actors.lifecycle.node import PrimaryState
 from actors.names.identity import Identity
@@ -50,6 +50,7 @@ __all__ = [
     "Identity",
     "Kind",
     "Late",
+    "LinkView",
     "Load",
     "NodeRecord",
     "NodeView",

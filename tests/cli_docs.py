@@ -156,6 +156,19 @@ SCENES = (
 )
 
 
+DOCTOR = Scene(
+    "When something does not work",
+    ("my_first_robot battery_server", "my_first_robot sensor_data_publisher", "communication_demo processor"),
+    ("/battery_service_server", "/sensor_data_publisher", "/data_processor"),
+    (
+        Command("doctor topic /sensor_data"),
+        Command("doctor topic /temperature --report-failed"),
+        Command("doctor service /get_battery --report-failed"),
+        Command("doctor service /get_battery_status std_srvs/srv/Trigger --report-failed"),
+    ),
+)
+
+
 def main() -> None:
     """Write the generated parts of the page."""
     PAGE.write_text(written(PAGE.read_text(encoding="utf-8"), transcript()), encoding="utf-8")

@@ -20,6 +20,7 @@ from actors.services.peers import Caller
 
 if TYPE_CHECKING:
     from actors.actions.goals import GoalRecord
+    from actors.actions.requests import GoalRequest
     from actors.contracts.contracts import Action
     from actors.time.clock import Clock
 
@@ -61,9 +62,13 @@ class GoalHandlers(NamedTuple):
 class GoalObservers:
     """Callbacks, besides the clients, for the status and feedback of an action's goals. They publish its topics and must not raise."""
 
-    __slots__ = ("feedback", "status")
+    __slots__ = ("ended", "feedback", "requested", "status")
 
     def __init__(self) -> None:
+        self.requested: list[Callable[[GoalRequest], None]] = []
+        """Called with every request for the acceptance of a goal."""
+        self.ended: list[Callable[[GoalRecord], None]] = []
+        """Called with every goal that has ended."""
         self.status: list[Callable[[], None]] = []
         """Called after every change of a goal's status."""
         self.feedback: list[Callable[[bytes, Any], None]] = []

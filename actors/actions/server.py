@@ -124,6 +124,8 @@ class ActionServer:
         self.goals += 1
         request = GoalRequest(self, goal_id, message, client)
         self.requests[request] = None
+        for observer in self.observers.requested:
+            observer(request)
         self.node.inbox.put_control(request)
         return request
 
@@ -279,6 +281,8 @@ class ActionServer:
             self._expire_later(0)
         client, goal.client = goal.client, None
         self._observe()
+        for observer in self.observers.ended:
+            observer(goal)
         if client is not None:
             client.on_result(outcome)
         goal.waiters.wake_all()

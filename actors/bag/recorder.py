@@ -13,15 +13,17 @@ It only observes: a run is the same with and without it. The file is in MCAP for
 from __future__ import annotations
 
 import os
-from collections import deque
 from collections.abc import Callable, Mapping
+from functools import partial
 from heapq import merge
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.bag.events import SUPERVISOR_EVENTS, event_message
 from actors.bag.mcap_file import McapFile
+from actors.bag.offers import known_type
+from actors.bag.ring import Channel, Entry, Ring, Source, placed
 from actors.bag.weight import weight_of
 from actors.errors import NotStarted
 from actors.interfaces.cdr import encode
@@ -45,95 +47,13 @@ __all__ = ["Channel", "Entry", "FlightRecord", "FlightRecorder", "Source"]
 
 SECONDS: Final = 30.0
 MAX_BYTES: Final = 64 * 1024 * 1024
+PROCESS_BYTES: Final = 8 * 1024 * 1024
+"""The most memory of a recorder in a process of its own: its record is written before the process ends, which takes time."""
 LINES_SHARE: Final = 8
 """One part in `LINES_SHARE` of the memory is reserved for log lines and events, so that large messages cannot displace them."""
 
 
-class Channel:
-    """One topic of one type, with the QoS offered by its publishers. `latched` maps a publisher's node to its latched messages that have
-    left the ring."""
-
-    __slots__ = ("latched", "offered", "topic", "type")
-
-    def __init__(self, topic: str, type: type[Message]) -> None:
-        self.topic = topic
-        self.type = type
-        self.offered: list[QoS] = []
-        self.latched: dict[str, deque[Entry]] = {}
-
-    def offer(self, qos: QoS) -> None:
-        if qos not in self.offered:
-            self.offered.append(qos)
-
-
-class Source(NamedTuple):
-    """The origin of a message. `keeps` is the number of messages that its publisher keeps for late joiners; 0 if it is volatile."""
-
-    channel: Channel
-    node: str = ""
-    keeps: int = 0
-
-
-class Entry(NamedTuple):
-    """One recorded message: its position in the order of all, the time of publication in seconds on the system's clock, and its size."""
-
-    order: int
-    at: float
-    source: Source
-    message: Message
-    weight: int
-
-
 _new: Any = cast("Any", tuple).__new__  # creates an `Entry` in half the time
-
-
-class Ring:
-    """The newest entries, limited by their size in bytes.
-
-    Invariants:
-
-    * Entries are in order of arrival. `bytes` is the size of all of them, plus `kept`.
-    * `bytes` is at most `max_bytes` after each `append`, and `kept` at most half of it.
-    """
-
-    __slots__ = ("bytes", "entries", "kept", "lost", "max_bytes")
-
-    def __init__(self, max_bytes: int) -> None:
-        self.entries: deque[Entry] = deque()
-        self.bytes = 0
-        self.max_bytes = max_bytes
-        self.kept = 0
-        """The bytes, part of `bytes`, of latched messages that have left the ring; at most half, because they do not expire."""
-        self.lost = 0
-        """The number of entries dropped early because there was no room."""
-
-    def append(self, entry: Entry, horizon: float) -> None:
-        self.entries.append(entry)
-        self.bytes += entry.weight
-        self.trim(horizon)
-
-    def trim(self, horizon: float) -> None:
-        """Drop the entries older than `horizon`, and more if there is not enough room for the rest."""
-        entries = self.entries
-        while entries and (self.bytes > self.max_bytes or entries[0].at < horizon):
-            self.lost += entries[0].at >= horizon
-            self._drop()
-
-    def _drop(self) -> None:
-        """Drop the oldest entry, but keep the message if a latched publisher still holds it."""
-        entry = self.entries.popleft()
-        self.bytes -= entry.weight
-        source = entry.source
-        if source.keeps:
-            latched = source.channel.latched.setdefault(source.node, deque())
-            latched.append(entry)
-            self._hold(entry.weight)
-            while latched and (len(latched) > source.keeps or 2 * self.kept > self.max_bytes):
-                self._hold(-latched.popleft().weight)
-
-    def _hold(self, weight: int) -> None:
-        self.bytes += weight
-        self.kept += weight
 
 
 class FlightRecorder:
@@ -149,6 +69,7 @@ class FlightRecorder:
         if not seconds > 0.0:
             raise ValueError(f"FlightRecorder(seconds={seconds}): give a positive number of seconds")
         self.seconds = seconds
+        self._max_bytes = max_bytes
         self._system: System | None = None
         self._order = count()
         self._messages = Ring(max_bytes - max_bytes // LINES_SHARE)
@@ -178,14 +99,21 @@ class FlightRecorder:
         system.observe(lines=self._log, reports=self._report)
         return self
 
+    def for_process(self) -> Callable[[], FlightRecorder]:
+        """A function that makes the recorder of another process of the recorded tree, for which less memory suffices.
+
+        When the child of that process fails, its record is written to a file, which is named in the log.
+        """
+        return partial(FlightRecorder, seconds=self.seconds, max_bytes=min(self._max_bytes, PROCESS_BYTES))
+
     def freeze(self) -> FlightRecord:
         """Return the present contents as a value that does not change. Only references are copied."""
         newest = max((ring.entries[-1].at for ring in self._rings if ring.entries), default=0.0)
         for ring in self._rings:
             ring.trim(newest - self.seconds)
-        latched = [entry for channel in self._channels.values() for kept in channel.latched.values() for entry in kept]
+        latched = sorted(entry for channel in self._channels.values() for entry in channel.held())
         entries = tuple(merge(*(ring.entries for ring in self._rings)))
-        return FlightRecord(self.system, entries, tuple(sorted(latched)), self)
+        return FlightRecord(self.system, entries, tuple(latched), self)
 
     def dump(self, path: str | os.PathLike[str], *, notes: Mapping[str, str] | None = None) -> Path:
         """Write the present contents to an MCAP file and return its path. `notes` are stored in the file. Raises `OSError`.
@@ -215,7 +143,10 @@ class FlightRecorder:
         qos, topic = publisher.qos, publisher.entry.name
         if topic == ROSOUT:  # log lines are recorded by the sink
             return _nothing
-        channel = self._channel(topic, publisher.type)
+        kind = known_type(publisher.type)
+        if kind is None:  # a publisher of another process, whose messages cannot be read here
+            return _nothing
+        channel = self._channel(topic, kind)
         channel.offer(qos)
         source = Source(channel, publisher.node.fqn, qos.limit if qos.transient_local else 0)
         weigh, order, seconds, now = weight_of(channel.type), self._order, self.seconds, self.system.clock.now
@@ -226,7 +157,7 @@ class FlightRecorder:
         def deliver(message: Message) -> None:
             at = now()
             weight = weigh(message)
-            entries.append(_new(Entry, (next(order), at, source, message, weight)))
+            entries.append(_new(Entry, (next(order), at, source, message, weight, None)))
             ring.bytes += weight
             if ring.bytes > max_bytes or entries[0].at < at - seconds:
                 ring.trim(at - seconds)
@@ -287,11 +218,10 @@ class FlightRecord:
         def wall(at: float) -> int:
             return clock.wall_ns_at(at) + shift
 
-        begin = self.entries[0].at if self.entries else 0.0
         numbers: dict[Channel, int] = {}
         unencodable = 0
         with McapFile(path) as file:
-            for entry in (*self.latched, *self.entries):
+            for entry, at in placed(self.latched, self.entries):
                 channel = entry.source.channel
                 if channel not in numbers:
                     numbers[channel] = file.channel(channel.topic, channel.type, channel.offered)
@@ -300,7 +230,7 @@ class FlightRecord:
                 except CdrError:
                     unencodable += 1
                     continue
-                file.write(numbers[channel], data, received_ns=wall(max(entry.at, begin)), published_ns=wall(entry.at))
+                file.write(numbers[channel], data, received_ns=wall(at), published_ns=wall(entry.at))
             file.metadata("flight_record", self._facts(unencodable, shift) | dict(notes or {}))
         return file.path
 

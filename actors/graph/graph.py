@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.graph.mismatch import mismatch_of
 from actors.graph.servers import ActionEntry, ServerEntry, ServiceEntry
-from actors.graph.watching import GraphWatcher, KnownElsewhere
+from actors.graph.watching import GraphWatcher, KnownElsewhere, KnownLink
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
@@ -208,6 +208,8 @@ class Graph:
         """Told of every endpoint that joins or leaves."""
         self.elsewhere: Callable[[], Iterable[KnownElsewhere]] = tuple
         """Returns the known nodes of other processes."""
+        self.links: Callable[[], Iterable[KnownLink]] = tuple
+        """Returns the other processes that can be reached."""
         self._listeners: list[Callable[[], None]] = []
 
     def __repr__(self) -> str:

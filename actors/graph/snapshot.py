@@ -6,27 +6,40 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import msgspec
 
+from actors.topics.peers import Elsewhere
+
 if TYPE_CHECKING:
     from actors.graph.graph import Graph, TopicEntry
-    from actors.graph.watching import KnownElsewhere
+    from actors.graph.watching import KnownElsewhere, KnownLink
     from actors.inbox.load import Load
     from actors.names.identity import Identity
+    from actors.topics.peers import PublisherPeer, SubscriptionPeer
 
-__all__ = ["Edge", "KnownNode", "NodeView", "ServiceView", "Snapshot", "TopicView", "take"]
+__all__ = ["Edge", "KnownNode", "LinkView", "NodeView", "ServiceView", "Snapshot", "TopicView", "take"]
+
+Places: TypeAlias = "dict[str, tuple[str, int]]"
+"""Node of another process -> its host and process."""
 
 
 class Edge(msgspec.Struct, frozen=True, order=True):
-    """One node's publishers or subscriptions of one topic: their quality of service as text, and their counters."""
+    """One publisher or subscription of a topic: its quality of service as text, and its counters."""
 
     node: str
     qos: str
     messages: int
     dropped: int = 0
+    """Of a subscription of this process: the messages that it has lost. Of a publisher of another process: those that did not get here."""
     waiting: int = 0
+    host: str = ""
+    """The machine of an endpoint of another process; empty for one of this process, and if it is not known."""
+    process: int = 0
+    """The process of an endpoint of another process; 0 for one of this process, and if it is not known."""
+    bytes: int = 0
+    """Of a publisher of another process: what has arrived from it. Of a subscription of another process: what has been sent for it."""
 
 
 class TopicView(msgspec.Struct, frozen=True):
@@ -72,6 +85,18 @@ class NodeView(msgspec.Struct, frozen=True):
     """The process of a node of another process; 0 for a node of this process, and if it is not known."""
 
 
+class LinkView(msgspec.Struct, frozen=True, order=True):
+    """What has been exchanged with one other process since it was found; see `actors.transport.protocol.Link`."""
+
+    host: str
+    process: int
+    session: str
+    sent_bytes: int
+    received_bytes: int
+    dropped: int
+    """The samples for it or from it that this process has dropped."""
+
+
 class Snapshot(msgspec.Struct, frozen=True):
     """The nodes, topics, services and actions of a system at one instant, each sorted by name.
 
@@ -82,6 +107,8 @@ class Snapshot(msgspec.Struct, frozen=True):
     nodes: tuple[NodeView, ...]
     topics: tuple[TopicView, ...]
     services: tuple[ServiceView, ...]
+    links: tuple[LinkView, ...] = ()
+    """The other processes of the domain that can be reached."""
 
     def to_json(self) -> str:
         """The snapshot as JSON."""
@@ -172,14 +199,24 @@ class KnownNode(Protocol):
     @property
     def load(self) -> Load: ...
 
+    @property
+    def process(self) -> int: ...
+
 
 def take(now: float, nodes: Iterable[KnownNode], graph: Graph) -> Snapshot:
     """Take a snapshot of the nodes and the graph of one system. `now` is in seconds on the system's clock."""
+    local = tuple(nodes)
+    ours = {(one.identity.fqn, one.process) for one in local}
+    known = tuple(graph.elsewhere())
+    places = {one.fqn: (one.host, one.process) for one in known}
+    # nodes of our own other processes are seen by the transport, too
+    others = (one for one in known if not one.process or (one.fqn, one.process) not in ours)
     return Snapshot(
         at=now,
-        nodes=tuple(sorted((*map(_node, nodes), *map(_elsewhere, graph.elsewhere())), key=lambda node: node.name)),
-        topics=tuple(_topic(entry, now) for _, entry in sorted(graph.topics.items())),
+        nodes=tuple(sorted((*map(_node, local), *map(_elsewhere, others)), key=lambda node: node.name)),
+        topics=tuple(_topic(entry, now, places) for _, entry in sorted(graph.topics.items())),
         services=tuple(sorted((*_services(graph), *_actions(graph)), key=lambda service: service.name)),
+        links=tuple(sorted(map(_link, graph.links()))),
     )
 
 
@@ -187,7 +224,8 @@ def _node(known: KnownNode) -> NodeView:
     load = known.load
     slowest = f"{load.slowest.handler} {load.slowest.longest:.3g} s" if load.slowest is not None else ""
     return NodeView(
-        known.identity.fqn, "/".join(known.path), known.state, known.incarnation, load.waiting, load.handled, round(load.age, 6), slowest
+        known.identity.fqn, "/".join(known.path), known.state, known.incarnation, load.waiting, load.handled, round(load.age, 6), slowest,
+        process=known.process,
     )  # fmt: skip
 
 
@@ -195,13 +233,33 @@ def _elsewhere(known: KnownElsewhere) -> NodeView:
     return NodeView(known.fqn, "", "elsewhere", 0, 0, host=known.host, process=known.process)
 
 
-def _topic(entry: TopicEntry, now: float) -> TopicView:
+def _link(known: KnownLink) -> LinkView:
+    return LinkView(known.host, known.process, known.session, known.sent_bytes, known.received_bytes, known.dropped)
+
+
+def _publisher(one: PublisherPeer, places: Places) -> Edge:
+    edge = Edge(one.node.fqn, repr(one.qos), one.count)
+    if not isinstance(one, Elsewhere):
+        return edge
+    host, process = places.get(one.node.fqn, ("", 0))
+    return msgspec.structs.replace(edge, dropped=one.missed, host=host, process=process, bytes=one.carried_bytes)
+
+
+def _subscription(one: SubscriptionPeer, places: Places) -> Edge:
+    edge = Edge(one.node.fqn, repr(one.qos), one.received, one.dropped, one.waiting)
+    if not isinstance(one, Elsewhere):
+        return edge
+    host, process = places.get(one.node.fqn, ("", 0))
+    return msgspec.structs.replace(edge, host=host, process=process, bytes=one.carried_bytes)
+
+
+def _topic(entry: TopicEntry, now: float, places: Places) -> TopicView:
     seconds = now - entry.opened if entry.opened is not None else 0.0
     return TopicView(
         entry.name,
         entry.type_names,
-        tuple(Edge(one.node.fqn, repr(one.qos), one.count) for one in entry.publishers),
-        tuple(Edge(one.node.fqn, repr(one.qos), one.received, one.dropped, one.waiting) for one in entry.subscriptions),
+        tuple(_publisher(one, places) for one in entry.publishers),
+        tuple(_subscription(one, places) for one in entry.subscriptions),
         entry.message_count,
         round(entry.message_count / seconds, 6) if seconds > 0.0 else 0.0,
         tuple(f"{publisher} -> {subscriber}: {why}" for (publisher, subscriber, _), why in entry.mismatches.items()),

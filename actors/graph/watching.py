@@ -27,6 +27,28 @@ class GraphWatcher(Protocol):
         ...
 
 
+class KnownLink(Protocol):
+    """What has been exchanged with another process; see `actors.transport.protocol.Link`."""
+
+    @property
+    def session(self) -> str: ...
+
+    @property
+    def host(self) -> str: ...
+
+    @property
+    def process(self) -> int: ...
+
+    @property
+    def sent_bytes(self) -> int: ...
+
+    @property
+    def received_bytes(self) -> int: ...
+
+    @property
+    def dropped(self) -> int: ...
+
+
 class KnownElsewhere(Protocol):
     """A node of another process, as a snapshot shows it."""
 

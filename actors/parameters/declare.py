@@ -315,3 +315,19 @@ _BUILT_IN: Final[tuple[ParameterDeclaration[bool], ...]] = (
 
 NO_PARAMETERS: Final = ParameterTable()
 """The table of a node class without parameters of its own."""
+
+
+def _introspection(name: str, whose: str) -> ParameterDeclaration[str]:
+    description = f"What {whose} tell of each call on the topic <service>/_service_event: off, metadata, or contents."
+    return parameter("off", name=name, choices=("off", "disabled", "metadata", "contents"), description=description)
+
+
+OPTIONAL_PARAMETERS: Final[Mapping[str, ParameterDeclaration[str]]] = {
+    name: _introspection(name, whose)
+    for name, whose in (
+        ("service_configure_introspection", "the services of this node"),
+        ("client_configure_introspection", "the service clients of this node"),
+        ("action_server_configure_introspection", "the actions of this node"),
+    )
+}
+"""The parameters that a node has if it declares them, or if they are given at its start. Their names are those of the demos of ROS 2."""

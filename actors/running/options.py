@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from actors.names.names import logger_name
 from actors.node.node import Node
+from actors.parameters.declare import OPTIONAL_PARAMETERS
 from actors.runtime.options import RunOptions, identity_of
 from actors.suggest import did_you_mean
 from actors.supervision.declarations import Child, DynamicSupervisor, Spec
@@ -143,7 +144,11 @@ def parameters_by_node(where: str, tree: Spec, parameters: ParameterSources) -> 
     for node in nodes:
         values = overrides.for_node(node.fqn) if node.known else {}
         if node.table is not None and node.fixed:
-            values = {name: value for name, value in values.items() if name in node.table.values}
+            values = {
+                name: value
+                for name, value in values.items()
+                if name in node.table.values or name in OPTIONAL_PARAMETERS
+            }
         if values:
             taken[node.fqn] = values
     return taken
@@ -197,6 +202,8 @@ def _check_overrides(overrides: ParameterOverrides, nodes: Sequence[_Declared]) 
                 if all(node.known for node in nodes):
                     raise origin.error(_no_node(pattern, [node.fqn for node in nodes]), pattern)
                 continue
+            if name in OPTIONAL_PARAMETERS:
+                continue  # every node has it if it is given
             holders = [node for node in reached if node.table is not None and name in node.table.values]
             if not holders and all(node.fixed for node in reached):
                 known = {one for node in reached if node.table is not None for one in node.table.values}

@@ -17,6 +17,7 @@ from actors.qos import (
     resolve_subscription,
 )
 from actors.qos.policies import QoS
+from actors.runtime import introspection
 from actors.services.server import Server
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 from actors.topics.timed_publisher import publisher_for
@@ -124,6 +125,7 @@ def serve(
     if entry.local is not None:
         _refuse_second(life, entry.name, entry.local, "service", service.type)
     server = Server(life, entry, service.type, handler, label, concurrent)
+    introspection.watch_server(life, server)
     life.record.services[entry.name] = server
     entry.open(server)
 
@@ -131,6 +133,7 @@ def serve(
 def _serve_action(life: Incarnation, entry: ActionEntry, server: ActionServer) -> None:
     if entry.local is not None:
         _refuse_second(life, entry.name, entry.local, "action", server.type)
+    introspection.watch_action(life, server)
     life.record.actions[entry.name] = server
     entry.open(server)
     graph = life.runtime.graph

@@ -16,9 +16,10 @@ from actors.inbox.control import Failure, StopRequest, blame
 from actors.logs import WARN
 from actors.qos import resolve_publisher, resolve_subscription
 from actors.qos.policies import QoS
-from actors.runtime import answers, endpoints, life, owned_tasks
+from actors.runtime import answers, endpoints, introspection, life, owned_tasks
 from actors.runtime.node_parameters import check_store, make_store
 from actors.services.client import Client
+from actors.services.introspection import caller_id
 from actors.supervision.reasons import Stop
 from actors.topics.stream import Stream, StreamSubscription
 from actors.topics.timed_publisher import publisher_for
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from actors.runtime.runtime import Runtime
     from actors.runtime.sim_time import SimTime
     from actors.runtime.timers import NodeTimer
+    from actors.services.introspection import CallId
     from actors.services.server import Server
     from actors.time.clock import Clock
     from actors.time.deadlines import Deadlines
@@ -197,6 +199,9 @@ class Incarnation:
         """The time of the node's clock, nanoseconds."""
         return self.clock.now_ns()
 
+    def call_id(self, service: str, number: int) -> CallId:
+        return caller_id(self.fqn, service), number
+
     def new_id(self) -> bytes:
         return self.runtime.new_id()
 
@@ -261,6 +266,7 @@ class Incarnation:
             self.clients.clear()
         entry = self.runtime.graph.service(self.identity.service(service.name))
         client = self.clients[service] = Client(self, entry, service)
+        introspection.watch_client(self, client)
         entry.clients[self.fqn] = entry.clients.get(self.fqn, 0)
         return client
 

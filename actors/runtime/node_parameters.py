@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from actors.parameters.hooks import attach_hooks
 from actors.parameters.rates import guard_rates
+from actors.runtime import introspection
 from actors.runtime.timers import retime
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def make_store(life: Incarnation, *, announce: bool) -> ParameterStore:
     def changed(change: ParameterChange) -> None:
         _changed(life, change)
 
-    return ParameterStore(
+    store = ParameterStore(
         life.fqn,
         life.identity.overrides,
         table=life.declarations.table,
@@ -33,6 +34,8 @@ def make_store(life: Incarnation, *, announce: bool) -> ParameterStore:
         on_event=changed,
         announce=announce,
     )
+    introspection.declare(life.identity.overrides, store)
+    return store
 
 
 def check_store(life: Incarnation, store: ParameterStore) -> None:
@@ -51,5 +54,7 @@ def _changed(life: Incarnation, change: ParameterChange) -> None:
             life.ros_time().use(parameter.value is True)
         elif parameter.name in life.declarations.rates:
             retime(life, parameter.name, parameter.value)
+        elif parameter.name in introspection.PARAMETERS:
+            introspection.apply(life)
     for observer in life.runtime.observers.parameters:
         observer(life, change)

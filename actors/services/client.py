@@ -8,11 +8,14 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from actors.errors import WrongType
+from actors.services.introspection import CallStep
 from actors.services.peers import Caller, ServiceName, ServicePeer, refuse_cycle, refuse_other_type
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Service
     from actors.interfaces.message import Message
+    from actors.services.introspection import CallEvents
+    from actors.services.peers import ServiceCall
 
 __all__ = ["Client"]
 
@@ -30,7 +33,7 @@ class Client(Generic[Req, Resp]):
       call. Otherwise it is None.
     """
 
-    __slots__ = ("entry", "inbox", "node", "request", "thread", "type")
+    __slots__ = ("entry", "events", "inbox", "node", "request", "thread", "type")
 
     def __init__(self, node: Caller, entry: ServiceName, service: Service[Req, Resp]) -> None:
         self.node = node
@@ -39,6 +42,8 @@ class Client(Generic[Req, Resp]):
         self.type = service.type
         self.request = service.request
         self.thread = node.thread
+        self.events: CallEvents | None = None
+        """What is told of the steps of calls; None if introspection is off."""
 
     def __repr__(self) -> str:
         return f"<client of {self.entry.name} in {self.node.fqn}>"
@@ -72,6 +77,8 @@ class Client(Generic[Req, Resp]):
         if exclusive:
             refuse_cycle(node, server.node)
         call = server.submit(message, node, timeout)
+        if self.events is not None:
+            _tell(self.events, call, message)
         if not exclusive:
             answer: Resp = await call.future
             return answer
@@ -93,3 +100,14 @@ class Client(Generic[Req, Resp]):
                 return await entry.require()
         except TimeoutError:
             raise entry.unavailable(timeout, self.type.__name__) from None
+
+
+def _tell(events: CallEvents, call: ServiceCall, request: Message) -> None:
+    """Tell of a request now, and of its response when there is one."""
+    events.tell(CallStep.REQUEST_SENT, call, request)
+
+    def answered(future: asyncio.Future[Message]) -> None:
+        if not future.cancelled() and future.exception() is None:
+            events.tell(CallStep.RESPONSE_RECEIVED, call, future.result())
+
+    call.future.add_done_callback(answered)

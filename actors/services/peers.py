@@ -15,10 +15,12 @@ from actors.inbox.inbox import Inbox
 from actors.interfaces.foreign import difference
 
 if TYPE_CHECKING:
+    from actors.services.introspection import CallId
     from actors.time.deadlines import Deadlines
 
 __all__ = [
-    "Answering", "Awaited", "Caller", "Elsewhere", "OpenCall", "Registration", "Requester", "ServedName", "ServiceName", "ServicePeer",
+    "Answering", "Awaited", "Caller", "Elsewhere", "OpenCall", "Registration", "Requester", "ServedName", "ServiceCall", "ServiceName",
+    "ServicePeer",
     "refuse_cycle", "refuse_other_type",
 ]  # fmt: skip
 
@@ -33,6 +35,10 @@ class Requester(Protocol):
 
     @property
     def deadlines(self) -> Deadlines: ...
+
+    def call_id(self, service: str, number: int) -> CallId:
+        """What identifies its call of `service` that the server counts as `number`."""
+        ...
 
 
 class Caller(Requester, Protocol):
@@ -105,6 +111,15 @@ class OpenCall(Awaited, Protocol):
     def future(self) -> asyncio.Future[Any]: ...
 
 
+class ServiceCall(OpenCall, Protocol):
+    """A submitted call of a service."""
+
+    @property
+    def call_id(self) -> CallId:
+        """What identifies the call at both of its ends."""
+        ...
+
+
 class ServicePeer(Answering, Protocol):
     """What a client requires of a server, in this process or another."""
 
@@ -128,7 +143,7 @@ class ServicePeer(Answering, Protocol):
         """Those of them that have not been answered."""
         ...
 
-    def submit(self, message: Any, caller: Caller, timeout: float) -> OpenCall:
+    def submit(self, message: Any, caller: Caller, timeout: float) -> ServiceCall:
         """Accept a request, whose type the client has checked. Never blocks.
 
         Raises ValueError if `timeout` is not a valid number of seconds.

@@ -17,11 +17,13 @@ import msgspec
 from actors.errors import CallTimeout, ServiceFailed, WrongType
 from actors.inbox.control import blame
 from actors.services.cycles import cycle_of
+from actors.services.introspection import CallStep
 from actors.services.peers import Caller, Registration, Requester
 from actors.time.deadlines import FEW
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message, ServiceType
+    from actors.services.introspection import CallEvents, CallId
 
 __all__ = ["Request", "Server"]
 
@@ -46,6 +48,7 @@ class Server:
         "concurrent",
         "deadlines",
         "entry",
+        "events",
         "handler",
         "inbox",
         "label",
@@ -77,6 +80,8 @@ class Server:
         self.active: dict[Request, None] | None = {} if concurrent else None
         self.waiting: deque[Request] | None = deque() if concurrent else None
         self.calls = 0
+        self.events: CallEvents | None = None
+        """What is told of the steps of calls; None if introspection is off."""
         self.took_long = False
         """Whether a concurrent request has taken `LONG`, which is told once."""
 
@@ -96,9 +101,9 @@ class Server:
     def submit(self, message: Any, caller: Requester, timeout: float) -> Request:
         """Queue a request. Its future is completed within `timeout` seconds in every case."""
         inbox = self.inbox
-        request = Request(self, message, inbox.loop.create_future(), caller)
-        self.deadlines.watch(request, timeout)
         self.calls += 1
+        request = Request(self, message, inbox.loop.create_future(), caller, self.calls)
+        self.deadlines.watch(request, timeout)
         if not self.concurrent:
             inbox.items.append(request)
             # `Inbox.put`, inlined to save a call per request. An idle node has a waiter to wake. A busy one is told only of the first
@@ -159,6 +164,8 @@ class Request(msgspec.Struct, eq=False):
     message: Message
     future: asyncio.Future[Any]
     caller: Requester
+    number: int
+    """The place of this call among all that the server has been given."""
     due: float = math.inf
 
     def __repr__(self) -> str:
@@ -171,6 +178,10 @@ class Request(msgspec.Struct, eq=False):
     @property
     def answered(self) -> bool:
         return self.future.done()
+
+    @property
+    def call_id(self) -> CallId:
+        return self.caller.call_id(self.server.entry.name, self.number)
 
     def fail(self, error: BaseException) -> None:
         """Give the caller `error`, unless `future` is already completed."""
@@ -197,6 +208,8 @@ class Request(msgspec.Struct, eq=False):
         server, future = self.server, self.future
         if future.done():  # the caller has given up
             return
+        if server.events is not None:
+            server.events.tell(CallStep.REQUEST_RECEIVED, self, self.message)
         try:
             reply = await server.handler(self.message)
             if reply.__class__ is not server.response:
@@ -215,3 +228,5 @@ class Request(msgspec.Struct, eq=False):
         else:
             if not future.done():
                 future.set_result(reply)
+                if server.events is not None:
+                    server.events.tell(CallStep.RESPONSE_SENT, self, reply)

@@ -10,13 +10,13 @@ because several peers may share one target: a transport has one target per publi
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
 
-__all__ = ["Participant", "Peer", "PublisherPeer", "SubscriptionPeer", "Target", "TopicRegistry"]
+__all__ = ["Elsewhere", "Participant", "Peer", "PublisherPeer", "SubscriptionPeer", "Target", "TopicRegistry"]
 
 Target: TypeAlias = Callable[[Any], None]
 """Receives each message of a publisher, immediately and in order. It never blocks and never raises.
@@ -35,6 +35,21 @@ class Participant(Protocol):
 
     def warn(self, event: str, **fields: object) -> None:
         """Log a warning in the node's name. A stand-in does nothing: the process that runs the node logs it. Never raises."""
+        ...
+
+
+@runtime_checkable
+class Elsewhere(Protocol):
+    """What a stand-in for an end of another process tells of the way to it."""
+
+    @property
+    def carried_bytes(self) -> int:
+        """The size of the messages that have come from a publisher, or were sent for a subscription."""
+        ...
+
+    @property
+    def missed(self) -> int:
+        """How many messages of a publisher did not get here; 0 for a subscription, which counts them itself."""
         ...
 
 
@@ -81,6 +96,11 @@ class PublisherPeer(Peer, Protocol):
     @property
     def count(self) -> int:
         """The number of messages it has published, as far as this process knows. It never decreases."""
+        ...
+
+    @property
+    def arrival(self) -> tuple[bytes, int] | None:
+        """While a message of another process is delivered: that message in CDR, and when it was sent, in nanoseconds since 1970."""
         ...
 
     @property

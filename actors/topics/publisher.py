@@ -219,6 +219,11 @@ class Publisher(Endpoint, Generic[M]):
             deliver(message)
 
     @property
+    def arrival(self) -> tuple[bytes, int] | None:
+        """None: what this publisher delivers is sent at that moment."""
+        return None
+
+    @property
     def latched(self) -> list[M]:
         """The messages kept for late joiners, oldest first; empty for a volatile publisher."""
         return list(self.history or ())

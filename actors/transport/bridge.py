@@ -117,7 +117,7 @@ class Bridge:
             if record.running is not None:
                 self._ready(record.running)
         graph.watchers.append(self)
-        graph.elsewhere = self._nodes_elsewhere
+        graph.elsewhere, graph.links = self._nodes_elsewhere, self._transport.report
         observers.ready.append(self._ready)
         observers.dismissed.append(self._dismissed)
         for tell, token in self._early:
@@ -135,7 +135,7 @@ class Bridge:
             await self._transport.close()
         for token in list(self._endpoints):
             self._gone(token)
-        self._graph.elsewhere = tuple
+        self._graph.elsewhere = self._graph.links = tuple
         if self._side.unreadable.count:
             self._runtime.log.warning("data of other processes could not be read", count=self._side.unreadable.count)
 

@@ -13,6 +13,7 @@ from actors.services.server import Request
 from actors.transport.format.extensions import Waiting
 
 if TYPE_CHECKING:
+    from actors.services.introspection import CallId
     from actors.services.peers import Caller, OpenCall
     from actors.time.deadlines import Deadlines
 
@@ -46,6 +47,12 @@ class RemoteCaller(NamedTuple):
     deadlines: Deadlines
     chain: tuple[Waiting, ...]
     """The nodes that wait for the answer."""
+    sent: CallId
+    """What identifies its call."""
+
+    def call_id(self, service: str, number: int) -> CallId:
+        """See `Requester.call_id`: the client has numbered the call itself."""
+        return self.sent
 
 
 class Waits(NamedTuple):

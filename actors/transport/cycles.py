@@ -7,7 +7,6 @@ that closes the cycle. The request that arrives last in a cycle finds all others
 
 from __future__ import annotations
 
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import CallCycle
@@ -41,10 +40,9 @@ class Cycles:
         self._handle = self._side.transport.serve(self._key(self._side.transport.session), self._arrived)
 
     def close(self) -> None:
-        """Answer no more; harmless if it is not open."""
-        handle, self._handle = self._handle, None
-        if handle is not None:
-            handle.close()
+        """Answer no more."""
+        assert self._handle is not None
+        self._handle.close()
 
     def identity(self, fqn: str) -> tuple[str, int]:
         """The session and the number of a node of this process."""
@@ -86,11 +84,14 @@ class Cycles:
         self._side.transport.ask(self._key(session), write_extension(question), b"", _PATIENCE, _ignore)
 
     def _arrived(self, query: Query) -> None:
-        with suppress(WireFormatError):
-            asked = parse_extension(query.payload)
-            if asked is not None and asked.chain:
-                self._examine(asked.chain[:-1], asked.chain[-1], asked.reason)
         query.drop()
+        try:
+            asked = parse_extension(query.payload)
+        except WireFormatError as error:
+            self._side.unreadable.note("a question about a cycle of calls cannot be read", "", error)
+            return
+        if asked is not None and asked.chain:
+            self._examine(asked.chain[:-1], asked.chain[-1], asked.reason)
 
     def _examine(self, chain: tuple[Waiting, ...], last: Waiting, name: str) -> None:
         """All of `chain` wait for the node `last`, which is to answer `name`."""

@@ -26,6 +26,11 @@ class Client:
         self._sent = 0
         endpoint.show()
 
+    @property
+    def last(self) -> tuple[bytes, int]:
+        """What identifies its newest request: its GID, and the number of the request."""
+        return self._endpoint.gid, self._sent
+
     def attachment(self, extension: Extension) -> bytes:
         """The attachment of the next request. It always has an extension, which says that errors can be read."""
         self._sent += 1

@@ -49,6 +49,7 @@ class Asked:
         self._sent = sent
         self._reads_errors = extension is not None
         self.gid = sent.gid
+        self.number = sent.sequence_number
         self.extension = extension or Extension()
         self.payload = query.payload
 
@@ -169,7 +170,7 @@ class Services:
         if cycle is not None:
             asked.fail(shown.node, cycle)
             return
-        caller = RemoteCaller(self.caller_of(asked.gid), self._side.runtime.deadlines, chain)
+        caller = RemoteCaller(self.caller_of(asked.gid), self._side.runtime.deadlines, chain, (asked.gid, asked.number))
         request = server.submit(message, caller, math.inf)
 
         def respond(future: asyncio.Future[Any]) -> None:

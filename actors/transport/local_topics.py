@@ -64,6 +64,7 @@ class _Sender:
         self._put = outlet.put
         self._attachment = attachment_writer(endpoint.gid)
         self._sent = 0
+        self.sent_bytes = 0
         self._listening = False
         self._expires = nanoseconds(publisher.qos.lifespan) is not None
         if publisher.qos.transient_local:
@@ -79,6 +80,7 @@ class _Sender:
             publisher.node.warn("a message cannot be encoded", topic=publisher.entry.name, error=str(error))
             return
         self._sent += 1
+        self.sent_bytes += len(payload)
         self._put(payload, self._attachment(self._sent, self._wall_ns()))
 
     def listen(self, wanted: bool) -> None:
@@ -176,6 +178,11 @@ class Topics:
         if sender is not None:
             sender.listen(outlet.wanted)
 
+    def _sent_by(self, publisher: PublisherPeer) -> int:
+        """The bytes that a publisher has sent so far; 0 for one that has only just joined."""
+        sender = self._senders.get(publisher)
+        return 0 if sender is None else sender.sent_bytes
+
     def _target_of(self, publisher: PublisherPeer) -> Target:
         return self._senders[publisher].send
 
@@ -247,7 +254,7 @@ class Topics:
             self._remote[text] = self._by_gid[gid_of(text)] = publisher
             entry.add_publisher(publisher)
         else:
-            subscription = RemoteSubscription(node, entry, type, token.qos, self._target_of)
+            subscription = RemoteSubscription(node, entry, type, token.qos, self._target_of, self._sent_by)
             self._remote[text] = subscription
             entry.add_subscription(subscription)
 

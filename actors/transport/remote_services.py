@@ -81,7 +81,7 @@ class RemoteServer:
         payload = encode(message)
         client = self._clients.of(caller.fqn, self._token)
         attachment = client.attachment(Extension(chain=self._clients.cycles.chain_of(caller)))
-        call = RemoteCall(self, asyncio.get_running_loop().create_future())
+        call = RemoteCall(self, asyncio.get_running_loop().create_future(), client.last)
         caller.deadlines.watch(call, timeout)
         self.calls += 1
         self._open[call] = None
@@ -101,9 +101,10 @@ class RemoteCall:
     question is closed.
     """
 
-    def __init__(self, server: RemoteServer, future: asyncio.Future[Any]) -> None:
+    def __init__(self, server: RemoteServer, future: asyncio.Future[Any], call_id: tuple[bytes, int]) -> None:
         self.server = server
         self.future = future
+        self.call_id = call_id
         self.due = math.inf
 
     def __repr__(self) -> str:

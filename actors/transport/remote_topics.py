@@ -53,7 +53,8 @@ class RemotePublisher:
 
     * `kept` holds the newest messages by number: as many as a transient local publisher keeps, else one. A message that arrives twice is
       the same object.
-    * `count` is the highest number that has arrived.
+    * `count` is the highest number that has arrived, `carried_bytes` the size of all that has, and `missed` how many numbers were skipped
+      since the first.
     """
 
     def __init__(self, node: Participant, entry: TopicRegistry, type: ForeignType, qos: QoS, side: LocalSide) -> None:
@@ -61,6 +62,9 @@ class RemotePublisher:
         self.entry = entry
         self.qos = qos
         self.count = 0
+        self.carried_bytes = 0
+        self.missed = 0
+        self.arrival: tuple[bytes, int] | None = None
         self.kept: dict[int, Any] = {}
         self.type: Any = type
         self._wall_ns = side.wall_ns
@@ -88,6 +92,7 @@ class RemotePublisher:
         """Deliver a message to those of `subscriptions` that are matched."""
         # Called for every message of other processes: what only some of them need is asked for first.
         number = sent.sequence_number
+        self.carried_bytes += len(payload)
         if self._shows_itself:
             self._show_alive()
         takers = [
@@ -103,13 +108,16 @@ class RemotePublisher:
             self._not_decoded(takers, error)
             return
         wrapped = message if self._lifespan is None else self._expiring(message, sent.source_time)
+        self.arrival = payload, sent.source_time
         for subscription, match in takers:
             if match.last is not None and number > match.last + 1 + match.unread:
                 subscription.count_lost(number - match.last - 1 - match.unread)
             match.last = number
             match.unread = 0
             match.target(wrapped)
+        self.arrival = None
         if number > self.count:
+            self.missed += number - self.count - 1 if self.count else 0
             self.count = number
             for tap in self._taps:
                 tap(message)
@@ -203,12 +211,16 @@ class RemotePublisher:
 
 
 class RemoteSubscription:
-    """A subscription of another process. What it has received and lost is known there only."""
+    """A subscription of another process. What it has received and lost is known there only.
+
+    Invariant: `_matched` holds the publishers of this process that it is matched with, each with what it had sent before that.
+    """
 
     received = 0
     dropped = 0
     waiting = 0
     full = False
+    missed = 0
 
     def __init__(
         self,
@@ -217,13 +229,16 @@ class RemoteSubscription:
         type: ForeignType,
         qos: QoS,
         target_of: Callable[[PublisherPeer], Target],
+        sent_by: Callable[[PublisherPeer], int],
     ) -> None:
         self.node = node
         self.entry = entry
         self.qos = qos
         self.type: Any = type
         self._target_of = target_of
-        self._matched: dict[PublisherPeer, None] = {}
+        self._sent_by = sent_by
+        self._matched: dict[PublisherPeer, int] = {}
+        self._parted_bytes = 0
 
     def __repr__(self) -> str:
         return f"<subscription of {self.entry.name} [{self.type.__ros_type__}] in {self.node.fqn}, elsewhere>"
@@ -231,6 +246,11 @@ class RemoteSubscription:
     @property
     def here(self) -> bool:
         return False
+
+    @property
+    def carried_bytes(self) -> int:
+        """What the publishers of this process have sent while it was matched with them."""
+        return self._parted_bytes + sum(self._sent_by(one) - before for one, before in self._matched.items())
 
     async def room(self) -> None:
         """Return at once: it is never `full`, because the transport holds the sender back."""
@@ -252,10 +272,10 @@ class RemoteSubscription:
         """Do nothing: losses are counted where they are found, at the receiving end."""
 
     def join(self, publisher: PublisherPeer) -> None:
-        self._matched[publisher] = None
+        self._matched[publisher] = self._sent_by(publisher)
 
     def part(self, publisher: PublisherPeer) -> None:
-        self._matched.pop(publisher, None)
+        self._parted_bytes += self._sent_by(publisher) - self._matched.pop(publisher)
 
     def leave(self) -> tuple[PublisherPeer, ...]:
         publishers, self._matched = tuple(self._matched), {}

@@ -11,19 +11,26 @@ import socket
 from collections.abc import Sequence
 from dataclasses import replace
 
-from tests.benchmarks import Contestant, Row, contest
+from tests.benchmarks import Contestant, Kind, Row, contest
 from tests.benchmarks._wire import Work, far_end, ours
 
 WORKS: dict[Work, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
-    "messages": ("wire: messages of 64 bytes", ("messages per second",), ("ours", "raw", "zmq_sockets", "dds")),
+    "messages": ("wire: messages of 64 bytes", ("messages per second",), ("ours", "raw", "raw_loop", "zmq_sockets", "dds")),
     "latency": ("wire: one way at 1 kHz", ("us, median", "us, 99th percentile"), ("ours", "raw", "zmq_sockets", "dds")),
     "images": ("wire: images of 921,600 bytes", ("images per second",), ("ours", "raw", "zmq_sockets", "dds")),
+    "shared": ("wire: images of 921,600 bytes, by shared memory", ("images per second",), ("ours", "raw")),
     "calls": ("wire: service calls", ("calls per second, one at a time", "calls per second, 16 at once"), ("ours", "raw", "zmq_sockets")),
     "goals": ("wire: goals of an action", ("goals per second, one at a time", "goals per second, 16 at once"), ("ours",)),
     "first": ("wire: from the start of a process to its first message", ("ms",), ("ours",)),
 }  # fmt: skip
-NAMES = {"ours": "nodes", "raw": "zenoh, raw binding", "zmq_sockets": "pyzmq", "dds": "cyclonedds"}
-NEEDS = {"ours": "", "raw": "zenoh", "zmq_sockets": "zmq", "dds": "cyclonedds"}
+NAMES = {
+    "ours": "nodes",
+    "raw": "zenoh, raw binding",
+    "raw_loop": "zenoh, encoded and into the loop",
+    "zmq_sockets": "pyzmq",
+    "dds": "cyclonedds",
+}
+NEEDS = {"ours": "", "raw": "zenoh", "raw_loop": "zenoh", "zmq_sockets": "zmq", "dds": "cyclonedds"}
 
 
 def run() -> list[Row]:
@@ -34,7 +41,7 @@ def run() -> list[Row]:
 
 
 def _contestant(name: str, work: Work) -> Contestant:
-    kind = "ours" if name == "ours" else "floor" if name == "raw" else "peer"
+    kind: Kind = "ours" if name == "ours" else "floor" if name.startswith("raw") else "peer"
     return Contestant(NAMES[name], kind, lambda: measured(name, work), NEEDS[name])
 
 

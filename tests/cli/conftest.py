@@ -8,6 +8,7 @@ import io
 import os
 import socket
 import sys
+import threading
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import dataclass
@@ -81,18 +82,27 @@ def meeting(port: int, monkeypatch: pytest.MonkeyPatch) -> int:
 def command(meeting: int) -> Command:
     """``await command("node", "list")``: run a command in another thread of this process, which is quicker than in another process."""
 
-    def run_it(words: tuple[str, ...]) -> Finished:
-        out, err = io.StringIO(), io.StringIO()
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            try:
-                code = run_group(words[0], words[1:])
-            except SystemExit as exit:  # argparse's
-                code = int(exit.code or 0)
-        return Finished(code, out.getvalue(), err.getvalue())
+    def run_it(words: tuple[str, ...], ended: Callable[[int], object]) -> None:
+        try:
+            code = run_group(words[0], words[1:])
+        except SystemExit as exit:  # argparse's
+            code = int(exit.code or 0)
+        ended(code)
 
     async def run_beside(*words: str) -> Finished:
-        async with asyncio.timeout(60):
-            return await asyncio.to_thread(run_it, words)
+        loop = asyncio.get_running_loop()
+        future: asyncio.Future[int] = loop.create_future()
+
+        def ended(code: int) -> None:
+            loop.call_soon_threadsafe(future.set_result, code)
+
+        out, err = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            # a daemon, so that a command that does not end fails its test, and no more
+            threading.Thread(target=run_it, args=(words, ended), daemon=True).start()
+            async with asyncio.timeout(30):
+                code = await future
+        return Finished(code, out.getvalue(), err.getvalue())
 
     return run_beside
 

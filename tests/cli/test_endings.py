@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from cli.command import Exit
+from cli.command import Exit, run_group
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Talker
 
@@ -88,7 +88,7 @@ async def test_an_error_that_nobody_foresaw_is_one_line(command: Command, monkey
     assert failed.err == "RuntimeError: two lines (ROBACTOR_TRACEBACK=1 shows where)\n"
     monkeypatch.setenv("ROBACTOR_TRACEBACK", "1")
     with pytest.raises(RuntimeError, match="two"):
-        await command("daemon", "status")
+        run_group("daemon", ["status"])
 
 
 async def test_a_group_without_a_verb_prints_its_help(command: Command) -> None:

@@ -37,6 +37,9 @@ class Broken(Node):
         raise RuntimeError("no camera")
 
 class Falls(Node):
+    async def on_start(self):
+        self.log.info("born")
+
     @every(hz=20)
     def fall(self):
         raise ValueError("tripped")
@@ -64,6 +67,7 @@ async def test_a_node_of_the_user_ends_with_the_code_of_its_end(here: Path, robo
     fell = await robot("run", "garden:Falls")
     assert fell.code == 1
     assert "ValueError: tripped" in fell.err
+    assert fell.out.count("born") == 1, "a program is not started again"
     assert (await robot("run", "garden:Exits")).code == 7
 
 
@@ -115,7 +119,9 @@ async def test_a_program_of_an_installed_package_gets_its_words_and_gives_its_co
     program.write_text('#!/bin/sh\necho "$@"\nexit 5\n')
     program.chmod(0o755)
     environment["AMENT_PREFIX_PATH"] = str(tmp_path)
-    ran = await robot("run", "garden", "gnome", "--ros-args", "-r", "a:=b")
-    assert ran == Finished(5, "--ros-args -r a:=b\n", "[robactor run]: Process exited with failure 5\n")
+    ran = await robot("run", "garden", "gnome", "--ros-args", "-r", "a:=b", "--ros2-exit-codes")
+    assert ran == Finished(
+        5, "--ros-args -r a:=b --ros2-exit-codes\n", "[robactor run]: Process exited with failure 5\n"
+    )
     prefixed = await robot("run", "--prefix", "echo by", "garden", "gnome", "--help")
     assert prefixed == Finished(0, f"by {program} --help\n", "")

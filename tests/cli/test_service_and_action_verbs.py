@@ -126,8 +126,10 @@ async def test_actions_are_listed_with_types_and_with_those_who_serve_them(
         absent = await command("action", "info", "/nobody")
         assert (absent.code, absent.out) == (0, "Action: /nobody\nAction clients: 0\nAction servers: 0\n")
         node = (await command("node", "info", "/arm/counter")).out
+        hidden = (await command("node", "info", "/arm/counter", "--include-hidden")).out
         assert "  Action Servers:\n    /arm/count: example_interfaces/action/Fibonacci\n" in node
         assert "_action" not in node
+    assert "    /arm/count/_action/send_goal: example_interfaces/action/Fibonacci_SendGoal\n" in hidden
 
 
 async def test_a_goal_is_followed_to_its_result(system_of: SystemOf, command: Command) -> None:

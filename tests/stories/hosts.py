@@ -24,7 +24,7 @@ from actors.transport.simulated.conditions import Conditions
 from tests.stories.cables import Cable, Cables
 from tests.stories.conftest import ROOT, Program
 
-__all__ = ["WIRE", "Hosts", "address", "hosts"]
+__all__ = ["WIRE", "Hosts", "address", "endpoint", "hosts"]
 
 WIRE: Final = Conditions(delay=0.0001)
 """A good cable."""
@@ -34,6 +34,11 @@ MTU: Final = 1500
 def address(host: int) -> str:
     """The address of a host on the cables."""
     return f"10.77.0.{host}"
+
+
+def endpoint(host: int, by: str = "tcp") -> str:
+    """Where programs of a host listen, in Zenoh's form."""
+    return f"{by}/{address(host)}:7448"
 
 
 class NotAllowed(Exception):
@@ -109,10 +114,17 @@ class Hosts:
         command = [*self._machines[host].entering, sys.executable, "-m", *words]
         process = await asyncio.create_subprocess_exec(
             *command, cwd=ROOT, env={**os.environ, **own, **environment},
-            stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT,
+            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT,
         )  # fmt: skip
         self._programs.append(Program(process))
         return self._programs[-1]
+
+    async def far(
+        self, host: int, nodes: str, *settings: str, meets: tuple[int, ...] = (), by: str = "tcp", **more: str
+    ) -> Program:
+        """Run nodes of `tests.stories.far` on a host that listens, and connects to the hosts that it `meets`."""
+        listen, connect = endpoint(host, by), ",".join(endpoint(other, by) for other in meets)
+        return await self.start(host, "tests.stories.far", nodes, listen, connect, *settings, **more)
 
     def sent_again(self, host: int) -> int:
         """How many segments the TCP of a host has sent a second time, by the count of its kernel."""
@@ -120,9 +132,14 @@ class Hosts:
         names, values = (line.split() for line in text.splitlines() if line.startswith("Tcp:"))
         return int(values[names.index("RetransSegs")])
 
-    async def close(self) -> None:
+    async def end_programs(self) -> None:
+        """End at once all that was started."""
         for program in self._programs:
             await program.kill()
+        self._programs.clear()
+
+    async def close(self) -> None:
+        await self.end_programs()
         self.cables.close()
         self._end_machines()
 

@@ -1,23 +1,19 @@
-"""Programs for thin links: ``python -m tests.stories.thin NODE LISTEN CONNECT [KEY=VALUE ...]`` runs one of these nodes until it is ended.
+"""Nodes for thin links: `tests.stories.far` runs them.
 
 Times are those of the monotonic clock, which all network namespaces of one kernel share.
 """
 
 from __future__ import annotations
 
-import asyncio
-import sys
 import time
-from typing import Any
 
 import numpy as np
 
-from actors import Child, Node, QoS, Topic, every, parameter, publishes, qos, run
+from actors import Node, QoS, Topic, every, parameter, publishes, qos
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.sensor_msgs.msg import Image
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
 
-__all__ = ["HEIGHT", "WIDTH"]
+__all__ = ["Base", "Camera", "Driver", "Viewer"]
 
 WIDTH, HEIGHT = 640, 480
 IMAGES = Topic(Image, "camera/image", qos.SENSOR_DATA)
@@ -59,12 +55,6 @@ class Driver(Node):
         self.out(Twist(linear=Vector3(x=time.monotonic())))
 
 
-class Both(Node):
-    """A camera and a driver."""
-
-    images, speeds = publishes(IMAGES), publishes(CMD_VEL)
-
-
 class Base(Node):
     """Takes commands, and says each second how many came, and how late the latest of them was at most, in milliseconds."""
 
@@ -97,28 +87,3 @@ class Viewer(Node):
     def tell(self) -> None:
         print(f"images {self.seen}", flush=True)
         self.seen = 0
-
-
-async def main(names: str, listen: str, connect: str, *settings: str) -> None:
-    nodes: dict[str, Any] = {"camera": Camera, "driver": Driver, "base": Base, "viewer": Viewer}
-    given = dict(setting.split("=", 1) for setting in settings)
-    overrides = given.pop("overrides", "")
-    config = ZenohConfig(
-        listen=tuple(filter(None, listen.split(","))),
-        connect=tuple(filter(None, connect.split(","))),
-        gossip_port=0,
-        overrides=overrides,
-        thin_links=given.get("thin") == "yes",
-    )
-    noisy = given.get("noisy") == "yes"
-    rate = float(given.get("rate", "10"))
-    tree = [
-        Child(nodes[name], parameters={"noisy": noisy, "rate": rate}) if name == "camera" else Child(nodes[name])
-        for name in names.split(",")
-    ]
-    async with run(*tree, transport=ZenohTransport(config)) as system:
-        await system.wait()
-
-
-if __name__ == "__main__":
-    asyncio.run(main(*sys.argv[1:]))

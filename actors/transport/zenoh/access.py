@@ -36,6 +36,10 @@ _GRAPH: Final = ("@ros2_lv/**",)
 _OURS: Final = ("@robactor/**", "*/_robactor/**")
 """The tokens of ROS 2, and the keys by which processes of this library tell of themselves."""
 
+_WAITS: Final = ("@robactor/*/*/waits",)
+_ASKED: Final = ("declare_queryable", "query", "reply")
+"""The questions by which they find cycles of calls, see `actors.transport.cycles`."""
+
 
 class _Grant(NamedTuple):
     """Kinds of messages on keys, allowed from the other process (in) or to it (out)."""
@@ -86,6 +90,7 @@ def _grants(rule: AccessRule) -> Iterator[_Grant]:
     yield _Grant(_WATCHED, (*_WATCHED, "liveliness_token"), _GRAPH)
     ours = ("put", "declare_subscriber", "liveliness_token", *_WATCHED)
     yield _Grant(ours, ours, _OURS)
+    yield _Grant(_ASKED, _ASKED, _WAITS)
 
 
 def _publishing(names: Iterable[str]) -> Iterator[_Grant]:

@@ -12,6 +12,7 @@ from actors.suggest import did_you_mean
 from actors.transport.protocol import WireUnavailable
 from actors.transport.security import Security
 from actors.transport.zenoh.library import import_zenoh, one_line
+from actors.transport.zenoh.memory import LARGE
 from actors.transport.zenoh.secured import secured_settings
 
 __all__ = ["LEASE", "ZenohConfig", "point_settings", "router_settings", "session_settings", "write_config"]
@@ -26,6 +27,8 @@ _ROUTER: Final = "127.0.0.1:7447#retry_period_init_ms=500;retry_period_max_ms=10
 """Where a router of this host listens, and how often it is looked for. It is tried for ever, and mostly nobody is there."""
 
 _PORT_VARIABLE: Final = "ROBACTOR_GOSSIP_PORT"
+_MOST_MEMORY: Final = 65536
+_MEMORY_VARIABLE: Final = "ROBACTOR_SHARED_MEMORY"
 _THIN_VARIABLE: Final = "ROBACTOR_THIN_LINKS"
 _FILE_VARIABLE: Final = "ZENOH_SESSION_CONFIG_URI"
 _OVERRIDE_VARIABLE: Final = "ZENOH_CONFIG_OVERRIDE"
@@ -50,6 +53,10 @@ class ZenohConfig:
     gossip_port: int = _GOSSIP_PORT
     """The loopback port where processes of this host find each other; 0: nobody is looked for. With the default, a router of this host at
     port 7447 is looked for as well, ROS 2's or ours. With any other number, those processes meet that have the same one, and nobody else."""
+
+    shared_memory: int = 0
+    """MiB of shared memory, in which payloads of 64 KiB and more reach those processes of this host that have some as well; 0: none. While it is
+    full, and to all others, they go by the network. A process keeps the shared memory of those that it has heard until it ends itself."""
 
     thin_links: bool = False
     """Make the best of links that are slower than what is published, as over radio. What is sent to processes that say the same is compressed.
@@ -80,13 +87,13 @@ class ZenohConfig:
         mode: Literal["peer", "client"] = "peer",
         security: Security | None = None,
     ) -> ZenohConfig:
-        """Read ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE as ROS 2 does, ROBACTOR_GOSSIP_PORT and ROBACTOR_THIN_LINKS.
+        """Read ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE as ROS 2 does, and the variables ROBACTOR_GOSSIP_PORT,
+        ROBACTOR_SHARED_MEMORY and ROBACTOR_THIN_LINKS.
 
         Raises WireUnavailable.
         """
-        port = environment.get(_PORT_VARIABLE, "").strip() or str(_GOSSIP_PORT)
-        if not port.isascii() or not port.isdigit() or int(port) > 65535:
-            raise WireUnavailable(f"{_PORT_VARIABLE} is {port!r}; it must be a port number, or 0 for none")
+        port = _number(environment, _PORT_VARIABLE, _GOSSIP_PORT, 65535, "a port number")
+        memory = _number(environment, _MEMORY_VARIABLE, 0, _MOST_MEMORY, f"a number of MiB up to {_MOST_MEMORY}")
         thin = environment.get(_THIN_VARIABLE, "").strip() or "0"
         if thin not in ("0", "1"):
             raise WireUnavailable(f"{_THIN_VARIABLE} is {thin!r}; it must be 1, or 0 or empty")
@@ -95,7 +102,8 @@ class ZenohConfig:
             listen=listen,
             connect=connect,
             mode=mode,
-            gossip_port=int(port),
+            gossip_port=port,
+            shared_memory=memory,
             file=environment.get(_FILE_VARIABLE, ""),
             overrides=environment.get(_OVERRIDE_VARIABLE, ""),
             security=security,
@@ -112,6 +120,13 @@ class ZenohConfig:
         """The endpoints of this host that are tried again and again: the gossip point, and the port of a router beside it."""
         router = (f"{_protocol(self.security)}/{_ROUTER}",) if self.gossip_port == _GOSSIP_PORT else ()
         return (self.gossip_point, *router) if self.gossip_point else ()
+
+
+def _number(environment: Mapping[str, str], variable: str, otherwise: int, most: int, what: str) -> int:
+    text = environment.get(variable, "").strip() or str(otherwise)
+    if not text.isascii() or not text.isdigit() or int(text) > most:
+        raise WireUnavailable(f"{variable} is {text!r}; it must be {what}, or 0 for none")
+    return int(text)
 
 
 class _Setting(NamedTuple):
@@ -165,6 +180,17 @@ def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
                 "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
             }
         )
+        if config.shared_memory:
+            yield from _ours(
+                {
+                    "transport/shared_memory/enabled": True,
+                    "transport/shared_memory/transport_optimization": {
+                        "enabled": True,
+                        "pool_size": config.shared_memory * 2**20,
+                        "message_size_threshold": LARGE,
+                    },
+                }
+            )
     else:
         yield from _ours({"listen/endpoints": listen} if listen else {})
         yield from _ours({"connect/endpoints": connect} if connect else {})

@@ -59,7 +59,8 @@ class Connection:
         self._loop = loop
         self._worker = worker
         self._answers = Worker("zenoh answers")
-        self._bulk = Worker("zenoh bulk")  # a thin link holds it for as long as an image takes
+        # On thin links images wait for room, and nothing else may wait behind them.
+        self._bulk = Worker("zenoh bulk") if thin_links else worker
         self._own_session = str(session.zid())
         self._handles: set[object] = set()
         self._own: Counter[str] = Counter()
@@ -167,8 +168,9 @@ class Connection:
             question.close()
         await self._answers.result(lambda: None)
         self._answers.close()
-        await self._bulk.result(lambda: None)
-        self._bulk.close()
+        if self._bulk is not self._worker:
+            await self._bulk.result(lambda: None)
+            self._bulk.close()
         await self._worker.result(self._close_session)
 
     def _close_session(self) -> None:

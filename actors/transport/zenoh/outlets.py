@@ -10,15 +10,12 @@ from typing import Final, NamedTuple
 from actors.transport.protocol import Delivery
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.library import direct, import_zenoh
+from actors.transport.zenoh.memory import LARGE
 from actors.transport.zenoh.traffic import Traffic
 from actors.transport.zenoh.wakeup import Wakeup
 from actors.transport.zenoh.worker import Worker
 
 __all__ = ["Outlet", "Publishers"]
-
-LARGE: Final = 64 * 1024
-"""From this size on, Zenoh sends a payload in fragments, and may wait up to 50 ms until a slow receiver makes room for them."""
-
 
 KEEP_ALL: Final = 64 * 1024 * 1024
 """The bytes that wait for the worker at most, in an outlet that may not drop: then it drops nevertheless, because `put` cannot wait."""
@@ -36,7 +33,7 @@ class Publishers(NamedTuple):
 class Outlet:
     """Sends at once what Zenoh takes at once, and by the worker what may have to wait.
 
-    Zenoh waits for a receiver that does not read if the payload is large, or if nothing may be dropped. Such samples go by way of a queue.
+    Zenoh waits for a receiver that does not read if the payload is large, up to 50 ms, or if nothing may be dropped. Such samples go by way of a queue.
     KEEP_LAST drops the oldest of more samples than its depth.
 
     Invariants: samples are put in their order: none directly while one is with the worker, `_handed != _done`. The loop alone writes

@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import secrets
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Final
 
 from actors.transport.protocol import Answer, Delivery, Events, Handle, Link, Outlet, Query, Sample, WireUnavailable
@@ -13,6 +15,7 @@ from actors.transport.zenoh.config import ZenohConfig, session_settings, write_c
 from actors.transport.zenoh.connection import Connection
 from actors.transport.zenoh.gossip_point import GossipPoint
 from actors.transport.zenoh.library import cannot_listen, import_zenoh, one_line
+from actors.transport.zenoh.memory import keep_freed_memory, leave_no_segments
 from actors.transport.zenoh.worker import Worker
 
 __all__ = ["ZenohTransport"]
@@ -123,6 +126,11 @@ class ZenohTransport:
         """What has been exchanged with each process that is connected now; nothing if it is not open."""
         return self._running.connection.report() if self._running is not None else ()
 
+    def sibling(self) -> Callable[[], ZenohTransport]:
+        """What makes a transport of another process of this machine: it listens at a port of its own, and meets this one."""
+        config, listen = self._config, () if self._config.gossip_point else self._config.listen
+        return partial(ZenohTransport, replace(config, listen=(), connect=(*config.connect, *listen)))
+
     @property
     def _connection(self) -> Connection:
         if self._running is None:
@@ -132,6 +140,9 @@ class ZenohTransport:
 
 def _open_session(config: ZenohConfig, session: str, point: GossipPoint) -> objects.Session:
     settings = write_config(config.file, session_settings(config, session))
+    keep_freed_memory()
+    if config.shared_memory:
+        leave_no_segments()
     point.hold()
     library = import_zenoh()
     try:

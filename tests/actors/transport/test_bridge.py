@@ -7,9 +7,12 @@ import asyncio
 import pytest
 
 from actors import Child, LifecycleNode, Node, StartFailed, Topic, publishes, run, subscribes
+from actors.interfaces import encode
 from actors.interfaces.message import make_message
 from actors.testing import Rig
-from actors.transport.protocol import Events
+from actors.transport.format.attachments import Attachment, write_attachment
+from actors.transport.format.gids import gid_of
+from actors.transport.protocol import Delivery, Events
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.actors.transport.memory import End, Network
 from tests.actors.transport.test_bridge_actions import Counter
@@ -51,6 +54,53 @@ async def test_nodes_of_other_processes_are_listed_with_host_and_process(hosts: 
         ("/talker", "running", "", 0),
     ]
     assert [node.name for node in other.system.snapshot().nodes if node.state == "elsewhere"] == ["/rig", "/talker"]
+
+
+async def test_a_snapshot_says_what_was_exchanged_with_the_endpoints_of_other_processes(hosts: Hosts) -> None:
+    rig = await hosts.start(Talker)
+    other = await hosts.start(Listener)
+    out = rig.node(Talker).out
+    for value in range(3):
+        out(number(value))
+    await rig.quiet()
+    gap = write_attachment(
+        Attachment(
+            7, 0, gid_of(next(token for token in hosts.network.tokens if "/MP/" in token and "numbers" in token))
+        )
+    )
+    key = next(outlet.key for outlet in hosts.ends[rig].outlets if "/numbers/" in outlet.key)
+    hosts.ends[rig].outlet(key, Delivery()).put(encode(number(9)), gap)
+    await rig.quiet()
+
+    (there,) = next(view for view in rig.system.snapshot().topics if view.name == "/numbers").subscriptions
+    (here,) = next(view for view in other.system.snapshot().topics if view.name == "/numbers").publishers
+
+    assert (there.node, there.host, there.process, there.bytes, there.dropped) == ("/listener", "box", 2, 24, 0)
+    assert (here.node, here.host, here.process, here.bytes, here.dropped) == ("/talker", "box", 1, 32, 3)
+    assert [(link.host, link.process) for link in rig.system.snapshot().links] == [("box", 2)]
+    own = next(view for view in rig.system.snapshot().topics if view.name == "/numbers").publishers[0]
+    assert (own.host, own.process, own.bytes) == ("", 0, 0)
+    assert '"links"' in rig.system.snapshot().to_json()
+
+
+async def test_what_was_sent_for_a_subscription_elsewhere_counts_while_it_was_matched(hosts: Hosts) -> None:
+    rig, other = await hosts.start(Talker), await hosts.start(Listener)
+    later = await hosts.start(Node)
+    publisher = rig.me.publisher(NUMBERS)
+    await rig.quiet()
+    publisher.publish(number(1))
+    rig.node(Talker).out(number(2))
+    probe = later.probe(NUMBERS)
+    await rig.quiet()
+    publisher.close()
+    rig.node(Talker).out(number(3))
+    await rig.quiet()
+
+    edges = next(view for view in rig.system.snapshot().topics if view.name == "/numbers").subscriptions
+
+    assert [(edge.node, edge.process, edge.bytes) for edge in edges] == [("/listener", 2, 24), ("/rig", 3, 8)]
+    assert len(probe) == 1
+    assert other.system.snapshot().links[0].process == 1
 
 
 async def test_a_node_whose_process_the_transport_does_not_know_has_no_host(hosts: Hosts) -> None:

@@ -9,10 +9,11 @@ import pytest
 
 from actors import CallCycle, CallTimeout, Child, Done, GoalRejected, Node, Reject, Service, Steps
 from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.transport.format.extensions import Extension, Waiting, write_extension
 from tests.actors.transport.hosts import Hosts, hosts
-from tests.stage import COUNT, order, result
+from tests.stage import COUNT, WORDS, order, result, word
 
 __all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
@@ -103,6 +104,39 @@ async def test_a_call_to_a_node_of_its_own_process_that_waits_for_a_caller_of_th
     assert first.now <= 2.0
 
 
+async def test_a_call_within_one_process_that_closes_a_cycle_over_another_one_is_refused_at_once(hosts: Hosts) -> None:
+    """/k serves /b, which serves /j; /m waits for /j, and /k calls /m."""
+    here = await hosts.start(node("j", FIRST, SECOND), node("k", THIRD, FOURTH, after=1.0), node("m", FOURTH, FIRST))
+    await hosts.start(node("b", SECOND, THIRD))
+    begun = asyncio.create_task(here.call(FIRST, Trigger.Request(), timeout=30.0))
+    await here.quiet()
+    other = asyncio.create_task(here.call(FOURTH, Trigger.Request(), timeout=30.0))
+
+    assert (await begun).message == "/j,/b,/k,/m"
+    assert here.now == 1.0
+    assert (await other).message == "/m,/j,/b,/k"  # once more, from the other end
+
+
+async def test_a_handler_of_messages_that_calls_is_the_first_link_of_a_chain(hosts: Hosts) -> None:
+    said: list[str] = []
+
+    class Listener(Node):
+        @WORDS.on()
+        async def heard(self, message: String) -> None:
+            said.append((await self.call(SECOND, Trigger.Request(), timeout=20.0)).message)
+
+        @FIRST.serve()
+        async def first(self, request: Trigger.Request) -> Trigger.Response:
+            return Trigger.Response(message="free")
+
+    rig = await hosts.start(Listener)
+    await hosts.start(node("b", SECOND, FIRST))
+    rig.me.publisher(WORDS).publish(word("go"))
+    await rig.quiet()
+
+    assert (said, rig.now) == (["/listener,/b"], 0.0)
+
+
 async def test_two_nodes_may_call_each_other_at_the_same_time_if_one_answers_concurrently(hosts: Hosts) -> None:
     back = Service(Trigger, "back")
 
@@ -189,6 +223,34 @@ async def test_a_circle_over_the_acceptance_of_a_goal_in_a_third_process_is_foun
 
     assert answer.message.endswith("nobody was in the way")
     assert sender.now == 0.0
+
+
+async def test_a_call_to_a_node_that_waits_for_the_acceptance_of_its_goal_elsewhere_closes_a_cycle(
+    hosts: Hosts,
+) -> None:
+    """/k calls /sender when that waits for /careful, whose check waits for /k."""
+
+    class Careful(Node):
+        @COUNT.accepts
+        async def check(self, goal: Fibonacci.Goal) -> None:
+            try:
+                await self.call(FIRST, Trigger.Request(), timeout=20.0)
+            except CallCycle as cycle:
+                raise Reject(",".join(cycle.nodes)) from None
+
+        @COUNT.serve()
+        async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+            yield Done(result(goal.order))
+
+    here = await hosts.start(node("k", FIRST, SECOND, after=1.0), Sender)
+    await hosts.start(Careful)
+    begun = asyncio.create_task(here.call(FIRST, Trigger.Request(), timeout=30.0))
+    await here.quiet()
+    sent = asyncio.create_task(here.call(SECOND, Trigger.Request(), timeout=30.0))
+
+    assert (await begun).message == "/k,/sender,/careful"
+    assert (await sent).message == "accepted"
+    assert here.now <= 2.0
 
 
 async def test_the_acceptance_of_a_goal_within_one_process_is_a_link_of_the_chain(hosts: Hosts) -> None:

@@ -18,7 +18,7 @@ from typing import Any, Literal, TypeAlias
 
 __all__ = ["COUNTS", "IMAGE", "SMALL", "Arrivals", "Far", "Work", "calls", "far_end", "stream", "ticks"]
 
-Work: TypeAlias = Literal["messages", "latency", "images", "calls", "goals", "first"]
+Work: TypeAlias = Literal["messages", "latency", "images", "shared", "calls", "goals", "first"]
 
 SMALL = 64
 """Bytes of a message, the head of its format and its length included."""
@@ -27,11 +27,12 @@ COUNTS: dict[Work, int] = {
     "messages": 60_000,
     "latency": 2_000,
     "images": 400,
+    "shared": 400,
     "calls": 3_000,
     "goals": 600,
     "first": 1,
 }
-WINDOWS: dict[Work, int] = {"messages": 500, "images": 4}
+WINDOWS: dict[Work, int] = {"messages": 500, "images": 4, "shared": 4}
 """So many messages are sent at once; so many are confirmed with one line."""
 AHEAD = 4
 """So many windows may be under way, so that nothing is lost and nobody waits for a line."""

@@ -26,13 +26,15 @@ IMAGES = Topic(
     Image, "images", qos.DEFAULT.replace(history=qos.History.KEEP_ALL)
 )  # as the others: it waits and loses nothing
 ASK, COUNT = Service(Trigger, "ask"), Action(Fibonacci, "count")
+SHARED = 48
+"""MiB; Zenoh has 16 if it is not told."""
 TEXT = String(data="x" * (SMALL - 9))
 PICTURE = Image(height=480, width=640, encoding="rgb8", step=1920, data=np.zeros(IMAGE, np.uint8))
 
 
 @asynccontextmanager
-async def system(port: int, kind: Any, *args: object) -> AsyncGenerator[System]:
-    transport = ZenohTransport(ZenohConfig(gossip_port=port))
+async def system(port: int, work: Work, kind: Any, *args: object) -> AsyncGenerator[System]:
+    transport = ZenohTransport(ZenohConfig(gossip_port=port, shared_memory=SHARED if work == "shared" else 0))
     async with run(
         Child(kind, name=kind.__name__.lower(), args=args), transport=transport, signals=False, sinks=()
     ) as it:
@@ -81,21 +83,21 @@ class Server(Node):
 async def far(work: Work, port: int) -> None:
     arrivals = Arrivals(work)
     of_server = work in ("calls", "goals")
-    async with system(port, *((Server,) if of_server else (Taker, arrivals, work))) as running:
+    async with system(port, work, *((Server,) if of_server else (Taker, arrivals, work))) as running:
         if work != "first":
             arrivals.ready()
         await running.wait()
 
 
 async def near(work: Work, port: int, far: Far) -> list[float]:
-    async with system(port, Near) as running:
+    async with system(port, work, Near) as running:
         node = running.node("near")
         match work:
             case "messages":
                 texts = node.publisher(TEXTS)
                 await heard(texts)
                 return await stream(work, far, lambda: texts.publish(TEXT))
-            case "images":
+            case "images" | "shared":
                 images = node.publisher(IMAGES)
                 await heard(images)
                 return await stream(work, far, lambda: images.publish(PICTURE))
@@ -124,7 +126,7 @@ async def heard(publisher: Any) -> None:
 
 async def until_first(port: int, started: Any) -> float:
     """Seconds from the start of a second process until the first message has arrived there."""
-    async with system(port, Near) as running:
+    async with system(port, "first", Near) as running:
         texts = running.node("near").publisher(TEXTS)
         await asyncio.sleep(0.3)
         began = time.monotonic()

@@ -18,10 +18,11 @@ ATTACHMENT = b"\0" * 33
 STAMP = struct.Struct("<q")
 
 
-def opened(**settings: list[str]) -> Any:
+def opened(work: Work, **settings: list[str]) -> Any:
     config = zenoh.Config()
     for path, value in {
         "mode": "peer", "scouting/multicast/enabled": False, "scouting/delay": 0, "timestamping/enabled": True,
+        "transport/shared_memory/enabled": work == "shared",
         "listen/endpoints": [], "connect/endpoints": [], **{f"{name}/endpoints": ends for name, ends in settings.items()},
     }.items():  # fmt: skip
         config.insert_json5(path, json.dumps(value))
@@ -30,7 +31,7 @@ def opened(**settings: list[str]) -> Any:
 
 async def far(work: Work, port: int) -> None:
     arrivals = Arrivals(work)
-    session = await asyncio.to_thread(opened, listen=[f"tcp/127.0.0.1:{port}"])
+    session = await asyncio.to_thread(opened, work, listen=[f"tcp/127.0.0.1:{port}"])
 
     def take(sample: Any) -> None:
         sample.payload.to_bytes(), sample.attachment.to_bytes()
@@ -54,9 +55,9 @@ async def far(work: Work, port: int) -> None:
 
 
 async def near(work: Work, port: int, far: Far) -> list[float]:
-    session = await asyncio.to_thread(opened, connect=[f"tcp/127.0.0.1:{port}"])
+    session = await asyncio.to_thread(opened, work, connect=[f"tcp/127.0.0.1:{port}"])
     try:
-        blocks = zenoh.CongestionControl.BLOCK if work == "images" else zenoh.CongestionControl.DROP
+        blocks = zenoh.CongestionControl.BLOCK if work in ("images", "shared") else zenoh.CongestionControl.DROP
         publisher = session.declare_publisher("stamps" if work == "latency" else "texts", congestion_control=blocks)
         while not session.info.peers_zid() or (work != "calls" and not publisher.matching_status.matching):
             await asyncio.sleep(0.01)

@@ -41,6 +41,25 @@ def test_the_default_stays_on_the_loopback_interface_and_has_a_short_lease() -> 
     assert found["transport"]["shared_memory"]["enabled"] is False
 
 
+def test_shared_memory_is_used_if_it_is_wanted() -> None:
+    found = settings(ZenohConfig(shared_memory=20))["transport"]["shared_memory"]
+
+    assert found["enabled"] is True
+    assert found["transport_optimization"]["pool_size"] == 20 * 1024 * 1024
+    assert found["transport_optimization"]["message_size_threshold"] == 65536
+
+
+@pytest.mark.parametrize("size", ["much", "-1", "65537"])
+def test_a_size_of_shared_memory_that_is_none_is_refused(size: str) -> None:
+    with pytest.raises(WireUnavailable) as refused:
+        ZenohConfig.from_environment({"ROBACTOR_SHARED_MEMORY": size})
+
+    assert (
+        str(refused.value)
+        == f"ROBACTOR_SHARED_MEMORY is '{size}'; it must be a number of MiB up to 65536, or 0 for none"
+    )
+
+
 def test_endpoints_are_added_and_a_client_has_one_link_only() -> None:
     peer = settings(ZenohConfig(listen=("tcp/0.0.0.0:7448",), connect=("udp/lab:7448",), gossip_port=7999))
     client = settings(ZenohConfig(connect=("tls/lab:7447",), mode="client"))
@@ -113,14 +132,15 @@ def test_the_environment_is_read_as_ros_2_does() -> None:
         "ZENOH_SESSION_CONFIG_URI": "/a.json5",
         "ZENOH_CONFIG_OVERRIDE": "a/b=1",
         "ROBACTOR_GOSSIP_PORT": "0",
+        "ROBACTOR_SHARED_MEMORY": "64",
         "ROBACTOR_THIN_LINKS": "1",
     }
 
     config = ZenohConfig.from_environment(environment, listen=("tcp/lab:1",), connect=("tcp/lab:2",), mode="client")
 
     assert config == ZenohConfig(
-        listen=("tcp/lab:1",), connect=("tcp/lab:2",), mode="client", gossip_port=0, file="/a.json5", overrides="a/b=1",
-        thin_links=True,
+        listen=("tcp/lab:1",), connect=("tcp/lab:2",), mode="client", gossip_port=0, shared_memory=64, file="/a.json5",
+        overrides="a/b=1", thin_links=True,
     )  # fmt: skip
     assert not ZenohConfig.from_environment({"ROBACTOR_THIN_LINKS": "0"}).thin_links
     assert ZenohConfig.from_environment({}) == ZenohConfig()

@@ -1,0 +1,60 @@
+"""What a bag holds: topics, and messages with two times each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from actors.bag.qos_text import qos_profiles_text
+from actors.interfaces.hashes import type_hash
+from actors.interfaces.text import schema_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from actors.interfaces.message import Message
+    from actors.qos.policies import QoS
+
+__all__ = ["BagError", "BagMessage", "BagTopic", "topic_of"]
+
+
+class BagError(Exception):
+    """A bag cannot be read or written; the text is one line that says why and what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class BagTopic:
+    """One topic of a bag, of one type."""
+
+    name: str
+    type: str
+    """The name of the type, as `std_msgs/msg/String`."""
+
+    schema: str = ""
+    """The definition of the type, followed by those of all nested types; empty if the bag does not hold it."""
+
+    offered_qos_profiles: str = ""
+    """The quality of service that the publishers offered, as the YAML text of rosbag2."""
+
+    type_hash: str = ""
+    """`RIHS01_` and 64 hexadecimal digits; empty if it is not known."""
+
+    schema_encoding: str = "ros2msg"
+    serialization_format: str = "cdr"
+
+
+class BagMessage(NamedTuple):
+    """One message of a bag, encoded in CDR. Times are in nanoseconds since 1970."""
+
+    topic: BagTopic
+    data: bytes
+    received_ns: int
+    """When the recorder received it. Bags are ordered by this time."""
+
+    published_ns: int
+    """When it was sent; the same as `received_ns` if the bag does not tell."""
+
+
+def topic_of(name: str, type: type[Message], offered: Iterable[QoS] = ()) -> BagTopic:
+    """A topic of a type that this process knows, whose publishers offer this quality of service."""
+    return BagTopic(name, type.__ros_type__, schema_text(type), qos_profiles_text(offered), type_hash(type))

@@ -1,0 +1,75 @@
+"""What there is to record: the topics of the graph, also those that are opened only when somebody asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from actors.interfaces import derived
+from actors.interfaces.errors import InterfaceError
+from actors.interfaces.foreign import ForeignType
+from actors.interfaces.registry import get_message
+from actors.runtime.standard import PARAMETER_EVENTS, ROSOUT
+
+if TYPE_CHECKING:
+    from actors.graph.graph import Graph, TopicEntry
+    from actors.interfaces.message import Message
+    from actors.qos.policies import QoS
+    from actors.topics.peers import Participant
+
+__all__ = ["Offer", "known_type", "offers"]
+
+STANDARD = {ROSOUT: "rcl_interfaces/msg/Log", PARAMETER_EVENTS: "rcl_interfaces/msg/ParameterEvent"}
+"""The topics of every system of this process, which have no publisher before the first subscription."""
+
+
+class Offer(NamedTuple):
+    """One topic of one type."""
+
+    entry: TopicEntry
+    type_name: str
+    type: type[Message] | None
+    """None if this process does not know the type."""
+
+    offered: tuple[QoS, ...]
+    """What each publisher offers; none if the topic is opened by a subscription."""
+
+    used: bool
+    """Whether a node but the one that asks subscribes to it."""
+
+
+def offers(graph: Graph, asking: Participant, *, unpublished: bool) -> Iterator[Offer]:
+    """Every topic with a publisher but the asking node, each type of it by itself; with `unpublished` also those that have none."""
+    names = dict(STANDARD)
+    for action in list(graph.actions.values()):
+        if action.local is not None:
+            names[f"{action.name}/_action/status"] = "action_msgs/msg/GoalStatusArray"
+            names[f"{action.name}/_action/feedback"] = derived.feedback_message(action.local.type).__ros_type__
+    for name, entry in list(graph.topics.items()):
+        ends: list[Any] = [end for end in entry.publishers if end.node is not asking]
+        if unpublished:
+            ends += [end for end in entry.subscriptions if end.node is not asking]
+        for type_name in {end.type.__ros_type__: None for end in ends}:
+            names.pop(name, None)
+            yield _offer(entry, type_name, asking)
+    for name, type_name in names.items():
+        yield _offer(graph.topic(name), type_name, asking)
+
+
+def _offer(entry: TopicEntry, type_name: str, asking: Participant) -> Offer:
+    publishers = [one for one in entry.publishers if one.type.__ros_type__ == type_name and one.node is not asking]
+    used = any(subscription.node is not asking for subscription in entry.subscriptions)
+    kind = next((one.type for one in publishers if one.here), None) or _known(type_name)
+    return Offer(entry, type_name, kind, tuple(one.qos for one in publishers), used)
+
+
+def known_type(kind: Any) -> type[Message] | None:
+    """The type of an endpoint of this process or another one; None if this process does not know it."""
+    return _known(kind.__ros_type__) if isinstance(kind, ForeignType) else kind
+
+
+def _known(type_name: str) -> type[Message] | None:
+    try:
+        return get_message(type_name)
+    except InterfaceError:
+        return None

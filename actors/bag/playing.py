@@ -1,0 +1,263 @@
+"""`Player`: a node that plays a bag: it publishes what was recorded, at the times of the recording."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import os
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.bag.contents import BagError, BagMessage, BagTopic
+from actors.bag.options import PlayOptions
+from actors.bag.play_clock import PlayClock
+from actors.bag.player_services import serve_player
+from actors.bag.qos_text import parse_qos_profiles
+from actors.bag.read_ahead import ReadAhead
+from actors.bag.reader import BagReader
+from actors.bag.requests import Requests
+from actors.bag.schemas import type_of
+from actors.bag.selection import action_of, service_of
+from actors.contracts.contracts import Topic
+from actors.interfaces.cdr import decode
+from actors.interfaces.errors import CdrError
+from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
+from actors.node.declarations import background
+from actors.node.node import Node
+from actors.qos import DEFAULT, InvalidQoS
+from actors.runtime.incarnation import incarnation_of
+from actors.runtime.sim_time import CLOCK
+from actors.time.values import stamp_of
+
+if TYPE_CHECKING:
+    from actors.qos.policies import QoS
+    from actors.supervision.reasons import ExitReason
+    from actors.topics.publisher import Publisher
+
+__all__ = ["Player"]
+
+TURN: Final = 64
+"""How many messages are played at most before others have their turn."""
+
+
+class Player(Node):
+    """Plays a bag, with the quality of service that was offered, on the real clock or the virtual one.
+
+    Playing begins with the node and ends with the bag; `wait` waits for that. The node stays, so that its services can begin anew:
+    those of `ros2 bag play`, `~/pause`, `~/resume`, `~/toggle_paused`, `~/is_paused`, `~/set_rate`, `~/get_rate`, `~/play_next`, `~/burst`,
+    `~/seek`, `~/stop`. A message that cannot be decoded is logged and left out. Raises `BagError` at its start for a bag that cannot be read.
+    """
+
+    # Invariants:
+    # * `_time` is the time of the bag. A message is played when its receive time is reached, or by `play_next` and `burst`.
+    # * `_changed` is set when `_time` has changed other than by running.
+
+    node_name = "rosbag2_player"
+
+    def __init__(self, bag: str | os.PathLike[str], options: PlayOptions | None = None) -> None:
+        self.options = options = options or PlayOptions()
+        self.bag = BagReader(bag)
+        self.played = 0
+        """The number of messages played so far."""
+        first, last = self.bag.metadata.start_ns, self.bag.metadata.end_ns
+        self._begin_ns = first + round(options.start_offset * 1e9)
+        ends = [last] if options.duration == math.inf else [last, self._begin_ns + round(options.duration * 1e9)]
+        self._end_ns = min(ends if options.until_ns is None else [*ends, options.until_ns])
+        self._sinks: dict[tuple[str, str], Callable[[BagMessage], None]] = {}
+        self._changed = asyncio.Event()
+        self._over = asyncio.Event()
+        names = {topic.name for topic in self.bag.topics if self._selected(topic)}
+        self._messages = ReadAhead(self.bag, names, options.read_ahead, partial(self.offload, thread=True))
+        self._requests = Requests(self, options)
+        self._time = PlayClock(0.0, self._begin_ns, options.rate, paused=options.paused)
+
+    async def on_start(self) -> None:
+        self._tick = self.publisher(CLOCK) if self.options.clock else None
+        for topic in self.bag.topics:
+            if self._selected(topic):
+                self._sinks[topic.name, topic.type] = self._requests.sink(topic) or self._publishing(topic)
+        self._messages.rewind(self._begin_ns)
+        serve_player(self)
+
+    async def on_stop(self, reason: ExitReason) -> None:
+        await self._messages.close()
+        self.bag.close()
+
+    # -- for users ----------------------------------------------------------------------------------------------------------
+
+    @property
+    def paused(self) -> bool:
+        return self._time.paused
+
+    @property
+    def rate(self) -> float:
+        """How much faster than recorded the bag is played. Raises `ValueError` when it is set to what is not above 0."""
+        return self._time.rate
+
+    @rate.setter
+    def rate(self, rate: float) -> None:
+        self._time.set_rate(self._now(), rate)
+        self._changed.set()
+
+    @property
+    def position_ns(self) -> int:
+        """The time of the bag now, in nanoseconds since 1970."""
+        return min(self._time.bag_ns(self._now()), self._end_ns)
+
+    def pause(self) -> None:
+        """Stand still until `unpause`."""
+        self._time.pause(self._now())
+        self._changed.set()
+
+    def unpause(self) -> None:
+        self._time.unpause(self._now())
+        self._changed.set()
+
+    def seek(self, bag_ns: int) -> bool:
+        """Go on at this time of the bag, in nanoseconds since 1970; whether the bag has it."""
+        if not self._begin_ns <= bag_ns <= self._end_ns:
+            return False
+        self._time.seek(self._now(), bag_ns)
+        self._messages.rewind(bag_ns)
+        self._changed.set()
+        return True
+
+    async def play_next(self) -> bool:
+        """While paused: play one message; whether there was one."""
+        return await self.burst(1) == 1
+
+    async def burst(self, count: int) -> int:
+        """While paused: play the next `count` messages at once, or with 0 all; how many there were."""
+        played = 0
+        while self.paused and (not count or played < count):
+            message = await self._messages.peek()
+            if message is None or message.received_ns > self._end_ns:
+                break
+            self._time.seek(self._now(), message.received_ns)
+            self._play(self._messages.advance())
+            played += 1
+        return played
+
+    def finish(self) -> None:
+        """Play no more."""
+        self._over.set()
+        self._changed.set()
+
+    async def wait(self) -> None:
+        """Wait until the bag has been played, or `finish` was called."""
+        await self._over.wait()
+
+    # -- playing ------------------------------------------------------------------------------------------------------------
+
+    @background
+    async def play(self) -> None:
+        """Play the bag, again and again if so told."""
+        clock = incarnation_of(self).runtime.clock
+        while True:
+            await clock.sleep(self.options.delay)
+            self._time.seek(self._now(), self._begin_ns)
+            await self._play_through()
+            if not self.options.loop or self._over.is_set():
+                break
+            self._messages.rewind(self._begin_ns)
+        await self._requests.ended()
+        self.finish()
+
+    async def _play_through(self) -> None:
+        """Play until the end of the bag has been reached, in its own time."""
+        turn = 0
+        while not self._over.is_set():
+            self._changed.clear()
+            message = await self._messages.peek()
+            due_ns = self._end_ns if message is None else min(message.received_ns, self._end_ns)
+            if self.paused or self._time.bag_ns(self._now()) < due_ns:
+                await self._until(due_ns)
+                turn = 0
+            elif message is None or message.received_ns > self._end_ns:
+                return
+            else:
+                self._play(self._messages.advance())
+                turn += 1
+                if turn % TURN == 0:
+                    await asyncio.sleep(0)
+
+    async def _until(self, bag_ns: int) -> None:
+        """Wait until the bag's time is `bag_ns`, or has changed."""
+        clock = incarnation_of(self).runtime.clock
+        timer = None if self.paused else clock.call_at(self._time.instant(bag_ns), self._changed.set)
+        try:
+            await self._changed.wait()
+        finally:
+            if timer is not None:
+                timer.cancel()
+
+    def _play(self, message: BagMessage) -> None:
+        topics = self.options.clock_topics
+        if self._tick is not None and (topics is None or message.topic.name in topics):
+            self._tick(ClockMessage(clock=stamp_of(message.received_ns)))
+        self._sinks[message.topic.name, message.topic.type](message)
+        self.played += 1
+
+    @background
+    async def tell_time(self) -> None:
+        """Publish the time of the bag on `/clock`."""
+        if self._tick is None or not self.options.clock_hz:
+            return
+        clock = incarnation_of(self).runtime.clock
+        start, k = clock.now(), 0
+        while not self._over.is_set():
+            self._tick(ClockMessage(clock=stamp_of(self.position_ns)))
+            k = max(k, math.floor((clock.now() - start) * self.options.clock_hz)) + 1
+            await clock.sleep_until(start + k / self.options.clock_hz)
+
+    def _now(self) -> float:
+        return incarnation_of(self).runtime.clock.now()
+
+    def _selected(self, topic: BagTopic) -> bool:
+        if topic.name == CLOCK.name and self.options.clock:
+            return False
+        return self.options.selection.takes(topic.name, topic.type)
+
+    def _publishing(self, topic: BagTopic) -> Callable[[BagMessage], None]:
+        """What publishes the messages of a topic."""
+        if topic.serialization_format != "cdr":
+            raise BagError(f"{topic.name} is recorded in {topic.serialization_format!r}: only CDR can be played")
+        kind = type_of(topic)
+        publisher: Publisher[Any] = self.publisher(Topic(kind, self._name(topic.name), self._qos(topic)))
+
+        def publish(message: BagMessage) -> None:
+            try:
+                decoded = decode(kind, message.data)
+            except CdrError as error:
+                self.log.warning("a message of the bag cannot be decoded", topic=topic.name, error=str(error))
+            else:
+                publisher(decoded)
+
+        return publish
+
+    def _name(self, topic: str) -> str:
+        """The name under which a topic is played: it may be renamed itself, or the service or action that it belongs to."""
+        remap = self.options.remap
+        for whole in (topic, service_of(topic), action_of(topic)):
+            if whole is not None and whole in remap:
+                return remap[whole] + topic.removeprefix(whole)
+        return topic
+
+    def _qos(self, topic: BagTopic) -> QoS:
+        """What the publishers have offered if they agreed; what is transient local keeps the messages of all of them."""
+        told = self.options.qos.get(topic.name)
+        if told is not None:
+            return told
+        try:
+            offered = parse_qos_profiles(topic.offered_qos_profiles)
+        except InvalidQoS as error:
+            self.log.warning("the quality of service of a topic cannot be read", topic=topic.name, error=str(error))
+            return DEFAULT
+        if not offered:
+            return DEFAULT
+        if len(set(offered)) > 1:
+            self.log.warning("played with the first of several qualities of service", topic=topic.name)
+        first = offered[0]
+        keeps = first.transient_local and not first.keep_all
+        return first.replace(depth=sum(one.depth for one in offered)) if keeps else first

@@ -1,0 +1,77 @@
+"""The messages of a bag in order, read some at a time and before they are needed."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable, Collection, Iterator
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from actors.bag.contents import BagMessage
+    from actors.bag.reader import BagReader
+
+__all__ = ["ReadAhead"]
+
+
+class ReadAhead:
+    """A position in a bag.
+
+    `offload(function)` runs the reading, in a thread.
+
+    Invariants: `_ready` holds the messages that come next, and `_coming` reads those after them, or is None. Both belong to the pass
+    `_messages`; what an earlier pass still reads is discarded.
+    """
+
+    def __init__(
+        self,
+        bag: BagReader,
+        topics: Collection[str],
+        count: int,
+        offload: Callable[[Callable[[], Any]], Awaitable[Any]],
+    ) -> None:
+        self._bag = bag
+        self._topics = frozenset(topics)
+        self._count = count
+        self._offload = offload
+        self._ready: deque[BagMessage] = deque()
+        self._messages: Iterator[BagMessage] = iter(())
+        self._coming: asyncio.Future[list[BagMessage]] | None = None
+        self._lock = asyncio.Lock()
+
+    def rewind(self, start_ns: int) -> None:
+        """Go on with the messages received from `start_ns` on."""
+        self._ready.clear()
+        self._messages = self._bag.messages(self._topics, start_ns=start_ns)
+        self._coming = None
+
+    async def peek(self) -> BagMessage | None:
+        """The next message, which stays the next one; None at the end."""
+        while not self._ready:
+            if self._coming is None:
+                self._coming = asyncio.ensure_future(self._read(self._messages))
+            coming = self._coming
+            read = await asyncio.shield(coming)
+            if coming is not self._coming:
+                continue  # it was rewound meanwhile, or another task has taken what came
+            if not read:
+                return None
+            self._ready.extend(read)
+            self._coming = asyncio.ensure_future(self._read(self._messages))
+        return self._ready[0]
+
+    def advance(self) -> BagMessage:
+        """Take the next message. To be called after `peek`, without waiting in between."""
+        return self._ready.popleft()
+
+    async def close(self) -> None:
+        """Wait until nothing is read any more."""
+        coming, self._coming = self._coming, None
+        if coming is not None:
+            await asyncio.gather(coming, return_exceptions=True)
+
+    async def _read(self, messages: Iterator[BagMessage]) -> list[BagMessage]:
+        async with self._lock:  # a pass that was given up may still be read
+            read: list[BagMessage] = await self._offload(lambda: list(islice(messages, self._count)))
+            return read

@@ -1,0 +1,104 @@
+"""Recorded requests and goals, sent again to whoever serves them now."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.bag.contents import BagError, BagMessage, BagTopic
+from actors.bag.schemas import type_of
+from actors.bag.selection import action_of, service_of
+from actors.contracts.contracts import Action, Service
+from actors.errors import ActorError
+from actors.interfaces.cdr import decode
+from actors.interfaces.errors import CdrError, InterfaceError
+from actors.interfaces.registry import get_action, get_service
+
+if TYPE_CHECKING:
+    from actors.bag.options import PlayOptions
+    from actors.node.node import Node
+
+__all__ = ["Requests"]
+
+SENT, RECEIVED = 0, 1
+"""The kinds of events that hold a request: as its client and its server have recorded it."""
+
+TIMEOUT: Final = 5.0
+"""How long a server is waited for and may take to answer, in seconds. A goal may take any time once it is accepted."""
+
+SEND_GOAL: Final = "_SendGoal_Event"
+
+
+class Requests:
+    """Sends the requests of a bag for one node. What becomes of them is logged, if it is an error."""
+
+    def __init__(self, node: Node, options: PlayOptions) -> None:
+        self._node = node
+        self._options = options
+        self._open: set[asyncio.Task[None]] = set()
+        """The requests that have not ended."""
+        self._wanted = {"service": RECEIVED, "client": SENT}.get(options.service_requests)
+
+    def sink(self, topic: BagTopic) -> Callable[[BagMessage], None] | None:
+        """What takes the messages of a topic that holds events of a service or action; None if they are to be published as they are.
+
+        Raises `BagError` for a service or action whose type is not known here: a bag holds only definitions of messages.
+        """
+        name, action = service_of(topic.name), action_of(topic.name)
+        if self._wanted is None or (name is None and action is None):
+            return None
+        try:
+            if name is not None:
+                service = Service(get_service(topic.type.removesuffix("_Event")), self._name(name))
+                return self._sending(topic, lambda request: self._call(service, request))
+            if action is not None and topic.type.endswith(SEND_GOAL):
+                goals = Action(get_action(topic.type.removesuffix(SEND_GOAL)), self._name(action))
+                return self._sending(topic, lambda request: self._start(goals, request.goal))
+        except InterfaceError as error:
+            raise BagError(f"{topic.name}: {error}") from error
+        return _nothing  # the server tells its feedback and status itself
+
+    async def ended(self) -> None:
+        """Wait until the requests have ended, for at most `TIMEOUT` seconds."""
+        if self._open:
+            await asyncio.wait(self._open, timeout=TIMEOUT)
+
+    def _name(self, name: str) -> str:
+        return self._options.remap.get(name, name)
+
+    def _sending(
+        self, topic: BagTopic, send: Callable[[Any], Coroutine[Any, Any, None]]
+    ) -> Callable[[BagMessage], None]:
+        kind: Any = type_of(topic)
+
+        def take(message: BagMessage) -> None:
+            try:
+                event = decode(kind, message.data)
+            except CdrError as error:
+                self._node.log.warning("an event of the bag cannot be decoded", topic=topic.name, error=str(error))
+                return
+            if event.info.event_type == self._wanted and event.request:
+                name = f"request of {topic.name}"
+                task = self._node.spawn(self._tried(topic.name, send(event.request[0])), name=name)
+                self._open.add(task)
+                task.add_done_callback(self._open.discard)
+
+        return take
+
+    async def _tried(self, topic: str, sending: Coroutine[Any, Any, None]) -> None:
+        try:
+            await sending
+        except (ActorError, TimeoutError) as error:
+            self._node.log.warning("a recorded request has failed", topic=topic, error=str(error))
+
+    async def _call(self, service: Service[Any, Any], request: Any) -> None:
+        await self._node.call(service, request, timeout=TIMEOUT)
+
+    async def _start(self, action: Action[Any, Any, Any], goal: Any) -> None:
+        async with self._node.start(action, goal, timeout=TIMEOUT) as running:
+            await running.ended()
+
+
+def _nothing(message: BagMessage) -> None:
+    """Leave a message out."""

@@ -1,0 +1,1 @@
+"""ROS 2 package rosbag2_interfaces: msg, srv. Generated."""

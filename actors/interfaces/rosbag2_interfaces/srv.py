@@ -1,0 +1,283 @@
+"""rosbag2_interfaces/srv. Generated from its definitions in share; do not edit."""
+
+from typing import TypeAlias
+
+from actors.interfaces.builtin_interfaces.msg import Duration, Time
+from actors.interfaces.message import Message, ServiceType
+from actors.interfaces.types import default, float64, uint64
+
+__all__ = [
+    "Burst",
+    "Burst_Request",
+    "Burst_Response",
+    "GetRate",
+    "GetRate_Request",
+    "GetRate_Response",
+    "IsPaused",
+    "IsPaused_Request",
+    "IsPaused_Response",
+    "Pause",
+    "Pause_Request",
+    "Pause_Response",
+    "Play",
+    "PlayNext",
+    "PlayNext_Request",
+    "PlayNext_Response",
+    "Play_Request",
+    "Play_Response",
+    "Resume",
+    "Resume_Request",
+    "Resume_Response",
+    "Seek",
+    "Seek_Request",
+    "Seek_Response",
+    "SetRate",
+    "SetRate_Request",
+    "SetRate_Response",
+    "Snapshot",
+    "Snapshot_Request",
+    "Snapshot_Response",
+    "SplitBagfile",
+    "SplitBagfile_Request",
+    "SplitBagfile_Response",
+    "Stop",
+    "Stop_Request",
+    "Stop_Response",
+    "TogglePaused",
+    "TogglePaused_Request",
+    "TogglePaused_Response",
+]
+
+
+class Burst_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Burst_Request"""
+
+    num_messages: uint64 = 0
+    """Number of messages to burst; zero to burst the whole bag"""
+
+
+class Burst_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Burst_Response"""
+
+    actually_burst: uint64 = 0
+    """Number of messages actually burst"""
+
+
+class Burst(ServiceType[Burst_Request, Burst_Response]):
+    """rosbag2_interfaces/srv/Burst"""
+
+    Request: TypeAlias = Burst_Request
+    Response: TypeAlias = Burst_Response
+
+
+class GetRate_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/GetRate_Request"""
+
+
+class GetRate_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/GetRate_Response"""
+
+    rate: float64 = 0.0
+
+
+class GetRate(ServiceType[GetRate_Request, GetRate_Response]):
+    """rosbag2_interfaces/srv/GetRate"""
+
+    Request: TypeAlias = GetRate_Request
+    Response: TypeAlias = GetRate_Response
+
+
+class IsPaused_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/IsPaused_Request"""
+
+
+class IsPaused_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/IsPaused_Response"""
+
+    paused: bool = False
+
+
+class IsPaused(ServiceType[IsPaused_Request, IsPaused_Response]):
+    """rosbag2_interfaces/srv/IsPaused"""
+
+    Request: TypeAlias = IsPaused_Request
+    Response: TypeAlias = IsPaused_Response
+
+
+class Pause_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Pause_Request"""
+
+
+class Pause_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Pause_Response"""
+
+
+class Pause(ServiceType[Pause_Request, Pause_Response]):
+    """rosbag2_interfaces/srv/Pause"""
+
+    Request: TypeAlias = Pause_Request
+    Response: TypeAlias = Pause_Response
+
+
+class Play_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Play_Request
+
+    See rosbag2_transport::PlayOptions::start_offset
+    """
+
+    start_offset: Time = default()
+    playback_duration: Duration = default()
+    """See rosbag2_transport::PlayOptions::playback_duration"""
+    playback_until_timestamp: Time = default()
+    """See rosbag2_transport::PlayOptions::playback_until_timestamp"""
+
+
+class Play_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Play_Response
+
+    returns false when another playback execution is running, otherwise true
+    """
+
+    success: bool = False
+
+
+class Play(ServiceType[Play_Request, Play_Response]):
+    """rosbag2_interfaces/srv/Play"""
+
+    Request: TypeAlias = Play_Request
+    Response: TypeAlias = Play_Response
+
+
+class PlayNext_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/PlayNext_Request"""
+
+
+class PlayNext_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/PlayNext_Response"""
+
+    success: bool = False
+    """can only play-next while playback is paused"""
+
+
+class PlayNext(ServiceType[PlayNext_Request, PlayNext_Response]):
+    """rosbag2_interfaces/srv/PlayNext"""
+
+    Request: TypeAlias = PlayNext_Request
+    Response: TypeAlias = PlayNext_Response
+
+
+class Resume_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Resume_Request"""
+
+
+class Resume_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Resume_Response"""
+
+
+class Resume(ServiceType[Resume_Request, Resume_Response]):
+    """rosbag2_interfaces/srv/Resume"""
+
+    Request: TypeAlias = Resume_Request
+    Response: TypeAlias = Resume_Response
+
+
+class Seek_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Seek_Request"""
+
+    time: Time = default()
+
+
+class Seek_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Seek_Response"""
+
+    success: bool = False
+    """return true if valid time in bag duration, and successful seek"""
+
+
+class Seek(ServiceType[Seek_Request, Seek_Response]):
+    """rosbag2_interfaces/srv/Seek"""
+
+    Request: TypeAlias = Seek_Request
+    Response: TypeAlias = Seek_Response
+
+
+class SetRate_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/SetRate_Request"""
+
+    rate: float64 = 0.0
+
+
+class SetRate_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/SetRate_Response"""
+
+    success: bool = False
+    """true if valid rate (> 0) was set"""
+
+
+class SetRate(ServiceType[SetRate_Request, SetRate_Response]):
+    """rosbag2_interfaces/srv/SetRate"""
+
+    Request: TypeAlias = SetRate_Request
+    Response: TypeAlias = SetRate_Response
+
+
+class Snapshot_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Snapshot_Request"""
+
+
+class Snapshot_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Snapshot_Response"""
+
+    success: bool = False
+
+
+class Snapshot(ServiceType[Snapshot_Request, Snapshot_Response]):
+    """rosbag2_interfaces/srv/Snapshot"""
+
+    Request: TypeAlias = Snapshot_Request
+    Response: TypeAlias = Snapshot_Response
+
+
+class SplitBagfile_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/SplitBagfile_Request"""
+
+
+class SplitBagfile_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/SplitBagfile_Response"""
+
+
+class SplitBagfile(ServiceType[SplitBagfile_Request, SplitBagfile_Response]):
+    """rosbag2_interfaces/srv/SplitBagfile"""
+
+    Request: TypeAlias = SplitBagfile_Request
+    Response: TypeAlias = SplitBagfile_Response
+
+
+class Stop_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Stop_Request"""
+
+
+class Stop_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Stop_Response"""
+
+
+class Stop(ServiceType[Stop_Request, Stop_Response]):
+    """rosbag2_interfaces/srv/Stop"""
+
+    Request: TypeAlias = Stop_Request
+    Response: TypeAlias = Stop_Response
+
+
+class TogglePaused_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/TogglePaused_Request"""
+
+
+class TogglePaused_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/TogglePaused_Response"""
+
+
+class TogglePaused(ServiceType[TogglePaused_Request, TogglePaused_Response]):
+    """rosbag2_interfaces/srv/TogglePaused"""
+
+    Request: TypeAlias = TogglePaused_Request
+    Response: TypeAlias = TogglePaused_Response

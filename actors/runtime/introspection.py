@@ -1,0 +1,159 @@
+"""Service introspection: the calls of a node's services, clients and actions as messages, if its parameters say so.
+
+The parameters are `service_configure_introspection`, `client_configure_introspection` and `action_server_configure_introspection`; a node
+has them if it declares them, or if they are given at its start. Their values are ``off`` (also ``disabled``), ``metadata`` (who, when and
+which call) and ``contents`` (also the request or the response). Events are published on `<service>/_service_event`; those of an action on
+the topics of its services `<action>/_action/send_goal` and `.../get_result`. While it is off, it costs a call one comparison.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.interfaces import derived
+from actors.parameters.declare import OPTIONAL_PARAMETERS
+from actors.services.introspection import CallStep, caller_id
+
+if TYPE_CHECKING:
+    from actors.actions.goals import GoalRecord
+    from actors.actions.requests import GoalRequest
+    from actors.actions.server import ActionServer
+    from actors.parameters import ParameterStore
+    from actors.runtime.incarnation import Incarnation
+    from actors.services.client import Client
+    from actors.services.introspection import CallId, IdentifiedCall
+    from actors.services.server import Server
+    from actors.topics.publisher import Publisher
+
+__all__ = ["PARAMETERS", "apply", "declare", "watch_action", "watch_client", "watch_server"]
+
+SERVICE, CLIENT, ACTION = PARAMETERS = tuple(OPTIONAL_PARAMETERS)
+
+EVENT: Final = "/_service_event"
+
+
+def declare(overrides: Mapping[str, object], store: ParameterStore) -> None:
+    """Declare those of the parameters that are given and that the node does not declare itself. Raises `ParameterError`."""
+    for name, declaration in OPTIONAL_PARAMETERS.items():
+        if name in overrides and not store.has(name):
+            store.declare(name, declaration.default.value, declaration.descriptor)
+
+
+def apply(life: Incarnation) -> None:
+    """Let all services, clients and actions of this incarnation do as the parameters say now."""
+    for server in life.record.services.values():
+        server.events = _events(life, SERVICE, server.entry.name, server.type)
+    for client in life.clients.values():
+        client.events = _events(life, CLIENT, client.entry.name, client.type)
+    for action in life.record.actions.values():
+        _apply_action(life, action)
+
+
+def watch_server(life: Incarnation, server: Server) -> None:
+    """Begin with a server that has just been made."""
+    server.events = _events(life, SERVICE, server.entry.name, server.type)
+
+
+def watch_client(life: Incarnation, client: Client[Any, Any]) -> None:
+    """Begin with a client that has just been made."""
+    client.events = _events(life, CLIENT, client.entry.name, client.type)
+
+
+def watch_action(life: Incarnation, server: ActionServer) -> None:
+    """Begin with an action server that has just been made."""
+    if _level(life, ACTION) != "off":
+        _apply_action(life, server)
+
+
+def _level(life: Incarnation, parameter: str) -> str:
+    """`off`, `metadata` or `contents`."""
+    if parameter not in life.identity.overrides and parameter not in life.declarations.table.values:
+        return "off"  # without making the store of the parameters
+    level = str(life.parameters.value(parameter))
+    return "off" if level == "disabled" else level
+
+
+def _events(life: Incarnation, parameter: str, service: str, kind: Any) -> ServiceEvents | None:
+    level = _level(life, parameter)
+    return None if level == "off" else ServiceEvents(life, service, kind, contents=level == "contents")
+
+
+def _apply_action(life: Incarnation, server: ActionServer) -> None:
+    observers, level = server.observers, _level(life, ACTION)
+    observers.requested = [one for one in observers.requested if not _is_of_introspection(one)]
+    observers.ended = [one for one in observers.ended if not _is_of_introspection(one)]
+    if level != "off":
+        events = GoalEvents(life, server, contents=level == "contents")
+        observers.requested.append(events.requested)
+        observers.ended.append(events.ended)
+
+
+def _is_of_introspection(observer: Any) -> bool:
+    return isinstance(getattr(observer, "__self__", None), GoalEvents)
+
+
+class ServiceEvents:
+    """Publishes the steps of the calls of one service, as one end of them takes them."""
+
+    def __init__(self, life: Incarnation, service: str, kind: Any, *, contents: bool) -> None:
+        from actors.runtime.endpoints import event_publisher
+
+        self._life = life
+        self._contents = contents
+        self._type: Any = derived.event_message(kind)
+        entry = life.runtime.graph.topic(service + EVENT)
+        self._publisher: Publisher[Any] = event_publisher(life, self._type, entry)
+
+    def tell(self, step: CallStep, call: IdentifiedCall, message: Any) -> None:
+        self.publish(step, call.call_id, message)
+
+    def publish(self, step: CallStep, call_id: CallId, message: Any) -> None:
+        """Publish a step of a call."""
+        from actors.interfaces.service_msgs.msg import ServiceEventInfo
+
+        life, (gid, number) = self._life, call_id
+        if life.ended:
+            return
+        info = ServiceEventInfo(event_type=step, stamp=life.clock.stamp(), client_gid=gid, sequence_number=number)
+        held = (message,) if self._contents else ()
+        if step in (CallStep.REQUEST_SENT, CallStep.REQUEST_RECEIVED):
+            self._publisher.publish(self._type(info=info, request=held))
+        else:
+            self._publisher.publish(self._type(info=info, response=held))
+
+
+class GoalEvents:
+    """Publishes the requests for goals of one action, the answers to them, and the results, as its server sees them."""
+
+    def __init__(self, life: Incarnation, server: ActionServer, *, contents: bool) -> None:
+        name = f"{server.entry.name}/_action/"
+        self._send: Any = derived.send_goal_service(server.type)
+        self._get: Any = derived.get_result_service(server.type)
+        self._sent = ServiceEvents(life, f"{name}send_goal", self._send, contents=contents)
+        self._got = ServiceEvents(life, f"{name}get_result", self._get, contents=contents)
+        self._result: Any = server.action.result
+        self._goals = 0
+
+    def requested(self, request: GoalRequest) -> None:
+        from actors.interfaces.unique_identifier_msgs.msg import UUID
+        from actors.time.values import stamp_of
+
+        self._goals += 1
+        call_id = caller_id(request.goal_id.hex(), ""), self._goals
+        message = self._send.Request(goal_id=UUID(uuid=request.goal_id), goal=request.message)
+        self._sent.publish(CallStep.REQUEST_RECEIVED, call_id, message)
+
+        def answered(future: Any) -> None:
+            if future.cancelled():
+                return
+            accepted = future.exception() is None
+            response = self._send.Response(accepted=True, stamp=stamp_of(future.result())) if accepted else None
+            self._sent.publish(CallStep.RESPONSE_SENT, call_id, response or self._send.Response(accepted=False))
+
+        request.future.add_done_callback(answered)
+
+    def ended(self, goal: GoalRecord) -> None:
+        result = self._result() if goal.result is None else goal.result
+        message = self._get.Response(status=int(goal.status), result=result)
+        self._got.publish(CallStep.RESPONSE_SENT, (caller_id(goal.goal_id.hex(), ""), 1), message)

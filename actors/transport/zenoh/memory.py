@@ -1,0 +1,62 @@
+"""The memory of large payloads: kept for the next ones, shared with other processes of the host if that is wanted, and not left behind.
+
+Zenoh's shared memory is made of segments, files of /dev/shm: one for the payloads of each process, some small ones beside it. They stay there
+if a process is killed, and Zenoh leaves some of them when a process ends. Whoever uses a segment has a lock on it, so one without a lock is
+used by nobody.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+__all__ = ["LARGE", "keep_freed_memory", "leave_no_segments"]
+
+LARGE: Final = 64 * 1024
+"""Bytes from which on a payload is large: Zenoh then sends it in fragments, or by shared memory."""
+
+_LARGEST_KEPT: Final = 16 * 1024 * 1024
+_SEGMENTS: Final = Path("/dev/shm")
+
+
+def keep_freed_memory() -> None:
+    """Have the C library keep the memory of large payloads for the next ones.
+
+    It returns large blocks to the kernel when they are freed, and the page faults of the next one take longer than to copy an image. Large is
+    what is larger than any block that has been freed before: therefore one is made here, which costs nothing as nobody writes to it.
+    """
+    bytes(_LARGEST_KEPT)
+
+
+def leave_no_segments() -> None:
+    """Remove the segments of processes that have ended, and at the end of this process its own. To be called before shared memory is used."""
+    atexit.unregister(_remove_own)
+    atexit.register(_remove_own)
+    for segment in _SEGMENTS.glob("*.zenoh"):
+        with suppress(OSError):  # it is another user's, or has just gone
+            descriptor = os.open(segment, os.O_RDWR)
+            try:
+                _remove_unless_used(descriptor, segment)
+            finally:
+                os.close(descriptor)
+
+
+def _remove_own() -> None:
+    """Remove the segments that this process alone uses."""
+    for link in Path("/proc/self/fd").glob("*"):
+        with suppress(OSError):  # it has been closed, as that of this very folder
+            segment = link.readlink()
+            if segment.parent == _SEGMENTS and segment.suffix == ".zenoh":
+                _remove_unless_used(int(link.name), segment)
+
+
+def _remove_unless_used(descriptor: int, segment: Path) -> None:
+    """Remove a segment unless somebody has a lock on it by another descriptor."""
+    import fcntl  # which not every system has
+
+    with suppress(BlockingIOError):
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        segment.unlink()

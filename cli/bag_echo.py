@@ -1,0 +1,73 @@
+"""`bag echo`: print the messages of a bag."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from actors.bag import BagReader, BagTopic, type_of
+from actors.interfaces import Message, decode
+from actors.interfaces.errors import CdrError
+from cli.bag_options import add_selection, not_negative, selection_of
+from cli.parsing import TRUNCATED
+from cli.text import message_yaml, plain
+from cli.topic.echo import field_of
+
+__all__ = ["run"]
+
+
+def run(verb: str, argv: Sequence[str]) -> int:
+    """Print them; the exit code is 1 if one cannot be decoded."""
+    parser = argparse.ArgumentParser(prog="python -m robot bag echo", description="Print the messages of a bag.")
+    parser.add_argument("bag_path", type=Path, help="the folder of a bag, or one of its files")
+    parser.add_argument("positional", nargs="*", metavar="TOPIC", help="the same as --topics")
+    add_selection(parser, "print", everything=True)
+    group = parser.add_argument_group("output")
+    group.add_argument("--json", action="store_true", help="an object a line: topic, times, message")
+    group.add_argument("--field", metavar="A.B", help="only this field of each message")
+    group.add_argument("-f", "--full-length", action="store_true", help="long arrays and texts whole")
+    group.add_argument("-n", "--num-messages", type=int, metavar="N", help="end after N messages")
+    group.add_argument(
+        "--start-offset", type=not_negative, default=0.0, metavar="S", help="begin S seconds into the bag"
+    )
+    options = parser.parse_args(argv)
+    options.topics += options.positional
+    with BagReader(options.bag_path) as bag:
+        return _echo(bag, options)
+
+
+def _echo(bag: BagReader, options: argparse.Namespace) -> int:
+    selection = selection_of(options)
+    names = {topic.name for topic in bag.topics if selection.takes(topic.name, topic.type)}
+    types: dict[BagTopic, type[Message]] = {}
+    start = bag.metadata.start_ns + round(options.start_offset * 1e9)
+    failed = 0
+    for number, one in enumerate(bag.messages(names, start_ns=start)):
+        if number == options.num_messages:
+            break
+        if one.topic not in types:
+            types[one.topic] = type_of(one.topic)
+        try:
+            message = decode(types[one.topic], one.data)
+        except CdrError as error:
+            failed += 1
+            print(f"{one.topic.name} at {one.received_ns}: {error}", file=sys.stderr)
+            continue
+        value: Any = message if options.field is None else field_of(message, options.field)
+        if options.json:
+            head = {"topic": one.topic.name, "type": one.topic.type, "received_ns": one.received_ns}
+            head |= {"published_ns": one.published_ns}
+            print(json.dumps({**head, "message": plain(value)}))
+        else:
+            if len(names) > 1:
+                print(f"# {one.topic.name} at {one.received_ns / 1e9:.9f}")
+            print(_text(value, None if options.full_length else TRUNCATED) + "---")
+    return 1 if failed else 0
+
+
+def _text(value: Any, truncate: int | None) -> str:
+    return message_yaml(value, truncate) if isinstance(value, Message) else f"{plain(value, truncate)}\n"
