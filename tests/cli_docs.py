@@ -25,6 +25,7 @@ from cli.command import GROUPS, Exit, module_of
 from cli.parsing import actions_of
 
 __all__ = [
+    "DOCTOR",
     "PAGE",
     "ROBACTOR",
     "SCENES",
@@ -157,7 +158,7 @@ SCENES = (
 
 
 DOCTOR = Scene(
-    "When something does not work",
+    "A topic that is silent, and a service that does not answer",
     ("my_first_robot battery_server", "my_first_robot sensor_data_publisher", "communication_demo processor"),
     ("/battery_service_server", "/sensor_data_publisher", "/data_processor"),
     (
@@ -171,13 +172,14 @@ DOCTOR = Scene(
 
 def main() -> None:
     """Write the generated parts of the page."""
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8"), transcript()), encoding="utf-8")
+    page = written(PAGE.read_text(encoding="utf-8"), transcript(), transcript([DOCTOR]))
+    PAGE.write_text(page, encoding="utf-8")
     print(f"{PAGE.relative_to(ROOT)} is written")
 
 
-def written(page: str, terminal: str) -> str:
+def written(page: str, terminal: str, doctor: str) -> str:
     """The page with its generated parts."""
-    for name, text in (("verbs", verbs()), ("exit codes", codes()), ("transcript", terminal)):
+    for name, text in (("verbs", verbs()), ("exit codes", codes()), ("doctor", doctor), ("transcript", terminal)):
         begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
         before, _, rest = page.partition(begin)
         page = f"{before}{begin}\n{text}\n{end}{rest.partition(end)[2]}"
@@ -296,7 +298,7 @@ def masked(terminal: str) -> list[str]:
     streaming = False
     for line in terminal.splitlines():
         if line.startswith("$ "):
-            streaming = any(word in line for word in (" echo ", " hz ", " send_goal ", " run "))
+            streaming = any(word in line for word in (" echo ", " hz ", " send_goal ", " run ", " doctor "))
         varies = streaming or "stamp=" in line or line.startswith(("GID: ", "Goal accepted"))
         lines.append(_VARYING.sub("N", line) if varies and not line.startswith("$ ") else line)
     return [re.sub(r"\s+", " ", line) for line in lines]

@@ -14,6 +14,9 @@ from cli.view import CLIENT, SERVER, fqn_of
 
 __all__ = ["node_is_there", "polling", "service_types", "serving", "twins"]
 
+ALMOST: Final = 0.7
+"""A service whose name resembles the missing one so much was probably meant."""
+
 POLLING_HZ: Final = 5.0
 """A client that asks more often should subscribe to a topic."""
 
@@ -27,9 +30,9 @@ def serving(seen: Observation) -> Iterator[Finding]:
         clients = seen.of(CLIENT, name)
         users = f" ({', '.join(dict.fromkeys(end.node for end in clients))})" if clients else ""
         served = seen.all_names(SERVER)
-        measured = f"0 servers, {count(len(clients), 'client')}{users}; {len(served)} services are served"
+        measured = f"0 servers, {count(len(clients), 'client')}{users}; {count(len(served), 'service')} served"
         last = name.rpartition("/")[2]
-        similar = nearest(name, served, cutoff=0.8) or [each for each in served if each.rpartition("/")[2] == last]
+        similar = nearest(name, served, cutoff=ALMOST) or [each for each in served if each.rpartition("/")[2] == last]
         if similar:
             yield Finding(
                 name,

@@ -103,7 +103,7 @@ def _asked(seen: Observation, name: str) -> Iterator[Finding]:
     yield Finding(
         name,
         f"{cause}{hint}",
-        f"0 publishers, {count(len(subscriptions), 'subscription')}{readers}; {len(seen.all_names(PUBLISHER))} topics are published",
+        f"0 publishers, {count(len(subscriptions), 'subscription')}{readers}; {count(len(seen.all_names(PUBLISHER)), 'topic')} published",
         "start the node that publishes it, or correct the name: names are relative to the namespace of their node",
     )
 

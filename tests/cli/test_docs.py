@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.cli_docs import PAGE, SCENES, codes, masked, part, transcript, verbs
+from tests.cli_docs import DOCTOR, PAGE, SCENES, codes, masked, part, transcript, verbs
 
 
 def test_the_page_lists_every_verb_and_every_exit_code() -> None:
@@ -27,3 +27,9 @@ def test_the_transcript_is_what_the_commands_print(scene: object) -> None:
     page = part(PAGE.read_text(encoding="utf-8"), "transcript")
     (shown,) = [f"### {each}" for each in page.split("### ")[1:] if each.startswith(f"{scene.title}\n")]  # type: ignore[attr-defined]
     assert masked(shown.strip()) == masked(transcript([scene]).strip())  # type: ignore[list-item]
+
+
+@pytest.mark.realtime
+def test_the_doctor_says_what_the_page_shows() -> None:
+    page = part(PAGE.read_text(encoding="utf-8"), "doctor")
+    assert masked(page.strip()) == masked(transcript([DOCTOR]).strip())

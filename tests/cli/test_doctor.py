@@ -53,7 +53,7 @@ def test_H_01_a_topic_without_publisher_is_told_with_similar_names() -> None:
     (found,) = names(seen)
     assert found.level == "problem"
     assert found.cause == "nobody publishes it; similar: /cmd_vell"
-    assert found.measured == "0 publishers, 1 subscription (/robot); 1 topics are published"
+    assert found.measured == "0 publishers, 1 subscription (/robot); 1 topic published"
 
 
 def test_H_01_a_topic_that_nobody_has_is_told_with_names_that_end_alike() -> None:
@@ -175,7 +175,7 @@ def test_H_08_a_service_whose_server_does_not_run() -> None:
     seen = graph(end("/ui", CLIENT, "/enable", type=SET_BOOL), asked=("service", "/enable"))
     (found,) = serving(seen)
     assert (found.level, found.cause) == ("problem", "its server is not running")
-    assert found.measured == "0 servers, 1 client (/ui); 0 services are served"
+    assert found.measured == "0 servers, 1 client (/ui); 0 services served"
 
 
 @pytest.mark.parametrize("there", ["/enabel", "/robot/front/left/enable"])
