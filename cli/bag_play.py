@@ -18,7 +18,7 @@ from cli.bag_keys import keys
 from cli.bag_options import add_selection, not_negative, positive, profiles, selection_of
 from cli.bag_record import show
 from cli.bag_signals import until_signal
-from cli.command import INTERRUPTED, CommandFailed
+from cli.command import CommandFailed, Exit
 from cli.graph import add_graph_options, seen
 
 __all__ = ["run"]
@@ -147,7 +147,7 @@ async def _play(options: argparse.Namespace, told: PlayOptions, burst: int | Non
             interrupted = await until_signal(_watched(player))
         progress_over()
         print(f"{player.played} messages played", file=sys.stderr)
-    return INTERRUPTED if interrupted else 0
+    return Exit.INTERRUPTED.value[0] if interrupted else 0
 
 
 async def _watched(player: Player) -> None:

@@ -10,8 +10,11 @@ from contextlib import AsyncExitStack, asynccontextmanager
 
 from actors import Child, Node, System, run
 from actors.logs import ERROR, LogRecord
+from actors.names.names import InvalidName, validate_node_name
 from actors.transport import WireUnavailable, transport_from_environment
 from cli.command import CommandFailed
+from cli.parsing import add_graph_options
+from cli.types import learn_folders
 
 __all__ = ["Seen", "add_graph_options", "seen"]
 
@@ -49,15 +52,22 @@ class Seen:
 
 
 @asynccontextmanager
-async def seen(options: argparse.Namespace) -> AsyncGenerator[Seen]:
-    """Take part in the graph of ROS_DOMAIN_ID as the options say. Raises `CommandFailed` if that is not possible."""
+async def seen(options: argparse.Namespace, node_name: str | None = None) -> AsyncGenerator[Seen]:
+    """Take part in the graph of ROS_DOMAIN_ID as the options say, by a hidden node or one of this name.
+
+    Raises `CommandFailed` if that is not possible.
+    """
     refused: list[str] = []
 
     def alone(record: LogRecord) -> None:
         if "because" in record.fields and record.level >= ERROR:
             refused.append(record.fields["because"])
 
-    name = f"_robactor_cli_{os.getpid()}"
+    name = node_name or f"_robactor_cli_{os.getpid()}"
+    try:
+        validate_node_name(name)
+    except InvalidName as error:
+        raise CommandFailed(str(error)) from None
     async with AsyncExitStack() as stack:
         try:
             transport = transport_from_environment(
@@ -72,22 +82,7 @@ async def seen(options: argparse.Namespace) -> AsyncGenerator[Seen]:
             raise CommandFailed(str(error)) from error
         if refused:
             raise CommandFailed(refused[0])
+        learn_folders(options)
         graph = Seen(system, system.node(name))
         await graph.settle(options.spin_time)
         yield graph
-
-
-def add_graph_options(parser: argparse.ArgumentParser) -> None:
-    """The options of every command that looks at the graph."""
-    group = parser.add_argument_group("network")
-    group.add_argument(
-        "--spin-time", type=float, default=0.5, metavar="S", help="look for other processes at most S seconds (0.5)"
-    )
-    group.add_argument(
-        "--connect", action="append", default=[], metavar="ENDPOINT", help="also connect to tcp/HOST:PORT"
-    )
-    group.add_argument(
-        "--listen", action="append", default=[], metavar="ENDPOINT", help="let others connect to tcp/HOST:PORT"
-    )
-    group.add_argument("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
-    group.add_argument("--no-daemon", action="store_true", help="accepted for ros2's sake: there is no daemon")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # as that of `typing`, which takes a while to import, and `--help` waits for
 if TYPE_CHECKING:
+    from typing import Any
+
     from robot.assembly import Robot
 
 __all__ = ["Robot"]

@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
 from collections.abc import Sequence
 
-USAGE = """\
-usage: python -m robot COMMAND [options]     (the console script `robactor` is the same)
+OWN = {
+    "run": "the whole robot in a world; or an executable,\n             run PACKAGE EXECUTABLE, run MODULE:NODE",
+    "evaluate": "measure it: walk, odometry, maps, battery, ...",
+    "picture": "render robot, map and path to PNG",
+}
+"""The commands that are no verbs of `ros2`, with a line of help."""
 
-commands:
-  run        run the whole robot in a world: stand up, walk, dock, sit      run --help for its options
-  evaluate   measure it: evaluate walk | odometry | maps | barn | battery | arm | rates     evaluate walk --help
-  picture    render the robot, its map and its path to PNG                  picture --help
-  node       the nodes of the running graph, from any terminal              node list
-  topic      its topics, and what is sent on them                           topic list | echo
-  bag        recordings, as those of ros2 bag                                bag record | play | info | ...
-  top        hosts, processes and nodes, live                             top --once | --json
-  security   certificates, and who may do what                            security create | show | check
-  router     a meeting point for several machines                           router --help
 
-options:
-  -h, --help, --version
-"""
+def usage() -> str:
+    """The help of the program, at most 60 columns wide."""
+    from cli.command import GROUPS
+
+    lines = [f"  {name:<10} {help}" for name, help in (*OWN.items(), *GROUPS.items())]
+    head = "usage: python -m robot COMMAND [options]\n       (the console script robactor is the same)\n\ncommands:"
+    tail = "COMMAND --help tells more. Options: -h, --help, --version\n"
+    return "\n".join((head, *lines, "", tail))
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit code: 0 done, 2 not understood, 3 a supervisor gave up, 130 Ctrl-C."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     if not arguments or arguments[0] in ("-h", "--help", "help"):
-        print(USAGE, end="")
+        print(usage(), end="")
         return 0
     command, rest = arguments[0], arguments[1:]
     if command == "--version":
@@ -36,6 +37,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         print(version("robactor"))
         return 0
+    if command == "run" and rest and (not rest[0].startswith("-") or rest[0] in ("--prefix", "--package-path")):
+        from cli.command import run_group as run_executable
+
+        return run_executable("run", rest)
+    if command in OWN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if command == "run":
         from robot.run.command import main as run_main
 
@@ -54,10 +61,28 @@ def main(argv: Sequence[str] | None = None) -> int:
         return run_group(command, rest)
     from actors.suggest import did_you_mean
 
-    hint = did_you_mean(command, ("run", "evaluate", "picture", *GROUPS), quoted=False)
+    hint = did_you_mean(command, (*OWN, *GROUPS), quoted=False)
     print(f"robot: there is no command {command!r}{hint} (see python -m robot --help)", file=sys.stderr)
     return 2
 
 
+def console() -> None:
+    """The program `robactor`: run one command, and exit.
+
+    Until a command is ready to end in order, Ctrl-C ends it at once and without a word. A command that looks at the graph exits without
+    the interpreter's own end: threads that are still opening a network connection do not survive that.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    code = main()
+    if "cli.command" in sys.modules:
+        try:
+            sys.stdout.flush()
+            sys.stderr.flush()
+        except OSError:  # whoever read our output has gone
+            pass
+        os._exit(code)
+    sys.exit(code)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    console()

@@ -46,7 +46,8 @@ GROUPS: Mapping[str, Sequence[str]] = {
     "Errors": (
         "ActorError", "DeclarationError", "NotStarted", "Ended", "WrongType", "WrongThread", "ServiceUnavailable", "CallTimeout", "NotRunning",
         "NodeRestarting", "CallCycle", "ServiceFailed", "ActionUnavailable", "Reject", "GoalRejected", "GoalFailed", "GoalCanceled",
-        "GoalAborted", "TransitionRefused", "TickMissed", "StartFailed", "SupervisorGaveUp", "ProgramExit",
+        "GoalAborted", "TransitionRefused", "TickMissed", "StartFailed", "SupervisorGaveUp", "ProcessDied",
+        "ProcessHung", "RemoteError", "ProgramExit",
     ),
 }  # fmt: skip
 """Which names of `actors` belong together; those in no group come last."""

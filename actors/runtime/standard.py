@@ -1,14 +1,15 @@
 """The standard services and topics that every ROS 2 node and action has. They are opened when they are first asked for.
 
-Services: `<node>/get_parameters` and the five other parameter services; `<action>/_action/send_goal`, `.../get_result`, `.../cancel_goal`.
-Topics: `<action>/_action/status`, `<action>/_action/feedback`, `/parameter_events`, `/rosout`. They behave as if they had been open since
-the node's start: messages that a transient-local topic would have kept are published on opening. Kinds of nodes, such as lifecycle nodes,
-add services by `Node.__standard_service__`.
+Services: `<node>/get_parameters` and the five other parameter services; `<node>/get_type_description`; `<action>/_action/send_goal`,
+`.../get_result`, `.../cancel_goal`. Topics: `<action>/_action/status`, `<action>/_action/feedback`, `/parameter_events`, `/rosout`. They
+behave as if they had been open since the node's start: messages that a transient-local topic would have kept are published on opening. Kinds
+of nodes, such as lifecycle nodes, add services by `Node.__standard_service__`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.runtime.endpoints import event_publisher
@@ -33,6 +34,7 @@ PARAMETER_SERVICES: Final = (
     "set_parameters",
     "set_parameters_atomically",
 )
+TYPE_DESCRIPTION: Final = "get_type_description"
 PARAMETER_EVENTS: Final = "/parameter_events"
 ROSOUT: Final = "/rosout"
 ACTION: Final = "/_action/"
@@ -68,7 +70,7 @@ class StandardEndpoints:
             if server is not None and verb in ACTION_SERVICES:
                 serve_standard(_life_of(server), entry, *ACTION_SERVICES[verb](server), AT_ONCE)
         elif (life := self._runtime.directory.find(base)) is not None:
-            offered = _parameter_service if last in PARAMETER_SERVICES else _own_service
+            offered = _OF_NODES.get(last, _own_service)
             if (service := offered(life, entry.name, last)) is not None:
                 serve_standard(life, entry, *service)
         else:
@@ -153,6 +155,25 @@ def _parameter_service(life: Incarnation, name: str, last: str) -> tuple[Any, An
     return service.type, answer
 
 
+def _type_description_service(life: Incarnation, name: str, last: str) -> tuple[Any, Any] | None:
+    """The type and the handler of the service that describes types, or None if a parameter of the node says that it has none."""
+    from actors.interfaces.describing import GetTypeDescription, described
+
+    if not life.parameters.value("start_type_description_service"):
+        return None
+
+    async def answer(request: Any) -> Any:
+        return described(request)
+
+    return GetTypeDescription, answer
+
+
 def _own_service(life: Incarnation, name: str, last: str) -> tuple[Any, Any] | None:
     """The type and the handler of a service that this kind of node adds, or None."""
     return life.node.__standard_service__(last)
+
+
+_OF_NODES: Final[Mapping[str, Callable[[Incarnation, str, str], tuple[Any, Any] | None]]] = MappingProxyType(
+    {**dict.fromkeys(PARAMETER_SERVICES, _parameter_service), TYPE_DESCRIPTION: _type_description_service}
+)
+"""What offers each service of every node, by the last part of its name."""

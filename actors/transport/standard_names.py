@@ -23,11 +23,14 @@ class Standard(NamedTuple):
 
 
 def standard_services(life: Incarnation) -> Iterator[Standard]:
-    """The services of a node besides those that it declares: those of its parameters, and those of its kind."""
+    """The services of a node besides those that it declares: those of its parameters, of its types, and of its kind."""
+    from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
     from actors.parameters.messages import PARAMETER_SERVICES
 
     for service in PARAMETER_SERVICES:
         yield Standard(f"{life.fqn}/{service.name}", service.type, PARAMETERS)
+    if life.parameters.value("start_type_description_service"):
+        yield Standard(f"{life.fqn}/get_type_description", GetTypeDescription, SERVICES)
     for name in type(life.node).__standard_services__:
         offered = cast("tuple[Any, Any]", life.node.__standard_service__(name))
         yield Standard(f"{life.fqn}/{name}", offered[0], SERVICES)

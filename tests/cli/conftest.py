@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import io
 import os
 import socket
 import sys
-from collections.abc import Awaitable, Callable
+import threading
+from collections.abc import AsyncGenerator, Awaitable, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+
+from actors import Child, Node, System, run
+from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from cli.command import run_group
 
 ROOT = Path(__file__).parents[2]
 
@@ -23,6 +31,7 @@ class Finished:
 
 
 Command = Callable[..., Awaitable[Finished]]
+SystemOf = Callable[..., AbstractAsyncContextManager[System]]
 
 
 @pytest.fixture
@@ -58,3 +67,54 @@ def robot(environment: dict[str, str]) -> Command:
         return Finished(process.returncode, out.decode(), err.decode())
 
     return run_it
+
+
+@pytest.fixture
+def meeting(port: int, monkeypatch: pytest.MonkeyPatch) -> int:
+    """The port at which a system of this process and commands of this process meet, and the variables that say so."""
+    for name, value in {"ROBACTOR_GOSSIP_PORT": str(port), "RMW_IMPLEMENTATION": "", "ROS_DOMAIN_ID": "7"}.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    return port
+
+
+@pytest.fixture
+def command(meeting: int) -> Command:
+    """``await command("node", "list")``: run a command in another thread of this process, which is quicker than in another process."""
+
+    def run_it(words: tuple[str, ...], ended: Callable[[int], object]) -> None:
+        try:
+            code = run_group(words[0], words[1:])
+        except SystemExit as exit:  # argparse's
+            code = int(exit.code or 0)
+        ended(code)
+
+    async def run_beside(*words: str) -> Finished:
+        loop = asyncio.get_running_loop()
+        future: asyncio.Future[int] = loop.create_future()
+
+        def ended(code: int) -> None:
+            loop.call_soon_threadsafe(future.set_result, code)
+
+        out, err = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            # a daemon, so that a command that does not end fails its test, and no more
+            threading.Thread(target=run_it, args=(words, ended), daemon=True).start()
+            async with asyncio.timeout(30):
+                code = await future
+        return Finished(code, out.getvalue(), err.getvalue())
+
+    return run_beside
+
+
+@pytest.fixture
+def system_of(meeting: int) -> SystemOf:
+    """``async with system_of(Child(Talker)) as system``: nodes of this process, which commands find."""
+
+    @asynccontextmanager
+    async def started(*tree: Child | type[Node]) -> AsyncGenerator[System]:
+        transport = ZenohTransport(ZenohConfig(gossip_port=meeting))
+        async with run(*tree, transport=transport, signals=False, sinks=()) as system:
+            yield system
+
+    return started

@@ -128,6 +128,7 @@ def test_what_is_declared_is_imported() -> None:
     }
     assert declared(PROJECT["dependencies"]) == {
         "anyio",
+        "lz4",
         "mcap",
         "msgspec",
         "mujoco",
@@ -136,6 +137,7 @@ def test_what_is_declared_is_imported() -> None:
         "xxhash",
         "yaml",
         "zenoh",
+        "zstandard",
     }
 
 

@@ -480,6 +480,7 @@ async def test_the_parameters_of_a_node_elsewhere_are_read_and_the_services_are_
         "%tuned%describe_parameters",
         "%tuned%get_parameter_types",
         "%tuned%get_parameters",
+        "%tuned%get_type_description",
         "%tuned%list_parameters",
         "%tuned%set_parameters",
         "%tuned%set_parameters_atomically",
@@ -488,6 +489,11 @@ async def test_the_parameters_of_a_node_elsewhere_are_read_and_the_services_are_
     assert value.double_value == 0.5
     assert "/tuned/get_parameters" in server.system.graph.services
     assert opened >= 0
+
+
+async def test_a_node_that_is_told_not_to_describes_no_types(hosts: Hosts) -> None:
+    await hosts.start(Child(Tuned, parameters={"start_type_description_service": False}))
+    assert not any("%tuned%get_type_description" in token for token in hosts.network.tokens)
 
 
 async def test_a_standard_service_of_a_node_that_is_being_restarted_says_so(hosts: Hosts) -> None:

@@ -1,0 +1,42 @@
+"""How commands print: JSON, tables, and the screen cleared between two of them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+__all__ = ["clear_screen", "print_json", "print_names", "table"]
+
+
+def print_json(value: Any) -> None:
+    """One JSON value on one line. Numbers that JSON does not know (nan, inf) are null, bytes are lists of numbers."""
+    import msgspec
+
+    print(msgspec.json.encode(value).decode())
+
+
+def print_names(found: Mapping[str, Sequence[str]], *, types: bool, counted: bool, json: bool) -> None:
+    """The names of topics, services or actions, one a line; with their types, or only how many they are."""
+    if counted:
+        print_json(len(found)) if json else print(len(found))
+    elif json:
+        print_json([{"name": name, "types": list(each)} for name, each in found.items()])
+    else:
+        for name, each in found.items():
+            print(f"{name} [{', '.join(each)}]" if types else name)
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table as `topic hz` prints several topics: titles in the middle, a line of ``=``, cells from the left."""
+    widths = [max(len(cell) for cell in column) for column in zip(header, *rows, strict=True)]
+    lines = ["   ".join(title.center(width) for title, width in zip(header, widths, strict=True))]
+    lines.append("=" * (sum(widths) + 3 * (len(header) - 1)))
+    lines += ["   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def clear_screen() -> None:
+    """Begin at the top of an empty screen, if the output is one."""
+    if sys.stdout.isatty():
+        print("\x1b[H\x1b[2J", end="")

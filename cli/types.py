@@ -1,0 +1,117 @@
+"""The types that a command needs: known here, given in a folder, or fetched from the nodes that use them."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable, Iterable
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from actors.interfaces import InterfaceError, UnknownInterface, add_folder, get_action, get_message, get_service
+from actors.interfaces.foreign import ForeignType, difference
+from actors.interfaces.naming import full_name
+from cli.command import CommandFailed
+
+if TYPE_CHECKING:
+    from cli.graph import Seen
+
+__all__ = ["INVALID", "Uses", "action_type", "learn_folders", "message_type", "resolved", "service_type"]
+
+T = TypeVar("T")
+Uses = Callable[[], Iterable[tuple[str, Any]]]
+"""Gives the nodes that use a name now, each with the type that it has there. An action's is known better once its type is known here."""
+
+INVALID = "The passed {} type is invalid"
+
+
+def learn_folders(options: argparse.Namespace) -> None:
+    """Make known: the types of the robot and the tutorials, those of an installed ROS 2, and those of ``--interfaces``."""
+    import_module("robot.interfaces.tutorials")  # which makes those of both known
+
+    for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
+        if prefix:
+            add_folder(os.path.join(prefix, "share"))
+    for folder in options.interfaces:
+        from actors.interfaces import load_folder
+
+        try:
+            load_folder(folder)
+        except (InterfaceError, OSError) as error:
+            raise CommandFailed(f"--interfaces {folder}: {error}") from error
+
+
+async def message_type(graph: Seen, wanted: str | None, uses: Uses, name: str) -> Any:
+    """The message class of a topic: the one that is wanted, or that of its endpoints."""
+    return await resolved(graph, get_message, "message", wanted, uses, name)
+
+
+async def service_type(graph: Seen, wanted: str | None, uses: Uses, name: str) -> Any:
+    """The service type that is wanted, or that of the servers and clients."""
+    return await resolved(graph, get_service, "service", wanted, uses, name)
+
+
+async def action_type(graph: Seen, wanted: str | None, uses: Uses, name: str) -> Any:
+    """The action type that is wanted, or that of the servers and clients."""
+    return await resolved(graph, get_action, "action", wanted, uses, name)
+
+
+async def resolved(graph: Seen, get: Callable[[str], T], word: str, wanted: str | None, uses: Uses, name: str) -> T:
+    """The type of this name, fetched from the nodes that use it if it is not known here.
+
+    Raises `CommandFailed` if nobody knows it, or if the nodes mean another type by its name.
+    """
+    known_uses = list(uses())
+    kind = {"message": "msg", "service": "srv", "action": "action"}[word]
+    try:
+        asked = known_uses[0][1].__ros_type__ if wanted is None else full_name(wanted, kind)  # type: ignore[arg-type]
+        found = await _found(graph, get, name, asked, known_uses)
+    except UnknownInterface as error:
+        raise CommandFailed(f"{INVALID.format(word)}: {error}") from None
+    except InterfaceError as error:
+        raise CommandFailed(f"{name}: its type cannot be read: {error}") from error
+    _warn(name, found, list(uses()))
+    return found
+
+
+async def _found(graph: Seen, get: Callable[[str], T], name: str, asked: str, uses: list[tuple[str, Any]]) -> T:
+    try:
+        return get(asked)
+    except UnknownInterface as error:
+        same = [(node, kind) for node, kind in uses if isinstance(kind, ForeignType) and kind.__ros_type__ == asked]
+        if not same:
+            raise
+        from cli.describing import fetch
+
+        parts = action_parts(graph, name, asked) if get is get_action else [(asked, same[0][1].type_hash)]
+        if await fetch(graph.node, asked, parts, (node for node, _ in same)):
+            return get(asked)
+        nodes = ", ".join(dict.fromkeys(node for node, _ in same))
+        raise CommandFailed(
+            f"{error} {nodes} did not describe it either: give the folder of its definition with --interfaces DIR"
+        ) from None
+
+
+def action_parts(graph: Seen, name: str, kind: str) -> list[tuple[str, str]]:
+    """The types of an action's services and feedback with their hashes, which its server announces."""
+    found = graph.system.graph
+    ends: list[Any] = [
+        end
+        for part in ("send_goal", "get_result")
+        if (service := found.services.get(f"{name}/_action/{part}")) is not None
+        for end in service.remotes
+    ]
+    feedback = found.topics.get(f"{name}/_action/feedback")
+    ends += [] if feedback is None else feedback.publishers
+    parts = {end.type.__ros_type__: end.type for end in ends if end.type.__ros_type__.startswith(f"{kind}_")}
+    return [(each, used.type_hash) for each, used in parts.items() if isinstance(used, ForeignType)]
+
+
+def _warn(name: str, kind: Any, uses: list[tuple[str, Any]]) -> None:
+    from cli.parsing import complain
+
+    for node, used in uses:
+        unlike = difference(used, kind)
+        if unlike is not None:
+            complain(f"{node} uses {name} as {unlike[0]}, not as {unlike[1]}: the two do not understand each other")
+            return

@@ -1,0 +1,130 @@
+"""Types that only other processes know: described by their nodes, and defined here."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import AsyncGenerator
+from pathlib import Path
+
+import pytest
+import pytest_asyncio
+
+from actors.interfaces import encode, get_message, load, type_hash
+from actors.interfaces.describing import described
+from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
+from cli.describing import define
+from tests.cli.conftest import ROOT, Command
+
+PROGRAM = """
+import asyncio
+from actors import Node, Topic, Service, every, publishes, run, Action, Done
+from actors.interfaces import load_folder
+from actors.transport import transport_from_environment
+import os
+for _ in (load_folder("."),): pass
+from actors.interfaces import get_message, get_service, get_action
+Gnome, Paint, Dig = get_message("garden_msgs/Gnome"), get_service("garden_msgs/Paint"), get_action("garden_msgs/Dig")
+PAINT, DIG = Service(Paint, "paint"), Action(Dig, "dig")
+class Garden(Node):
+    gnomes = publishes(Topic(Gnome, "gnomes", 10))
+    @every(hz=20)
+    def tick(self):
+        self.gnomes(Gnome(name="Ann", hat=dict_hat()))
+    @PAINT.serve()
+    async def paint(self, request):
+        return Paint.Response(message=f"{request.gnome} is {request.colours[0]}")
+    @DIG.serve()
+    async def dig(self, goal):
+        yield Dig.Feedback(depth=0.5)
+        yield Done(Dig.Result(depth=goal.depth))
+def dict_hat():
+    return get_message("garden_msgs/Hat")(height=0.25, dots=[1, 2])
+async def main():
+    async with run(Garden, transport=transport_from_environment(os.environ), sinks=()) as system:
+        print("ready", flush=True)
+        await system.wait()
+asyncio.run(main())
+"""
+
+DEFINITIONS = {
+    "msg/Hat.msg": "float64 height\\nuint8[] dots\\n",
+    "msg/Gnome.msg": "string<=10 name\\nHat hat\\nint32[2] shoes\\nfloat32[<=3] coins\\n",
+    "srv/Paint.srv": "string gnome\\nstring[] colours\\n---\\nstring message\\n",
+    "action/Dig.action": "float64 depth\\n---\\nfloat64 depth\\n---\\nfloat64 depth\\n",
+}
+
+
+@pytest_asyncio.fixture
+async def garden(tmp_path: Path, environment: dict[str, str]) -> AsyncGenerator[None]:
+    """A process whose types nobody else knows."""
+    for name, text in DEFINITIONS.items():
+        path = tmp_path / "garden_msgs" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text.replace("\\n", "\n"))
+    (tmp_path / "garden.py").write_text(PROGRAM)
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "garden.py", cwd=tmp_path, env={**environment, "PYTHONPATH": str(ROOT)}, stdout=-1
+    )
+    assert process.stdout is not None
+    try:
+        async with asyncio.timeout(30):
+            assert await process.stdout.readline() == b"ready\n"
+        yield
+    finally:
+        process.kill()
+        await process.wait()
+
+
+async def test_a_message_type_that_only_its_publisher_knows_is_fetched_from_it(garden: None, robot: Command) -> None:
+    heard = await robot("topic", "echo", "/gnomes", "--once")
+    assert (heard.code, heard.err) == (0, "")
+    assert heard.out == ("name: Ann\nhat:\n  height: 0.25\n  dots:\n  - 1\n  - 2\nshoes:\n- 0\n- 0\ncoins: []\n---\n")
+
+
+async def test_so_is_that_of_a_service_and_of_an_action(garden: None, robot: Command) -> None:
+    painted = await robot("service", "call", "/paint", "garden_msgs/srv/Paint", "{gnome: Ann, colours: [red]}")
+    assert (painted.code, painted.err) == (0, "")
+    assert painted.out.endswith("response:\ngarden_msgs.srv.Paint_Response(message='Ann is red')\n\n")
+    dug = await robot("action", "send_goal", "/dig", "garden_msgs/action/Dig", "{depth: 2}", "-f")
+    assert (dug.code, dug.err) == (0, "")
+    assert "Feedback:\n    depth: 0.5\n" in dug.out
+    assert dug.out.endswith("Result:\n    depth: 2.0\n\nGoal finished with status: SUCCEEDED\n")
+
+
+async def test_a_type_that_nobody_describes_is_one_line_that_says_what_to_give(garden: None, robot: Command) -> None:
+    unknown = await robot("topic", "pub", "--once", "/gnomes", "garden_msgs/msg/Gnom", "{}")
+    assert (unknown.code, unknown.out) == (1, "")
+    assert unknown.err.startswith("The passed message type is invalid: ")
+    assert unknown.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("sources", [True, False])
+def test_a_type_that_is_defined_by_its_description_has_the_same_hash_and_bytes(sources: bool) -> None:
+    """Both ways lead to it: the texts of the definitions, and without them the descriptions of the fields."""
+    package = f"shed{int(sources)}_msgs"
+    load("float64 height\nbool[3] dots\n", f"{package}/msg/Hat")
+    original = load("string<=10 name\nHat[<=2] hats\nwstring[] notes\nbyte b\n", f"{package}/msg/Gnome")
+    answer = described(GetTypeDescription.Request(type_name=f"{package}/msg/Gnome", include_type_sources=sources))
+    renamed = answer.replace(
+        type_description=_renamed(answer.type_description, package),
+        type_sources=[_renamed(each, package) for each in answer.type_sources],
+    )
+    define(f"new_{package}/msg/Gnome", [renamed])
+    made = get_message(f"new_{package}/msg/Gnome")
+    assert made is not original
+    assert [str(field.type).replace("new_", "") for field in made.__ros_fields__] == [
+        str(field.type) for field in original.__ros_fields__
+    ]
+    assert encode(made(name="Ann", notes=["a"], b=7)) == encode(original(name="Ann", notes=["a"], b=7))
+    assert type_hash(made) != type_hash(original)  # the names of the packages are part of it
+
+
+def _renamed(message: object, package: str) -> object:
+    """A description of the same type in another package, which is not known here yet."""
+    import msgspec
+
+    from actors.interfaces import from_plain, to_plain
+
+    text = msgspec.json.encode(to_plain(message)).decode()  # type: ignore[arg-type]
+    return from_plain(type(message), msgspec.json.decode(text.replace(package, f"new_{package}")))  # type: ignore[type-var]

@@ -1,0 +1,127 @@
+"""`run PACKAGE EXECUTABLE` and `run MODULE:NODE`: nodes and programs, with the arguments of ROS 2."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import ROOT, Command, Finished
+
+MODULE = """
+import asyncio
+from actors import Node, background, every, parameter, publishes, Topic
+from actors.interfaces.std_msgs.msg import String
+
+class Greeter(Node):
+    text = parameter("hello")
+    out = publishes(Topic(String, "greeting", 10))
+
+    async def on_start(self):
+        self.log.info(f"I say {self.text} on {self.out}")
+
+    @every(hz=20)
+    def greet(self):
+        self.out(String(data=self.text))
+
+class Leaver(Node):
+    @background
+    async def leave(self):
+        self.stop("enough")
+
+class Broken(Node):
+    async def on_start(self):
+        raise RuntimeError("no camera")
+
+class Falls(Node):
+    async def on_start(self):
+        self.log.info("born")
+
+    @every(hz=20)
+    def fall(self):
+        raise ValueError("tripped")
+
+class Exits(Node):
+    @background
+    async def leave(self):
+        raise SystemExit(7)
+"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, environment: dict[str, str]) -> Path:
+    (tmp_path / "garden.py").write_text(MODULE)
+    environment["PYTHONPATH"] = f"{ROOT}:{tmp_path}"
+    return tmp_path
+
+
+async def test_a_node_of_the_user_ends_with_the_code_of_its_end(here: Path, robot: Command) -> None:
+    left = await robot("run", "garden:Leaver")
+    assert (left.code, left.err) == (0, "")
+    broken = await robot("run", "garden:Broken")
+    assert broken.code == 1
+    assert broken.err.endswith("broken did not start: it raised RuntimeError: no camera (in the tree: run/broken)\n")
+    fell = await robot("run", "garden:Falls")
+    assert fell.code == 1
+    assert "ValueError: tripped" in fell.err
+    assert fell.out.count("born") == 1, "a program is not started again"
+    assert (await robot("run", "garden:Exits")).code == 7
+
+
+async def test_M_10_ros_arguments_rename_and_set(here: Path, environment: dict[str, str], robot: Command) -> None:
+    words = ("--ros-args", "-r", "greeting:=/news", "-r", "__node:=ann", "-r", "__ns:=/left", "-p", "text:=good day")
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "robot", "run", "garden:Greeter", *words, env=environment, stdout=-1, stderr=-1
+    )
+    try:
+        heard = await robot("topic", "echo", "/news", "std_msgs/msg/String", "--once")
+        assert (heard.code, heard.out) == (0, "data: good day\n---\n")
+        assert (await robot("node", "list")).out == "/left/ann\n"
+        process.send_signal(signal.SIGINT)
+        async with asyncio.timeout(30):
+            _, error = await process.communicate()
+        assert (process.returncode, error) == (130, b"")
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        (("run", "garden:Gretter"), "'garden:Gretter': garden has nothing of the name 'Gretter'; trees that it has: "),
+        (("run", "nowhere:Node"), "no module named 'nowhere', neither here in "),
+        (("run", "my_robot_contrller", "talker"), "Package 'my_robot_contrller' not found; did you mean 'my_robot_controller'?"),
+        (("run", "my_robot_controller", "talkr"), "No executable found: package 'my_robot_controller' has no executable 'talkr'"),
+        (("run", "my_robot_controller"), "which executable? my_robot_controller has: add_client, "),
+        (("run", "garden:Greeter", "--ros-args", "-e", "/x"), "this flag of ROS 2 has no effect here; leave it out (in: --ros-args --enclave)"),
+        (("run", "garden:Greeter", "--ros-args", "-p", "txt:=x"), "-p txt:=x: /**: there is no parameter 'txt'; did you mean 'text'?"),
+        (("run", "garden:Greeter", "--ros-args", "--params-file", "no.yaml"), "no.yaml"),
+        (("run", "garden:Greeter", "--ros-args", "--log-level", "loud"), "'loud'"),
+    ],
+)  # fmt: skip
+async def test_what_cannot_be_run_is_one_line(words: tuple[str, ...], error: str, here: Path, robot: Command) -> None:
+    refused = await robot(*words)
+    assert (refused.code, refused.out) == (1, "")
+    assert error in refused.err
+    assert refused.err.count("\n") == 1
+
+
+async def test_a_program_of_an_installed_package_gets_its_words_and_gives_its_code(
+    tmp_path: Path, environment: dict[str, str], robot: Command
+) -> None:
+    program = tmp_path / "lib" / "garden" / "gnome"
+    program.parent.mkdir(parents=True)
+    program.write_text('#!/bin/sh\necho "$@"\nexit 5\n')
+    program.chmod(0o755)
+    environment["AMENT_PREFIX_PATH"] = str(tmp_path)
+    ran = await robot("run", "garden", "gnome", "--ros-args", "-r", "a:=b", "--ros2-exit-codes")
+    assert ran == Finished(
+        5, "--ros-args -r a:=b --ros2-exit-codes\n", "[robactor run]: Process exited with failure 5\n"
+    )
+    prefixed = await robot("run", "--prefix", "echo by", "garden", "gnome", "--help")
+    assert prefixed == Finished(0, f"by {program} --help\n", "")

@@ -1,0 +1,45 @@
+"""`python -m tests.cli_speed`: how long commands take, each in a fresh process: the median of ten.
+
+`topic list` looks at a robot in another process; `--help` and the help of a verb look at nothing.
+"""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+
+from tests.cli_docs import ROBACTOR, SCENES, running
+
+__all__ = ["main"]
+
+RUNS = 10
+COMMANDS = (
+    ("--help", 60),
+    ("topic --help", 60),
+    ("topic list", 300),
+    ("node list", 300),
+    ("param get /imu_publisher use_sim_time", 0),
+)
+"""Each command, and the milliseconds that it may take (0: no aim)."""
+
+
+def main() -> None:
+    """Print a table."""
+    print(f"{'command':<45} {'median ms':>9} {'least':>6} {'most':>6} {'aim':>5}   CPython {sys.version.split()[0]}")
+    with running(SCENES[-1]) as environment:
+        for line, aim in COMMANDS:
+            took = sorted(_milliseconds(line, environment) for _ in range(RUNS))
+            print(f"{line:<45} {statistics.median(took):9.0f} {took[0]:6.0f} {took[-1]:6.0f} {aim or '':>5}")
+
+
+def _milliseconds(line: str, environment: Mapping[str, str]) -> float:
+    start = time.perf_counter()
+    subprocess.run([*ROBACTOR, *line.split()], env=environment, stdout=subprocess.DEVNULL, check=True)
+    return (time.perf_counter() - start) * 1e3
+
+
+if __name__ == "__main__":
+    main()
