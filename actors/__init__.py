@@ -13,6 +13,7 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     bag          flight recorder and trace
     nodes        nodes that come with the framework
     running      `run`, `open_node`, `execute`; signals and the arguments of a program
+    processes    children in processes of their own
     lifecycle    managed nodes, and the state machine behind them
     system       one running tree
     transport    the way to other processes and machines
@@ -79,6 +80,7 @@ from actors.node.node import ErrorVerdict, Node
 from actors.node.retry import retry
 from actors.parameters.declare import parameter
 from actors.parameters.values import Parameter, SetResult
+from actors.processes.errors import ProcessDied, ProcessHung, RemoteError
 from actors.qos.policies import QoS
 from actors.running.run import execute, open_node, run
 from actors.runtime.timers import Tick, TickMissed
@@ -140,10 +142,13 @@ __all__ = [
     "NotStarted",
     "Outcome",
     "Parameter",
+    "ProcessDied",
+    "ProcessHung",
     "ProgramExit",
     "Publisher",
     "QoS",
     "Reject",
+    "RemoteError",
     "Returned",
     "Service",
     "ServiceFailed",

@@ -44,6 +44,8 @@ _OURS: Final = os.path.join(os.path.dirname(os.path.abspath(__file__)), "")
 _PYTHON: Final = os.path.join(os.path.dirname(os.path.abspath(os.__file__)), "")
 _CARRIER: Final = os.path.join(_OURS, "inbox", "control.py")
 """The file that raises errors on behalf of others: an error whose innermost line is there was never raised anywhere else."""
+_BRINGER: Final = os.path.join(_OURS, "processes", "life.py")
+"""The file that raises the errors of other processes: the lines of this process say nothing about them."""
 _INSTALLED: Final = ("site-packages", "dist-packages")
 _MACHINERY: Final = frozenset(("anyio", "sniffio"))
 """Installed packages that count as part of Python, as asyncio does."""
@@ -102,16 +104,21 @@ def traceback_of(error: BaseException) -> TracebackException | None:
     whole = TracebackException.from_exception(error, lookup_lines=False)
     if not whole.stack or whole.stack[-1].filename == _CARRIER:
         return None
+    if whole.stack[-1].filename == _BRINGER:  # a note of the error tells its lines
+        whole.stack.clear()
     _cut(whole)
     return whole
 
 
 def users_trace(error: BaseException) -> TracebackType | None:
-    """The traceback of an error from the user's outermost line on; all of it where the user has no line."""
-    trace = error.__traceback__
-    while trace is not None and owner_of(trace.tb_frame.f_code.co_filename) != USER:
+    """The traceback of an error from the user's outermost line on; all of it where the user has no line.
+
+    None for an error of another process, of which a note tells the lines.
+    """
+    trace, file = error.__traceback__, ""
+    while trace is not None and owner_of(file := trace.tb_frame.f_code.co_filename) != USER:
         trace = trace.tb_next
-    return trace or error.__traceback__
+    return trace or (None if file == _BRINGER else error.__traceback__)
 
 
 def parked(task: asyncio.Task[Any]) -> list[tuple[object, FrameType]]:

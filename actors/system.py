@@ -18,7 +18,7 @@ from actors.inbox.control import Failure
 from actors.logs import INFO, LogRecord, LogSink, structlog_sink
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.open_systems import OpenSystems
-from actors.runtime.runtime import Runtime
+from actors.runtime.runtime import OtherProcesses, Runtime
 
 if TYPE_CHECKING:
     from actors.graph.snapshot import Snapshot
@@ -49,9 +49,10 @@ class System:
         sinks: tuple[LogSink, ...] = (structlog_sink,),
         level: int = INFO,
         options: RunOptions | None = None,
+        processes: Callable[[Runtime], OtherProcesses] | None = None,
         make_runtime: Callable[..., Runtime] = Runtime,
     ) -> None:
-        self.runtime = runtime = make_runtime(seed=seed, sinks=sinks, level=level, options=options)
+        self.runtime = runtime = make_runtime(seed=seed, sinks=sinks, level=level, options=options, processes=processes)
         self._tree = runtime.tree
         self.seed, self.loop = seed, runtime.loop
         self.clock, self.graph, self.log = runtime.clock, runtime.graph, runtime.log
@@ -71,15 +72,15 @@ class System:
             self.runtime.observers.closed.append(lambda: _open.remove(self.loop, self))
             self.runtime.open()
 
-    async def start(self, tree: Supervisor | DynamicSupervisor) -> None:
-        """Start the tree and return when every child is ready.
+    async def start(self, tree: Supervisor | DynamicSupervisor, path: tuple[str, ...] | None = None) -> None:
+        """Start the tree and return when every child is ready. `path` is that of its root, if it is a part of a tree elsewhere.
 
         Raises `StartFailed` if a child cannot start, `NotRunning` if the system is stopped meanwhile, and then nothing runs any more.
         """
         if self.supervisor is not None:
             raise RuntimeError("this system runs a tree already: make another system")
         self.open()
-        await self._tree.start(tree)
+        await self._tree.start(tree, path or (tree.name,))
 
     async def wait(self) -> None:
         """Wait until the tree has ended. Raises `SupervisorGaveUp` if it ended because its restarts were used up."""
@@ -145,15 +146,31 @@ class System:
         """
         record = self.runtime.directory.named(node)
         if record.node is None:
-            raise NotStarted(f"{node if isinstance(node, str) else node.__name__} is not running now")
+            where = (
+                f"runs in process {record.process}: ask it by its services" if record.process else "is not running now"
+            )
+            raise NotStarted(f"{node if isinstance(node, str) else node.__name__} {where}")
         return record.node
 
     def crash(self, node: type[Node] | str, error: Exception) -> None:
         """Make a node fail as if one of its handlers had raised `error`; its `on_error` is asked. Raises what `node` raises."""
         record = self.runtime.directory.named(node)
-        if record.running is None:
+        if record.running is not None:
+            record.inbox.put_control(Failure(error, "crash"))
+        elif record.process and record.state == "running":
+            self.runtime.processes.crash(record.path, error)
+        else:
             raise NotStarted(f"{record.identity.fqn} is not running: it cannot crash now")
-        record.inbox.put_control(Failure(error, "crash"))
+
+    def kill_process(self, node: type[Node] | str) -> None:
+        """Kill the process in which a node runs, with all that it runs, as ``kill -9`` does; its supervisor restarts it.
+
+        Raises `LookupError` as `node` does, and `NotStarted` for a node that runs in this process, or in none.
+        """
+        record = self.runtime.directory.named(node)
+        if not record.process:
+            raise NotStarted(f"{record.identity.fqn} has no process of its own: declare it with process=True")
+        self.runtime.processes.kill(record.path)
 
     async def join(self, child: Child) -> UnsupervisedNode:
         """Run one more node beside the tree, without supervision, and return when it is ready. Raises the error of its start."""

@@ -13,7 +13,8 @@ from actors.bag import BagReader, BagTopic, type_of
 from actors.interfaces import Message, decode
 from actors.interfaces.errors import CdrError
 from cli.bag_options import add_selection, not_negative, selection_of
-from cli.text import TRUNCATED, message_yaml, plain
+from cli.parsing import TRUNCATED
+from cli.text import message_yaml, plain
 from cli.topic.echo import field_of
 
 __all__ = ["run"]

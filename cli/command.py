@@ -33,6 +33,7 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "graph": "who talks with whom, as text or picture",
         "log": "what the nodes log",
         "plot": "fields of topics over time",
+        "launch": "start what a launch file says",
         "bag": "recordings: record, play, info, ...",
         "top": "hosts, processes and nodes, live",
         "security": "certificates, and who may do what",

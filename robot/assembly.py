@@ -15,6 +15,7 @@ from robot.tree import robot_tree
 
 if TYPE_CHECKING:
     from actors import Supervisor
+    from robot.link.process import BodyProcess
 
 __all__ = ["BodyKind", "Mission", "Robot", "default_tree", "make_body"]
 
@@ -36,9 +37,12 @@ class Robot:
     `seed` seeds the noise of the body's sensors, `battery` is the charge at the start in per cent, `arm` adds the arm, `motor_delay` is how
     late the drives act, in seconds. With `publish_clock`, a rate in Hz, a first node publishes /clock.
 
+    With `processes`, on the real clock and in physics, the body and each concern of the tree run in processes of their own: what plans and
+    looks cannot hold up what walks. `close` it at the end.
+
     A robot holds one body, which grows older as it runs: make a new `Robot` for each test and each trial.
 
-    Raises `UnknownWorld`, and `BackendMissing` when MuJoCo is not installed.
+    Raises `UnknownWorld`, `BackendMissing` when MuJoCo is not installed, and `ValueError` for a kinematic body in a process.
     """
 
     def __init__(
@@ -52,23 +56,44 @@ class Robot:
         arm: bool = False,
         motor_delay: float = 0.004,
         publish_clock: float | None = None,
+        processes: bool = False,
     ) -> None:
         self.scene: Scene = get_world(world) if isinstance(world, str) else world
         """Where it is: obstacles, places, things."""
-        self.body: Body = make_body(
-            self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm or isinstance(mission, Delivery)
+        arm = arm or isinstance(mission, Delivery)
+        self.process: BodyProcess | None = None
+        """That of the body, with `processes`. It starts at once."""
+        if processes:
+            self.process = _body_process(self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm)
+        self.body: Body = (
+            self.process.body
+            if self.process is not None
+            else make_body(self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm)
         )
         """The simulated body. `body.truth()` is where it really is, which no controller knows."""
-        self.tree: Supervisor = robot_tree(
-            self.body,
-            Pack(battery),
-            _waypoints(mission, self.scene),
-            laps=0 if mission == "patrol" else 1,
-            motor_delay=motor_delay,
-            publish_clock=publish_clock,
-            delivery=mission if isinstance(mission, Delivery) else None,
-        )
+        try:
+            tree = robot_tree(
+                self.body,
+                Pack(battery),
+                _waypoints(mission, self.scene),
+                laps=0 if mission == "patrol" else 1,
+                motor_delay=motor_delay,
+                publish_clock=publish_clock,
+                delivery=mission if isinstance(mission, Delivery) else None,
+                processes=processes,
+            )
+        except BaseException:
+            self.close()
+            raise
+        self.tree: Supervisor = tree
         """The supervisor with all of its nodes. A tree like any other: `replace` its children, or take some by `robot.tree.only`."""
+
+    def close(self) -> None:
+        """Free what the body holds: its process, if it has one."""
+        if self.process is not None:
+            self.process.close()
+        else:
+            self.body.close()
 
     def __repr__(self) -> str:
         return f"Robot(world={self.scene.name!r}, body={self.body.backend!r})"
@@ -77,6 +102,18 @@ class Robot:
 def default_tree() -> Supervisor:
     """The tree of a robot with a physical body, lying at the start of the empty world and waiting for goals: the executable `robot robot`."""
     return Robot().tree
+
+
+def _body_process(scene: Scene, kind: BodyKind, *, seed: int, motor_delay: float, arm: bool) -> BodyProcess:
+    if kind != "physics":
+        raise ValueError(
+            f"Robot(body={kind!r}, processes=True): only the physics body has a process of its own; leave one of them out"
+        )
+    from robot.link.process import BodyProcess
+    from robot.sim.physics import check_engine
+
+    check_engine()
+    return BodyProcess(scene, seed=seed, delay=motor_delay, arm=arm)
 
 
 def make_body(scene: Scene, kind: BodyKind, *, seed: int = 0, motor_delay: float = 0.004, arm: bool = False) -> Body:

@@ -1,13 +1,19 @@
-"""The robot's supervisor tree: its nodes, their order, and what happens when one of them fails.
+"""The robot's supervisor tree: its nodes by concern, their order, and what happens when one of them fails.
 
-One supervisor, `rest_for_one`: a node that fails is restarted together with those that were started after it, because they build on it.
-The first to start is the last to stop: the motors, which hold the safe stop.
+    robot         one_for_one   concerns reach each other by topics, services and actions only: none builds on another's state
+      control       motors, proprioception, gait           one_for_one: drives, sensors and gait bridge a gap of 100 ms, and a restart is shorter
+      safety        battery, safety_monitor,               one_for_one: each takes up what it knew; while one is away its silence stops the robot
+                    robot_controller
+      perception    lidar, map_server, localizer, frames,  one_for_one: each works from the next message that it hears
+                    camera, detector, calibration
+      navigation    navigation, docking                    one_for_one: a goal that the other had there ends by name, and is asked for again
+      handling      arm, object_confirmation, fetch        one_for_one: the arm's state lives in the arm; a step that was lost fails by name
+      mission       robot_status, patrol                   one_for_one: they ask the others, and nobody asks them
 
-    motors, proprioception, gait, battery, safety_monitor, robot_controller, lidar, map_server, localizer, frames, navigation,
-    docking, [arm, object_confirmation, fetch,] robot_status, patrol, camera, detector, calibration
-
-Those in brackets only where the body has an arm; without a mission there is no patrol. A node that fails more often than the intensity
-allows (3 restarts within 5 s) ends the whole tree: everything stops in reverse order, and the motors sit the robot down.
+So a node that fails is restarted alone. `handling` is there where the body has an arm; a `carrier` may stand in place of the `patrol`, and
+without a mission there is neither. The first to start is the last to stop: the motors, which hold the safe stop. A node that fails more
+often than the intensity of its concern allows (3 restarts within 5 s) ends the concern, and with it the whole tree: everything stops in
+reverse order, and the motors sit the robot down.
 """
 
 from __future__ import annotations
@@ -15,7 +21,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from actors import Child, Intensity, Supervisor, rest_for_one
+from actors import Child, Intensity, Supervisor, one_for_one
 from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
 from robot.nodes.battery import Battery
@@ -31,6 +37,7 @@ from robot.nodes.map_server import MapServer
 from robot.nodes.motors import Motors
 from robot.nodes.navigation import Navigation
 from robot.nodes.patrol import Patrol
+from robot.nodes.process_care import ProcessCare
 from robot.nodes.proprioception import Proprioception
 from robot.nodes.safety import SafetyMonitor
 from robot.nodes.status import RobotStatus
@@ -44,6 +51,11 @@ if TYPE_CHECKING:
 
 __all__ = ["robot_tree"]
 
+CONTROL_HANG = 0.1
+"""Seconds for which the event loop of the control process may stand still before it is killed."""
+HANG = 5.0
+"""The same for the others: whoever misses them stops the robot long before."""
+
 
 def robot_tree(
     body: Body,
@@ -54,46 +66,88 @@ def robot_tree(
     motor_delay: float = 0.004,
     publish_clock: float | None = None,
     delivery: Delivery | None = None,
+    processes: bool = False,
 ) -> Supervisor:
     """The whole robot around `body`, walking `waypoints`; without any (`None`) it waits to be asked, and there is no node `patrol`.
 
     With a `delivery` its mission is that errand instead of the patrol: a node `carrier` in place of `patrol`; the body must have an arm.
     `robot.Robot` makes body, battery and tree in one line.
 
+    With `processes` each concern runs in a process of its own, and `body` must be one that can cross to them, a `LinkedBody`. Its process is
+    restarted when it dies, up to 3 times within 5 s; before its own nodes it has one more, `control_process` and so on.
+
     With `publish_clock`, a rate in Hz, it has one node more, the first: a `ClockPublisher`, so that time runs for all who follow it.
     """
     grid = Grid.from_scene(body.scene)
+    concerns = [
+        _control(body, motor_delay),
+        _safety(pack),
+        _perception(body, grid),
+        _navigation(body, grid),
+        *_handling(body),
+        _mission(body, grid, waypoints, laps, delivery),
+    ]
     return Supervisor(
         "robot",
-        strategy=rest_for_one,
-        intensity=Intensity(3, within=5.0),
-        children=[
-            *_clock(publish_clock),
-            Child(Motors, args=(body,), stop=3.0),
-            Child(Proprioception, args=(body,)),
-            # Its estimator learns the gyro's bias by itself, all the time: it takes the samples that no calibration has touched.
-            Child(
-                Gait,
-                remap={"/imu/data": "/imu/data_raw"},
-                parameters={"backend": body.backend, "motor_delay": motor_delay},
-            ),
-            Child(Battery, args=(pack,)),
-            Child(SafetyMonitor),
-            Child(RobotController, parameters={"enabled": True, "safety_timeout": 0.3}),
-            Child(Lidar, args=(body,)),
-            Child(MapServer, args=(grid, body.scene.places)),
-            Child(Localizer, args=(grid, body.scene.start)),
-            Child(Frames),
-            Child(Navigation, args=(grid, body.scene.dock)),
-            Child(Docking, args=(body.scene.dock, has_station(body.scene))),
-            *_handling(body),
-            Child(RobotStatus),
-            *_mission(body, grid, waypoints, laps, delivery),
-            # Last, as nothing has to be started anew for their sake.
-            Child(Camera, args=(body,)),
-            Child(Detector),
-            Child(Calibration),
-        ],
+        strategy=one_for_one,
+        intensity=Intensity(3, within=5.0) if processes else Intensity(0, within=1.0),
+        children=[*_clock(publish_clock), *(_split(one) if processes else one for one in concerns)],
+    )
+
+
+def _concern(name: str, *children: Child) -> Supervisor:
+    return Supervisor(name, strategy=one_for_one, intensity=Intensity(3, within=5.0), children=children)
+
+
+def _split(concern: Supervisor) -> Supervisor:
+    """The concern in a process of its own. Control may hang for 0.1 s: by then the drives have begun to sit the robot down."""
+    care = Child(ProcessCare, name=f"{concern.name}_process", args=(concern.name,))
+    hang = CONTROL_HANG if concern.name == "control" else HANG
+    return concern.replace(process=True, hang=hang, children=(care, *concern.children))
+
+
+def _control(body: Body, motor_delay: float) -> Supervisor:
+    """The guard: what keeps the robot on its feet, and sits it down when all else has failed."""
+    return _concern(
+        "control",
+        Child(Motors, args=(body,), stop=3.0),
+        Child(Proprioception, args=(body,)),
+        # Its estimator learns the gyro's bias by itself, all the time: it takes the samples that no calibration has touched.
+        Child(
+            Gait,
+            remap={"/imu/data": "/imu/data_raw"},
+            parameters={"backend": body.backend, "motor_delay": motor_delay},
+        ),
+    )
+
+
+def _safety(pack: Pack) -> Supervisor:
+    return _concern(
+        "safety",
+        Child(Battery, args=(pack,)),
+        Child(SafetyMonitor),
+        Child(RobotController, parameters={"enabled": True, "safety_timeout": 0.3}),
+    )
+
+
+def _perception(body: Body, grid: Grid) -> Supervisor:
+    return _concern(
+        "perception",
+        Child(Lidar, args=(body,)),
+        Child(MapServer, args=(grid, dict(body.scene.places))),
+        Child(Localizer, args=(grid, body.scene.start)),
+        Child(Frames),
+        Child(Camera, args=(body,)),
+        Child(Detector),
+        Child(Calibration),
+    )
+
+
+def _navigation(body: Body, grid: Grid) -> Supervisor:
+    return _concern(
+        "navigation",
+        Child(Navigation, args=(grid, body.scene.dock)),
+        Child(Docking, args=(body.scene.dock, has_station(body.scene))),
     )
 
 
@@ -106,25 +160,8 @@ def _clock(rate: float | None) -> list[Child]:
     return [Child(ClockPublisher, args=(rate,))]
 
 
-def _mission(
-    body: Body,
-    grid: Grid,
-    waypoints: Sequence[tuple[str, Pose2]] | None,
-    laps: int,
-    delivery: Delivery | None,
-) -> list[Child]:
-    """The node that gives the robot its goals: the carrier, the patrol, or none."""
-    if delivery is not None:
-        from robot.nodes.carrier import Carrier
-
-        return [Child(Carrier, args=(delivery,))]
-    if waypoints is None:
-        return []
-    return [Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters={"laps": laps})]
-
-
-def _handling(body: Body) -> list[Child]:
-    """The nodes of a robot with an arm."""
+def _handling(body: Body) -> list[Supervisor]:
+    """What a robot with an arm has more than one without."""
     if body.arm is None:
         return []
     from robot.nodes.arm import ArmDriver
@@ -134,7 +171,37 @@ def _handling(body: Body) -> list[Child]:
 
     looks = looks_of(body.scene.things)
     return [
-        Child(ArmDriver, name="arm", args=(body,)),
-        Child(ObjectConfirmation, args=(looks,)),
-        Child(Fetch, args=(looks,)),
+        _concern(
+            "handling",
+            Child(ArmDriver, name="arm", args=(body,)),
+            Child(ObjectConfirmation, args=(looks,)),
+            Child(Fetch, args=(looks,)),
+        )
     ]
+
+
+def _mission(
+    body: Body,
+    grid: Grid,
+    waypoints: Sequence[tuple[str, Pose2]] | None,
+    laps: int,
+    delivery: Delivery | None,
+) -> Supervisor:
+    """Who gives the robot its goals, the carrier, the patrol or nobody, and who tells how it is."""
+    return _concern("mission", Child(RobotStatus), *_errand(body, grid, waypoints, laps, delivery))
+
+
+def _errand(
+    body: Body,
+    grid: Grid,
+    waypoints: Sequence[tuple[str, Pose2]] | None,
+    laps: int,
+    delivery: Delivery | None,
+) -> list[Child]:
+    if delivery is not None:
+        from robot.nodes.carrier import Carrier
+
+        return [Child(Carrier, args=(delivery,))]
+    if waypoints is None:
+        return []
+    return [Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters={"laps": laps})]

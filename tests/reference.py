@@ -46,7 +46,8 @@ GROUPS: Mapping[str, Sequence[str]] = {
     "Errors": (
         "ActorError", "DeclarationError", "NotStarted", "Ended", "WrongType", "WrongThread", "ServiceUnavailable", "CallTimeout", "NotRunning",
         "NodeRestarting", "CallCycle", "ServiceFailed", "ActionUnavailable", "Reject", "GoalRejected", "GoalFailed", "GoalCanceled",
-        "GoalAborted", "TransitionRefused", "TickMissed", "StartFailed", "SupervisorGaveUp", "ProgramExit",
+        "GoalAborted", "TransitionRefused", "TickMissed", "StartFailed", "SupervisorGaveUp", "ProcessDied",
+        "ProcessHung", "RemoteError", "ProgramExit",
     ),
 }  # fmt: skip
 """Which names of `actors` belong together; those in no group come last."""
@@ -58,6 +59,7 @@ SECTIONS: Mapping[str, str] = {
     "Parameters in full": "actors.parameters",
     "Parameter files": "actors.parameters.files",
     "Parameters as messages": "actors.parameters.messages",
+    "Launch files": "actors.launch",
     "Logs": "actors.logs",
     "Testing": "actors.testing",
     "Faults": "actors.testing.faults",

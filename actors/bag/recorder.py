@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from functools import partial
 from heapq import merge
 from itertools import count
 from pathlib import Path
@@ -46,6 +47,8 @@ __all__ = ["Channel", "Entry", "FlightRecord", "FlightRecorder", "Source"]
 
 SECONDS: Final = 30.0
 MAX_BYTES: Final = 64 * 1024 * 1024
+PROCESS_BYTES: Final = 8 * 1024 * 1024
+"""The most memory of a recorder in a process of its own: its record is written before the process ends, which takes time."""
 LINES_SHARE: Final = 8
 """One part in `LINES_SHARE` of the memory is reserved for log lines and events, so that large messages cannot displace them."""
 
@@ -66,6 +69,7 @@ class FlightRecorder:
         if not seconds > 0.0:
             raise ValueError(f"FlightRecorder(seconds={seconds}): give a positive number of seconds")
         self.seconds = seconds
+        self._max_bytes = max_bytes
         self._system: System | None = None
         self._order = count()
         self._messages = Ring(max_bytes - max_bytes // LINES_SHARE)
@@ -94,6 +98,13 @@ class FlightRecorder:
         system.graph.tap(self._tap)
         system.observe(lines=self._log, reports=self._report)
         return self
+
+    def for_process(self) -> Callable[[], FlightRecorder]:
+        """A function that makes the recorder of another process of the recorded tree, for which less memory suffices.
+
+        When the child of that process fails, its record is written to a file, which is named in the log.
+        """
+        return partial(FlightRecorder, seconds=self.seconds, max_bytes=min(self._max_bytes, PROCESS_BYTES))
 
     def freeze(self) -> FlightRecord:
         """Return the present contents as a value that does not change. Only references are copied."""

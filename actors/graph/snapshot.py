@@ -199,14 +199,21 @@ class KnownNode(Protocol):
     @property
     def load(self) -> Load: ...
 
+    @property
+    def process(self) -> int: ...
+
 
 def take(now: float, nodes: Iterable[KnownNode], graph: Graph) -> Snapshot:
     """Take a snapshot of the nodes and the graph of one system. `now` is in seconds on the system's clock."""
+    local = tuple(nodes)
+    ours = {(one.identity.fqn, one.process) for one in local}
     known = tuple(graph.elsewhere())
     places = {one.fqn: (one.host, one.process) for one in known}
+    # nodes of our own other processes are seen by the transport, too
+    others = (one for one in known if not one.process or (one.fqn, one.process) not in ours)
     return Snapshot(
         at=now,
-        nodes=tuple(sorted((*map(_node, nodes), *map(_elsewhere, known)), key=lambda node: node.name)),
+        nodes=tuple(sorted((*map(_node, local), *map(_elsewhere, others)), key=lambda node: node.name)),
         topics=tuple(_topic(entry, now, places) for _, entry in sorted(graph.topics.items())),
         services=tuple(sorted((*_services(graph), *_actions(graph)), key=lambda service: service.name)),
         links=tuple(sorted(map(_link, graph.links()))),
@@ -217,7 +224,8 @@ def _node(known: KnownNode) -> NodeView:
     load = known.load
     slowest = f"{load.slowest.handler} {load.slowest.longest:.3g} s" if load.slowest is not None else ""
     return NodeView(
-        known.identity.fqn, "/".join(known.path), known.state, known.incarnation, load.waiting, load.handled, round(load.age, 6), slowest
+        known.identity.fqn, "/".join(known.path), known.state, known.incarnation, load.waiting, load.handled, round(load.age, 6), slowest,
+        process=known.process,
     )  # fmt: skip
 
 

@@ -50,6 +50,7 @@ class Program(NamedTuple):
 
 
 Executable: TypeAlias = NodeTarget | Program
+"""An executable of a package."""
 
 
 class UnknownPackage(LookupError):
@@ -80,6 +81,10 @@ class Packages:
                 for name, share in packages_below([folder]).items():
                     self._sources.setdefault(name, share)
                 return
+
+    def python_folders(self) -> list[str]:
+        """The folders from which the Python modules of the packages in `paths` can be imported."""
+        return [str(one.folder) for one in self._sources.values() if (one.folder / one.name / "__init__.py").is_file()]
 
     def names(self) -> list[str]:
         """The packages, sorted: those with nodes of this framework, those of `paths`, and those of the prefixes."""

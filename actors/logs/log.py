@@ -42,14 +42,14 @@ LEVEL_NAMES: Final[dict[int, str]] = {DEBUG: "debug", INFO: "info", WARN: "warni
 
 
 class LogRecord:
-    """One log line. `time` is in seconds on the system's clock.
+    """One log line. `time` is in seconds on the system's clock. `trace` is the traceback of an error that was logged in another process.
 
     `error` is the logged error. It is only available while the sinks are called, because its frames keep objects of the handler alive;
     later only its `traceback` is. `times` is the number of errors of the same type and place so far, this one included, as far as they are
     counted.
     """
 
-    __slots__ = ("_traceback", "error", "event", "fields", "incarnation", "level", "node", "time", "times")
+    __slots__ = ("_trace", "_traceback", "error", "event", "fields", "incarnation", "level", "node", "time", "times")
 
     def __init__(
         self,
@@ -61,6 +61,7 @@ class LogRecord:
         fields: dict[str, Any],
         error: BaseException | None = None,
         times: int = 1,
+        trace: str = "",
     ) -> None:
         self.time = time
         self.level = level
@@ -70,6 +71,7 @@ class LogRecord:
         self.fields = fields
         self.error = error
         self.times = times
+        self._trace = trace
         self._traceback: TracebackException | None = None
 
     def __repr__(self) -> str:
@@ -86,7 +88,7 @@ class LogRecord:
     def traceback(self) -> str:
         """The traceback of the error and its causes, beginning in user code; empty if there is no error."""
         shown = self._traceback if self.error is None else traceback_of(self.error)
-        return "" if shown is None else "".join(shown.format()).rstrip()
+        return self._trace if shown is None else "".join(shown.format()).rstrip()
 
     def let_go(self) -> None:
         """Store the traceback and drop the error."""
@@ -270,6 +272,8 @@ def structlog_sink(record: LogRecord) -> None:
         fields = {**fields, "times": record.times}
     elif record.error is not None and record.traceback:
         fields = {**fields, "exc_info": (type(record.error), record.error, users_trace(record.error))}
+    elif record.error is None and record.traceback:
+        fields = {**fields, "exception": record.traceback}
     getattr(structlog.get_logger("actors"), level)(
         record.event, node=record.node, time=round(record.time, 6), life=record.incarnation, **fields
     )

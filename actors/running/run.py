@@ -20,6 +20,7 @@ from actors.supervision.declarations import Child, Spec, temporary
 from actors.system import System, system_here
 
 if TYPE_CHECKING:
+    from actors.runtime.runtime import OtherProcesses, Runtime
     from actors.transport.protocol import Transport
 
 __all__ = ["Observer", "OpenNode", "Run", "execute", "open_node", "run"]
@@ -122,7 +123,7 @@ class Run:
             )
 
     async def __aenter__(self) -> System:
-        self._system = system = System(**self._settings)
+        self._system = system = System(**self._settings, processes=self._processes)
         if self._transport is not None:
             from actors.transport.bridge import connect
 
@@ -165,6 +166,12 @@ class Run:
             late = self._leaving and system.runtime.tree.signal is not None
             if exit is not None and (self._interrupted or late or system.runtime.tree.exit_request is not None):
                 raise exit from None
+
+    def _processes(self, runtime: Runtime) -> OtherProcesses:
+        from actors.processes.flights import makers  # late: few trees have other processes
+        from actors.processes.maker import Processes
+
+        return Processes(runtime, self._transport, makers(self._observers))
 
     def _signaled(self, number: signal.Signals) -> bool:
         """Stop the tree; if it has ended already, interrupt the block, once. Returns False if neither is possible any more."""

@@ -67,6 +67,7 @@ class NodeRecord:
         "incarnation",
         "life",
         "node_class",
+        "process",
         "restart_count",
         "restarts",
         "saved",
@@ -81,6 +82,8 @@ class NodeRecord:
         self.child = child
         self.identity = identity
         self.inbox = inbox
+        self.process = 0
+        """The id of the process in which the node runs or has run last; 0 for this process."""
         self.incarnation = 0
         """The number of the present or last life, from 1; 0 before the first."""
         self.life: Incarnation | None = None

@@ -6,8 +6,9 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from random import Random
 from threading import get_ident
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
+from actors.errors import DeclarationError
 from actors.graph.graph import Graph
 from actors.logs import structlog_sink
 from actors.runtime.directory import Directory
@@ -21,6 +22,7 @@ from actors.runtime.stall import StallWatch
 from actors.runtime.standard import StandardEndpoints
 from actors.runtime.start_watch import StartWatch
 from actors.runtime.tree import RunningTree
+from actors.supervision.declarations import Child, Supervisor
 from actors.time.clock import Clock
 from actors.time.deadlines import Deadlines
 from actors.time.ticker import Ticker
@@ -31,16 +33,33 @@ if TYPE_CHECKING:
     from actors.runtime.options import RunOptions
     from actors.runtime.record import NodeRecord
     from actors.supervision.child_task import ChildTask
-    from actors.supervision.declarations import Child
     from actors.supervision.report import Report
+    from actors.supervision.seam import Life
 
-__all__ = ["Runtime"]
+__all__ = ["OtherProcesses", "Runtime"]
+
+
+class OtherProcesses(Protocol):
+    """The source of lives in processes of their own."""
+
+    def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int, /) -> Life:
+        """Make a new life of a child with ``process=True``, as `supervision.seam.Runtime.life` does."""
+        ...
+
+    def crash(self, path: tuple[str, ...], error: Exception, /) -> None:
+        """Make the node at this path, in another process, fail with `error`; nothing happens if that process has ended."""
+        ...
+
+    def kill(self, path: tuple[str, ...], /) -> None:
+        """Kill the process in which the node at this path runs, as ``kill -9`` does; nothing happens if it has ended."""
+        ...
 
 
 class Runtime:
     """The parts of one system that all its nodes share: clock, graph, logs, random numbers and tree. It is a `supervision.seam.Runtime`.
 
-    `options` are those of the run. `make_graph` and `incarnations` make the graph and the lives of nodes; a simulation passes a graph that
+    `options` are those of the run. `processes` makes the source of lives in other processes, at its first use; without it the system has
+    none. `make_graph` and `incarnations` make the graph and the lives of nodes; a simulation passes a graph that
     loses messages, and lives that end on demand.
 
     Invariants:
@@ -58,6 +77,7 @@ class Runtime:
         sinks: tuple[LogSink, ...],
         level: int,
         options: RunOptions | None = None,
+        processes: Callable[[Runtime], OtherProcesses] | None = None,
         make_graph: Callable[..., Graph] = Graph,
         incarnations: Callable[[Runtime, NodeRecord, Node], Incarnation] = Incarnation,
     ) -> None:
@@ -91,6 +111,8 @@ class Runtime:
         self.dead_letters = 0
         """How many messages were lost because they waited for a life that never came, or for a handler that the next life lacks."""
         self._incarnations = incarnations
+        self._make_processes = processes
+        self._processes: OtherProcesses | None = None
 
     def open(self) -> None:
         """Begin what runs beside the start. On the real clock, import what is used later, too, and begin to watch the event loop.
@@ -141,9 +163,22 @@ class Runtime:
 
     # -- what supervisors call ----------------------------------------------------------------------------------------------
 
-    def life(self, child: Child, path: tuple[str, ...], incarnation: int, /) -> Incarnation:
+    def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int, /) -> Life:
         """Make a new life of `child`, which takes over inbox and waiting messages of the last one. Raises what `incarnate` raises."""
+        if child.process or isinstance(child, Supervisor):
+            return self.processes.life(child, path, incarnation)
         return self.incarnate(child, self.enter(child, path))
+
+    @property
+    def processes(self) -> OtherProcesses:
+        """The source of lives in other processes. Raises `DeclarationError` if this system can have none."""
+        if self._processes is None:
+            if self._make_processes is None:
+                raise DeclarationError(
+                    "this system can start no other process: use run(tree) for a tree with process=True"
+                )
+            self._processes = self._make_processes(self)
+        return self._processes
 
     def gone(self, path: tuple[str, ...], kept: bool, /) -> None:
         """Close the records of a node, or of all nodes below a supervisor, that have ended for good: calls to them fail at once.

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from actors.runtime.record import NodeRecord
     from actors.runtime.runtime import Runtime
 
-__all__ = ["CLOSE_FOR", "CLOSE_POLL", "CLOSE_REST", "POLL_SECONDS", "StallWatch"]
+__all__ = ["CLOSE_FOR", "CLOSE_POLL", "CLOSE_REST", "POLL_SECONDS", "StallWatch", "work_of"]
 
 POLL_SECONDS = 0.2
 """Time between two checks of the thread, seconds."""
@@ -108,7 +108,7 @@ class StallWatch:
             self._suspect, self._since = suspect, now
             self._ask()
         elif now - self._since >= (self._limit if now < self._close_until else HOLDING_SECONDS):
-            self.caught = (record, _work_of(record, task), line_of(self._runtime.thread), now)
+            self.caught = (record, work_of(record, task), line_of(self._runtime.thread), now)
 
     def _ask(self) -> None:
         if self._asked:
@@ -179,7 +179,7 @@ class StallWatch:
         )  # fmt: skip
 
 
-def _work_of(record: NodeRecord | None, task: asyncio.Task[Any]) -> str:
+def work_of(record: NodeRecord | None, task: asyncio.Task[Any]) -> str:
     """The label of the handler that runs in `task`, or the task's name if it runs no item of an inbox."""
     inbox = record.inbox if record is not None else None
     if inbox is None or inbox.task is not task or inbox.current is None:

@@ -48,18 +48,22 @@ class StandardEndpoints:
     Invariants:
 
     - A standard endpoint of a node or action is opened when its name is first asked for, and closed at the end of the incarnation.
+    - `_awaited` holds the names of services that were asked for before their node was running, by the name of the node.
     - `/rosout` and `/parameter_events`, which all nodes share, are opened once. A message on them is published by the node it is about.
     """
 
     def __init__(self, runtime: Runtime) -> None:
         self._runtime = runtime
+        self._awaited: dict[str, set[str]] = {}
+        self._watches = False
+        """Whether it is told of nodes that have become ready: from the first service on that is awaited."""
         self._unopened: dict[str, Callable[[], None]] = {
             PARAMETER_EVENTS: self._open_parameter_events,
             ROSOUT: self._open_rosout,
         }
 
     def open_service(self, entry: ServiceEntry) -> None:
-        """Open `entry` if it is a standard service of a running node or an open action server; else do nothing."""
+        """Open `entry` if it is a standard service of an open action server, or of a running node, or else when that node is running."""
         base, _, last = entry.name.rpartition("/")
         if ACTION in entry.name:
             server, verb = self._action_of(entry.name)
@@ -69,6 +73,18 @@ class StandardEndpoints:
             offered = _OF_NODES.get(last, _own_service)
             if (service := offered(life, entry.name, last)) is not None:
                 serve_standard(life, entry, *service)
+        else:
+            if not self._watches:
+                self._watches = True
+                self._runtime.observers.ready.append(self._node_ready)
+            self._awaited.setdefault(base, set()).add(entry.name)
+
+    def _node_ready(self, life: Incarnation) -> None:
+        """Open the services of a node for which somebody waits already."""
+        services = self._runtime.graph.services
+        for name in sorted(self._awaited.pop(life.fqn, ())):
+            if name in services:
+                self.open_service(services[name])
 
     def open_topic(self, entry: TopicEntry) -> None:
         """Begin to publish on `entry` if it is a standard topic; else do nothing."""

@@ -66,10 +66,10 @@ class RunningTree:
 
     # -- the start ----------------------------------------------------------------------------------------------------------
 
-    async def start(self, tree: Supervisor | DynamicSupervisor) -> None:
+    async def start(self, tree: Supervisor | DynamicSupervisor, path: tuple[str, ...]) -> None:
         """See `System.start`."""
         ready: asyncio.Future[None] = self._loop.create_future()
-        self.supervisor = RunningSupervisor(tree, self._runtime, (tree.name,), killed=lambda: self.killed)
+        self.supervisor = RunningSupervisor(tree, self._runtime, path, killed=lambda: self.killed)
         life = self.supervisor.run(lambda: ready.set_result(None))
         self._host = self._loop.create_task(life, name=f"supervisor {tree.name}")
         self._host.add_done_callback(lambda host: self._next_end())
@@ -218,13 +218,15 @@ class RunningTree:
         """The state of the node at `path`; "stopped" when there is none."""
         if path[0] == BESIDE:
             return self.unsupervised.state_of(path)
-        return "stopped" if self.supervisor is None else self.supervisor.state_of(path[1:])
+        supervisor = self.supervisor
+        return "stopped" if supervisor is None else supervisor.state_of(path[len(supervisor.path) :])
 
     def child_at(self, path: tuple[str, ...]) -> ChildTask | None:
         """The task of the present life of the node at `path`; None between lives, and for an unknown node."""
         if path[0] == BESIDE:
             return self.unsupervised.child_at(path)
         try:
-            return self.supervisor.incarnation(path[1:]) if self.supervisor is not None else None
+            supervisor = self.supervisor
+            return None if supervisor is None else supervisor.incarnation(path[len(supervisor.path) :])
         except NotFound:
             return None

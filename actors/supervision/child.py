@@ -17,6 +17,7 @@ from actors.checks import (
     is_number,
 )
 from actors.errors import DeclarationError
+from actors.supervision.crossing import HANG_SECONDS, check_crossing, check_process
 from actors.supervision.declaration import Declaration
 from actors.supervision.policy import Backoff, Kind, Restart, StopTimeout, permanent
 
@@ -31,16 +32,20 @@ class Child(Declaration):
     name in snake_case. `namespace`, `parameters` and `remap` are those of the node. `stop` is the time for its
     clean-up in seconds. `backoff` delays its restarts. `significant` makes its end count for its supervisor's
     `auto_shutdown`.
-    Raises `DeclarationError`, which names the option that is wrong.
+    With `process` the node runs in an interpreter of its own, which is killed when its event loop has not turned for `hang`
+    seconds (`math.inf`: never). Factory, arguments and parameters are then copied to it by `pickle`.
+    Raises `DeclarationError`, which names the option that is wrong, or the argument that cannot be copied.
     """
 
     __slots__ = (
         "args",
         "backoff",
         "factory",
+        "hang",
         "name",
         "namespace",
         "parameters",
+        "process",
         "remap",
         "restart",
         "significant",
@@ -57,6 +62,8 @@ class Child(Declaration):
     stop: StopTimeout
     backoff: Backoff | None
     significant: bool
+    process: bool
+    hang: float
 
     def __init__(
         self,
@@ -71,6 +78,8 @@ class Child(Declaration):
         stop: StopTimeout = 5.0,
         backoff: Backoff | None = None,
         significant: bool = False,
+        process: bool = False,
+        hang: float = HANG_SECONDS,
     ) -> None:
         where = f"Child({factory_name(factory)})"
         if not callable(factory):
@@ -78,6 +87,7 @@ class Child(Declaration):
                 f"{where}: factory must be a class or a callable that makes the node, not {factory!r}"
             )
         check_policy(where, restart, stop, backoff, significant)
+        check_process(where, process, hang)
         self._set(
             factory=factory,
             name=checked_name(where, default_name(factory) if name is None else name),
@@ -89,8 +99,12 @@ class Child(Declaration):
             stop=stop,
             backoff=backoff,
             significant=checked_flag(where, "significant", significant),
+            process=process,
+            hang=hang,
         )
         check_place(where, self.name, namespace, self.remap)
+        if process:
+            check_crossing(where, factory, self.args, self.parameters)
 
     @property
     def kind(self) -> Kind:

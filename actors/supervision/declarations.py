@@ -20,6 +20,7 @@ from actors.checks import (
 )
 from actors.errors import DeclarationError
 from actors.supervision.child import Child, check_policy
+from actors.supervision.crossing import HANG_SECONDS, check_crossing, check_process
 from actors.supervision.declaration import Declaration
 from actors.supervision.policy import (
     AutoShutdown,
@@ -70,7 +71,8 @@ class Supervisor(Declaration):
     Children start in order, each after the one before is ready, and stop in strict reverse order. `strategy` says which
     children are restarted with one that failed, `intensity` how often before the supervisor gives up, `auto_shutdown`
     whether the end of significant children ends it. `restart`, `stop`, `backoff` and `significant` are for its own
-    supervisor, as those of a `Child`; `stop=None` waits for its children without limit.
+    supervisor, as those of a `Child`; `stop=None` waits for its children without limit. With `process` it runs with all its
+    children in an interpreter of its own, as a `Child` does; its children cannot be changed by requests from outside then.
     Raises `DeclarationError`, which names the option, or the options that do not go together.
     """
 
@@ -78,8 +80,10 @@ class Supervisor(Declaration):
         "auto_shutdown",
         "backoff",
         "children",
+        "hang",
         "intensity",
         "name",
+        "process",
         "restart",
         "significant",
         "stop",
@@ -95,6 +99,8 @@ class Supervisor(Declaration):
     stop: StopTimeout
     backoff: Backoff | None
     significant: bool
+    process: bool
+    hang: float
 
     def __init__(
         self,
@@ -108,12 +114,15 @@ class Supervisor(Declaration):
         stop: StopTimeout | None = None,
         backoff: Backoff | None = None,
         significant: bool = False,
+        process: bool = False,
+        hang: float = HANG_SECONDS,
     ) -> None:
         where = f"Supervisor({name!r})"
         stop = math.inf if stop is None else stop
         checked_choice(where, "strategy", strategy, Strategy)
         _check_own_options(where, intensity, auto_shutdown)
         check_policy(where, restart, stop, backoff, significant)
+        check_process(where, process, hang)
         self._set(
             name=checked_name(where, name),
             strategy=strategy,
@@ -124,7 +133,11 @@ class Supervisor(Declaration):
             stop=stop,
             backoff=backoff,
             significant=checked_flag(where, "significant", significant),
+            process=process,
+            hang=hang,
         )
+        if process:
+            _check_crossing(f"{where} has process=True", self)
 
     @property
     def kind(self) -> Kind:
@@ -221,6 +234,10 @@ class DynamicSupervisor(Declaration):
             object.__setattr__(instance, "args", (*template.args, *args))
         if parameters:
             object.__setattr__(instance, "parameters", {**template.parameters, **parameters})
+        if template.process:
+            check_crossing(
+                f"DynamicSupervisor({self.name!r}): instance {name!r}", template.factory, args, parameters or {}
+            )
         return instance
 
     def _positional(self) -> list[str]:
@@ -262,3 +279,13 @@ def _check_own_options(where: str, intensity: object, auto_shutdown: object) -> 
     if not isinstance(intensity, Intensity):
         raise DeclarationError(f"{where}: intensity must be an Intensity(restarts, within=seconds), not {intensity!r}")
     checked_choice(where, "auto_shutdown", auto_shutdown, AutoShutdown)
+
+
+def _check_crossing(why: str, spec: Supervisor) -> None:
+    """Raise `DeclarationError` unless all nodes below can be copied to another process."""
+    for child in spec.children:
+        if isinstance(child, Supervisor):
+            _check_crossing(why, child)
+        else:
+            node = child.template if isinstance(child, DynamicSupervisor) else child
+            check_crossing(f"Child({factory_name(node.factory)})", node.factory, node.args, node.parameters, why)

@@ -317,7 +317,7 @@ class Executor:
 
     def make_life(self, task: ChildTask, /) -> Life:
         spec, ref = task.entry.spec, task.ref
-        if isinstance(spec, Child):
+        if isinstance(spec, Child) or (isinstance(spec, Supervisor) and spec.process):
             return self._runtime.life(spec, ref.path, ref.incarnation)
         return self._nest(spec, ref.path, lambda: task.killed is not None)
 

@@ -7,15 +7,15 @@ stored in one place, its supervisor; all that show it derive it from there, by `
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from random import Random
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
-from actors.supervision.declarations import Child, Spec
+from actors.supervision.declarations import Child, Spec, Supervisor
 from actors.supervision.refs import ChildState
 from actors.supervision.report import Report
 
-__all__ = ["ChildStatus", "Declared", "Life", "Runtime"]
+__all__ = ["ChildStatus", "Declared", "Life", "Runtime", "Subtree"]
 
 
 class Declared(Protocol):
@@ -63,6 +63,15 @@ class Life(Protocol):
         ...
 
 
+@runtime_checkable
+class Subtree(Protocol):
+    """A life that runs children of its own, and knows their states."""
+
+    def state_of(self, path: Sequence[str], /) -> ChildState:
+        """The state of a descendant, for display; "stopped" for an unknown one. `path` leads from this life to it."""
+        ...
+
+
 class Runtime(Protocol):
     """What a supervisor needs of the system in which it runs. Times are those of the running event loop, in seconds."""
 
@@ -71,9 +80,9 @@ class Runtime(Protocol):
         """The system's seeded random numbers, for the jitter of a backoff. Read only when they are needed."""
         ...
 
-    def life(self, child: Child, path: tuple[str, ...], incarnation: int, /) -> Life:
-        """Make a new life for `child`. `path` leads from the root to the child. It is called in the child's own task, so an
-        exception is a failed start of that child."""
+    def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int, /) -> Life:
+        """Make a new life for `child`, a node or a supervisor with a process of its own. `path` leads from the root to the child. It is
+        called in the child's own task, so an exception is a failed start of that child."""
         ...
 
     def gone(self, path: tuple[str, ...], kept: bool, /) -> None:

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from actors.running.options import ParameterSources
     from actors.running.run import Observer
     from actors.running.trees import Runnable
+    from actors.runtime.runtime import OtherProcesses, Runtime
     from actors.runtime.unsupervised import UnsupervisedNode
     from actors.supervision.declarations import Spec
     from actors.supervision.report import Report
@@ -116,7 +117,15 @@ class Rig:
             )
         whole = tree_of("rig.start(...)", tree, *more)
         options = options_of("rig.start(parameters=...)", whole, parameters, None, DEBUG)
-        system = self._make_system(seed=seed, sinks=(self.logs.append,), level=DEBUG, options=options)
+
+        def processes(runtime: Runtime) -> OtherProcesses:
+            from actors.processes.maker import Processes  # late: few trees have other processes
+
+            return Processes(runtime, transport)
+
+        system = self._make_system(
+            seed=seed, sinks=(self.logs.append,), level=DEBUG, options=options, processes=processes
+        )
         if clock_offset:
             system.clock.shift_wall(clock_offset)
         if transport is not None:
@@ -292,6 +301,13 @@ class Rig:
         error = error or RuntimeError("crashed by the rig")
         self.system.crash(node, error)
         self._watch.planned.append(error)
+
+    def kill_process(self, node: type[Node] | str) -> None:
+        """Kill the simulated process in which a node runs, as ``kill -9`` does. Raises what `System.kill_process` raises.
+
+        The failure of its child, `ProcessDied`, has to be expected.
+        """
+        self.system.kill_process(node)
 
     def expect_failure(
         self,

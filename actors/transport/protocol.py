@@ -245,3 +245,10 @@ class Transport(Protocol):
     def report(self) -> tuple[Link, ...]:
         """What has been exchanged with each process that is connected now."""
         ...
+
+    def sibling(self) -> Callable[[], Transport]:
+        """A function that makes a transport for another process of this machine, which finds this one and whom this one reaches.
+
+        If this transport connects real processes, `pickle` can copy the function to them.
+        """
+        ...

@@ -14,14 +14,19 @@ from actors import Child, Node, Stream, Supervisor, System, Topic, every, execut
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.std_srvs.srv import Trigger
 from robot import contracts
+from robot.evaluate.load import busy
 from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorTargets
-from robot.run.choice import only
+from robot.run.choice import changed, only
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.tree import robot_tree
 
-__all__ = ["STREAMS", "TIMERS", "Punctuality", "Run", "run_loop", "run_robot"]
+__all__ = [
+    "CAMERA", "STREAMS", "TIMERS", "TOPICS", "WARM_UP", "Clockwork", "Punctuality", "Run", "clockwork_rates", "listen", "listener_in",
+    "punctuality", "restarts_in",
+    "run_loop", "run_robot",
+]  # fmt: skip
 
 WARM_UP: Final = 5.0
 """Seconds until the robot has stood up and walks."""
@@ -46,7 +51,7 @@ TIMERS: Final = (
     ("RT-06", "timer of 0.5 s", 2.0),
     ("RT-06", "timer of 0.1 s", 10.0),
 )
-_TOPICS: Final[dict[str, Topic[Any]]] = {
+TOPICS: Final[dict[str, Topic[Any]]] = {
     "camera/rgb": contracts.CAMERA_RGB,
     "camera/depth": contracts.CAMERA_DEPTH,
     "camera/points": contracts.CAMERA_POINTS,
@@ -58,7 +63,7 @@ _TOPICS: Final[dict[str, Topic[Any]]] = {
     "odom": contracts.ODOMETRY,
     "pose": contracts.POSE,
 }
-_CAMERA: Final = ("camera/rgb", "camera/depth", "camera/points")
+CAMERA: Final = ("camera/rgb", "camera/depth", "camera/points")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,10 +90,17 @@ class Run:
     """Processor time by wall time while nobody listens to the camera, per cent."""
     share: float
     """The same with a listener on every sensor."""
+    falls: int = 0
+    """1 if the robot lay on the floor at the end."""
+    restarts: int = 0
+    """How many nodes had been restarted by then, with their processes or alone."""
 
 
-def run_robot(backend: str, seed: int, duration: float) -> Run:
-    """The whole robot on its patrol for `duration` seconds without the camera and as long with everything."""
+def run_robot(backend: str, seed: int, duration: float, loops: int = 0) -> Run:
+    """The whole robot in this process, on its patrol for `duration` seconds without the camera and as long with everything.
+
+    Meanwhile so many endless loops run on the only processor that it may use; without any, nothing holds it to one.
+    """
     scene = get_world("warehouse")
     body = _body(backend, seed, "warehouse")
     waypoints = [(f"patrol_{number}", pose) for number, pose in enumerate(scene.patrol, start=1)]
@@ -97,19 +109,21 @@ def run_robot(backend: str, seed: int, duration: float) -> Run:
     async def main() -> None:
         async with run(robot_tree(body, Pack(90.0), waypoints), seed=seed, sinks=()) as system:
             await system.join(Child(Clockwork))
-            listener = await _listener(system, backend)
+            listener = await listener_in(system, backend)
             await system.clock.sleep(WARM_UP)
             with ExitStack() as stack:
-                quiet = _listen(stack, listener, [name for name in _TOPICS if name not in _CAMERA])
+                quiet = listen(stack, listener, [name for name in TOPICS if name not in CAMERA])
                 quiet_share, _ = await _measured(quiet, lambda: system.clock.sleep(duration))
-                streams = quiet | _listen(stack, listener, _CAMERA)
+                streams = quiet | listen(stack, listener, CAMERA)
                 await system.clock.sleep(0.5)
                 listener.times.clear()
                 share, rates = await _measured(streams, lambda: system.clock.sleep(duration))
             control = punctuality(listener.times, 200.0)
-            found.append(Run(rates | {"control loop": control.rate} | _timers(system), control, quiet_share, share))
+            rates = rates | {"control loop": control.rate} | clockwork_rates(system)
+            found.append(Run(rates, control, quiet_share, share, int(body.truth().fallen), restarts_in(system)))
 
-    execute(main)
+    with busy(loops):
+        execute(main)
     return found[0]
 
 
@@ -123,7 +137,7 @@ def run_loop(backend: str, seed: int, duration: float, hz: float) -> Punctuality
     async def main() -> None:
         async with run(tree, seed=seed, sinks=()) as system:
             await system.join(Child(PacedNode))
-            listener = await _listener(system, backend)
+            listener = await listener_in(system, backend)
             await system.clock.sleep(WARM_UP)
             listener.times.clear()
             await system.clock.sleep(duration)
@@ -169,7 +183,7 @@ class Listener(Node):
     async def on_start(self) -> None:
         if self._backend == "physics":
             self.on(contracts.MOTOR_TARGETS, self._stepped, qos=1000)
-        else:
+        elif self._backend == "kinematic":
             self.on(contracts.BODY_DRIVE, self._stepped, qos=1000)
 
     def _stepped(self, message: MotorTargets | BodyDrive) -> None:
@@ -189,16 +203,22 @@ def punctuality(times: Sequence[float], hz: float) -> Punctuality:
     return Punctuality(rate, float(np.quantile(errors, 0.5)), float(np.quantile(errors, 0.99)), missed)
 
 
-async def _listener(system: System, backend: str) -> Listener:
+def restarts_in(system: System) -> int:
+    """How many restarts its nodes have had."""
+    return sum(record.incarnation - 1 for record in system.nodes.values() if record.incarnation > 1)
+
+
+async def listener_in(system: System, backend: str) -> Listener:
+    """A node that listens to the steps of the control loop of this back end, and to nothing for ``none``."""
     await system.join(Child(Listener, args=(backend,)))
     listener = system.node("listener")
     assert isinstance(listener, Listener)
     return listener
 
 
-def _listen(stack: ExitStack, node: Node, names: Sequence[str]) -> dict[str, Stream[Any]]:
+def listen(stack: ExitStack, node: Node, names: Sequence[str]) -> dict[str, Stream[Any]]:
     """Subscriptions that nobody reads: they keep what their depth allows and count the rest."""
-    streams = {name: node.subscribe(_TOPICS[name]) for name in names}
+    streams = {name: node.subscribe(TOPICS[name]) for name in names}
     for stream in streams.values():
         stack.callback(stream.close)
     return streams
@@ -215,7 +235,7 @@ async def _measured(
     return 100.0 * spent / wall, {name: (stream.received - before[name]) / wall for name, stream in streams.items()}
 
 
-def _timers(system: System) -> dict[str, float]:
+def clockwork_rates(system: System) -> dict[str, float]:
     """The rates of the clockwork's timers so far."""
     timers = next(state.timers for state in system.nodes.values() if state.identity.name == "clockwork")
     now = system.loop.time()
@@ -235,10 +255,8 @@ def _body(backend: str, seed: int, world: str) -> Body:
 
 def _at(tree: Supervisor, name: str, **parameters: object) -> Supervisor:
     """The tree with parameters of one node set otherwise."""
-    children = [
-        child.replace(parameters=dict(child.parameters) | parameters)
-        if isinstance(child, Child) and child.name == name
-        else child
-        for child in tree.children
-    ]
-    return tree.replace(children=children)
+
+    def change(child: Child) -> Child:
+        return child.replace(parameters=dict(child.parameters) | parameters) if child.name == name else child
+
+    return changed(tree, change)

@@ -24,7 +24,18 @@ from robot.scenes.scene import Scene, Thing
 if TYPE_CHECKING:
     from robot.hardware.arm import ArmDevice
 
-__all__ = ["JOINT_NAMES", "LEGS", "Body", "ImuSample", "JointSample", "MotorTargets", "Sample", "SteppingBody", "Truth"]
+__all__ = [
+    "JOINT_NAMES",
+    "LEGS",
+    "Body",
+    "BodySilent",
+    "ImuSample",
+    "JointSample",
+    "MotorTargets",
+    "Sample",
+    "SteppingBody",
+    "Truth",
+]
 
 LEGS = ("fl", "fr", "rl", "rr")
 JOINT_NAMES = tuple(f"{leg}_{joint}" for leg in LEGS for joint in ("hip", "shoulder", "knee"))
@@ -98,6 +109,10 @@ class Truth:
         """Of the attitude, rad."""
         w, x, y, z = self.quaternion.tolist()
         return yaw_of(w, x, y, z)
+
+
+class BodySilent(RuntimeError):
+    """The body's process has ended, or stands still. Only a body in a process of its own raises it, from whatever reads or asks."""
 
 
 class Body(Protocol):

@@ -42,8 +42,10 @@ class Battery(Node):
         self._charger = False
         self._stepped = 0.0
 
-    def resume(self, state: tuple[ChargeLevel, float]) -> None:
-        self._levels = LevelMonitor(state)
+    def resume(self, state: tuple[tuple[ChargeLevel, float], tuple[float, ...]]) -> None:
+        levels, pack = state
+        self._levels = LevelMonitor(levels)
+        self._pack.restore(pack)  # only a process that was restarted has made it anew
 
     async def on_start(self) -> None:
         self._gauge = BatteryGauge((self.robot_id,))
@@ -64,7 +66,6 @@ class Battery(Node):
         if level is not before:
             say = self.log.warning if level is not ChargeLevel.GOOD else self.log.info
             say("battery level", level=level.value, percent=round(state.percent, 1), gauge="coulomb count")
-            self.checkpoint(self._levels.kept)
             self._report()
 
     @every(hz=1)
@@ -94,6 +95,7 @@ class Battery(Node):
         return self._pack.state.status in (SupplyStatus.CHARGING, SupplyStatus.FULL)
 
     def _report(self) -> None:
+        self.checkpoint((self._levels.kept, self._pack.kept))
         state = self._pack.state
         self.state(
             BatteryState(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from actors import ActorError, GoalFailed, GoalRejected, Node, background, publishes
+from actors import ActorError, GoalAborted, GoalFailed, GoalRejected, Node, NodeRestarting, background, publishes
 from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.std_srvs.srv import Trigger
@@ -15,8 +15,14 @@ from robot.geometry.vectors import Triple
 from robot.interfaces.robactor_msgs.action import FetchAndCarry
 from robot.interfaces.robactor_msgs.msg import GoalReport
 from robot.interfaces.tutorials.proposed_interfaces.action import NavigateAndGrab
+from robot.nodes.story import CANCELED
 
 __all__ = ["Carrier", "Delivery"]
+
+TRIES = 3
+"""How often an errand is asked for, when its server fails on the way."""
+PAUSE = 1.0
+"""Seconds that a server has to come back, before it is asked again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +54,7 @@ class Carrier(Node):
         begun = self.clock.now()
         outcome, reason = "succeeded", ""
         try:
-            await self._run()
+            await self._attempts()
         except (GoalRejected, GoalFailed) as error:
             outcome, reason = type(error).__name__.removeprefix("Goal").lower(), error.reason
         except ActorError as error:
@@ -59,6 +65,21 @@ class Carrier(Node):
         await self._report(outcome, reason, taken)
         await self.call(SIT, Trigger.Request())
         self.finished = True
+
+    async def _attempts(self) -> None:
+        """Run the errand; ask for it again when its server has failed on the way: such a goal ends without a result, or as if canceled."""
+        for _ in range(TRIES - 1):
+            try:
+                return await self._run()
+            except GoalAborted as error:
+                if getattr(error.result, "message", CANCELED) != CANCELED:
+                    raise
+                why = error.reason
+            except NodeRestarting as error:
+                why = str(error)
+            self.log.warning("errand lost: asking for it again", why=why)
+            await self.clock.sleep(PAUSE)
+        await self._run()
 
     async def _run(self) -> None:
         delivery, stage = self._delivery, ""

@@ -35,7 +35,7 @@ from robot.interfaces.tutorials.proposed_interfaces.action import (
 )
 from robot.model.arm import MOUNT, OutOfReach, forward
 from robot.nodes.skills import Skills, TaskFailed
-from robot.nodes.story import Story, Told
+from robot.nodes.story import CANCELED, Story, Told
 from robot.planning.grasp import Spot, approach, stands
 from robot.planning.reach import GRASP_DISTANCE
 from robot.scenes.objects import Look
@@ -112,7 +112,7 @@ class Fetch(Node):
             yield Aborted(result(False, str(failure)), str(failure))
         except asyncio.CancelledError:
             await self._let_go()
-            yield Done(result(False, "Task canceled"))
+            yield Done(result(False, CANCELED))
         finally:
             self._busy = ""
 
@@ -152,7 +152,7 @@ class Fetch(Node):
             yield Aborted(result(False, str(failure)), str(failure))
         except asyncio.CancelledError:
             await self._let_go()
-            yield Done(result(False, "Task canceled"))
+            yield Done(result(False, CANCELED))
         finally:
             self._busy = ""
 

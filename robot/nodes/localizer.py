@@ -22,6 +22,8 @@ LONGEST = 0.1
 """A scan is taken to be at most so much newer than the odometry, s: five messages."""
 JUMP = 0.5
 """An odometry step longer than this, m, means that odometry has begun anew."""
+FASTEST = 2.0
+"""What the robot may have gone meanwhile, along and across together, m/s; more than it can."""
 
 
 class Localizer(Node):
@@ -44,13 +46,16 @@ class Localizer(Node):
         self._odoms = PoseHistory()
         self._refused = 0
 
-    def resume(self, state: Pose2) -> None:
-        self._here = state
+    def resume(self, state: tuple[Pose2, Pose2, float]) -> None:
+        """The robot may have walked on meanwhile: while the odometry has gone on, too, what it says counts from the last life's pose."""
+        self._here, self._odom, self._stamp = state
+        self._offset = compose(self._here, inverse(self._odom))
 
     @ODOMETRY.on()
     def odometry(self, message: Odometry) -> None:
         odom = from_pose(message.pose.pose)
-        jumped = abs(odom.x - self._odom.x) + abs(odom.y - self._odom.y) > JUMP
+        passed = max(0.0, seconds(message.header.stamp) - self._stamp) if self._offset is not None else 0.0
+        jumped = abs(odom.x - self._odom.x) + abs(odom.y - self._odom.y) > JUMP + FASTEST * passed
         if jumped:
             self._odoms.clear()
         self._odoms.add(seconds(message.header.stamp), odom)
@@ -60,7 +65,7 @@ class Localizer(Node):
         twist = message.twist.twist
         self._speed = Twist2(twist.linear.x, twist.linear.y, twist.angular.z)
         self._here = compose(self._offset, odom)
-        self.checkpoint(self._here)
+        self.checkpoint((self._here, self._odom, self._stamp))
         self.pose(pose_stamped(self._here, message.header.stamp))
 
     @SCAN.on()

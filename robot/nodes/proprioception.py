@@ -19,7 +19,7 @@ from robot.hardware.body import JOINT_NAMES
 from robot.interfaces.robactor_msgs.msg import FootContacts, ImuCalibration
 
 if TYPE_CHECKING:
-    from robot.hardware.body import Body, ImuSample
+    from robot.hardware.body import Body, ImuSample, Sample
 
 __all__ = ["RATE", "Proprioception"]
 
@@ -81,12 +81,20 @@ class Proprioception(Node):
         self.checkpoint(self._bias)
 
     @every(hz="rate", late="catch_up")
-    def read(self) -> None:
-        """Publish the next sample. A loop that was held up publishes those it owes one by one: the sensors have not waited for it."""
+    async def read(self) -> None:
+        """Publish all samples since the last time, which is one, unless this loop or the body was held up: the sensors have not waited for it.
+
+        Each is taken in by those who listen before the next one follows.
+        """
         self._body.advance(self.clock.now())
         sample = self._body.next_sample()
-        if sample is None:
-            return
+        while sample is not None:
+            self._tell(sample)
+            sample = self._body.next_sample()
+            if sample is not None:
+                await self.clock.sleep(0.0)
+
+    def _tell(self, sample: Sample) -> None:
         stamp, joints = self.clock.stamp(sample.time), sample.joints
         raw = _message(Header(stamp=stamp, frame_id="imu_link"), sample.imu)
         self.imu_raw(raw)

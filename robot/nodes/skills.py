@@ -10,7 +10,7 @@ from collections.abc import AsyncGenerator, Sequence
 from itertools import pairwise
 from math import cos, dist, inf, sin
 
-from actors import ActorError, GoalAborted, GoalCanceled, GoalRejected, Node
+from actors import ActorError, GoalAborted, GoalCanceled, GoalRejected, Node, NodeRestarting, retry
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from robot.contracts import (
     CALIBRATE_GRIPPER,
@@ -33,6 +33,8 @@ from robot.planning.grasp import STANDING, Spot
 __all__ = ["Skills", "Stalled", "TaskFailed"]
 
 LOOK_TIMEOUT = 3.0
+AWAY = (NodeRestarting,)
+"""A question to a node that is being restarted is asked again."""
 STILL_TIMEOUT = 10.0
 """Seconds within which a robot that has arrived must stand."""
 NEARLY, PATIENCE = 0.2, 2.5
@@ -97,7 +99,9 @@ class Skills:
     async def look(self, name: str) -> tuple[Spot | None, str]:
         """Where the camera sees the object now, in base_link, or `None`; and what the confirmation said."""
         try:
-            reply = await self._node.call(CONFIRM_OBJECT, ConfirmObject.Request(object_name=name), timeout=LOOK_TIMEOUT)
+            reply = await retry(
+                self._node, CONFIRM_OBJECT, ConfirmObject.Request(object_name=name), on=AWAY, timeout=LOOK_TIMEOUT
+            )
         except ActorError as error:
             raise TaskFailed("confirm", f"{type(error).__name__}: {error}") from error
         point = reply.position.point
@@ -106,7 +110,7 @@ class Skills:
     async def calibrate(self) -> None:
         """Have the gripper calibrated."""
         try:
-            reply = await self._node.call(CALIBRATE_GRIPPER, Trigger.Request(), timeout=LOOK_TIMEOUT)
+            reply = await retry(self._node, CALIBRATE_GRIPPER, Trigger.Request(), on=AWAY, timeout=LOOK_TIMEOUT)
         except ActorError as error:
             raise TaskFailed("calibrate", f"{type(error).__name__}: {error}") from error
         if not reply.success:
@@ -117,7 +121,7 @@ class Skills:
         stamp = self._node.clock.stamp()
         request = PlanPath.Request(start=pose_stamped(start, stamp), goal=pose_stamped(goal, stamp))
         try:
-            reply = await self._node.call(PLAN_PATH, request, timeout=2.0)
+            reply = await retry(self._node, PLAN_PATH, request, on=AWAY, timeout=2.0)
         except ActorError as error:
             raise TaskFailed("navigate", f"{type(error).__name__}: {error}") from error
         if not reply.success:

@@ -1,24 +1,45 @@
-"""Some of the nodes of a tree: what `--only` leaves of it."""
+"""The nodes of a tree, whatever supervisors stand between: all of them, some of them, and changed ones."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 
-from actors import Supervisor
+from actors import Child, Supervisor
 from actors.suggest import did_you_mean
 
-__all__ = ["UnknownNode", "only"]
+__all__ = ["UnknownNode", "changed", "nodes_of", "only"]
 
 
 class UnknownNode(LookupError):
     """A node was asked for that the tree does not have; the text is one line that names the closest ones."""
 
 
+def nodes_of(tree: Supervisor) -> Iterator[Child]:
+    """The nodes of a tree in the order of their start, those of its supervisors included."""
+    for child in tree.children:
+        if isinstance(child, Supervisor):
+            yield from nodes_of(child)
+        elif isinstance(child, Child):
+            yield child
+
+
+def changed(tree: Supervisor, change: Callable[[Child], Child | None]) -> Supervisor:
+    """The tree with what `change` makes of each of its nodes, without those of which it makes nothing, and without supervisors of none."""
+    children: list[Child | Supervisor | None] = []
+    for child in tree.children:
+        if isinstance(child, Supervisor):
+            below = changed(child, change)
+            children.append(below if below.children else None)
+        elif isinstance(child, Child):
+            children.append(change(child))
+    return tree.replace(children=[child for child in children if child is not None])
+
+
 def only(tree: Supervisor, names: Sequence[str]) -> Supervisor:
-    """The tree with just these nodes, in its own order. Raises `UnknownNode`."""
-    known = [child.name for child in tree.children]
+    """The tree with just these nodes, in its own order, and with the supervisors above them. Raises `UnknownNode`."""
+    known = [child.name for child in nodes_of(tree)]
     wanted = {name.lstrip("/") for name in names}
     for name in sorted(wanted.difference(known)):
         near = did_you_mean(name, known, "did", most=3, cutoff=0.5, quoted=False)
         raise UnknownNode(f"there is no node {name!r}; {near or 'there are: ' + ', '.join(known)}")
-    return tree.replace(children=[child for child in tree.children if child.name in wanted])
+    return changed(tree, lambda child: child if child.name in wanted else None)

@@ -9,10 +9,10 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from robot.run.options import Crash, Options, UsageError, parse
+from robot.run.options import Crash, Hang, Options, UsageError, parse
 
 if TYPE_CHECKING:
-    from actors import Supervisor, System
+    from actors import Child, Supervisor, System
     from actors.transport import Transport
     from robot.assembly import Robot
     from robot.hardware.body import Body
@@ -48,16 +48,21 @@ class Session:
 
     def run(self) -> int:
         from actors import StartFailed, SupervisorGaveUp, execute
+        from robot.hardware.body import BodySilent
 
         try:
             return execute(self._main, clock=self.options.clock)
         except (SupervisorGaveUp, StartFailed) as error:
             print(f"robot run: {error}", file=sys.stderr)
             return 3
+        except BodySilent as error:  # the first of them, as whatever asks for the body's last state fails by it, too
+            first = error.__context__ if isinstance(error.__context__, BodySilent) else error
+            print(f"robot run: {first}", file=sys.stderr)
+            return 3
         except KeyboardInterrupt:  # before the first await, or on a platform without signal handlers
             return 130
         finally:
-            self.body.close()
+            self.robot.close()
 
     # -- what can be wrong with it, found before anything runs --------------------------------------------------------------
 
@@ -75,7 +80,7 @@ class Session:
         try:
             return Robot(
                 scene, body=options.backend, mission=get_mission(options.goal, options.fetch, scene), seed=options.seed, battery=options.battery,
-                arm=options.arm, motor_delay=options.motor_delay, publish_clock=options.publish_clock,
+                arm=options.arm, motor_delay=options.motor_delay, publish_clock=options.publish_clock, processes=options.processes,
             )  # fmt: skip
         except BackendMissing as error:
             raise UsageError(str(error)) from None
@@ -86,12 +91,13 @@ class Session:
             return None
         from actors.parameters.files import InvalidParams
         from actors.running.options import parameters_by_node
+        from robot.run.choice import nodes_of
 
         try:
             taken = parameters_by_node("--params", self.robot.tree, self.options.params)
         except InvalidParams as error:
             raise UsageError(f"--params: {error}") from None
-        return {f"/{child.name}": taken.get(f"/{child.name}", {}) for child in chosen.children}
+        return {f"/{child.name}": taken.get(f"/{child.name}", {}) for child in nodes_of(chosen)}
 
     def _transport(self) -> Transport | None:
         """The connection with other processes; none on the virtual clock, which they do not share."""
@@ -124,6 +130,10 @@ class Session:
         line.live = line.live and options.log_format == "console"
         tree = self._chosen(self.robot.tree)
         check_crashes(tree, options.crashes)
+        check_crashes(tree, options.hangs, "--hang")
+        if self.robot.process is not None:
+            self.robot.process.ready()
+            tree = with_hangs(tree, options.hangs)
         report: dict[str, Any] = {}
         context = run(
             tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level), observers=flight.observers,
@@ -135,7 +145,7 @@ class Session:
                 await system.join(Child(Status, args=(line, self.body.backend)))
                 self._announce(system)
                 try:
-                    await self._until_over(system, flight)
+                    await self._until_over(system, flight, score)
                 finally:
                     report = make_report(system, self.body, score, self._header())
         finally:
@@ -153,24 +163,26 @@ class Session:
 
     def _chosen(self, tree: Supervisor) -> Supervisor:
         """The tree, or what `--only` leaves of it."""
-        from robot.run.choice import UnknownNode, only
+        from robot.run.choice import UnknownNode, nodes_of, only
 
         names = self.options.only
         if not names:
             return tree
         try:
             chosen = only(tree, names)
+            if self.options.processes:  # and what looks after their processes
+                chosen = only(tree, (*names, *(f"{concern.name}_process" for concern in chosen.children)))
         except UnknownNode as error:
             hint = "" if self.options.arm else " (those of the arm come with --arm)"
             raise UsageError(f"--only: {error}{hint}") from None
-        left = [child.name for child in chosen.children]
+        left = [child.name for child in nodes_of(chosen)]
         if self.options.goal is not None and "patrol" not in left:
             raise UsageError("--goal: it is the patrol who walks there, and --only leaves it out")
         if self.options.fetch is not None and "carrier" not in left:
             raise UsageError("--fetch: it is the carrier who fetches, and --only leaves it out")
         return chosen
 
-    async def _until_over(self, system: System, flight: Flight) -> None:
+    async def _until_over(self, system: System, flight: Flight, score: Score) -> None:
         """Let the time pass: crashes that were ordered, the end of the mission, the end of the duration, or the end of the tree."""
         import asyncio
 
@@ -190,8 +202,10 @@ class Session:
                     break
                 await asyncio.wait([ended], timeout=left)
                 flight.look()
+                if self.robot.process is not None:
+                    self.robot.process.check()
                 missions = (record.node for record in system.nodes.values())
-                if any(isinstance(node, (Patrol, Carrier)) and node.finished for node in missions):
+                if self._done(score) or any(isinstance(node, (Patrol, Carrier)) and node.finished for node in missions):
                     await asyncio.wait([ended], timeout=3.0)  # the sit that ends the mission takes about two seconds
                     break
             if ended.done():
@@ -202,6 +216,14 @@ class Session:
                 timer.cancel()  # later it would hit a robot that is sitting down
                 if system.clock.now() < crash.at:
                     system.log.warning("crash not made: the run had ended", asked=f"{crash.node}@{crash.at:g}")
+
+    def _done(self, score: Score) -> bool:
+        """Whether the last report of a mission in another process was the one that ends it."""
+        if not self.options.processes or not score.goals:
+            return False
+        return self.options.fetch is not None or (
+            self.options.goal is not None and score.goals[-1].outcome == "succeeded"
+        )
 
     def _announce(self, system: System) -> None:
         more: dict[str, Any] = {"only": ", ".join(self.options.only)} if self.options.only else {}
@@ -241,15 +263,34 @@ class Session:
         return None
 
 
-def check_crashes(tree: Supervisor, crashes: Sequence[Crash]) -> None:
-    """Refuse to crash what is not there. Raises `UsageError`."""
+def check_crashes(tree: Supervisor, crashes: Sequence[Crash | Hang], option: str = "--crash") -> None:
+    """Refuse to let fail what is not there. Raises `UsageError`."""
     from robot.run.choice import UnknownNode, only
 
     for crash in crashes:
         try:
             only(tree, [crash.node])
         except UnknownNode as error:
-            raise UsageError(f"--crash {crash.node}@{crash.at:g}: {error}") from None
+            raise UsageError(f"{option} {crash.node}@{crash.at:g}: {error}") from None
+
+
+def with_hangs(tree: Supervisor, hangs: Sequence[Hang]) -> Supervisor:
+    """The tree of a run that begins now, in which the processes of these nodes hang."""
+    from robot.nodes import process_care
+    from robot.run.choice import changed, nodes_of
+
+    now = time.monotonic()
+    concerns = {
+        node.name: concern.name for concern in tree.children for node in nodes_of(tree.replace(children=[concern]))
+    }
+
+    def change(child: Child) -> Child:
+        if child.factory is not process_care.ProcessCare:
+            return child
+        mine = [one for one in hangs if concerns[one.node.lstrip("/")] == child.args[0]]
+        return child.replace(args=(*child.args, *(process_care.Hang(one.node, now + one.at) for one in mine)))
+
+    return changed(tree, change)
 
 
 def _crash(system: System, name: str) -> None:

@@ -6,28 +6,22 @@ import argparse
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import isfinite, nan, radians
+from math import isfinite, nan
 from typing import Any, Literal, NoReturn
 
 from actors.suggest import did_you_mean
+from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, parse_fault, parse_fetch, parse_goal
 from robot.scenes.worlds import WORLDS
 
 __all__ = [
-    "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Options", "Parser", "UsageError", "parse", "parse_fetch", "parse_goal",
+    "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Hang", "Options", "Parser", "UsageError", "parse", "parse_fetch", "parse_goal",
     "parse_seed", "seconds", "whole", "within",
 ]  # fmt: skip
-
-Goal = tuple[float, float, float]
-"""x and y in metres, the heading in rad."""
 
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 """What may be said for `--log-level`."""
 VIRTUAL_DURATION = 120.0
 """A run on the virtual clock needs an end; this is its default, seconds."""
-
-
-class UsageError(Exception):
-    """The command line, or what it names, cannot be used; the text is one line for the user."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -39,22 +33,6 @@ class Parser(argparse.ArgumentParser):
             near = (did_you_mean(word.partition("=")[0], known, quoted=False) for word in message.split()[2:])
             message += next(filter(None, near), "")
         raise UsageError(f"{message} (see {self.prog} --help)")
-
-
-@dataclass(frozen=True, slots=True)
-class Crash:
-    """``--crash NODE@T``: make the node fail, at that many seconds."""
-
-    node: str
-    at: float
-
-
-@dataclass(frozen=True, slots=True)
-class Fetch:
-    """``--fetch NAME [X Y [Z]]``: what to fetch, and where to carry it (m)."""
-
-    name: str
-    to: tuple[float, float, float] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +63,9 @@ class Options:
     """The endpoints where other machines connect to."""
     connect: tuple[str, ...] = ()
     """The endpoints of other machines to connect to."""
+    processes: bool = False
+    """Whether the body and each concern of the tree have a process of their own."""
+    hangs: tuple[Hang, ...] = ()
     security: str | None = None
     """A security file."""
 
@@ -98,13 +79,19 @@ def parse(argv: Sequence[str]) -> Options:
         raise UsageError("--listen, --connect, --security: other machines live in real time; leave out --clock virtual")
     if given.publish_clock is not None:
         _within("--publish-clock", given.publish_clock, 0.1, 1000.0, "Hz")
+    if given.processes and given.clock == "virtual":
+        raise UsageError("--processes: processes live in real time; leave out --clock virtual")
+    if given.processes and given.backend == "kinematic":
+        raise UsageError("--processes: only the physics body has a process of its own; leave out --backend kinematic")
+    if given.hang and not given.processes:
+        raise UsageError("--hang: in one process everything would hang, and nobody be left to see it; add --processes")
     duration = given.duration
     if duration is None and given.clock == "virtual":
         duration = VIRTUAL_DURATION
     return Options(
         duration=duration,
         battery=_within("--battery", given.battery, 0.0, 100.0, "per cent"),
-        crashes=tuple(_crash(text, duration) for text in given.crash),
+        crashes=tuple(Crash(*parse_fault("--crash", text, duration)) for text in given.crash),
         clock=given.clock,
         world=given.world,
         backend=given.backend,
@@ -123,6 +110,8 @@ def parse(argv: Sequence[str]) -> Options:
         fetch=parse_fetch(given.fetch, given.goal),
         listen=tuple(given.listen),
         connect=tuple(given.connect),
+        processes=given.processes,
+        hangs=tuple(Hang(*parse_fault("--hang", text, duration)) for text in given.hang),
         security=given.security,
     )
 
@@ -154,6 +143,19 @@ def _add_circumstances(add: Any) -> None:
         default=[],
         metavar="NODE@T",
         help="make NODE fail at T seconds; may be given several times",
+    )
+    add(
+        "--hang",
+        action="append",
+        default=[],
+        metavar="NODE@T",
+        help="with --processes: make the process of NODE stand still at T seconds; may be given several times",
+    )
+    add(
+        "--processes",
+        action="store_true",
+        help="run the body and each concern of the robot (control, safety, perception, ...) in a process of its own; a process that dies is "
+        "restarted",
     )
     add(
         "--clock",
@@ -308,57 +310,11 @@ def _within(option: str, value: float, low: float, high: float, unit: str) -> fl
     return value
 
 
-def _crash(text: str, duration: float | None) -> Crash:
-    node, mark, at = text.rpartition("@")
-    try:
-        seconds = float(at)
-    except ValueError:
-        seconds = -1.0
-    if not mark or not node or not isfinite(seconds) or seconds < 0.0:
-        raise UsageError(f"--crash {text}: write NODE@SECONDS, such as navigation@10")
-    if duration is not None and seconds >= duration:
-        raise UsageError(f"--crash {text}: the run ends at {duration:g} s, before that; give a longer --duration")
-    return Crash(node, seconds)
-
-
 def _names(words: Sequence[str] | None) -> tuple[str, ...]:
     names = tuple(dict.fromkeys(name for word in words or () for name in word.split(",") if name))
     if words is not None and not names:
         raise UsageError("--only: name at least one node, such as --only gait")
     return names
-
-
-def parse_goal(values: Sequence[float] | None) -> Goal | None:
-    """What `--goal` says: x and y in metres, the heading in rad (0 unless given). Raises `UsageError`."""
-    if values is None:
-        return None
-    if len(values) not in (2, 3):
-        raise UsageError(f"--goal takes X Y or X Y THETA, not {len(values)} numbers")
-    x, y, theta = (*values, 0.0)[:3]
-    for name, value in (("X", x), ("Y", y), ("THETA", theta)):
-        if not isfinite(value):
-            raise UsageError(f"--goal: {name} is {value}, which is not a finite number")
-    if abs(theta) > radians(360):
-        raise UsageError(f"--goal: THETA is {theta:g} rad; give an angle within one turn, in radians")
-    return x, y, theta
-
-
-def parse_fetch(values: Sequence[str] | None, goal: object) -> Fetch | None:
-    """What `--fetch` says; `goal` is what `--goal` says, as there can be only one of them. Raises `UsageError`."""
-    if values is None:
-        return None
-    if goal is not None:
-        raise UsageError("--fetch and --goal: one errand at a time; give one of them")
-    name, *place = values
-    if len(place) not in (0, 2, 3):
-        raise UsageError(f"--fetch takes NAME, NAME X Y or NAME X Y Z, not {len(place)} numbers")
-    try:
-        x, y, z = (*(float(text) for text in place), 0.0, 0.0, 0.0)[:3]
-    except ValueError:
-        raise UsageError(f"--fetch {' '.join(values)}: X, Y and Z are numbers, in meters") from None
-    if not all(isfinite(value) for value in (x, y, z)):
-        raise UsageError(f"--fetch {' '.join(values)}: X, Y and Z must be finite")
-    return Fetch(name, (x, y, z) if place else None)
 
 
 def _writable(option: str, path: str | None) -> str | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 from robot.geometry.planar import Pose2
 
@@ -73,3 +74,22 @@ class Scene:
     """Named poses for the map service, such as ``shelf_3``."""
     things: tuple[Thing, ...] = ()
     """Small objects at the start. A body whose arm carries them off tells by a method ``things()`` where they are now."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A read-only view of places is not copied to other processes, the places are."""
+        places = dict(self.places)
+        return _scene, (self.name, self.bounds, self.obstacles, self.start, self.dock, self.patrol, places, self.things)
+
+
+def _scene(
+    name: str,
+    bounds: tuple[float, float, float, float],
+    obstacles: tuple[Obstacle, ...],
+    start: Pose2,
+    dock: Pose2,
+    patrol: tuple[Pose2, ...],
+    places: dict[str, Pose2],
+    things: tuple[Thing, ...],
+) -> Scene:
+    """A scene from its fields."""
+    return Scene(name, bounds, obstacles, start, dock, patrol, MappingProxyType(places), things)

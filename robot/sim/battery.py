@@ -31,7 +31,7 @@ class Pack:
     Within a step the load is constant; steps longer than one second are cut into equal parts of at most one second.
     """
 
-    __slots__ = ("_ambient", "_full", "_soc", "_temperature", "_v1", "design", "state")
+    __slots__ = ("_age", "_ambient", "_full", "_soc", "_temperature", "_v1", "design", "state")
 
     def __init__(
         self,
@@ -48,6 +48,7 @@ class Pack:
         self._temperature = self._ambient = ambient
         self._v1 = 0.0
         self._full = False
+        self._age = 0.0
         self.state = self._report(current=0.0, supplied=True, charging=False)
 
     def __repr__(self) -> str:
@@ -68,10 +69,23 @@ class Pack:
                 f"A battery step needs a finite time and a finite load of at least zero, "
                 f"not {dt!r} s and {power_w!r} W."
             )
+        self._age += dt
         parts = max(1, math.ceil(dt / LONGEST_STEP))
         for _ in range(parts):
             self._advance(dt / parts, power_w, charging)
         return self.state
+
+    @property
+    def kept(self) -> tuple[float, ...]:
+        """What a pack that is made anew needs to go on from here: age (s), charge, temperature, relaxation, and whether it is full."""
+        return self._age, self._soc, self._temperature, self._v1, float(self._full)
+
+    def restore(self, kept: tuple[float, ...]) -> None:
+        """Be the pack that `kept` tells of, unless this one is older, and so the same one later."""
+        age, soc, temperature, v1, full = kept
+        if age > self._age:
+            self._age, self._soc, self._temperature, self._v1, self._full = age, soc, temperature, v1, bool(full)
+            self.state = self._report(current=0.0, supplied=True, charging=False)
 
     def _advance(self, dt: float, power: float, charging: bool) -> None:
         resistance = self.design.resistance(self._temperature)

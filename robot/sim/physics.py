@@ -25,7 +25,7 @@ from robot.sim.mjcf import OBSTACLE_GROUP, Ground, obstacle_names, write_model
 from robot.sim.physics_arm import PhysicsArm
 from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
 
-__all__ = ["BackendMissing", "PhysicsBody"]
+__all__ = ["BackendMissing", "PhysicsBody", "check_engine"]
 
 CONTACT_FORCE = 5.0
 DAMPING = 8.0
@@ -246,6 +246,11 @@ class PhysicsBody(BodyShell):
         things = self._arm.geoms if self._arm is not None else frozenset[int]()
         geoms = {geom for pair in pairs if things.isdisjoint(pair) for geom in pair}
         return tuple(name for geom, name in self._obstacles.items() if geom in geoms)
+
+
+def check_engine() -> None:
+    """Raise `BackendMissing` where there is no MuJoCo."""
+    _engine()
 
 
 def _engine() -> Any:

@@ -17,6 +17,7 @@ FLOORS = (
     "bag",
     "nodes",
     "running",
+    "processes",
     "lifecycle",
     "system",
     "transport",

@@ -18,6 +18,7 @@ FLOORS = (
     "assembly",
     "tree",
     "nodes",
+    "link",
     "sim",
     "control",
     "estimation",

@@ -31,6 +31,7 @@ FACES = (
     "actors.blocking",
     "actors.interfaces",
     "actors.interfaces.types",
+    "actors.launch",
     "actors.logs",
     "actors.nodes",
     "actors.parameters",

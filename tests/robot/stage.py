@@ -52,6 +52,7 @@ from robot.nodes.localizer import Localizer
 from robot.nodes.map_server import MapServer
 from robot.nodes.navigation import Navigation
 from robot.planning.grid import Grid
+from robot.run.choice import changed
 from robot.scenes.dock import has_station, station
 from robot.scenes.scene import Obstacle, Scene
 from robot.scenes.worlds import get_world
@@ -106,7 +107,7 @@ def whole() -> Supervisor:
 
 def without(tree: Supervisor, *names: str) -> Supervisor:
     """The tree but for some of its nodes."""
-    return tree.replace(children=[child for child in tree.children if child.name not in names])
+    return changed(tree, lambda child: None if child.name in names else child)
 
 
 async def awake(rig: Rig, body: Body) -> Body:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
+from functools import partial
 from random import Random
 
 from actors.transport.simulated.conditions import LAN, Conditions
@@ -55,7 +56,9 @@ class Network:
         self._processes[host] += 1
         number = self._processes[host]
         session = f"{Random(f'session/{self._seed}/{host}/{number}').getrandbits(128):x}"
-        transport = SimulatedTransport(self._connections, session, host, number)
+        transport = SimulatedTransport(
+            self._connections, session, host, number, partial(self.transport, host), self.kill
+        )
         self._transports = [*(one for one in self._transports if not one.closed), transport]
         return transport
 

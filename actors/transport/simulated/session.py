@@ -91,9 +91,19 @@ class SimulatedTransport:
     before it is open or after it is closed reaches nobody.
     """
 
-    def __init__(self, surroundings: Surroundings, session: str, host: str, process: int) -> None:
+    def __init__(
+        self,
+        surroundings: Surroundings,
+        session: str,
+        host: str,
+        process: int,
+        sibling: Callable[[], SimulatedTransport],
+        crash: Callable[[SimulatedTransport], None],
+    ) -> None:
         self.host = host
         self.process = process
+        self._sibling = sibling
+        self._crash = crash
         self.closed = False
         self._session = session
         self._surroundings = surroundings
@@ -154,6 +164,13 @@ class SimulatedTransport:
             act = partial(peer.transport.be_asked, peer.outgoing, server, question, payload, attachment)
             peer.outgoing.send(_Call(peer.outgoing, len(payload) + len(attachment), _DATA, act))
         return question
+
+    def sibling(self) -> Callable[[], SimulatedTransport]:
+        return self._sibling
+
+    def crash(self) -> None:
+        """End the process without a farewell, as `Network.kill` does."""
+        self._crash(self)
 
     def report(self) -> tuple[protocol.Link, ...]:
         return tuple(

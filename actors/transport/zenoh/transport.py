@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import secrets
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Final
 
 from actors.transport.protocol import Answer, Delivery, Events, Handle, Link, Outlet, Query, Sample, WireUnavailable
@@ -123,6 +125,11 @@ class ZenohTransport:
     def report(self) -> tuple[Link, ...]:
         """What has been exchanged with each process that is connected now; nothing if it is not open."""
         return self._running.connection.report() if self._running is not None else ()
+
+    def sibling(self) -> Callable[[], ZenohTransport]:
+        """What makes a transport of another process of this machine: it listens at a port of its own, and meets this one."""
+        config, listen = self._config, () if self._config.gossip_point else self._config.listen
+        return partial(ZenohTransport, replace(config, listen=(), connect=(*config.connect, *listen)))
 
     @property
     def _connection(self) -> Connection:

@@ -10,6 +10,7 @@ from actors import (
     Action,
     Child,
     Done,
+    DynamicSupervisor,
     Node,
     NodeRestarting,
     NotRunning,
@@ -31,6 +32,7 @@ from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from actors.lifecycle.machine import STATES, TRANSITIONS, HookResult, LifecycleState, TransitionRefused
 from actors.lifecycle.node import LifecycleNode, bring_down, bring_up
+from actors.supervision.running import RunningSupervisor
 from actors.testing import Rig
 
 OUT = Topic(String, "out")
@@ -397,3 +399,25 @@ async def test_L_04_a_node_that_will_not_rest_goes_on_as_it_was(rig: Rig) -> Non
     heard = rig.probe(OUT)
     await rig.advance(1.0)
     assert len(heard) == 10, "and not twice as often"
+
+
+async def test_a_service_of_a_lifecycle_node_may_be_awaited_before_the_node_has_been_started(rig: Rig) -> None:
+    state = Service(GetState, "/late/get_state")
+    late = DynamicSupervisor("lates", Child(LifecycleNode, name="late"))
+    await rig.start(Supervisor("root", children=[late]))
+    waiting = asyncio.ensure_future(rig.me.wait_for(state, Service(GetState, "/later/get_state"), timeout=2.0))
+    gone = asyncio.ensure_future(rig.me.wait_for(Service(GetState, "/never/get_state"), timeout=0.1))
+    await rig.advance(1.0)
+    with pytest.raises(TimeoutError):
+        await gone
+    assert not waiting.done()
+
+    root = rig.system.supervisor
+    assert root is not None
+    lates = root.life("lates")
+    assert isinstance(lates, RunningSupervisor)
+    for name in ("never", "late", "later"):
+        await lates.spawn(name=name)
+    await waiting
+
+    assert (await rig.call(state, GetState.Request())).current_state.label == "unconfigured"

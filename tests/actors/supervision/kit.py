@@ -202,9 +202,13 @@ class World:
         return [life.name for life in self.alive]
 
 
+TURNS = 50
+"""How many turns of the loop suffice for everything that happens without time passing."""
+
+
 async def settle() -> None:
     """Let everything that can happen without time passing happen."""
-    for _ in range(50):
+    for _ in range(TURNS):
         await asyncio.sleep(0)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from robot.evaluate import odometry, rates
+from robot.evaluate.load import busy, family
 from robot.evaluate.rates_run import punctuality
 from robot.run.options import UsageError
 
@@ -59,6 +60,45 @@ def test_every_row_of_the_rates_is_measured() -> None:
     names = [metric.name for metric in rates.metrics("kinematic", 1.0)]
     assert {name[:5] for name in names if name.startswith("RT-")} == {f"RT-0{number}" for number in range(1, 8)}
     assert len(set(names)) == len(names)
+
+
+def test_the_robot_in_processes_has_the_lines_of_the_robot_in_one_and_with_loops_both_have_them_again() -> None:
+    names = {metric.name for metric in rates.metrics("physics", 1.0, (0, 1, 2))}
+    split = {name for name in names if name.endswith(", split")}
+    assert {name.removesuffix(", split") for name in split} <= names
+    assert len([name for name in split if name.startswith("control at 200 Hz")]) == 3
+    assert {name for name in split if "falls" in name} == {
+        "falls, split",
+        "1 endless loop beside: falls, split",
+        "2 endless loops beside: falls, split",
+    }
+    assert not [name for name in rates.metrics("kinematic", 1.0) if name.name.endswith("split")]
+
+
+def test_one_process_and_several_stand_side_by_side() -> None:
+    rows = [
+        {"name": "falls", "unit": "", "median": 3.0},
+        {"name": "falls, split", "unit": "", "median": 0.0},
+        {"name": "of one alone", "unit": "ms", "median": 1.0},
+    ]
+    head, line = rates.side_by_side({"metrics": rows}).splitlines()
+    assert head.split() == ["one", "process", "split"]
+    assert line.split() == ["falls", "3", "0"]
+    assert rates.side_by_side({"metrics": rows[2:]}) == ""
+
+
+def test_endless_loops_run_beside_on_one_processor_and_end_with_the_measurement() -> None:
+    allowed = os.sched_getaffinity(0)
+    with busy(2):
+        loops = family(os.getpid()) - {os.getpid()}
+        assert len(loops) >= 2
+        assert os.sched_getaffinity(0) == {min(allowed)}
+    assert os.sched_getaffinity(0) == allowed
+    assert not [
+        one
+        for one in loops
+        if Path(f"/proc/{one}").exists() and b"while True" in Path(f"/proc/{one}/cmdline").read_bytes()
+    ]
 
 
 def test_the_levels_count_only_walks_of_a_hundred_metres() -> None:

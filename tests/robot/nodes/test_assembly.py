@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 import robot
+from actors.errors import DeclarationError
 from actors.testing import Rig
 from robot import Robot
 from robot.contracts import BATTERY_STATE, GAIT_STATUS, GOAL_REPORT
+from robot.evaluate.load import family
 from robot.geometry.planar import Pose2
 from robot.nodes.carrier import Delivery
+from robot.run.choice import nodes_of
 from robot.scenes.worlds import UnknownWorld, get_world
 
 
 def names(robot: Robot) -> set[str]:
-    return {child.name for child in robot.tree.children}
+    return {child.name for child in nodes_of(robot.tree)}
+
+
+def command_of(process: int) -> str:
+    return Path(f"/proc/{process}/cmdline").read_text(encoding="utf-8")
 
 
 def test_without_a_mission_nobody_asks_it_to_walk() -> None:
@@ -82,3 +91,15 @@ def test_importing_the_package_waits_for_nothing_heavy() -> None:
 def test_a_name_that_the_package_does_not_have_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="module 'robot' has no attribute 'Robt'"):
         _ = robot.Robt
+
+
+def test_a_body_without_forces_has_no_process() -> None:
+    with pytest.raises(ValueError, match="only the physics body has a process of its own; leave one of them out"):
+        Robot(body="kinematic", processes=True)
+
+
+def test_what_cannot_cross_to_a_process_is_refused_and_the_body_is_not_left_behind() -> None:
+    unpicklable = (Pose2(1.0, 0.0), lambda: None)
+    with pytest.raises(DeclarationError, match="cannot be copied to another process"):
+        Robot("empty", mission=unpicklable, processes=True)  # type: ignore[arg-type]
+    assert not any("spawn_main" in command_of(one) for one in family(os.getpid()))

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from actors import Child, GoalAborted, GoalRejected, ServiceFailed
+from actors import Child, GoalAborted, GoalRejected, ProcessDied, ServiceFailed, Supervisor
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
@@ -121,6 +121,23 @@ async def test_a_battery_that_was_critical_is_so_after_a_crash_of_its_node(rig: 
     await draw(rig, 0.0, 30.0, charger=True)
     assert status(rig).percent > 10.0
     assert status(rig).level == "critical"  # until there are 3 points more
+
+
+async def test_a_battery_whose_process_was_killed_goes_on_with_the_charge_that_it_had(rig: Rig) -> None:
+    """In a simulated process: each life gets a pack that is made anew, as 90 % full as it was declared."""
+    await rig.start(Supervisor("hosts", children=[battery(90.0).replace(process=True)]))
+    told = rig.probe(BATTERY_STATUS)
+    await draw(rig, 2000.0, 120.0)
+    assert told.last is not None
+    before = told.last.percent
+    assert before < 80.0
+    with rig.expect_failure(ProcessDied):
+        rig.system.kill_process("battery")
+        await rig.until(lambda: rig.incarnation("battery") == 2)
+    told.clear()
+    await draw(rig, WALKING, 2.0)
+    assert told.last is not None
+    assert told.last.percent == pytest.approx(before, abs=1.0)
 
 
 # -- goals and energy -----------------------------------------------------------------------------------------------------------

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any, cast
 
 import pytest
 
-from actors import Child, Done, Node, Steps, SupervisorGaveUp, publishes
+from actors import Child, Done, Node, Steps, Supervisor, SupervisorGaveUp, publishes
 from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
-from robot.contracts import CMD_VEL, GAIT_STATUS, IMU, JOINT_STATES, SAFETY_STATE, STAND, TELEOP_CMD
-from robot.run.choice import UnknownNode, only
-from tests.robot.stage import robot, twist, whole
+from robot import Robot
+from robot.contracts import CMD_VEL, GAIT_STATUS, GOAL_REPORT, IMU, JOINT_STATES, SAFETY_STATE, STAND, TELEOP_CMD
+from robot.geometry.planar import Pose2
+from robot.run.choice import UnknownNode, changed, nodes_of, only
+from tests.robot.stage import robot, twist, whole, without
 
-NAMES = [child.name for child in whole().children]
+NAMES = [child.name for child in nodes_of(whole())]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -29,9 +32,9 @@ async def test_E_11_each_node_may_be_the_first_and_works_with_those_that_come_la
     tree = whole()
     system = await rig.start(only(tree, [name]))
     await rig.advance(1.0)
-    for child in tree.children:
+    for child in nodes_of(tree):
         if child.name != name:
-            await system.join(cast("Child", child))
+            await system.join(child)
     await rig.advance(1.0)
     reply = await rig.call(STAND, Trigger.Request())
     assert reply.success, reply.message
@@ -81,14 +84,14 @@ def _work(action: Any) -> Any:
 @pytest.mark.parametrize("name", NAMES)
 async def test_E_11_each_node_can_be_replaced_by_another_class_with_the_same_contracts(rig: Rig, name: str) -> None:
     tree = whole()
-    changed: list[Any] = []
-    for child in tree.children:
-        assert isinstance(child, Child)
-        if child.name == name:
-            assert isinstance(child.factory, type)
-            child = Child(stand_in(child.factory), name=name, stop=child.stop)
-        changed.append(child)
-    await rig.start(tree.replace(children=changed))
+
+    def other(child: Child) -> Child:
+        if child.name != name:
+            return child
+        assert isinstance(child.factory, type)
+        return Child(stand_in(child.factory), name=name, stop=child.stop)
+
+    await rig.start(changed(tree, other))
     await rig.advance(1.0)
     assert {state.incarnation for state in rig.system.nodes.values()} == {1}
     core = rig.state(name).running
@@ -98,8 +101,8 @@ async def test_E_11_each_node_can_be_replaced_by_another_class_with_the_same_con
 
 async def test_F_03_a_sensor_driver_is_exchanged_while_the_others_run(rig: Rig) -> None:
     tree = robot()
-    system = await rig.start(only(tree, [child.name for child in tree.children if child.name != "proprioception"]))
-    driver = cast("Child", only(tree, ["proprioception"]).children[0])
+    system = await rig.start(without(tree, "proprioception"))
+    (driver,) = nodes_of(only(tree, ["proprioception"]))
     imu, joints = rig.probe(IMU), rig.probe(JOINT_STATES)
     first = await system.join(driver)
     await rig.advance(0.5)
@@ -146,24 +149,78 @@ def test_a_node_that_the_robot_does_not_have_is_named_with_the_closest_ones() ->
         only(whole(), ["gate"])
     with pytest.raises(UnknownNode, match="there is no node 'xyzzy'; there are: motors, "):
         only(whole(), ["xyzzy"])
-    assert [child.name for child in only(whole(), ["/gait", "motors"]).children] == ["motors", "gait"]
+    left = only(whole(), ["/gait", "motors"])
+    assert [child.name for child in nodes_of(left)] == ["motors", "gait"]
+    assert [child.name for child in left.children] == ["control"]
 
 
 # -- the tree -------------------------------------------------------------------------------------------------------------------
 
 
-async def test_Z_05_F_01_a_node_that_fails_is_restarted_with_those_that_build_on_it(rig: Rig) -> None:
-    await rig.start(robot())
+RESTARTED = {
+    "motors": ["motors"],
+    "proprioception": ["proprioception"],
+    "gait": ["gait"],
+    "battery": ["battery"],
+    "safety_monitor": ["safety_monitor"],
+    "robot_controller": ["robot_controller"],
+    "lidar": ["lidar"],
+    "map_server": ["map_server"],
+    "localizer": ["localizer"],
+    "frames": ["frames"],
+    "camera": ["camera"],
+    "detector": ["detector"],
+    "calibration": ["calibration"],
+    "navigation": ["navigation"],
+    "docking": ["docking"],
+    "arm": ["arm"],
+    "object_confirmation": ["object_confirmation"],
+    "fetch": ["fetch"],
+    "robot_status": ["robot_status"],
+    "patrol": ["patrol"],
+}
+"""The node that crashes, and the nodes that have a second life then."""
+
+
+def test_the_table_of_crashes_has_every_node_of_the_robot() -> None:
+    assert list(RESTARTED) == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+async def test_Z_05_F_01_a_node_that_fails_is_restarted_and_the_others_live_on(rig: Rig, name: str) -> None:
+    await rig.start(whole())
     await rig.advance(1.0)
-    rig.crash("localizer")
+    rig.crash(name)
     await rig.settled()
     await rig.advance(0.5)
-    lives = {state.identity.name: state.incarnation for state in rig.system.nodes.values()}
-    assert (lives["motors"], lives["gait"], lives["safety_monitor"]) == (1, 1, 1)
-    assert (lives["localizer"], lives["navigation"], lives["robot_status"]) == (2, 2, 2)
+    lives = {state.identity.name: state.incarnation for state in rig.system.nodes.values() if state.incarnation > 1}
+    assert lives == dict.fromkeys(RESTARTED[name], 2)
     safety = rig.probe(SAFETY_STATE).last
     assert safety is not None
     assert not safety.stopped
+
+
+@pytest.mark.parametrize("name", ["motors", "proprioception"])
+async def test_a_walk_in_physics_goes_on_through_a_crash_below_the_gait(rig: Rig, name: str) -> None:
+    walker = Robot("empty", mission=[Pose2(2.5, 0.0)], seed=1)
+    await rig.start(walker.tree)
+    reports = rig.probe(GOAL_REPORT)
+    await rig.until(lambda: walker.body.truth().position[0] > 1.0)
+    rig.crash(name)
+    await rig.until(lambda: len(reports) > 0, within=10.0)
+    assert [(report.outcome, rig.incarnation(name)) for report in reports] == [("succeeded", 2)]
+    assert not walker.body.truth().fallen
+
+
+def test_the_picture_of_the_tree_in_the_docs_is_the_tree() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "robot.md").read_text(encoding="utf-8")
+    picture = page.split("```text\nrobot ")[1].split("```")[0].splitlines()[1:]
+    drawn = [line.replace("`-", "").replace("|-", "").replace("|", "").split()[0] for line in picture]
+    tree: list[str] = []
+    for concern in whole().children:
+        assert isinstance(concern, Supervisor)
+        tree += [concern.name, *(child.name for child in concern.children)]
+    assert drawn == tree
 
 
 async def test_F_06_more_failures_than_allowed_end_the_tree_and_the_robot_sits(rig: Rig) -> None:
@@ -181,6 +238,6 @@ async def test_F_06_more_failures_than_allowed_end_the_tree_and_the_robot_sits(r
             await rig.advance(0.2)
         await rig.advance(5.0)
     assert cmd.last == Twist()
-    body = cast("Any", tree.children[0]).args[0]
+    body = cast("Any", next(nodes_of(tree))).args[0]
     assert body.truth().position[2] < 0.22
     assert not body.truth().fallen

@@ -29,7 +29,7 @@ from robot.hardware.body import JOINT_NAMES, Body, ImuSample, JointSample
 from robot.interfaces.robactor_msgs.msg import FootContacts, GaitStatus
 from robot.model.parameters import GRAVITY
 from robot.nodes.gait import Gait
-from robot.run.choice import only
+from robot.run.choice import nodes_of, only
 from robot.sim.physics import PhysicsBody
 from robot.testing import FLAT
 from tests.robot.stage import floor, said, twist
@@ -77,7 +77,7 @@ class Stage:
         self.rig, self.robot, self.body = rig, robot, robot.body
 
     async def begin(self) -> None:
-        motors, gait = only(self.robot.tree, ["motors", "gait"]).children
+        motors, gait = nodes_of(only(self.robot.tree, ["motors", "gait"]))
         await self.rig.start(Supervisor("legs", children=[motors, Child(Senses, args=(self.body,)), gait]))
         self.status = self.rig.probe(GAIT_STATUS)
         self.odometry = self.rig.probe(ODOMETRY)

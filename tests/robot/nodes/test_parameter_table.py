@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from actors import Child, Node
+from actors import Node
 from actors.parameters import ParameterDeclaration, ParameterDescriptor
 from robot.nodes.carrier import Carrier
+from robot.run.choice import nodes_of
 from tests.robot.stage import whole
 
 PAGE = (Path(__file__).parents[3] / "docs" / "robot.md").read_text(encoding="utf-8")
@@ -15,7 +16,7 @@ PAGE = (Path(__file__).parents[3] / "docs" / "robot.md").read_text(encoding="utf
 
 def nodes() -> dict[str, type[Node]]:
     """Every node that the robot can have."""
-    found = {child.name: child.factory for child in whole().children if isinstance(child, Child)}
+    found = {child.name: child.factory for child in nodes_of(whole())}
     assert all(isinstance(factory, type) for factory in found.values())
     return {**found, "carrier": Carrier}  # type: ignore[dict-item]
 

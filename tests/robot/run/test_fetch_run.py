@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from actors import Child
 from actors.testing import Rig
-from robot.run.choice import only
+from robot.run.choice import nodes_of, only
 from robot.sim.kinematic import KinematicBody
 from tests.robot.run.test_run import KINEMATIC, robot, run
 from tests.robot.stage import KITCHEN, robot_around
@@ -92,9 +91,20 @@ async def test_E_11_each_node_of_the_arm_runs_alone_and_with_those_that_come_lat
     tree = robot_around(KinematicBody(KITCHEN, seed=1, arm=True))
     system = await rig.start(only(tree, [name]))
     await rig.advance(0.5)
-    for child in tree.children:
-        if isinstance(child, Child) and child.name != name:
+    for child in nodes_of(tree):
+        if child.name != name:
             await system.join(child)
     await rig.advance(1.0)
     assert rig.incarnation(name) == 1
     assert not [record for record in rig.logs if record.level >= 40]
+
+
+@pytest.mark.parametrize("crashed", ["fetch", "object_confirmation", "arm", "navigation"])
+def test_an_errand_is_done_although_a_node_that_it_needs_crashes_on_the_way(tmp_path: Path, crashed: str) -> None:
+    done, report = run(
+        tmp_path, *KINEMATIC, "--world", "kitchen", "--fetch", "cup", "--duration", "60", "--crash", f"{crashed}@9"
+    )
+    assert done.returncode == 0, done.stderr
+    assert [goal["outcome"] for goal in report["goals"]] == ["succeeded"]
+    assert report["last"]["held"] == "cup"
+    assert [one["incarnation"] for one in report["nodes"] if one["name"] == f"/{crashed}"] == [2]

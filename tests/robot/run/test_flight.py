@@ -133,9 +133,13 @@ def test_a_supervisor_that_gives_up_leaves_the_record_of_why(tmp_path: Path) -> 
     assert facts["why"].startswith("SupervisorGaveUp: ")
     assert "flight record" not in done.stderr  # lines of JSON stay lines of JSON
     ends = [message for topic, message in messages if topic == "/supervisor_events" and message.reason]
-    assert [(end.child, end.reason) for end in ends if end.context == "child_terminated"] == [
-        ("robot/navigation", "it raised RuntimeError: crashed on request (--crash)")
-    ] * 4
+    terminated = [(end.child, end.reason) for end in ends if end.context == "child_terminated"]
+    assert (
+        terminated[:-1] == [("robot/navigation/navigation", "it raised RuntimeError: crashed on request (--crash)")] * 4
+    )
+    concern, reason = terminated[-1]
+    assert concern == "robot/navigation"
+    assert "supervisor robot/navigation gave up: restart intensity reached: navigation needs another restart" in reason
     assert ends[-1].context == "shutdown"
 
 

@@ -232,3 +232,15 @@ def test_impossible_packs_are_refused() -> None:
         Pack(101.0)
     with pytest.raises(ValueError, match="at least one series cell"):
         PackDesign(series_cells=0)
+
+
+def test_a_pack_that_is_made_anew_goes_on_where_the_old_one_was_and_an_older_one_is_not_set_back() -> None:
+    old, new = Pack(50.0), Pack(90.0)
+    old.step(600.0, 300.0)
+    kept = old.kept
+    new.restore(kept)
+    assert new.kept == kept
+    assert new.state.percent == pytest.approx(old.state.percent)
+    assert new.step(60.0, 300.0) == old.step(60.0, 300.0)
+    old.restore(kept)  # it is a minute older by now
+    assert old.kept == new.kept

@@ -1,0 +1,173 @@
+"""`LaunchContext`: what is set while a launch description is evaluated."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+from actors.launch.errors import LaunchError, Line
+from actors.launch.packages import Packages
+
+if TYPE_CHECKING:
+    from actors.launch.actions.configuration import DeclareLaunchArgument
+    from actors.launch.substitution import Text
+
+__all__ = ["Declared", "LaunchContext", "Scoped"]
+
+
+@dataclass
+class Scoped:
+    """What a group brings back to what it was when it ends."""
+
+    configurations: dict[str, str]
+    environment: dict[str, str]
+    remaps: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
+    parameters: list[object] = field(default_factory=list[object])
+    """Global parameters in the order in which they were set: ``(name, value)`` pairs and paths of files."""
+
+    def copy(self) -> Scoped:
+        return Scoped(dict(self.configurations), dict(self.environment), list(self.remaps), list(self.parameters))
+
+
+class Declared:
+    """A launch argument that was met; `conditional` if it is declared only under a condition."""
+
+    def __init__(self, argument: DeclareLaunchArgument, conditional: bool) -> None:
+        self.argument = argument
+        self.conditional = conditional
+
+
+class LaunchContext:
+    """The state of one evaluation of a launch description.
+
+    With `lenient`, what cannot be found out (a package that is not here, a command that fails) is noted in `problems` and stood in for by
+    a text, so that the rest can be shown; else it is raised as a `LaunchError`.
+
+    Invariants: `scoped` is the innermost of the scopes that are open; `_outer` holds those around it, the outermost first.
+    """
+
+    def __init__(
+        self,
+        packages: Packages | None = None,
+        *,
+        arguments: Mapping[str, str] | None = None,
+        environment: Mapping[str, str] | None = None,
+        argv: Iterable[str] = (),
+        lenient: bool = False,
+        stand_ins: bool = False,
+    ) -> None:
+        self.packages = Packages() if packages is None else packages
+        self.argv = list(argv)
+        self.lenient = lenient
+        self.stand_ins = stand_ins
+        """Whether an empty node stands in for an executable that is not here."""
+        self.scoped = Scoped(dict(arguments or {}), dict(os.environ if environment is None else environment))
+        self.problems: list[LaunchError] = []
+        self.declared: dict[str, Declared] = {}
+        self.locals = SimpleNamespace()
+        """What a substitution such as ``$(local event.reason)`` sees: in an event handler, `event`."""
+        self.file: Path | None = None
+        """The launch file that is being evaluated."""
+        self.line: Line | None = None
+        """The line of the action that is being evaluated."""
+        self.anonymous: dict[str, str] = {}
+        self.depth = 0
+        """How many launch files include this one."""
+        self.is_shutdown = False
+        self._numbers = count(1)
+        self._outer: list[Scoped] = []
+        self._environments: list[dict[str, str]] = []
+
+    # -- the words of ROS 2 -------------------------------------------------------------------------------------------------
+
+    @property
+    def launch_configurations(self) -> dict[str, str]:
+        """The launch configurations that are set, arguments included."""
+        return self.scoped.configurations
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """The environment variables for processes that are started from here on."""
+        return self.scoped.environment
+
+    def perform_substitution(self, substitution: Text) -> str:
+        """The text that a substitution stands for."""
+        from actors.launch.substitution import perform
+
+        return perform(self, substitution)
+
+    def extend_globals(self, values: Mapping[str, Any]) -> None:
+        """Make values visible to all substitutions from here on."""
+        vars(self.locals).update(values)
+
+    extend_locals = extend_globals
+
+    def get_locals_as_dict(self) -> dict[str, Any]:
+        """What `locals` holds."""
+        return dict(vars(self.locals))
+
+    # -- scopes -------------------------------------------------------------------------------------------------------------
+
+    def push(self) -> None:
+        """Open a scope."""
+        self._outer.append(self.scoped)
+        self.scoped = self.scoped.copy()
+
+    def pop(self) -> None:
+        """Close the innermost scope: what was set in it is as it was."""
+        if not self._outer:
+            raise LaunchError("there is no scope to end: a Pop action without its Push action", self.line)
+        self.scoped = self._outer.pop()
+
+    def push_environment(self) -> None:
+        """Remember the environment."""
+        self._environments.append(dict(self.environment))
+
+    def pop_environment(self) -> None:
+        """Bring back the environment last remembered."""
+        if not self._environments:
+            raise LaunchError(
+                "there is no environment to bring back: PopEnvironment without PushEnvironment", self.line
+            )
+        self.scoped.environment = self._environments.pop()
+
+    def fork(self) -> LaunchContext:
+        """A context with the state of this one, for actions that are evaluated later."""
+        other = LaunchContext(self.packages, argv=self.argv, lenient=self.lenient, stand_ins=self.stand_ins)
+        other.scoped = self.scoped.copy()
+        other.locals = SimpleNamespace(**vars(self.locals))
+        other.file, other.line, other.anonymous = self.file, self.line, self.anonymous
+        other.problems, other.declared, other.depth = self.problems, self.declared, self.depth
+        other._numbers = self._numbers
+        return other
+
+    def next_number(self) -> int:
+        """The number of the next executable of this launch, from 1."""
+        return next(self._numbers)
+
+    # -- problems -----------------------------------------------------------------------------------------------------------
+
+    def stand_in(self, error: LaunchError, text: str) -> str:
+        """Note the problem and return the text that stands in for what is not known. Raises the error unless the context is lenient."""
+        if not self.lenient:
+            raise error.at(self.line)
+        self.note(error)
+        return text
+
+    def note(self, error: LaunchError) -> None:
+        """Note a problem, once."""
+        placed = error.at(self.line)
+        if str(placed) not in map(str, self.problems):
+            self.problems.append(placed)
+
+    def look_up(self, find: Callable[[], str], text: str) -> str:
+        """What `find` finds; the text that stands in for it, where a package or a file is not here."""
+        try:
+            return find()
+        except LookupError as error:
+            return self.stand_in(LaunchError(str(error.args[0])), text)

@@ -1,0 +1,61 @@
+"""Launch files in XML."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from xml.parsers import expat
+
+from actors.launch.entity import LaunchDescription
+from actors.launch.errors import LaunchError, Line
+from actors.launch.frontend.element import Element
+from actors.launch.frontend.tags import description_of
+
+__all__ = ["read_xml"]
+
+
+def read_xml(path: Path) -> LaunchDescription:
+    """The launch description in an XML file. Raises `LaunchError`, with the line.
+
+    Entities that a document defines itself are refused: they can grow without bound.
+    """
+    reader = _Reader(path)
+    try:
+        reader.parser.Parse(path.read_bytes(), True)
+    except expat.ExpatError as error:
+        raise LaunchError(f"no XML: {expat.ErrorString(error.code)}", Line(str(path), error.lineno)) from None
+    root = reader.root
+    if root.tag != "launch":
+        raise root.error(f"a launch file begins with <launch>, not with <{root.tag}>")
+    return description_of(root)
+
+
+class _Reader:
+    """Builds the tree of elements while expat reads; `open` are those that have begun and not ended."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.parser = parser = expat.ParserCreate()
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = self._end
+        parser.EntityDeclHandler = self._entity
+        self.open: list[tuple[Element, list[Element]]] = []
+        self.root = Element("", {}, (), Line(str(path), 1))
+
+    def _line(self) -> Line:
+        return Line(str(self.path), self.parser.CurrentLineNumber)
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        children: list[Element] = []
+        element = Element(tag, dict(attributes), children, self._line())
+        if self.open:
+            self.open[-1][1].append(element)
+        else:
+            self.root = element
+        self.open.append((element, children))
+
+    def _end(self, tag: str) -> None:
+        self.open.pop()
+
+    def _entity(self, name: str, *_: Any) -> None:
+        raise LaunchError(f"the entity {name!r} is defined in the file: that is not supported", self._line())

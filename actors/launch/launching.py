@@ -1,0 +1,90 @@
+"""From a launch file to a tree that runs: `plan_file`, `launch_tree`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+
+from actors.launch.actions.includes import include_file
+from actors.launch.children import scope_supervisor
+from actors.launch.context import LaunchContext
+from actors.launch.errors import LaunchError
+from actors.launch.packages import Packages
+from actors.launch.plan import Scope
+from actors.launch.service import LaunchService
+from actors.launch.shim import shim
+from actors.launch.show import tree_text
+from actors.launch.substitution import shown
+from actors.supervision.declarations import Child, Supervisor, any_significant, transient
+
+__all__ = ["Launch"]
+
+
+class Launch:
+    """One launch file, evaluated: what it would start, and what is wrong. Nothing runs.
+
+    `path` is that of the file; `arguments` are those of the file, name to text; `packages` say
+    where executables and files are.
+
+    Unless `lenient`, what cannot be evaluated raises `LaunchError` here. If it is, the rest is evaluated all the same, and `problems` tells
+    what is wrong; such a launch can be shown, but not run. With `stand_ins`, an empty node stands in for an executable that is not here.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        arguments: Mapping[str, str] | None = None,
+        *,
+        packages: Packages | None = None,
+        argv: Iterable[str] = (),
+        lenient: bool = False,
+        stand_ins: bool = False,
+    ) -> None:
+        self._context = context = LaunchContext(
+            packages, arguments=arguments, argv=argv, lenient=lenient, stand_ins=stand_ins
+        )
+        plan = Scope("launch", "launch")
+        try:
+            with shim(context):
+                include_file(path, context, plan)
+        except LaunchError as error:
+            if not lenient:
+                raise
+            context.note(error)
+        self._plan = next((item for item in plan.items if isinstance(item, Scope)), plan)
+
+    @property
+    def problems(self) -> list[LaunchError]:
+        """What is wrong, in the order in which it was found. Without `lenient` only what does not hinder a start, such as a missing file."""
+        return self._context.problems
+
+    @property
+    def arguments(self) -> list[str]:
+        """The names of the arguments that the file declares."""
+        return list(self._context.declared)
+
+    def show_arguments(self) -> str:
+        """The arguments as text, in the form of `ros2 launch --show-args`."""
+        lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
+        for name, declared in self._context.declared.items():
+            lines += ["", f"    {name!r}:{' *' if declared.conditional else ''}"]
+            lines += [f"        {line}" for line in declared.argument.description.splitlines()]
+            if declared.argument.default_value is not None:
+                lines.append(f"        (default: {shown(declared.argument.default_value)})")
+        if not self._context.declared:
+            lines += ["", "  No arguments."]
+        if any(declared.conditional for declared in self._context.declared.values()):
+            lines += ["", "* argument(s) which are only used if specific conditions occur"]
+        return "\n".join(lines)
+
+    def show(self) -> str:
+        """The tree, as text."""
+        return tree_text(self._plan)
+
+    def tree(self, write: Callable[[str], None] = print, on_ready: Callable[[], None] = lambda: None) -> Supervisor:
+        """The supervisor tree, to be run once by `run`. It ends when nothing is left to do, or when a required executable has ended.
+
+        `write` takes the lines that processes write, `on_ready` is called when the file says that it is ready for tests.
+        """
+        service = Child(LaunchService, args=(self._plan, write, on_ready), restart=transient, significant=True)
+        return Supervisor("launch", children=[scope_supervisor(self._plan), service], auto_shutdown=any_significant)

@@ -1,0 +1,212 @@
+"""The parameters of nodes in launch files: values, files, and both with substitutions."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast, get_args, get_origin
+
+from actors.launch.errors import LaunchError, SubstitutionFailure
+from actors.launch.substitution import Substitution, Text, as_bool, normalized, perform, shown, yaml_value
+from actors.parameters.files import ALL_NODES, ParameterOverrides
+
+if TYPE_CHECKING:
+    from actors.launch.context import LaunchContext
+
+__all__ = ["Layer", "Parameter", "ParameterFile", "ParameterValue", "effective", "layers_of", "value_of"]
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Parameters from one source: `values`, or the `text` of a parameter file, of which `source` is the path.
+
+    `values` are for the nodes that match `pattern`; without one, for the node itself.
+    """
+
+    values: Mapping[str, Any]
+    text: str | None = None
+    source: str = ""
+    pattern: str = ""
+
+
+class ParameterValue:
+    """The value of a parameter, with its type: `value_type` is bool, int, float, str, or a list of one; None for that which YAML reads."""
+
+    def __init__(self, value: Any, *, value_type: Any = None) -> None:
+        self.value = value
+        self.value_type = value_type
+
+    def evaluate(self, context: LaunchContext) -> Any:
+        """The value. Raises `SubstitutionFailure` if the text is no value of the type."""
+        if not _is_text(self.value):
+            return value_of(context, self.value) if self.value_type is None else self.value
+        text = perform(context, self.value)
+        if self.value_type is None:
+            return _typed(text, shown(self.value))
+        return _as_type(context, text, self.value_type)
+
+
+class Parameter:
+    """A parameter by name and value."""
+
+    def __init__(self, name: Text, value: Any, *, value_type: Any = None) -> None:
+        self.name = normalized(name)
+        self.value = ParameterValue(value, value_type=value_type)
+
+    def evaluate(self, context: LaunchContext) -> tuple[str, Any]:
+        """Its name and value."""
+        return perform(context, self.name), self.value.evaluate(context)
+
+
+class ParameterFile:
+    """A parameter file. With `allow_substs`, the substitutions in it, such as ``$(var name)``, are replaced."""
+
+    def __init__(self, param_file: Text, *, allow_substs: Any = False) -> None:
+        self.param_file = normalized(param_file)
+        self.allow_substs = allow_substs
+
+    def layer(self, context: LaunchContext) -> Layer:
+        """What is in the file; nothing, and a note, if there is no such file."""
+        path = perform(context, self.param_file)
+        try:
+            text = Path(path).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            context.note(LaunchError(f"parameter file {path} cannot be read, so it is left out: {_reason(error)}"))
+            return Layer({}, source=path)
+        if (isinstance(self.allow_substs, bool) and self.allow_substs) or (
+            not isinstance(self.allow_substs, bool) and as_bool(context, self.allow_substs)
+        ):
+            from actors.launch.frontend.grammar import parse_substitution
+
+            text = perform(context, parse_substitution(text))
+        return Layer({}, text, path)
+
+
+def layers_of(context: LaunchContext, parameters: Any) -> list[Layer]:
+    """The parameters of a node in their order: those set for all nodes, then its own."""
+    given: object = parameters
+    if isinstance(given, (str, Mapping)) or not isinstance(given, Iterable):
+        kind = type(parameters).__name__
+        raise LaunchError(f"parameters must be a list of files and of dictionaries, not {kind}")
+    found = [_global(context, each) for each in context.scoped.parameters]
+    for each in cast("Iterable[object]", given):
+        if isinstance(each, Mapping):
+            found.append(Layer(_flat(context, cast("Mapping[Text, Any]", each))))
+        elif isinstance(each, Parameter):
+            found.append(Layer(dict([each.evaluate(context)])))
+        elif isinstance(each, ParameterFile):
+            found.append(each.layer(context))
+        else:
+            found.append(ParameterFile(cast("Text", each)).layer(context))
+    return found
+
+
+def value_of(context: LaunchContext, value: Any) -> Any:
+    """The value that a parameter is given: texts as they are, substitutions as YAML reads them, sequences as tuples of one type."""
+    if isinstance(value, ParameterValue):
+        return value.evaluate(context)
+    if isinstance(value, (str, bool, int, float)):
+        return value
+    if isinstance(value, Substitution):
+        return _typed(perform(context, value), shown(value))
+    if isinstance(value, os.PathLike):
+        return os.fspath(cast("os.PathLike[str]", value))
+    if isinstance(value, bytes):
+        return list(value)
+    if not isinstance(value, Sequence):
+        raise LaunchError(f"{value!r:.60} of type {type(value).__name__} is no value of a parameter")
+    items = cast("Sequence[object]", value)
+    if any(isinstance(item, Substitution) for item in items) and all(isinstance(i, (str, Substitution)) for i in items):
+        return _typed(perform(context, cast("Text", items)), shown(cast("Text", items)))  # parts of one text
+    return _uniform([_item(context, item) for item in items], repr(items))
+
+
+def effective(fqn: str, layers: Iterable[Layer]) -> dict[str, Any]:
+    """The parameters of the node of this full name: the last source that sets one counts. Raises `InvalidParams`."""
+    overrides = ParameterOverrides()
+    for layer in layers:
+        if layer.text is not None:
+            overrides = overrides.with_text(layer.text, source=layer.source)
+        elif layer.values:
+            overrides = overrides.with_mapping({layer.pattern or fqn: dict(layer.values)}, source="launch file")
+    return overrides.for_node(fqn)
+
+
+def _global(context: LaunchContext, each: object) -> Layer:
+    if isinstance(each, tuple):
+        name, value = cast("tuple[str, object]", each)
+        return Layer({name: value}, pattern=ALL_NODES)
+    return ParameterFile(cast("str", each)).layer(context)
+
+
+def _flat(context: LaunchContext, values: Mapping[Text, Any], prefix: str = "") -> dict[str, Any]:
+    """Nested dictionaries as names with dots."""
+    found: dict[str, Any] = {}
+    for key, value in values.items():
+        name = prefix + perform(context, key)
+        if isinstance(value, Mapping):
+            found |= _flat(context, cast("Mapping[Text, Any]", value), f"{name}.")
+        else:
+            found[name] = value_of(context, value)
+    return found
+
+
+def _is_text(value: object) -> bool:
+    if isinstance(value, (str, Substitution, os.PathLike)):
+        return True
+    parts = cast("list[object]", value) if isinstance(value, (list, tuple)) else []
+    return any(isinstance(part, Substitution) for part in parts)
+
+
+def _item(context: LaunchContext, item: object) -> Any:
+    if isinstance(item, (list, tuple)):  # a list of texts and substitutions stands for one text
+        return _typed(perform(context, cast("Text", item)), repr(cast("object", item)))
+    return value_of(context, item)
+
+
+def _typed(text: str, origin: str) -> Any:
+    value = yaml_value(text) if text else ""
+    if isinstance(value, list):
+        return _uniform(cast("list[object]", value), origin)
+    if isinstance(value, (str, bool, int, float)):
+        return value
+    raise SubstitutionFailure(
+        f"{origin} is {text!r:.60}, which YAML reads as {type(value).__name__}: no value of a parameter; "
+        "if it is meant as a text, write ParameterValue(..., value_type=str)"
+    )
+
+
+def _uniform(items: list[Any], origin: str) -> tuple[Any, ...]:
+    kinds: set[type] = {type(item) for item in items}
+    if kinds == {int, float}:
+        return tuple(map(float, items))
+    if len(kinds) > 1 and str in kinds:
+        return tuple(str(item).lower() if isinstance(item, bool) else str(item) for item in items)
+    if len(kinds) > 1 or not kinds <= {bool, int, float, str}:
+        raise LaunchError(f"the items of an array are of one type: bool, int, float or str; {origin:.60} has others")
+    return tuple(items)
+
+
+def _as_type(context: LaunchContext, text: str, kind: Any) -> Any:
+    if kind is str:
+        return text
+    if kind is bool:
+        return as_bool(context, text)
+    value: object = yaml_value(text)
+    if get_origin(kind) is list and isinstance(value, list):
+        (inner,) = get_args(kind)
+        return tuple(_as_type(context, str(item), inner) for item in cast("list[object]", value))
+    try:
+        return kind(text) if get_origin(kind) is None else _no(text)
+    except (ValueError, TypeError):
+        raise SubstitutionFailure(f"{text!r:.60} is no {getattr(kind, '__name__', kind)}") from None
+
+
+def _no(text: str) -> Any:
+    raise ValueError(text)
+
+
+def _reason(error: OSError | UnicodeDecodeError) -> str:
+    return (error.strerror or str(error)) if isinstance(error, OSError) else "it is not UTF-8"

@@ -1,0 +1,158 @@
+"""`ProgramNode`: a program as a supervised process; and the command line by which a program of ROS 2 learns its names and parameters."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import shlex
+import signal
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from actors.errors import ActorError
+from actors.launch.parameters import Layer
+from actors.launch.plan import NodeSpec, Process
+from actors.node.declarations import background
+from actors.node.node import Node
+
+if TYPE_CHECKING:
+    from actors.supervision.reasons import ExitReason
+
+__all__ = ["Output", "ProcessDied", "ProgramNode", "ros_arguments"]
+
+Output = Callable[[bytes, bool], None]
+"""Takes a line that a process has written, with its end, and whether it is one of stdout."""
+
+LINE_LIMIT = 2**20
+"""The longest line of a process that is passed on as a whole, in bytes."""
+
+
+class ProcessDied(ActorError):
+    """A process ended with another exit code than 0; a negative one is the number of the signal that ended it."""
+
+    def __init__(self, returncode: int, command: str) -> None:
+        super().__init__(f"process has died [exit code {returncode}, cmd '{command}']")
+        self.returncode = returncode
+
+
+class ProgramNode(Node):
+    """Runs a program. It is ready when the process has been started, and ends with it: in order for exit code 0, else with `ProcessDied`.
+
+    When it is to stop, the process gets SIGINT; after `sigterm_timeout` seconds SIGTERM, after `sigkill_timeout` more SIGKILL. The process
+    is the leader of a group of its own, so that Ctrl-C in the terminal reaches it only by way of its supervisor.
+    """
+
+    def __init__(self, process: Process, output: Output, started: Callable[[int], None]) -> None:
+        self.process = process
+        self.output = output
+        self.started = started
+
+    async def on_start(self) -> None:
+        process = self.process
+        if self.clock.virtual:
+            raise RuntimeError(f"{shlex.join(process.cmd)} is a program of its own, which lives in real time only")
+        options: dict[str, Any] = {
+            "env": dict(process.environment),
+            "cwd": process.cwd,
+            "stdin": asyncio.subprocess.DEVNULL,
+            "stdout": asyncio.subprocess.PIPE,
+            "stderr": asyncio.subprocess.PIPE,
+            "start_new_session": True,
+            "limit": LINE_LIMIT,
+        }
+        if process.shell:
+            self.child = await asyncio.create_subprocess_shell(" ".join(process.cmd), **options)
+        else:
+            self.child = await asyncio.create_subprocess_exec(*process.cmd, **options)
+        self.pid = self.child.pid
+        self._readers = [
+            asyncio.ensure_future(self._read(self.child.stdout, True)),
+            asyncio.ensure_future(self._read(self.child.stderr, False)),
+        ]
+        self.started(self.pid)
+
+    @background
+    async def wait(self) -> None:
+        """Wait for the end of the process."""
+        code = await self._ended()
+        if code:
+            raise ProcessDied(code, shlex.join(self.process.cmd))
+        self.stop("the process has finished cleanly")
+
+    async def on_stop(self, reason: ExitReason) -> None:
+        limits = ((signal.SIGINT, self.process.sigterm_timeout), (signal.SIGTERM, self.process.sigkill_timeout))
+        for number, seconds in limits:
+            if self.child.returncode is not None:
+                break
+            self.log.info(f"sending signal {number.name!r} to process [{self.pid}]")
+            self.send(number)
+            with suppress(TimeoutError):
+                async with asyncio.timeout(seconds):
+                    await self._ended()
+        if self.child.returncode is None:
+            self.log.warning(f"process [{self.pid}] ignored SIGINT and SIGTERM; sending 'SIGKILL'")
+            self.send(signal.SIGKILL)
+        await self._ended()
+
+    def send(self, number: int) -> None:
+        """Send a signal to the process and to those that it has started."""
+        with suppress(ProcessLookupError):
+            os.killpg(self.pid, number)
+
+    async def _ended(self) -> int:
+        """Wait until the process has ended and all that it wrote has been read. Returns its exit code."""
+        code = await self.child.wait()
+        await asyncio.gather(*self._readers)
+        return code
+
+    async def _read(self, stream: asyncio.StreamReader | None, stdout: bool) -> None:
+        assert stream is not None
+        while True:
+            try:
+                line = await stream.readline()
+            except ValueError:  # longer than the limit; what was read so far is dropped
+                line = b"(a line that is too long)\n"
+            if not line:
+                return
+            self.output(line, stdout)
+
+
+def ros_arguments(node: NodeSpec, folder: Path) -> list[str]:
+    """The arguments of a program that is a node of ROS 2. Parameters are written to files in `folder`.
+
+    The order is that of ROS 2: its own arguments, those for ROS, the name, the namespace, the parameters, the remappings.
+    """
+    words = [*node.arguments, "--ros-args", *node.ros_arguments]
+    if node.name is not None:
+        words += ["-r", f"__node:={node.name}"]
+    if node.namespace:
+        words += ["-r", f"__ns:={node.namespace}"]
+    target = f"{node.namespace}/{node.name}" if node.name is not None else "/**"
+    for layer in node.layers:
+        words += _parameter_arguments(layer, target, folder)
+    for old, new in node.remaps:
+        words += ["-r", f"{old}:={new}"]
+    return words
+
+
+def _parameter_arguments(layer: Layer, target: str, folder: Path) -> Sequence[str]:
+    import yaml  # late: few programs launch
+
+    text = layer.text
+    if text is None:
+        if not layer.values:
+            return ()
+        values = {name: _plain(value) for name, value in layer.values.items()}
+        text = str(
+            cast("Any", yaml).safe_dump({layer.pattern or target: {"ros__parameters": values}}, allow_unicode=True)
+        )
+    path = folder / f"launch_params_{sum(1 for _ in folder.iterdir())}.yaml"
+    path.write_text(text, encoding="utf-8")
+    return ("--params-file", str(path))
+
+
+def _plain(value: object) -> object:
+    """A value as PyYAML writes it without tags."""
+    return list(cast("tuple[object, ...]", value)) if isinstance(value, tuple) else value

@@ -1,0 +1,13 @@
+"""Nodes that stand in for those that are not here."""
+
+from __future__ import annotations
+
+from actors.node.node import Node
+
+__all__ = ["StandIn"]
+
+
+class StandIn(Node):
+    """Stands in for a node that is not here: it has its name and its parameters, whatever these are, and does nothing."""
+
+    allow_undeclared_parameters = True

@@ -1,0 +1,88 @@
+"""`Substitution`: a text that is known only when a launch description is evaluated; and what is made of texts."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
+
+from actors.launch.errors import SubstitutionFailure
+
+if TYPE_CHECKING:
+    from actors.launch.context import LaunchContext
+
+__all__ = ["Substitution", "Text", "TextSubstitution", "as_bool", "normalized", "perform", "shown", "yaml_value"]
+
+
+class Substitution:
+    """Stands for a text. A subclass defines `perform`."""
+
+    def perform(self, context: LaunchContext) -> str:
+        """The text in this context. Raises `SubstitutionFailure`."""
+        raise NotImplementedError(f"{type(self).__name__} does not define perform(context)")
+
+    def describe(self) -> str:
+        """The substitution in a form for display."""
+        return f"{type(self).__name__}()"
+
+    def __repr__(self) -> str:
+        return self.describe()
+
+
+Text: TypeAlias = str | os.PathLike[str] | Substitution | Iterable["str | os.PathLike[str] | Substitution"]
+"""A text, a substitution, or a sequence of both that is joined."""
+
+
+class TextSubstitution(Substitution):
+    """Stands for itself."""
+
+    def __init__(self, *, text: str) -> None:
+        self.text = text
+
+    def perform(self, context: LaunchContext) -> str:
+        return self.text
+
+    def describe(self) -> str:
+        return repr(self.text)
+
+
+def normalized(text: Text) -> list[Substitution]:
+    """The substitutions whose texts are joined to that of `text`. Raises TypeError for what is no text."""
+    if isinstance(text, Substitution):
+        return [text]
+    if isinstance(text, (str, os.PathLike)):
+        return [TextSubstitution(text=os.fspath(text))]
+    if not isinstance(cast("object", text), Iterable):
+        raise TypeError(f"{text!r:.60} is neither a text, nor a substitution, nor a list of these")
+    return [one for each in text for one in normalized(each)]
+
+
+def perform(context: LaunchContext, text: Text) -> str:
+    """The joined text in this context."""
+    return "".join(one.perform(context) for one in normalized(text))
+
+
+def shown(text: Text) -> str:
+    """The text for display, without its value in a context."""
+    return " + ".join(one.describe() for one in normalized(text)) or "''"
+
+
+def yaml_value(text: str) -> Any:
+    """The value that YAML reads in a text; the text itself, if it is no YAML."""
+    import yaml  # late: few programs launch
+
+    load: Callable[[str], object] = cast("Any", yaml).safe_load
+    try:
+        return load(text)
+    except (yaml.YAMLError, ValueError):
+        return text
+
+
+def as_bool(context: LaunchContext, text: Text) -> bool:
+    """The truth that a text stands for. Raises `SubstitutionFailure` for what is neither true nor false."""
+    word = perform(context, text).strip().lower()
+    if word in ("true", "1", "yes", "on"):
+        return True
+    if word in ("false", "0", "no", "off"):
+        return False
+    raise SubstitutionFailure(f"{shown(text)} is {word!r}, neither 'true' nor 'false'")

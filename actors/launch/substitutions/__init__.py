@@ -1,0 +1,1 @@
+"""The substitutions: texts that are known only when a launch description is evaluated."""

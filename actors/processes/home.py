@@ -1,0 +1,186 @@
+"""`TreeHome`: brings what a process tells into the system of its parent: log lines, reports, and the records of its nodes."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Final
+
+from actors.errors import ProgramExit
+from actors.logs import LogRecord
+from actors.processes.messages import Line, News, NodeFacts, Order, Packed, Told
+from actors.processes.pickling import pack
+from actors.supervision.declarations import Child, Supervisor
+
+if TYPE_CHECKING:
+    from actors.processes.life import Process
+    from actors.processes.meeting import Meeting
+    from actors.runtime.record import NodeRecord
+    from actors.runtime.runtime import Runtime
+    from actors.supervision.child_task import ChildTask
+    from actors.supervision.refs import ChildState
+
+__all__ = ["KNOWN_SECONDS", "TreeHome"]
+
+KNOWN_SECONDS: Final = 2.0
+"""The longest time for which a child that is ready waits until its nodes are known to its parent's transport, seconds."""
+_LOOKING: Final = 0.002
+"""Seconds between two looks for them."""
+
+
+class TreeHome:
+    """The parent's side of one child of another process, over one life. What a next life needs of this one is in the records of the nodes.
+
+    Invariants: every node that the process has told of has a record, in which `process` is the id of that process. What the parent itself
+    knows of the child, the restarts of a node with a process of its own, is not taken from the process.
+    """
+
+    def __init__(
+        self,
+        runtime: Runtime,
+        meeting: Meeting,
+        spec: Child | Supervisor,
+        path: tuple[str, ...],
+        running: Callable[[Process, bool], None],
+    ) -> None:
+        self._runtime = runtime
+        self._meeting = meeting
+        self._spec = spec
+        self._path = path
+        self._states: dict[tuple[str, ...], ChildState] = {}
+        """The state of each node that the process has told of, by path."""
+        self._running = running
+        self._process: Process | None = None
+        if isinstance(spec, Child):
+            runtime.enter(spec, path)
+
+    def order(self) -> Order:
+        """See `life.Home`."""
+        runtime = self._runtime
+        return Order(
+            spec=self._spec,
+            path=self._path,
+            seed=runtime.seed,
+            level=runtime.journal.level,
+            options=runtime.options,
+            transport=self._meeting.sibling(),
+            domain_id=self._meeting.domain_id,
+            nodes=tuple(self._facts_of(record) for record in runtime.directory.below(self._path) if record.incarnation),
+            wall=runtime.clock.wall() - runtime.loop.time() if runtime.clock.virtual else None,
+        )
+
+    def begin(self, process: Process) -> None:
+        """The process has been launched."""
+        self._process = process
+        self._running(process, True)
+        record = self._runtime.directory.records.get(self._path)
+        if record is not None:
+            record.process = process.id
+
+    def end(self) -> None:
+        """The process has ended."""
+        assert self._process is not None
+        self._running(self._process, False)
+        now = self._runtime.loop.time()
+        for record in self._runtime.directory.below(self._path):
+            record.ended_at = now
+
+    # -- what the process tells ---------------------------------------------------------------------------------------------
+
+    def take(self, event: News) -> None:
+        """The process has told something that is not about its own life."""
+        if isinstance(event, Line):
+            self._line(event)
+        elif isinstance(event, Told):
+            self._runtime.journal.keep(event.report)
+        else:
+            for facts in event.changed:
+                self._note(facts)
+            for path in event.gone:
+                del self._states[path]
+                self._runtime.gone(path, False)
+
+    def _line(self, line: Line) -> None:
+        journal, now = self._runtime.journal, line.at - self._runtime.clock.loop_time(0.0)
+        fields = {"process": self._id, **line.fields}
+        journal.write(
+            LogRecord(
+                now, line.level, line.node, line.incarnation, line.event, fields, times=line.times, trace=line.trace
+            )
+        )
+
+    def _note(self, facts: NodeFacts) -> None:
+        runtime = self._runtime
+        self._states[facts.path] = facts.state
+        own = self._spec if isinstance(self._spec, Child) else facts.child
+        record = runtime.enter(own, facts.path)
+        record.process, record.incarnation = facts.process or self._id, facts.incarnation
+        record.asked_state = facts.asked_state
+        record.saved = None if facts.saved is None else Packed(facts.saved)
+        if facts.path != self._path:
+            record.restart_count = facts.restart_count
+            origin = runtime.clock.loop_time(0.0)
+            record.restarts = [(at - origin, why) for at, why in facts.restarts]
+
+    def _facts_of(self, record: NodeRecord) -> NodeFacts:
+        """What the next process has to know of a node's earlier lives."""
+        origin, saved = self._runtime.clock.loop_time(0.0), record.saved
+        return NodeFacts(
+            record.path,
+            record.child,
+            "stopped",
+            record.incarnation,
+            record.restart_count,
+            tuple((origin + at, why) for at, why in record.restarts),
+            record.asked_state,
+            saved=saved.data if isinstance(saved, Packed) else None if saved is None else pack(saved),
+        )
+
+    @property
+    def _id(self) -> int:
+        assert self._process is not None
+        return self._process.id
+
+    async def known(self) -> None:
+        """Wait until the transport knows the nodes of the process that are running now; at most for `KNOWN_SECONDS`."""
+        loop = self._runtime.loop
+        due = loop.time() + KNOWN_SECONDS
+        while self._missing() and loop.time() < due:
+            await asyncio.sleep(_LOOKING)
+
+    def _missing(self) -> set[str]:
+        records = self._runtime.directory.records
+        running = {records[path].identity.fqn for path, state in self._states.items() if state == "running"}
+        return running - {node.fqn for node in self._runtime.graph.elsewhere()}
+
+    def state_of(self, path: Sequence[str]) -> ChildState:
+        """The state of a descendant of the child, as the process has told it last."""
+        return self._states.get((*self._path, *path), "stopped")
+
+    # -- the supervisor's task of the child ---------------------------------------------------------------------------------
+
+    @property
+    def _task(self) -> ChildTask | None:
+        return self._runtime.tree.child_at(self._path)
+
+    def killed(self) -> bool:
+        """Whether the supervisor has killed or abandoned this life."""
+        return (task := self._task) is None or task.killed is not None
+
+    def kill(self, after: float) -> None:
+        """Have this life count as killed, after so many seconds of clean-up."""
+        task = self._task
+        assert task is not None
+        task.kill(after)
+
+    def bound(self) -> None:
+        """Limit the clean-up to the stop timeout of the child."""
+        task = self._task
+        assert task is not None
+        task.bound()
+
+    def exits(self, code: int) -> ProgramExit:
+        """Have the whole system stop in order, because a node of the process asks the program to exit."""
+        request = ProgramExit("/".join(self._path), SystemExit(code))
+        self._runtime.tree.exits(request)
+        return request

@@ -1,0 +1,219 @@
+"""`ProcessLife`: the life of a child that runs in another process, as its supervisor sees it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Sequence
+from typing import Any, Final, Protocol
+
+from actors.errors import ProgramExit
+from actors.processes.messages import Event, News, Order, Over, Ready, Request, StopAsked
+from actors.supervision.reasons import Failed, Killed, Leaked, Skip, Stop, Stopped
+from actors.supervision.refs import ChildState
+
+__all__ = ["LAST_SECONDS", "TERMINATION_SECONDS", "Home", "Process", "ProcessLife"]
+
+TERMINATION_SECONDS: Final = 0.3
+"""Seconds between SIGTERM and SIGKILL for a process that has not stopped in its time."""
+LAST_SECONDS: Final = 1.0
+"""Seconds that a process may take to exit after its child has ended; then it is killed."""
+
+
+class Process(Protocol):
+    """A process that has been launched. `ended` is done when it is over and all that it told has been taken; its result says how it ended."""
+
+    ended: asyncio.Future[Exception]
+
+    @property
+    def id(self) -> int: ...
+
+    def send(self, request: Request, /) -> None:
+        """Send a request; it is lost if the process has ended."""
+        ...
+
+    def watch(self) -> None:
+        """From now on kill the process when its event loop hangs."""
+        ...
+
+    def unwatch(self) -> None:
+        """Do so no more: it ends, which has a time limit of its own."""
+        ...
+
+    def terminate(self) -> None:
+        """Ask the process for its end by SIGTERM."""
+        ...
+
+    def kill(self) -> None:
+        """End the process by SIGKILL."""
+        ...
+
+
+class Home(Protocol):
+    """What takes in all that a process tells, but the facts of its own life, and knows the system around it."""
+
+    def order(self) -> Order:
+        """What the next process is to run."""
+        ...
+
+    def begin(self, process: Process, /) -> None:
+        """The process has been launched."""
+        ...
+
+    def take(self, event: News, /) -> None:
+        """The process has told something about its nodes."""
+        ...
+
+    async def known(self) -> None:
+        """Wait until the nodes of the process are known here."""
+        ...
+
+    def end(self) -> None:
+        """The process has ended."""
+        ...
+
+    def exits(self, code: int, /) -> ProgramExit:
+        """Have the whole system stop, because a node of the process asks the program to exit."""
+        ...
+
+    def killed(self) -> bool:
+        """Whether the supervisor has killed this life, and so leaves no time for a clean-up."""
+        ...
+
+    def kill(self, after: float, /) -> None:
+        """Have this life count as killed, after so many seconds of clean-up."""
+        ...
+
+    def bound(self) -> None:
+        """Limit the clean-up, which begins now, to the stop timeout of the child."""
+        ...
+
+    def state_of(self, path: Sequence[str], /) -> ChildState:
+        """The state of a descendant of the child."""
+        ...
+
+
+Launch = Callable[[Order, Callable[[Event], None]], Awaitable[Process]]
+"""Launches a process with an order; it calls the function with all that the process tells."""
+
+
+class ProcessLife:
+    """One life of a child in a process of its own. For its supervisor it is a `Life`, and a `Subtree`.
+
+    Invariants:
+
+    - At most one process is launched. `run` does not return before it has ended, so there is one incarnation at a time.
+    - `_over` is done when the process has told how its child has ended. If the process ends without, its life has failed.
+    - `_asked` is the reason for which the end was asked for; None before. `_doomed` is set once the process is to be killed.
+    """
+
+    def __init__(self, home: Home, launch: Launch) -> None:
+        self._home = home
+        self._launch = launch
+        self._loop = asyncio.get_running_loop()
+        self._process: Process | None = None
+        self._ready: asyncio.Future[None] = self._loop.create_future()
+        self._over: asyncio.Future[Over] = self._loop.create_future()
+        self._asked: str | None = None
+        self._doomed = False
+
+    async def run(self, started: Callable[[], None]) -> None:
+        """Run the process until it has ended. Returns after an orderly end that was asked for, and raises what ended the child otherwise."""
+        work = self._loop.create_task(self._work(started), name=f"process of {asyncio.current_task()}")
+        canceled: asyncio.CancelledError | None = None
+        while not work.done():
+            try:
+                await asyncio.wait([work])
+            except asyncio.CancelledError as error:
+                if self._home.killed():
+                    canceled = error
+                    self._put_down()
+                elif self._asked is None:  # by somebody other than the supervisor: end in order, as a node does
+                    canceled = error
+                    self._home.bound()
+                    self.stop("its task was canceled by somebody else")
+        died = work.result()
+        if canceled is not None:
+            raise canceled
+        self._raise_end(died)
+
+    def stop(self, reason: str) -> None:
+        """Ask for an orderly end."""
+        self._asked = reason
+        if self._process is not None:
+            self._process.unwatch()
+            self._process.send(StopAsked(reason))
+
+    def state_of(self, path: Sequence[str]) -> ChildState:
+        """The state of a descendant of the child, as far as the process has told it."""
+        return self._home.state_of(path)
+
+    async def _work(self, started: Callable[[], None]) -> Exception:
+        """Launch the process and wait for its end, which is returned."""
+        process = self._process = await self._launch(self._home.order(), self._take)
+        self._home.begin(process)
+        if self._asked is not None:
+            process.send(StopAsked(self._asked))
+        if self._doomed:
+            process.kill()
+        await _first_of(self._ready, self._over, process.ended)
+        if self._ready.done():
+            known = self._loop.create_task(self._home.known())
+            await _first_of(known, self._over, process.ended)
+            known.cancel()
+            if self._asked is None:
+                process.watch()
+            started()
+        await _first_of(self._over, process.ended)
+        process.unwatch()
+        late = self._loop.call_later(LAST_SECONDS, process.kill)
+        await _first_of(process.ended)
+        late.cancel()
+        self._home.end()
+        return process.ended.result()
+
+    def _take(self, event: Event) -> None:
+        if isinstance(event, Ready):
+            self._ready.set_result(None)
+        elif isinstance(event, Over):
+            self._over.set_result(event)
+        else:
+            self._home.take(event)
+
+    def _put_down(self) -> None:
+        """End the process: by SIGKILL, but after an orderly end that took too long first by SIGTERM."""
+        self._doomed = True
+        process = self._process
+        if process is None:
+            return
+        if self._asked is None:
+            process.kill()
+        else:
+            process.terminate()
+            late = self._loop.call_later(TERMINATION_SECONDS, process.kill)
+            process.ended.add_done_callback(lambda _: late.cancel())
+
+    def _raise_end(self, died: Exception) -> None:
+        """Raise what ended the child, so that its supervisor judges this life as it would judge it in this process."""
+        if not self._over.done():
+            raise died
+        over = self._over.result()
+        if over.exit is not None:
+            request = self._home.exits(over.exit)
+            raise request from request.error
+        reason = over.reason
+        if isinstance(reason, Failed):
+            raise reason.error
+        if isinstance(reason, (Killed, Leaked)):
+            if reason.after is not None:
+                self._home.kill(reason.after)
+            raise asyncio.CancelledError
+        if isinstance(reason, Stopped):
+            if reason.cause is not None:
+                raise reason.cause
+            if self._asked is None:
+                raise Skip(reason.why) if over.declined else Stop(reason.why)
+
+
+async def _first_of(*futures: asyncio.Future[Any]) -> None:
+    """Wait until one of these is done; unlike an await, it neither raises its error nor cancels it."""
+    await asyncio.wait(futures, return_when=asyncio.FIRST_COMPLETED)

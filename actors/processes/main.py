@@ -1,0 +1,173 @@
+"""The program of a process of a tree: ``python -m actors.processes.main CHANNEL NOTES NAME``, started by `spawned.spawn`."""
+
+from __future__ import annotations
+
+import asyncio
+import ctypes
+import signal
+import socket
+import sys
+import threading
+from collections.abc import Sequence
+from typing import Any, Final
+
+from msgspec import structs
+
+from actors.logs import WARN
+from actors.places import line_of
+from actors.processes.channel import HEAD, Channel, framed
+from actors.processes.guard import Guard
+from actors.processes.hosted import HostedTree
+from actors.processes.maker import Processes
+from actors.processes.messages import Beat, Event, Line, Order, Over, Request
+from actors.processes.pickling import unpack
+from actors.processes.preparation import prepare
+from actors.processes.spawned import beat_seconds
+from actors.runtime.stall import work_of
+from actors.supervision.reasons import Failed
+from actors.time.real_loop import new_event_loop
+
+__all__ = ["MOST_UNSENT", "Served", "main", "read_frame", "serve"]
+
+MOST_UNSENT: Final = 1_000_000
+"""While the parent leaves so many bytes unread, log lines are counted instead of sent."""
+ORPHANED: Final = "its parent process is gone"
+_PR_SET_PDEATHSIG: Final = 1
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Read the order from the channel, and run it to its end."""
+    signal.signal(
+        signal.SIGINT, signal.SIG_IGN
+    )  # Ctrl-C reaches all processes of a terminal: the parent stops this one, in its turn
+    end_with_parent()
+    with socket.socket(fileno=int(arguments[0])) as channel:
+        try:
+            prepare(read_frame(channel))
+            order = read_frame(channel)
+        except EOFError:
+            return 1
+        except Exception as error:  # what the order names cannot be imported here
+            channel.sendall(framed(Over(Failed(error))))
+            return 1
+        with asyncio.Runner(loop_factory=new_event_loop) as runner:
+            runner.run(serve(order, channel, int(arguments[1])))
+    return 0
+
+
+def end_with_parent() -> None:
+    """Have the system send SIGHUP to this process when its parent ends, where the system can do that.
+
+    The closed channel tells the same, unless a process that the parent has forked holds its other end.
+    """
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGHUP, 0, 0, 0)
+
+
+def read_frame(channel: socket.socket) -> Any:
+    """The next value of the channel. Raises EOFError if the parent is gone."""
+    return unpack(_read(channel, HEAD.unpack(_read(channel, HEAD.size))[0]))
+
+
+def _read(channel: socket.socket, size: int) -> bytes:
+    data = bytearray()
+    while len(data) < size:
+        if not (more := channel.recv(min(size - len(data), 1 << 20))):
+            raise EOFError("the parent is gone")
+        data += more
+    return bytes(data)
+
+
+class Served:
+    """One order, served over a channel. Made in the event loop that runs it.
+
+    Invariant: a log line is either sent or counted in `_lost`, and the count is sent as soon as the parent reads again.
+    """
+
+    def __init__(self, order: Order, channel: socket.socket, notes: int) -> None:
+        self._socket = channel
+        self._path = order.path
+        self._period = beat_seconds(order.spec.hang)
+        self._loop = asyncio.get_running_loop()
+        self._thread = threading.get_ident()
+        self._lost = 0
+        self._closed = asyncio.Event()
+        self._channel = Channel(self._asked, self._left)
+        transport = order.transport()
+        self._hosted = HostedTree(
+            order, transport, self.tell, lambda runtime: Processes(runtime, transport, order.recorders)
+        )
+        self._guard = Guard(channel.fileno(), notes, self.where)
+
+    async def run(self) -> None:
+        """Run the order to its end, and return when the parent has been told of it."""
+        loop = self._loop
+        await loop.create_connection(lambda: self._channel, sock=self._socket)
+        loop.add_signal_handler(signal.SIGTERM, self._hosted.terminate)
+        loop.add_signal_handler(signal.SIGHUP, self._hosted.stop, ORPHANED)
+        self._guard.start()
+        beating = loop.create_task(self._beat(), name="beats")
+        try:
+            await self._hosted.run()
+        finally:
+            beating.cancel()
+            self._channel.close()
+            await self._closed.wait()
+            self._guard.stop()
+
+    def tell(self, event: Event) -> None:
+        """Send an event to the parent. Never waits: log lines that the parent does not read in time are lost, and counted."""
+        if not isinstance(event, Line):
+            self._channel.send(event)
+        elif self._channel.unsent > MOST_UNSENT:
+            self._lost += 1
+        else:
+            self._tell_lost()
+            self._send_line(event)
+
+    def _tell_lost(self) -> None:
+        """Tell how many log lines were lost, once there is room for more."""
+        if self._lost and self._channel.unsent <= MOST_UNSENT:
+            lost, self._lost = self._lost, 0
+            fields = {"lines": lost, "because": "they came faster than the parent process reads them"}
+            self._send_line(Line(self._loop.time(), WARN, "/".join(self._path), 1, "log lines were lost", fields))
+
+    def _send_line(self, line: Line) -> None:
+        try:
+            self._channel.send(line)
+        except Exception:  # a field cannot be copied
+            self._channel.send(structs.replace(line, fields={key: repr(value) for key, value in line.fields.items()}))
+
+    async def _beat(self) -> None:
+        while True:
+            self._guard.turned()
+            self._hosted.tell_nodes()
+            self._tell_lost()
+            self._channel.send(Beat())
+            await asyncio.sleep(self._period)
+
+    def _asked(self, request: Request) -> None:
+        self._hosted.take(request)
+
+    def _left(self) -> None:
+        """The channel is closed: by this process at its end, or because the parent is gone."""
+        self._closed.set()
+        self._hosted.stop(ORPHANED)
+
+    def where(self) -> str:
+        """What the event loop is doing, as far as it can be told from another thread: node, handler and line."""
+        task = asyncio.current_task(self._loop)
+        record = None if task is None else self._hosted.system.runtime.directory.owner_of(task)
+        doing = "" if task is None else work_of(record, task)
+        return " ".join(
+            filter(None, ("" if record is None else record.identity.fqn, doing, f"at {line_of(self._thread)}"))
+        )
+
+
+async def serve(order: Order, channel: socket.socket, notes: int) -> None:
+    """Run an order to its end."""
+    await Served(order, channel, notes).run()
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,79 @@
+"""`Processes`: the children of one system that run in processes of their own."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from msgspec import structs
+
+from actors.processes.home import TreeHome
+from actors.processes.life import ProcessLife
+from actors.processes.meeting import Meeting
+from actors.processes.messages import CrashAsked
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.processes.flights import Recorder
+    from actors.processes.life import Process
+    from actors.processes.messages import Event, Order
+    from actors.runtime.runtime import Runtime
+    from actors.supervision.declarations import Child, Supervisor
+    from actors.transport.protocol import Transport
+
+__all__ = ["Processes"]
+
+
+class Processes:
+    """The source of lives in processes of their own, of one system (`runtime.OtherProcesses`), and those that run.
+
+    Invariants: `running` has each process that runs, by the path of its child.
+    """
+
+    def __init__(
+        self,
+        runtime: Runtime,
+        transport: Transport | None = None,
+        recorders: tuple[Callable[[], Recorder], ...] = (),
+    ) -> None:
+        self._runtime = runtime
+        self._recorders = recorders
+        self._meeting = Meeting(runtime, transport)
+        self.running: dict[tuple[str, ...], Process] = {}
+
+    def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int) -> ProcessLife:
+        """Make a new life of `child`. Raises what `Directory.enter` raises."""
+        home = TreeHome(self._runtime, self._meeting, child, path, partial(self._running, path))
+        return ProcessLife(home, self._launch)
+
+    def crash(self, path: tuple[str, ...], error: Exception) -> None:
+        """Make the node at this path fail with `error`."""
+        if (process := self._process_of(path)) is not None:
+            process.send(CrashAsked(path, error))
+
+    def kill(self, path: tuple[str, ...]) -> None:
+        """Kill the process in which the node at this path runs."""
+        if (process := self._process_of(path)) is not None:
+            process.kill()
+
+    def _process_of(self, path: tuple[str, ...]) -> Process | None:
+        """The process, of those that this one has launched, in which the node at this path runs, or in one of whose processes it does."""
+        return next((process for top, process in self.running.items() if path[: len(top)] == top), None)
+
+    def _running(self, path: tuple[str, ...], process: Process, runs: bool) -> None:
+        if runs:
+            self.running[path] = process
+        else:
+            del self.running[path]
+
+    async def _launch(self, order: Order, take: Callable[[Event], None]) -> Process:
+        await self._meeting.open()
+        order = structs.replace(order, recorders=self._recorders)
+        if self._runtime.clock.virtual:
+            from actors.processes.simulated import simulate
+
+            return await simulate(order, take)
+        from actors.processes.spawned import spawn
+
+        return await spawn(order, take)

@@ -1,0 +1,148 @@
+"""What a process and its parent tell each other: the order, with which the process begins, requests of the parent, and what comes home."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import msgspec
+
+from actors.supervision.declarations import Child, Supervisor
+from actors.supervision.reasons import ExitReason
+from actors.supervision.refs import ChildState
+from actors.supervision.report import Report
+
+if TYPE_CHECKING:
+    from actors.processes.flights import Recorder
+    from actors.runtime.options import RunOptions
+    from actors.transport.protocol import Transport
+
+__all__ = [
+    "BEATS",
+    "Beat",
+    "CrashAsked",
+    "Event",
+    "Line",
+    "News",
+    "NodeFacts",
+    "Nodes",
+    "Order",
+    "Over",
+    "Packed",
+    "Ready",
+    "Request",
+    "StopAsked",
+    "Told",
+]
+
+BEATS = 5
+"""How often a process must tell that its event loop turns while `hang` seconds pass, at least; and at least ten times a second."""
+
+
+class NodeFacts(msgspec.Struct, frozen=True):
+    """What is known of one node of a process. Times are loop time in seconds, which all processes of a machine share.
+
+    `process` is the id of the process in which it runs, if that is one below the process that tells this; else 0.
+    """
+
+    path: tuple[str, ...]
+    child: Child
+    state: ChildState
+    incarnation: int
+    restart_count: int = 0
+    restarts: tuple[tuple[float, str], ...] = ()
+    asked_state: str | None = None
+    process: int = 0
+    saved: bytes | None = None
+    """What the node leaves for its next life, pickled; None without any."""
+
+
+class Packed(msgspec.Struct, frozen=True):
+    """What a node leaves for its next life, as the process packed it in which it ran: this one need not understand it."""
+
+    data: bytes
+
+
+class Order(msgspec.Struct, frozen=True):
+    """What a process is to run: the child, its path in the tree, and what it shares with the rest of the tree.
+
+    `nodes` is what earlier lives have left. `wall` is the time of day at loop time 0, for a simulated process; None on the real clock.
+    `recorders` make what records the process, and writes that down when the child fails.
+    """
+
+    spec: Child | Supervisor
+    path: tuple[str, ...]
+    seed: int
+    level: int
+    options: RunOptions | None
+    transport: Callable[[], Transport]
+    domain_id: int
+    nodes: tuple[NodeFacts, ...] = ()
+    wall: float | None = None
+    recorders: tuple[Callable[[], Recorder], ...] = ()
+
+
+class StopAsked(msgspec.Struct, frozen=True):
+    """End in order."""
+
+    reason: str
+
+
+class CrashAsked(msgspec.Struct, frozen=True):
+    """Make the node at this path fail with this error, as `System.crash` does."""
+
+    path: tuple[str, ...]
+    error: Exception
+
+
+class Ready(msgspec.Struct, frozen=True):
+    """The child is ready."""
+
+
+class Beat(msgspec.Struct, frozen=True):
+    """The event loop turns."""
+
+
+class Line(msgspec.Struct, frozen=True):
+    """A log line; `at` is loop time in seconds."""
+
+    at: float
+    level: int
+    node: str
+    incarnation: int
+    event: str
+    fields: dict[str, Any]
+    times: int = 1
+    trace: str = ""
+
+
+class Told(msgspec.Struct, frozen=True):
+    """A report of a supervisor of the process."""
+
+    report: Report
+
+
+class Nodes(msgspec.Struct, frozen=True):
+    """What has changed about the nodes of the process; `gone` are the paths of those that were forgotten."""
+
+    changed: tuple[NodeFacts, ...]
+    gone: tuple[tuple[str, ...], ...] = ()
+
+
+class Over(msgspec.Struct, frozen=True):
+    """The child has ended for `reason`; its process is about to end. `exit` is the exit code that a node asked the program for, or None.
+
+    `declined` says that the child declined to start.
+    """
+
+    reason: ExitReason
+    exit: int | None = None
+    declined: bool = False
+
+
+Request: TypeAlias = StopAsked | CrashAsked
+"""What a parent tells a process."""
+News: TypeAlias = Line | Told | Nodes
+"""What a process tells about its nodes."""
+Event: TypeAlias = Ready | Over | News
+"""What a process tells its parent. A real one sends beats, too."""

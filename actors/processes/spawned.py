@@ -1,0 +1,216 @@
+"""`SpawnedProcess`: an interpreter of its own, launched by this process, which watches it and its event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Final
+
+from actors.logs import WARN
+from actors.processes.channel import Channel, framed
+from actors.processes.errors import ProcessDied, ProcessHung
+from actors.processes.messages import BEATS, Beat, Event, Line, Order, Request
+from actors.processes.preparation import environment, preparation
+
+__all__ = ["NAMED_SECONDS", "SpawnedProcess", "beat_seconds", "spawn"]
+
+NAMED_SECONDS: Final = 0.3
+"""An event loop that has not turned for so many seconds is logged, with what it is doing;"""
+LATEST_SECONDS: Final = 0.5
+"""if that is not known, because no thread of the process can tell, after so many seconds."""
+DRAINED_SECONDS: Final = 0.1
+"""How long the channel of a process that has exited may stay open, because a process that it forked holds it; seconds."""
+CLOSED_SECONDS: Final = 1.0
+"""How long a process may go on after it has closed its channel; then it is killed. Seconds."""
+MOST_BEAT_SECONDS: Final = 0.1
+"""The longest time between two beats."""
+EXIT_POLL: Final = 0.02
+"""Seconds between two looks for the end of a process, where the system has no process descriptors."""
+
+
+def beat_seconds(hang: float) -> float:
+    """The time between two beats of a process that is killed after `hang` seconds without any."""
+    return min(MOST_BEAT_SECONDS, hang / BEATS)
+
+
+async def spawn(order: Order, take: Callable[[Event], None]) -> SpawnedProcess:
+    """Launch an interpreter for `order`; `take` gets what it tells. Raises OSError if the system cannot start it."""
+    ours, theirs = socket.socketpair()
+    notes, noting = os.pipe()
+    frame = framed(order)
+    try:
+        popen = subprocess.Popen(  # noqa: ASYNC220  # in this thread, with whose end the system ends the process
+            [sys.executable, "-m", "actors.processes.main", str(theirs.fileno()), str(noting), "/".join(order.path)],
+            pass_fds=(theirs.fileno(), noting),
+            stdin=subprocess.DEVNULL,
+            env=environment(),
+        )
+    except BaseException:
+        ours.close()
+        os.close(notes)
+        raise
+    finally:
+        theirs.close()
+        os.close(noting)
+    process = SpawnedProcess(popen, order, take, notes)
+    await process.connect(ours, framed(preparation(main=b"__main__" in frame)) + frame)
+    return process
+
+
+class SpawnedProcess:
+    """A process that `spawn` has launched (`life.Process`).
+
+    Invariants:
+
+    - `ended` is done once the process has exited and its channel is closed, so everything that it told has been taken before.
+    - `_silent` is how long no beat has come, counted by the ticks of this loop: a loop of the parent that stands still blames nobody.
+    """
+
+    def __init__(self, popen: subprocess.Popen[bytes], order: Order, take: Callable[[Event], None], notes: int) -> None:
+        self._popen = popen
+        self._path = order.path
+        self._hang = order.spec.hang
+        self._take = take
+        self._notes = notes
+        self._where = ""
+        """What the process was doing when its loop stood still, as it noted itself."""
+        self._loop = loop = asyncio.get_running_loop()
+        self.ended: asyncio.Future[Exception] = loop.create_future()
+        self._channel = Channel(self._told, self._lost)
+        self._silent = 0.0
+        self._named = False
+        """Whether it has been logged that the loop stands still."""
+        self._hung = False
+        self._gone = self._closed = False
+        """Whether the process has exited, and whether its channel is closed."""
+        self._timer: asyncio.TimerHandle | None = None
+        self._period = beat_seconds(self._hang)
+        loop.add_reader(notes, self._noted)
+        self._watch_exit()
+
+    def __repr__(self) -> str:
+        return f"<process {self.id} of {'/'.join(self._path)}>"
+
+    async def connect(self, ours: socket.socket, first: bytes) -> None:
+        """Open the channel over our end of the socket pair, and send what the process needs first."""
+        transport, _ = await self._loop.create_connection(lambda: self._channel, sock=ours)
+        transport.write(first)
+
+    @property
+    def id(self) -> int:
+        return self._popen.pid
+
+    def send(self, request: Request) -> None:
+        """Send a request; it is lost if the process has ended."""
+        self._channel.send(request)
+
+    def terminate(self) -> None:
+        """Send SIGTERM, unless the process has ended."""
+        self._popen.send_signal(signal.SIGTERM)
+
+    def kill(self) -> None:
+        """Send SIGKILL, unless the process has ended."""
+        self._popen.send_signal(signal.SIGKILL)
+
+    # -- its event loop -----------------------------------------------------------------------------------------------------
+
+    def watch(self) -> None:
+        """From now on, log it when the event loop of the process hangs, and kill the process when that lasts."""
+        self._silent = 0.0
+        self._timer = self._loop.call_later(self._period, self._tick)
+
+    def unwatch(self) -> None:
+        """Let its event loop stand still from now on: the process ends."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _tick(self) -> None:
+        self._timer = self._loop.call_later(self._period, self._tick)
+        self._silent += self._period
+        if self._silent >= self._hang and not self._hung:
+            self._hung = True
+            self.kill()
+        elif not self._named and self._silent >= (NAMED_SECONDS if self._where else LATEST_SECONDS):
+            self._named = True
+            self._say(
+                f"event loop does not turn for {self._silent:.2g} s",
+                killed_after=self._hang,
+                doing=self._where or "not known",
+            )
+
+    def _beaten(self) -> None:
+        if self._named:
+            self._say("event loop turns again", after=round(self._silent, 3))
+        self._silent, self._where, self._named = 0.0, "", False
+
+    def _noted(self) -> None:
+        if note := os.read(self._notes, select.PIPE_BUF):
+            self._where = note.decode("utf-8", "replace").rstrip("\n").rpartition("\n")[2]
+        else:  # the process has ended
+            self._loop.remove_reader(self._notes)
+
+    def _say(self, event: str, **fields: object) -> None:
+        self._take(Line(self._loop.time(), WARN, "/".join(self._path), 1, event, fields))
+
+    # -- its end ------------------------------------------------------------------------------------------------------------
+
+    def _told(self, event: Event | Beat) -> None:
+        if isinstance(event, Beat):
+            self._beaten()
+        else:
+            self._take(event)
+
+    def _watch_exit(self) -> None:
+        try:
+            descriptor = os.pidfd_open(self.id)
+        except (AttributeError, OSError):  # an older system
+            self._loop.call_later(EXIT_POLL, self._poll)
+        else:
+            self._loop.add_reader(descriptor, self._exited, descriptor)
+
+    def _poll(self) -> None:
+        if self._popen.poll() is None:
+            self._loop.call_later(EXIT_POLL, self._poll)
+        else:
+            self._exited(None)
+
+    def _exited(self, descriptor: int | None) -> None:
+        if descriptor is not None:
+            self._loop.remove_reader(descriptor)
+            os.close(descriptor)
+        self._popen.wait()
+        self._gone = True
+        if self._closed:
+            self._finish()
+        else:
+            self._loop.call_later(DRAINED_SECONDS, self._channel.close)
+
+    def _lost(self) -> None:
+        self._closed = True
+        if self._gone:
+            self._finish()
+        else:
+            self._loop.call_later(CLOSED_SECONDS, self.kill)
+
+    def _finish(self) -> None:
+        self.unwatch()
+        self._loop.remove_reader(self._notes)
+        os.close(self._notes)
+        self.ended.set_result(self._end())
+
+    def _end(self) -> Exception:
+        if self._hung:
+            return ProcessHung(self.id, self._hang, self._where)
+        code = self._popen.returncode
+        if code >= 0:
+            return ProcessDied(self.id, f"exit code {code}")
+        name = signal.Signals(-code).name if -code in set(signal.Signals) else str(-code)
+        hint = ", which the system sends when memory runs out" if -code == signal.SIGKILL else ""
+        return ProcessDied(self.id, f"signal {name}{hint}")

@@ -1,0 +1,108 @@
+"""The runs of `evaluate rates` with the robot in processes: body, control and the other concerns each in one, listeners in this one."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from contextlib import ExitStack
+from time import perf_counter
+from typing import Final
+
+from actors import Child, System, execute, run
+from robot.assembly import Robot
+from robot.evaluate.load import busy, family, processor_seconds
+from robot.evaluate.rates_run import (
+    CAMERA,
+    TOPICS,
+    WARM_UP,
+    Clockwork,
+    Punctuality,
+    Run,
+    clockwork_rates,
+    listen,
+    listener_in,
+    punctuality,
+    restarts_in,
+)
+from robot.link.process import BodyProcess
+from robot.link.records import Order, read_command
+
+__all__ = ["run_split"]
+
+LOOK: Final = 0.05
+"""Seconds between two looks at the commands that have reached the drives; they wait for more than 2 s."""
+SETTLE: Final = 0.5
+
+
+class Commands:
+    """Notes when targets were sent to the drives, from where they arrive, so that nobody is kept from sending."""
+
+    def __init__(self, process: BodyProcess) -> None:
+        self._ring = process.body.segment.commands
+        self._read = self._ring.written
+        self.times: list[float] = []
+
+    async def note(self) -> None:
+        """Go on until canceled."""
+        while True:
+            for number, record in self._ring.after(self._read):
+                self._read = number
+                command = read_command(record)
+                if command.order is Order.TARGETS:
+                    self.times.append(command.at)
+            await asyncio.sleep(LOOK)
+
+
+def run_split(seed: int, duration: float, loops: int = 0) -> Run:
+    """The whole robot in processes, on its patrol for `duration` seconds without the camera and as long with everything; in physics.
+
+    Meanwhile so many endless loops run on the only processor that all of them may use; without any, nothing holds them to one.
+    """
+    found: list[Run] = []
+
+    async def main() -> None:
+        robot = Robot("warehouse", mission="patrol", seed=seed, processes=True)
+        assert robot.process is not None
+        try:
+            robot.process.ready()
+            async with run(robot.tree, seed=seed, sinks=()) as system:
+                found.append(await _measure(system, robot.process, duration))
+        finally:
+            robot.close()
+
+    with busy(loops):
+        execute(main)
+    return found[0]
+
+
+async def _measure(system: System, process: BodyProcess, duration: float) -> Run:
+    await system.join(Child(Clockwork))
+    node = await listener_in(system, "none")
+    await system.clock.sleep(WARM_UP)
+    commands = Commands(process)
+    noting = asyncio.ensure_future(commands.note())
+    try:
+        with ExitStack() as stack:
+            streams = listen(stack, node, [name for name in TOPICS if name not in CAMERA])
+            await system.clock.sleep(SETTLE)
+            quiet, _ = await _share(system, duration)
+            streams |= listen(stack, node, CAMERA)
+            await system.clock.sleep(SETTLE)
+            commands.times.clear()
+            before = {name: stream.received for name, stream in streams.items()}
+            share, wall = await _share(system, duration)
+            rates = {name: (stream.received - before[name]) / wall for name, stream in streams.items()}
+    finally:
+        noting.cancel()
+    control: Punctuality = punctuality(commands.times, 200.0)
+    rates |= {"control loop": control.rate} | clockwork_rates(system)
+    return Run(rates, control, quiet, share, int(process.body.truth().fallen), restarts_in(system))
+
+
+async def _share(system: System, duration: float) -> tuple[float, float]:
+    """Processor time of all processes by wall time while `duration` seconds pass, per cent; and how long they were."""
+    processes = family(os.getpid())
+    wall, spent = perf_counter(), processor_seconds(processes)
+    await system.clock.sleep(duration)
+    wall, spent = perf_counter() - wall, processor_seconds(processes) - spent
+    return 100.0 * spent / wall, wall

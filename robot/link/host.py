@@ -1,0 +1,178 @@
+"""The process of a body: physics, sensors and the drives' firmware in real time, whoever listens. It has no event loop and no nodes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, NoReturn
+
+from robot.hardware.arm import ArmBusy
+from robot.hardware.body import Body
+from robot.link.firmware import Drives
+from robot.link.priority import favour
+from robot.link.records import (
+    Call,
+    Command,
+    Order,
+    State,
+    read_command,
+    sample_record,
+    scenery_record,
+    state_record,
+)
+from robot.link.segment import Segment, attached
+from robot.sim.mjcf import obstacle_names
+
+if TYPE_CHECKING:
+    from robot.scenes.scene import Scene
+
+__all__ = ["BodyHost", "BodySpec", "serve"]
+
+IDLE: Final = 0.005
+"""Seconds between two rounds while nobody has asked for samples."""
+SLACK: Final = 0.0001
+"""Seconds after a sample is due at which it is taken, so that no rounding makes a round too early."""
+ORPHANED: Final = 6.0
+"""Seconds that a body outlives the process that made it, at most: time to sit."""
+ABANDONED: Final = 1.0
+"""Seconds without a commander after which an orphan that rests has nobody left."""
+
+
+@dataclass(frozen=True, slots=True)
+class BodySpec:
+    """What a body's process needs to make it."""
+
+    scene: Scene
+    seed: int
+    delay: float
+    arm: bool
+
+
+class BodyHost:
+    """One body behind one segment. `serve` brings it up to an instant of the machine's clock (`time.monotonic`), at which its time began.
+
+    Commands act at the instant at which they were given, unless the body is past it, so how often `serve` is called makes no difference to
+    the motion.
+    """
+
+    def __init__(self, body: Body, segment: Segment, began: float) -> None:
+        self._body, self._segment, self._began = body, segment, began
+        self._names = obstacle_names(body.scene)
+        self._drives = Drives()
+        self._commands, self._calls = segment.commands.written, segment.calls.written
+        self._hz = self._begin = 0.0
+        self._asked: Command | None = None
+        self._publish()
+
+    @property
+    def drives(self) -> Drives:
+        return self._drives
+
+    def serve(self, now: float) -> None:
+        """Do what has been asked for, let time pass up to `now`, and tell what has become of it."""
+        for number, record in self._segment.commands.after(self._commands):
+            self._commands = number
+            self._follow(read_command(record), now)
+        self._advance(now)
+        self._answer()
+        self._publish()
+
+    def next_round(self, now: float) -> float:
+        """When to call `serve` again: when the next sample is due."""
+        if self._asked is not None:
+            return self._asked.begin + SLACK
+        if self._hz == 0.0:
+            return now + IDLE
+        passed = int((now - SLACK - self._begin) * self._hz) + 1
+        return self._begin + max(0, passed) / self._hz + SLACK
+
+    def _follow(self, command: Command, now: float) -> None:
+        """Take a command at the instant at which it was given, or now, if it is of an instant that is over or has not come."""
+        if command.order is Order.SAMPLE:
+            self._asked = command
+            return
+        at = min(command.at, now)
+        self._advance(at)
+        if command.targets is not None and self._drives.obey(at, command.epoch):
+            self._body.command(command.targets)
+
+    def _advance(self, until: float) -> None:
+        """Time up to `until`, and what is due on the way: a new rate of samples, and the firmware's own targets."""
+        if self._asked is not None and self._asked.begin <= until:
+            command, self._asked = self._asked, None
+            self._advance(command.begin)
+            self._body.sample(command.hz)
+            self._hz, self._begin = command.hz, self._began + self._body.time
+        while (due := self._drives.due()) is not None and due <= until:
+            self._move(due)
+            self._body.command(self._drives.act(due, self._body.joints()))
+        self._move(until)
+
+    def _move(self, until: float) -> None:
+        """Physics, and the samples on the way."""
+        self._body.advance(until - self._began)
+        while (sample := self._body.next_sample()) is not None:
+            self._segment.samples.write(sample_record(sample, self._began + sample.time))
+
+    def _answer(self) -> None:
+        for number, record in self._segment.calls.after(self._calls):
+            self._calls = number
+            refused, seconds = self._act(Call(int(record[0])), record[1:].tolist())
+            self._publish()  # before the answer: who has it finds the arm as it is after the call
+            self._segment.replies.write((number, refused, seconds))
+
+    def _act(self, call: Call, values: list[float]) -> tuple[bool, float]:
+        """Whether the arm refuses because it is busy, and how long what it does takes, s."""
+        arm = self._body.arm
+        assert arm is not None
+        try:
+            if call is Call.MOVE:
+                return False, arm.move(values)
+            if call is Call.STOP:
+                return False, arm.stop()
+            arm.grip(bool(values[0]))
+        except ArmBusy:
+            return True, 0.0
+        return False, 0.0
+
+    def _publish(self) -> None:
+        body, arm = self._body, self._body.arm
+        state = State(self._began + body.time, body.truth(), body.joints(), body.charger, self._drives.stopping)
+        self._segment.state.write(state_record(state, self._names))
+        things = body.things()
+        held = None
+        if arm is not None and arm.held is not None:
+            held = next(index for index, thing in enumerate(things) if thing.name == arm.held)
+        if arm is None:
+            self._segment.scenery.write(scenery_record(None, None, None, things))
+        else:
+            self._segment.scenery.write(scenery_record(arm.state(), arm.gripper, held, things))
+
+
+def serve(spec: BodySpec, name: str, parent: int) -> None:
+    """The whole life of a body's process: until it is terminated, or its parent is gone and the robot rests."""
+    from robot.sim.physics import PhysicsBody
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to all processes of a terminal: the robot sits first
+    signal.signal(signal.SIGTERM, _end)
+    favour("body")
+    segment = attached(name, len(spec.scene.things))
+    body = PhysicsBody(spec.scene, seed=spec.seed, delay=spec.delay, arm=spec.arm)
+    host = BodyHost(body, segment, time.monotonic())
+    orphaned: float | None = None
+    while True:
+        now = time.monotonic()
+        host.serve(now)
+        if os.getppid() != parent:
+            orphaned = now if orphaned is None else orphaned
+            if now - orphaned > (ABANDONED if host.drives.resting else ORPHANED):
+                return
+        time.sleep(max(0.0, host.next_round(now) - time.monotonic()))
+
+
+def _end(number: int, frame: object) -> NoReturn:
+    """SIGTERM: nobody needs the body any more."""
+    sys.exit(0)

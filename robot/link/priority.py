@@ -1,0 +1,40 @@
+"""Processor time for the guard: what the operating system allows, and one line on what it does not."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from typing import Final, Literal
+
+__all__ = ["favour", "step_aside"]
+
+PRIORITY: Final = {"body": 20, "control": 10}
+"""Of real-time scheduling. The body is hardware: it goes before those who command it."""
+NICE: Final = 5
+"""How much processes that can wait step back."""
+
+
+def favour(role: Literal["body", "control"]) -> str:
+    """Ask for real-time scheduling of this process: it runs as soon as it is ready. What came of it, in one line."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY[role]))
+    except (AttributeError, OSError) as error:
+        return f"{role}: no real-time scheduling here ({type(error).__name__}): a busy machine can hold it up"
+    return f"{role}: real-time scheduling, SCHED_FIFO {PRIORITY[role]}"
+
+
+def step_aside() -> str:
+    """Leave one processor to the guard, and the others to it first: for processes that can wait. What came of it, in one line."""
+    words: list[str] = []
+    with suppress(OSError):
+        words.append(f"nice {os.nice(NICE)}")
+    try:
+        allowed = sorted(os.sched_getaffinity(0))
+        if len(allowed) > 1:
+            os.sched_setaffinity(0, allowed[:-1])
+            words.append(f"off processor {allowed[-1]}")
+        else:
+            words.append("one processor: shared with the guard")
+    except (AttributeError, OSError) as error:
+        words.append(f"no choice of processors here ({type(error).__name__})")
+    return ", ".join(words)

@@ -1,0 +1,73 @@
+"""Starting and ending the process of a body."""
+
+from __future__ import annotations
+
+import os
+import time
+from multiprocessing import get_context
+from typing import Final
+
+from robot.hardware.body import BodySilent
+from robot.link.host import BodySpec, serve
+from robot.link.remote import LinkedBody
+from robot.link.segment import create
+from robot.scenes.scene import Scene
+
+__all__ = ["BodyProcess"]
+
+STARTING: Final = 30.0
+"""Seconds within which it must have told where it is, on a machine that is busy with other starts."""
+ENDING: Final = 2.0
+POLL: Final = 0.005
+
+
+class BodyProcess:
+    """The physics body in a process of its own, as hardware is: supervised by nobody, and not restarted.
+
+    `body` is its near end, which goes to other processes by pickle. The process starts at once; `ready` waits for it. It ends with `close`,
+    or by itself when this process is gone and the robot sits: within 6 s. No shared memory is left then.
+    """
+
+    def __init__(self, scene: Scene, *, seed: int, delay: float, arm: bool) -> None:
+        self._segment = create(len(scene.things))
+        spec = BodySpec(scene, seed, delay, arm)
+        self._process = get_context("spawn").Process(
+            target=serve, args=(spec, self._segment.name, os.getpid()), name="body", daemon=True
+        )
+        self._process.start()
+        self.body = LinkedBody(self._segment.name, scene, seed=seed, arm=arm)
+
+    @property
+    def pid(self) -> int:
+        """Of the process."""
+        assert self._process.pid is not None
+        return self._process.pid
+
+    @property
+    def alive(self) -> bool:
+        return self._process.is_alive()
+
+    def ready(self) -> None:
+        """Wait until the body has told where it is. Raises `BodySilent` when its process ends before, or takes longer than half a minute."""
+        deadline = time.monotonic() + STARTING
+        while self._segment.state.written == 0:
+            if not self._process.is_alive() or time.monotonic() > deadline:
+                raise BodySilent(f"the body's process did not start: exit code {self._process.exitcode}")
+            time.sleep(POLL)
+
+    def check(self) -> None:
+        """Raise `BodySilent` when the process has ended."""
+        if not self._process.is_alive():
+            raise BodySilent(
+                f"the body's process has ended, with exit code {self._process.exitcode}: there is no robot any more"
+            )
+
+    def close(self) -> None:
+        """End the process and remove the shared memory."""
+        self._process.terminate()
+        self._process.join(ENDING)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+        self._segment.remove()
+        self._segment.close()

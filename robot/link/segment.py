@@ -1,0 +1,127 @@
+"""The shared memory between a body's process and its controllers: who makes it, who finds it by name, and that nothing of it stays behind."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import suppress
+from itertools import count
+from multiprocessing import resource_tracker, shared_memory
+from pathlib import Path
+from typing import Any, Final
+
+from robot.link.ring import Ring
+
+__all__ = ["PREFIX", "Segment", "attached", "create"]
+
+PREFIX: Final = "robactor-body-"
+"""Of the names of all segments; the maker's process id follows."""
+_SHM: Final = Path("/dev/shm")
+"""Where Linux shows them."""
+COMMAND_SLOTS, SAMPLE_SLOTS, STATE_SLOTS, CALL_SLOTS = 512, 64, 4, 8
+COMMAND, SAMPLE, STATE, CALL, REPLY = 63, 47, 74, 5, 3
+"""Numbers in a record of each ring; `robot.link.records` says which."""
+ARM, THING = 15, 3
+"""Numbers for the arm, and for each of the scene's things."""
+
+_numbers = count()
+_here: dict[str, Segment] = {}
+"""The segments that this process has attached: one mapping each, however many children hold a link."""
+
+
+class Segment:
+    """The rings of one body. `things` is how many things its scene has.
+
+    - commands: controllers to body; targets, and from when on to take samples.
+    - samples: body to controllers; IMU, encoders and contacts, each of its instant.
+    - state: body to all; joints, pose and what else changes, of its present instant. scenery: its arm and the scene's things.
+    - calls and replies: the arm's driver to the body and back.
+    """
+
+    def __init__(self, memory: shared_memory.SharedMemory, things: int) -> None:
+        assert memory.buf is not None
+        self._memory, self._bytes = memory, memory.buf
+        rings: list[Ring] = []
+        offset = 8
+        for slots, width in _layout(things):
+            rings.append(Ring(self._bytes, offset, slots, width))
+            offset += Ring.size(slots, width)
+        self.commands, self.samples, self.state, self.scenery, self.calls, self.replies = rings
+        self._epoch = 0
+
+    @property
+    def name(self) -> str:
+        return self._memory.name
+
+    def epoch(self) -> int:
+        """The number of this process among those that have commanded the body, claimed at the first call; the body obeys the newest."""
+        if self._epoch == 0:
+            self._epoch = int.from_bytes(self._bytes[:8], "little") + 1
+            self._bytes[:8] = self._epoch.to_bytes(8, "little")
+        return self._epoch
+
+    def close(self) -> None:
+        """Let go of the memory. Whoever made it calls `remove`, too."""
+        _here.pop(self.name, None)
+        with suppress(BufferError):  # a ring is being read in another frame; the process's end closes it
+            self._memory.close()
+
+    def remove(self) -> None:
+        """Take the name away: the memory goes with the last process that has it."""
+        with suppress(FileNotFoundError):
+            self._memory.unlink()
+
+
+def create(things: int) -> Segment:
+    """A new segment, all zero. It is removed when this process ends, however it ends."""
+    _sweep()
+    size = 8 + sum(Ring.size(slots, width) for slots, width in _layout(things))
+    name = f"{PREFIX}{os.getpid()}-{next(_numbers)}"
+    segment = Segment(shared_memory.SharedMemory(name, create=True, size=size), things)
+    _here[name] = segment
+    return segment
+
+
+def attached(name: str, things: int) -> Segment:
+    """The segment of that name, which another process has made. Raises `FileNotFoundError` when it is gone."""
+    if name not in _here:
+        _here[name] = Segment(_attach(name), things)
+    return _here[name]
+
+
+def _layout(things: int) -> list[tuple[int, int]]:
+    return [
+        (COMMAND_SLOTS, COMMAND),
+        (SAMPLE_SLOTS, SAMPLE),
+        (STATE_SLOTS, STATE),
+        (STATE_SLOTS, ARM + THING * things),
+        (CALL_SLOTS, CALL),
+        (CALL_SLOTS, REPLY),
+    ]
+
+
+def _attach(name: str) -> shared_memory.SharedMemory:
+    """Before Python 3.13 whoever attaches a segment also removes it when it ends: unless it is not told to."""
+    if sys.version_info >= (3, 13):
+        return shared_memory.SharedMemory(name, track=False)
+    tracker: Any = resource_tracker
+    register = tracker.register
+    tracker.register = _untold
+    try:
+        return shared_memory.SharedMemory(name)
+    finally:
+        tracker.register = register
+
+
+def _untold(name: str, kind: str) -> None:
+    """What the tracker is told instead."""
+
+
+def _sweep() -> None:
+    """Remove what makers have left that were killed together with all that clean up after them."""
+    if not _SHM.is_dir():
+        return
+    for path in _SHM.glob(f"{PREFIX}*"):
+        maker = path.name.removeprefix(PREFIX).partition("-")[0]
+        if maker.isdigit() and not Path(f"/proc/{maker}").exists():
+            path.unlink(missing_ok=True)

@@ -1,0 +1,50 @@
+"""The first node of each process of the robot: it asks for the processor time that its concern needs, and makes it hang when that was ordered."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import NoReturn
+
+from actors import Node, background
+from robot.link.priority import favour, step_aside
+
+__all__ = ["Hang", "ProcessCare"]
+
+
+@dataclass(frozen=True, slots=True)
+class Hang:
+    """A failure on request: the event loop of a node's process stands still."""
+
+    node: str
+    at: float
+    """When, on the clock that all processes of a machine share (`time.monotonic`), so that a process that was restarted does not fail again."""
+
+
+class ProcessCare(Node):
+    """Runs before all others of its process, which is that of `concern`: ``control`` goes before everybody else, others step aside for it."""
+
+    def __init__(self, concern: str, *hangs: Hang) -> None:
+        self._concern = concern
+        self._hangs = hangs
+
+    async def on_start(self) -> None:
+        told = favour("control") if self._concern == "control" else f"{self._concern}: {step_aside()}"
+        self.log.info(f"process of {told}")
+
+    @background
+    async def hang(self) -> None:
+        """Stand still at the first of the times that is still to come."""
+        ahead = [hang for hang in self._hangs if hang.at > time.monotonic()]
+        if ahead:
+            first = min(ahead, key=lambda hang: hang.at)
+            await self.clock.sleep(first.at - time.monotonic())
+            self.log.warning("hanging on request (--hang)", node_name=first.node)
+            await self.clock.sleep(0.0)  # let the line go
+            stand_still()
+
+
+def stand_still() -> NoReturn:
+    """Never return, nor let any other code of this thread run, as an endless loop does; but leave the processor to others."""
+    while True:
+        time.sleep(1.0)

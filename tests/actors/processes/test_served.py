@@ -1,0 +1,219 @@
+"""What runs in a real process, run here: the order that is read from the channel, what is told over it, and the end of it."""
+
+from __future__ import annotations
+
+import asyncio
+import ctypes
+import os
+import signal
+import socket
+import sys
+import threading
+import time
+from collections.abc import AsyncGenerator
+from contextlib import asynccontextmanager
+from functools import partial
+from typing import Any
+
+import pytest
+
+from actors import Child, ExitReason, Failed, Node, Stopped, every
+from actors.logs import INFO
+from actors.processes import main as mains
+from actors.processes.channel import Channel, framed
+from actors.processes.main import main, read_frame, serve
+from actors.processes.messages import Beat, Line, NodeFacts, Nodes, Order, Over, Ready, StopAsked
+from actors.processes.preparation import preparation
+from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from tests.actors.processes.kit import until
+
+_PR_SET_PDEATHSIG, _PR_GET_PDEATHSIG = 1, 2
+
+PRIVATE = partial(ZenohTransport, ZenohConfig(gossip_port=0))
+
+
+class Busy(Node):
+    """Blocks its loop for a moment now and then, and logs what cannot be copied."""
+
+    @every(hz=20)
+    def tick(self) -> None:
+        time.sleep(0.01)
+        self.log.info("odd", what=self.tick)
+
+    async def on_stop(self, reason: ExitReason) -> None:
+        self.log.info("stopping", why=str(reason))
+
+
+def order(child: Child, **options: Any) -> Order:
+    return Order(child, ("top", child.name), 0, INFO, None, PRIVATE, 0, **options)
+
+
+class Parent:
+    """The parent's end of the channel."""
+
+    def __init__(self) -> None:
+        self.events: list[Any] = []
+        self.channel = Channel(self.events.append, lambda: self.events.append("lost"))
+
+    def lines(self, event: str) -> list[Line]:
+        return [each for each in self.events if isinstance(each, Line) and each.event == event]
+
+
+@asynccontextmanager
+async def served(given: Order) -> AsyncGenerator[Parent]:
+    parent, (ours, theirs), (notes, noting) = Parent(), socket.socketpair(), os.pipe()
+    await asyncio.get_running_loop().create_connection(lambda: parent.channel, sock=ours)
+    run = asyncio.create_task(serve(given, theirs, noting))
+    try:
+        yield parent
+        await run
+    finally:
+        for signal_number in (signal.SIGTERM, signal.SIGHUP):
+            asyncio.get_running_loop().remove_signal_handler(signal_number)
+        os.close(notes)
+        os.close(noting)
+
+
+async def test_an_order_is_run_and_all_that_becomes_of_it_is_told() -> None:
+    async with served(order(Child(Busy, process=True))) as parent:
+        await until(lambda: Ready() in parent.events)
+        await until(lambda: parent.lines("odd") and Beat() in parent.events)
+        assert "Busy.tick" in parent.lines("odd")[0].fields["what"]
+        parent.channel.send(StopAsked("enough"))
+        await until(lambda: parent.events[-1] == "lost")
+        assert parent.events[-2] == Over(Stopped("enough"))
+        assert parent.lines("stopping")[0].fields == {"why": "it stopped: enough"}
+        states = [facts.state for each in parent.events if isinstance(each, Nodes) for facts in each.changed]
+        assert states[0] == "running" and states[-1] == "stopped"
+
+
+async def test_what_earlier_lives_have_left_is_known() -> None:
+    facts = NodeFacts(("top", "busy"), Child(Busy), "stopped", 6)
+    async with served(order(Child(Busy, process=True), nodes=(facts,))) as parent:
+        await until(lambda: parent.lines("odd"))
+        assert parent.lines("odd")[0].incarnation == 7
+        parent.channel.send(StopAsked("enough"))
+        await until(lambda: parent.events[-1] == "lost")
+
+
+async def test_log_lines_are_counted_instead_of_sent_while_the_parent_does_not_read(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(mains, "MOST_UNSENT", -1)
+    async with served(order(Child(Busy, process=True))) as parent:
+        await until(lambda: parent.events.count(Beat()) > 3)
+        assert parent.lines("odd") == []
+        monkeypatch.setattr(mains, "MOST_UNSENT", 1_000_000)
+        await until(lambda: parent.lines("log lines were lost"))
+        (line,) = parent.lines("log lines were lost")
+        assert line.fields["lines"] >= 1
+        await until(lambda: parent.lines("odd"))
+        parent.channel.send(StopAsked("enough"))
+        await until(lambda: parent.events[-1] == "lost")
+
+
+async def test_when_the_channel_closes_the_child_ends_in_order() -> None:
+    async with served(order(Child(Busy, process=True))) as parent:
+        await until(lambda: Ready() in parent.events)
+        parent.channel.close()
+
+
+@pytest.mark.parametrize(("number", "why"), [(signal.SIGTERM, "SIGTERM"), (signal.SIGHUP, mains.ORPHANED)])
+async def test_a_signal_ends_the_child_in_order(number: signal.Signals, why: str) -> None:
+    async with served(order(Child(Busy, process=True))) as parent:
+        await until(lambda: Ready() in parent.events)
+        os.kill(os.getpid(), number)
+        await until(lambda: parent.events[-1] == "lost")
+        assert parent.events[-2] == Over(Stopped(why))
+
+
+async def test_what_a_loop_does_can_be_told_from_another_thread() -> None:
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        process = mains.Served(order(Child(Busy, process=True)), theirs, 0)
+        said: list[str] = []
+        thread = threading.Thread(target=lambda: said.append(process.where()))
+        thread.start()
+        thread.join()
+        assert "Task-" in said[0] and "test_served.py" in said[0]
+        await asyncio.to_thread(lambda: None)
+        said.clear()
+        asyncio.get_running_loop().call_soon(lambda: said.append(_from_a_thread(process.where)))
+        await until(lambda: said)
+        assert said[0].startswith("at ")
+
+
+def _from_a_thread(function: Any) -> str:
+    said: list[str] = []
+    thread = threading.Thread(target=lambda: said.append(function()))
+    thread.start()
+    thread.join()
+    return said[0]
+
+
+class Unknown(Node):
+    """Only this process can make it: what it is made of raises elsewhere."""
+
+    def __reduce__(self) -> Any:
+        raise TypeError
+
+
+def run_main(frames: bytes, monkeypatch: pytest.MonkeyPatch) -> tuple[int, list[Any]]:
+    """Run the program with these frames in its channel; its exit code, and what it tells."""
+    monkeypatch.setattr("actors.processes.main.end_with_parent", lambda: None)
+    before = signal.getsignal(signal.SIGINT)
+    ours, theirs = socket.socketpair()
+    notes, noting = os.pipe()
+    ours.sendall(frames)
+    ours.shutdown(socket.SHUT_WR)
+    try:
+        code = main([str(theirs.detach()), str(noting), "top/busy"])
+    finally:
+        signal.signal(signal.SIGINT, before)
+        os.close(notes)
+        os.close(noting)
+    told: list[Any] = []
+    with ours:
+        while True:
+            try:
+                told.append(read_frame(ours))
+            except (EOFError, ConnectionResetError):
+                return code, told
+
+
+def test_without_a_parent_there_is_nothing_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert run_main(b"", monkeypatch) == (1, [])
+    assert run_main(framed(preparation(main=False))[:50], monkeypatch) == (1, [])
+
+
+def test_an_order_that_cannot_be_read_is_the_failure_of_the_child(monkeypatch: pytest.MonkeyPatch) -> None:
+    broken = framed("x").replace(b"x", b"\xff")
+    code, (over,) = run_main(framed(preparation(main=False)) + broken, monkeypatch)
+    assert code == 1
+    assert isinstance(over, Over) and isinstance(over.reason, Failed)
+    assert isinstance(over.reason.error, UnicodeDecodeError)
+
+
+def test_a_parent_that_goes_at_once_gets_an_orderly_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    frames = framed(preparation(main=False)) + framed(order(Child(Busy, process=True)))
+    code, told = run_main(frames, monkeypatch)
+    assert code == 0
+    assert all(isinstance(event, (Beat, Line, Nodes, Over)) for event in told)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells of a parent's end by a signal")
+def test_the_system_is_asked_to_tell_of_the_parents_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    def asked() -> int:
+        number = ctypes.c_int()
+        assert ctypes.CDLL(None).prctl(_PR_GET_PDEATHSIG, ctypes.byref(number), 0, 0, 0) == 0
+        return number.value
+
+    before = asked()
+    try:
+        mains.end_with_parent()
+        assert asked() == signal.SIGHUP
+    finally:
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, before, 0, 0, 0)
+    monkeypatch.setattr(sys, "platform", "darwin")
+    mains.end_with_parent()
+    assert asked() == before

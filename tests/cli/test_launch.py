@@ -1,0 +1,215 @@
+"""The command `launch`: what it prints, what it starts, and its exit codes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from cli.command import run_group
+from tests.actors.launch.files import python, written, xml
+
+
+def launched(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, list[str], str]:
+    """Exit code, lines on stdout, text on stderr."""
+    try:
+        code = run_group("launch", words)
+    except SystemExit as exit:
+        code = int(exit.code or 0)
+    out, err = capsys.readouterr()
+    return code, out.splitlines(), err
+
+
+def test_the_launch_file_of_the_tutorial_starts_the_three_nodes(capsys: pytest.CaptureFixture[str]) -> None:
+    code, lines, err = launched(
+        capsys, "humanoid_control", "humanoid_system.launch.py", "--clock", "virtual", "--duration", "5"
+    )
+
+    assert (code, err) == (0, "")
+    for name in ("sensor_simulator-1", "planner-2", "motor_controller-3"):
+        assert any(f"[{name}] process started" in line for line in lines)
+    assert any("Received trajectory with 10 waypoints" in line for line in lines)
+
+
+def test_a_remapping_and_parameters_of_the_tutorials_launch_files_take_effect(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    _, tree, _ = launched(capsys, "camera_driver", "camera.launch.xml", "--show-tree")
+    _, lines, _ = launched(capsys, "control", "motor.launch.xml", "--clock", "virtual", "--duration", "1")
+
+    assert tree == [
+        "camera.launch.xml (supervisor, one_for_one)",
+        "└─ camera_node-1: camera_driver/camera_node as /camera (robot.tutorials.camera_detector:Camera)",
+        "   └─ /camera/image -> /perception/camera/rgb",
+    ]
+    assert any("Max velocity: 1.0" in line for line in lines)
+    assert any("PID gains: [1.0, 0.1, 0.01]" in line for line in lines)
+
+
+def test_arguments_are_given_and_the_last_one_counts(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("my_robot_controller", "talkers.launch.yaml", "seconds:=1", "seconds:=3", "--clock", "virtual")
+
+    code, lines, _ = launched(capsys, *words)
+
+    assert code == 0
+    assert any("3.000" in line and "the time is over" in line for line in lines)
+    assert any("Received: Hello World 0" in line and "/kitchen/listener" in line for line in lines)
+
+
+def test_arguments_are_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    code, lines, _ = launched(capsys, "-s", "my_robot_controller", "talkers.launch.yaml")
+
+    assert (code, lines) == (
+        0,
+        [
+            "Arguments (pass arguments as '<name>:=<value>'):",
+            "",
+            "    'seconds':",
+            "        When the launch ends, s.",
+            "        (default: '5.0')",
+        ],
+    )
+
+
+def test_an_argument_that_the_file_does_not_declare_is_warned_of(capsys: pytest.CaptureFixture[str]) -> None:
+    _, _, err = launched(capsys, "--show-tree", "my_robot_controller", "talkers.launch.yaml", "secnds:=1")
+
+    assert err == "warning: the launch file declares no argument 'secnds'; did you mean 'seconds'?\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("humanoid_control", "humanoid_systm.launch.py"), "did you mean 'humanoid_system.launch.py'?"),
+        (("humanoid_contrl", "x.launch.py"), "package 'humanoid_contrl' not found; did you mean 'humanoid_control'?"),
+        (("nothing.launch.py",), "there is no launch file nothing.launch.py; or write PACKAGE FILE"),
+        (("nothing.launch.py", "a:=b"), "there is no launch file nothing.launch.py"),
+        (
+            ("humanoid_control", "humanoid_system.launch.py", "x=1"),
+            "malformed launch argument 'x=1', expected format '<name>:=<value>'",
+        ),
+        (("humanoid_control", "humanoid_system.launch.py", ":=1"), "malformed launch argument ':=1'"),
+        (("--package-path", "/no/such/folder", "a", "b"), "--package-path: [Errno 2] No such file or directory"),
+    ],
+)
+def test_what_cannot_be_launched_is_said_in_one_line(
+    capsys: pytest.CaptureFixture[str], words: tuple[str, ...], text: str
+) -> None:
+    code, lines, err = launched(capsys, *words)
+
+    assert (code, lines) == (1, [])
+    assert text in err and "Traceback" not in err
+
+
+def test_a_launch_file_with_a_mistake_starts_nothing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = xml(tmp_path, '<node pkg="control" exec="motor_node"/>\n<node pkg="control" exec="moter_node"/>')
+
+    code, lines, err = launched(capsys, str(path))
+
+    assert (code, lines) == (1, [])
+    assert err.startswith(f"{path}:3: package 'control' has no executable 'moter_node'; did you mean 'motor_node'?")
+
+
+def test_check_names_everything_that_is_wrong_and_starts_nothing(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    wrong = xml(
+        tmp_path,
+        '<node pkg="a" exec="b"/>\n<node pkg="a" exec="b"/><log message="$(var x)"/><include file="/nowhere"/>',
+    )
+
+    code, lines, err = launched(capsys, "--check", str(wrong))
+    fine = launched(capsys, "--check", "humanoid_control", "humanoid_system.launch.py")
+
+    assert (code, lines) == (1, [])
+    assert err.splitlines()[0].startswith(f"{wrong}:2 (and 1 more): package 'a' not found")
+    assert len(err.splitlines()) == 3
+    assert fine == (0, ["nothing is wrong"], "")
+
+
+def test_a_tree_is_shown_although_something_is_missing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "ws" / "driver").mkdir(parents=True)
+    path = xml(tmp_path, '<node pkg="driver" exec="lidar" name="front"/>')
+
+    code, lines, err = launched(capsys, "--show-tree", "--package-path", str(tmp_path / "ws"), str(path))
+
+    assert (code, lines[1:]) == (0, ["└─ lidar-1: driver/lidar as /front (not here)"])
+    assert "package 'driver' has no executable 'lidar' (there is none)" in err
+
+
+def test_stand_ins_take_the_place_of_what_is_not_here(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = xml(
+        tmp_path,
+        '<node pkg="driver" exec="lidar" name="front"><param name="a" value="1"/><param from="/none.yaml"/></node>',
+    )
+
+    code, lines, err = launched(capsys, "--stand-ins", str(path), "--clock", "virtual", "--duration", "1")
+
+    assert code == 0 and any("[lidar-1] process started" in line for line in lines)
+    assert "warning: " in err and "parameter file /none.yaml cannot be read" in err
+
+
+def test_debug_shows_debug_lines(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = xml(tmp_path, '<log level="debug" message="fine print"/>')
+
+    quiet = launched(capsys, str(path), "--clock", "virtual")[1]
+    loud = launched(capsys, str(path), "-d", "--clock", "virtual")[1]
+
+    assert [any("fine print" in line for line in lines) for lines in (quiet, loud)] == [False, True]
+
+
+def started(path: Path, *words: str, port: int) -> subprocess.Popen[str]:
+    env = {**os.environ, "ROBACTOR_GOSSIP_PORT": str(port), "RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}
+    command = [sys.executable, "-m", "robot", "launch", str(path), *words]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env)
+
+
+@pytest.mark.realtime
+def test_ctrl_c_ends_everything_within_two_seconds(tmp_path: Path, port: int) -> None:
+    path = python(
+        tmp_path,
+        "Node(package='humanoid_control', executable='planner'), ExecuteProcess(cmd=['sleep', '60']), "
+        "RegisterEventHandler(OnShutdown(on_shutdown=[LogInfo(msg='bye')]))",
+    )
+    process = started(path, port=port)
+    assert process.stdout is not None
+    heard = ""
+    while "sleep-2] process started" not in heard:
+        line = process.stdout.readline()
+        assert line, process.communicate()[1]
+        heard += line
+
+    begun = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    rest, _ = process.communicate(timeout=30)
+
+    assert process.returncode == 130
+    assert time.monotonic() - begun < 2.0
+    assert "bye" in rest and "sending signal 'SIGINT'" in rest
+
+
+@pytest.mark.realtime
+def test_output_of_processes_is_shown_as_asked_and_a_prefix_is_put_before(tmp_path: Path, port: int) -> None:
+    path = xml(tmp_path, '<executable cmd="echo hello"/>')
+
+    process = started(path, "-a", "--launch-prefix", "env WORD=x", "--launch-prefix-filter", "echo", port=port)
+    out, err = process.communicate(timeout=30)
+
+    assert (process.returncode, err) == (0, "")
+    assert "[echo-1] hello" in out
+
+
+def test_a_package_of_the_user_is_launched_by_its_name(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    written(tmp_path, "ws/mine/package.xml", "<package><name>mine</name></package>")
+    written(tmp_path, "ws/mine/launch/a.launch.xml", "<launch><log message='$(find-pkg-share mine)'/></launch>")
+
+    code, lines, _ = launched(
+        capsys, "--package-path", str(tmp_path / "ws"), "mine", "a.launch.xml", "--clock", "virtual"
+    )
+
+    assert code == 0 and str(tmp_path / "ws" / "mine") in lines[0]

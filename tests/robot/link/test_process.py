@@ -1,0 +1,143 @@
+"""The process of a body, really started: it tells where it is, ends with its maker, and leaves no shared memory, however it or its maker ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robot.hardware.body import BodySilent, MotorTargets
+from robot.link.process import BodyProcess
+from robot.link.segment import PREFIX
+from robot.scenes.worlds import get_world
+
+ROOT = Path(__file__).parents[3]
+
+pytestmark = pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="shared memory is looked for in /dev/shm")
+
+
+def segments(pid: int) -> list[str]:
+    return [path.name for path in Path("/dev/shm").glob(f"{PREFIX}{pid}-*")]
+
+
+def until(true: Callable[[], bool], seconds: float = 20.0) -> bool:
+    deadline = time.monotonic() + seconds
+    while not true() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return true()
+
+
+def runs(pid: int) -> bool:
+    """Whether the process is there and no zombie."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_it_samples_in_real_time_and_leaves_nothing() -> None:
+    process = BodyProcess(get_world("empty"), seed=1, delay=0.004, arm=False)
+    try:
+        process.ready()
+        process.body.advance(0.0)
+        process.body.sample(200.0)
+        times: list[float] = []
+
+        def heard() -> bool:
+            times.extend(sample.time for sample in iter(process.body.next_sample, None))
+            return len(times) >= 20
+
+        assert until(heard)
+        np.testing.assert_allclose(np.diff(times), 0.005, atol=1e-9)
+        assert len(segments(os.getpid())) == 1
+    finally:
+        process.close()
+    assert not process.alive
+    assert segments(os.getpid()) == []
+
+
+def test_a_body_whose_process_is_killed_is_silent_within_a_second_and_its_memory_goes_with_its_maker() -> None:
+    process = BodyProcess(get_world("empty"), seed=1, delay=0.004, arm=False)
+    process.ready()
+    os.kill(process.pid, signal.SIGKILL)
+
+    def silent() -> bool:
+        try:
+            process.body.truth()
+        except BodySilent:
+            return True
+        return False
+
+    assert until(silent, 5.0)
+    process.close()
+    assert segments(os.getpid()) == []
+
+
+def test_a_body_that_cannot_be_made_is_said_and_leaves_nothing() -> None:
+    process = BodyProcess(get_world("empty"), seed=1, delay=-1.0, arm=False)
+    with pytest.raises(BodySilent, match="the body's process did not start: exit code 1"):
+        process.ready()
+    process.close()
+    assert segments(os.getpid()) == []
+
+
+MAKER = """
+import sys, time
+from robot.link.process import BodyProcess
+from robot.scenes.worlds import get_world
+if __name__ == "__main__":
+    process = BodyProcess(get_world("empty"), seed=1, delay=0.004, arm=False)
+    process.ready()
+    print(process.pid, flush=True)
+    time.sleep(1000)
+"""
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
+def test_when_its_maker_is_killed_the_body_ends_by_itself_and_no_segment_is_left(
+    how: signal.Signals, tmp_path: Path
+) -> None:
+    script = tmp_path / "maker.py"
+    script.write_text(MAKER, encoding="utf-8")
+    with subprocess.Popen(
+        [sys.executable, str(script)], stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}
+    ) as maker:
+        assert maker.stdout is not None
+        pid = int(maker.stdout.readline())
+        assert segments(maker.pid)
+        maker.send_signal(how)
+        maker.wait()
+    assert until(lambda: not runs(pid))
+    assert until(lambda: segments(maker.pid) == [])
+
+
+def test_what_a_maker_left_that_was_killed_with_all_its_helpers_is_removed_by_the_next() -> None:
+    left = Path(f"/dev/shm/{PREFIX}999999999-0")
+    left.write_bytes(b"\0" * 64)
+    process = BodyProcess(get_world("empty"), seed=1, delay=0.004, arm=False)
+    process.close()
+    assert not left.exists()
+
+
+def test_targets_reach_the_drives_of_a_real_process() -> None:
+    process = BodyProcess(get_world("empty"), seed=1, delay=0.004, arm=False)
+    try:
+        process.ready()
+        up = MotorTargets(
+            np.tile((0.0, 0.9, -1.6), 4), np.zeros(12), np.zeros(12), np.full(12, 250.0), np.full(12, 6.0)
+        )
+        deadline = time.monotonic() + 10.0
+        while process.body.truth().position[2] < 0.3 and time.monotonic() < deadline:
+            process.body.command(up)
+            time.sleep(0.01)
+        assert process.body.truth().position[2] > 0.3
+        assert until(lambda: process.body.truth().position[2] < 0.2, 5.0)  # and without any the drives sit it down
+    finally:
+        process.close()
