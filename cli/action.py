@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from cli.command import Exit
 from cli.output import print_json, print_names
-from cli.parsing import Verb, Verbs, add_graph_options, add_json, natural
+from cli.parsing import Verb, Verbs, add_common, add_json, natural
 
 __all__ = ["main", "verbs"]
 
@@ -48,7 +48,7 @@ def verbs() -> Verbs:
     )
     for parser in (listing, info, kind, find, send):
         add_json(parser)
-        add_graph_options(parser)
+        add_common(parser)
     return group
 
 

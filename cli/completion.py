@@ -12,7 +12,7 @@ from importlib import import_module
 from importlib.util import find_spec
 
 from cli.command import GROUPS, CommandFailed, Exit, module_of
-from cli.parsing import Verbs, actions_of, add_graph_options
+from cli.parsing import Verbs, actions_of, add_common
 
 __all__ = ["candidates", "main"]
 
@@ -110,7 +110,7 @@ async def _in_graph(place: str, given: Sequence[str]) -> list[str]:
     from cli.view import look
 
     parser = argparse.ArgumentParser()
-    add_graph_options(parser)
+    add_common(parser)
     async with look(parser.parse_args([])) as view:
         return {
             "topic_name": lambda: list(view.topics(hidden=False)),

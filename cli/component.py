@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cli.command import CommandFailed, Exit
 from cli.output import print_json
-from cli.parsing import Verbs, add_graph_options, add_json, complain
+from cli.parsing import Verbs, add_common, add_json, complain
 
 if TYPE_CHECKING:
     from cli.graph import Seen
@@ -45,7 +45,7 @@ def verbs() -> Verbs:
     unload.add_argument("component_uid", type=int, nargs="+", help="the numbers that component list shows")
     for parser in (listing, load, unload):
         add_json(parser)
-        add_graph_options(parser)
+        add_common(parser)
     return group
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from cli.command import CommandFailed, Exit
-from cli.parsing import add_graph_options, add_json
+from cli.parsing import add_common, add_json
 
 if TYPE_CHECKING:
     from actors.typing import Snapshot
@@ -38,7 +38,7 @@ def main(argv: Sequence[str]) -> int | Exit:
     parser.add_argument("--all", action="store_true", help="also hidden names, and what every node has")
     parser.add_argument("-o", "--output", metavar="FILE", help="write it there")
     add_json(parser)
-    add_graph_options(parser)
+    add_common(parser)
     options = parser.parse_args(list(argv))
     import asyncio
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cli.command import CommandFailed, Exit
 from cli.output import print_json
-from cli.parsing import Verbs, add_graph_options, add_json, complain, positive_float
+from cli.parsing import Verbs, add_common, add_json, complain, positive_float
 
 if TYPE_CHECKING:
     from cli.graph import Seen
@@ -50,7 +50,7 @@ def verbs() -> Verbs:
                 help="wait S seconds for an answer",
             )
         add_json(parser)
-        add_graph_options(parser)
+        add_common(parser)
     return group
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from cli.command import CommandFailed, Exit
-from cli.parsing import add_graph_options, add_json
+from cli.parsing import add_common, add_json
 
 if TYPE_CHECKING:
     from actors.interfaces.rcl_interfaces.msg import Log
@@ -34,7 +34,7 @@ def main(argv: Sequence[str]) -> int | Exit:
     parser.add_argument("--exclude", metavar="REGEX", help="no lines in which this is found")
     parser.add_argument("--past", action="store_true", help="only those of the last ten seconds, then end")
     add_json(parser)
-    add_graph_options(parser)
+    add_common(parser)
     options = parser.parse_args(list(argv))
     import asyncio
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from cli.command import CommandFailed, Exit
 from cli.output import print_json
-from cli.parsing import Verbs, add_graph_options, add_json, complain
+from cli.parsing import Verbs, add_common, add_json, complain
 
 if TYPE_CHECKING:
     from cli.view import GraphView
@@ -27,7 +27,7 @@ def verbs() -> Verbs:
     info.add_argument("--include-hidden", action="store_true", help="also hidden topics, services and actions")
     for parser in (listing, info):
         add_json(parser)
-        add_graph_options(parser)
+        add_common(parser)
     return group
 
 

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 
 from cli.command import Exit
-from cli.parsing import Verb, Verbs, add_graph_options, add_json, positive_float
+from cli.parsing import Verb, Verbs, add_common, add_json, positive_float
 
 __all__ = ["main", "verbs"]
 
@@ -63,7 +63,7 @@ def _common(parser: argparse.ArgumentParser, *, listing: bool) -> None:
         "--service-timeout", type=positive_float, default=5.0, metavar="S", help="wait S seconds for an answer (5)"
     )
     add_json(parser)
-    add_graph_options(parser)
+    add_common(parser)
 
 
 def _verb(name: str) -> Verb:

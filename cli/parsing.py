@@ -17,6 +17,7 @@ __all__ = [
     "Verb",
     "Verbs",
     "actions_of",
+    "add_common",
     "add_graph_options",
     "add_json",
     "add_style",
@@ -172,6 +173,12 @@ def add_graph_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
     group.add_argument("--no-daemon", action="store_true", help="accepted for ros2's sake: there is no daemon")
+
+
+def add_common(parser: argparse.ArgumentParser) -> None:
+    """The options of the verbs that look at the graph and at types."""
+    add_graph_options(parser)
+    group = parser.add_argument_group("time and types")
     group.add_argument(
         "-s", "--use-sim-time", action="store_true", help="accepted for ros2's sake: commands use the time of day"
     )

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from cli.command import Exit
-from cli.parsing import add_graph_options, positive_float
+from cli.parsing import add_common, positive_float
 from cli.quality import add_qos_options
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def main(argv: Sequence[str]) -> int | Exit:
     parser.add_argument("--csv", metavar="FILE", help="write time, field and value of every sample; - is the output")
     parser.add_argument("--png", metavar="FILE", help="draw all of it there at the end")
     add_qos_options(parser, "subscription", "what fits the publishers")
-    add_graph_options(parser)
+    add_common(parser)
     options = parser.parse_args(list(argv))
     import asyncio
 

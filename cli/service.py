@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from cli.command import CommandFailed, Exit
 from cli.output import print_json, print_names
-from cli.parsing import Verb, Verbs, add_graph_options, add_json, add_style, positive_float
+from cli.parsing import Verb, Verbs, add_common, add_json, add_style, positive_float
 from cli.quality import add_qos_options
 
 __all__ = ["main", "verbs"]
@@ -44,7 +44,7 @@ def verbs() -> Verbs:
     add_qos_options(echo, "subscription", "services_default")
     for parser in (listing, kind, find, info, call, echo):
         add_json(parser)
-        add_graph_options(parser)
+        add_common(parser)
     return group
 
 

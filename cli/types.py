@@ -32,7 +32,7 @@ def learn_folders(options: argparse.Namespace) -> None:
     for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
         if prefix:
             add_folder(os.path.join(prefix, "share"))
-    for folder in options.interfaces:
+    for folder in getattr(options, "interfaces", ()):
         from actors.interfaces import load_folder
 
         try:

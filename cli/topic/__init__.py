@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 
 from cli.command import Exit
-from cli.parsing import Verb, Verbs, add_graph_options, add_json, add_style, natural, positive, positive_float
+from cli.parsing import Verb, Verbs, add_common, add_json, add_style, natural, positive, positive_float
 from cli.quality import add_qos_options
 
 __all__ = ["main", "verbs"]
@@ -29,7 +29,7 @@ def verbs() -> Verbs:
         *_rates(group),
     ):
         add_json(parser)
-        add_graph_options(parser)
+        add_common(parser)
     return group
 
 

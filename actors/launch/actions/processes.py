@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
     from actors.launch.plan import NodeSpec, Scope
 
-__all__ = ["ExecuteProcess", "Started"]
+__all__ = ["ExecuteProcess"]
 
 
-class Started(Action):
-    """What all actions that start something can be told.
+class ExecuteProcess(Action):
+    """Starts a program: `cmd` is its path and its arguments, each of them a text or a list of texts that are joined.
 
     `respawn` starts it again whenever it ends, `respawn_delay` seconds later, at most `respawn_max_retries` times (-1: without limit).
     `on_exit` are actions for its end, or a function that gives them.
@@ -31,6 +31,7 @@ class Started(Action):
     def __init__(
         self,
         *,
+        cmd: Iterable[Any],
         name: Text | None = None,
         prefix: Text | None = None,
         cwd: Text | None = None,
@@ -51,6 +52,7 @@ class Started(Action):
         condition: Condition | None = None,
     ) -> None:
         super().__init__(condition=condition)
+        self.cmd = [normalized(part) for part in cmd]
         self.name = None if name is None else normalized(name)
         self.prefix = None if prefix is None else normalized(prefix)
         self.cwd = None if cwd is None else normalized(cwd)
@@ -65,6 +67,13 @@ class Started(Action):
         self.sigterm_timeout, self.sigkill_timeout = sigterm_timeout, sigkill_timeout
         self.on_exit = on_exit
         self.respawn, self.respawn_delay, self.respawn_max_retries = respawn, respawn_delay, respawn_max_retries
+
+    def plan(self, context: LaunchContext, scope: Scope) -> None:
+        words = [perform(context, part) for part in self.cmd]
+        if not words:
+            raise LaunchError("cmd is empty: there is no program to start")
+        shown = perform(context, self.name) if self.name is not None else _basename(words[0])
+        scope.items.append(self.job(context, shown, cmd=words))
 
     def job(self, context: LaunchContext, name: str, node: NodeSpec | None = None, cmd: list[str] | None = None) -> Job:
         """The job that starts it, labelled by `name` and a number; `cmd` is the command of a process."""
@@ -111,21 +120,6 @@ class Started(Action):
     def _seconds(self, context: LaunchContext, value: Any, name: str) -> float:
         text = context.launch_configurations.get(name, "5") if value is None else value
         return _number(context, text)
-
-
-class ExecuteProcess(Started):
-    """Starts a program: `cmd` is its path and its arguments, each of them a text or a list of texts that are joined."""
-
-    def __init__(self, *, cmd: Iterable[Any], **options: Any) -> None:
-        super().__init__(**options)
-        self.cmd = [normalized(part) for part in cmd]
-
-    def plan(self, context: LaunchContext, scope: Scope) -> None:
-        words = [perform(context, part) for part in self.cmd]
-        if not words:
-            raise LaunchError("cmd is empty: there is no program to start")
-        shown = perform(context, self.name) if self.name is not None else _basename(words[0])
-        scope.items.append(self.job(context, shown, cmd=words))
 
 
 def _basename(command: str) -> str:

@@ -1,4 +1,4 @@
-"""Programs as supervised processes: their command line, their output, and how they are ended. On the real clock."""
+"""Programs as supervised processes: their command line, their output, and how they are ended. On the real clock, without figures of it."""
 
 from __future__ import annotations
 
@@ -149,7 +149,6 @@ def test_names_that_ros_does_not_take_are_refused(tmp_path: Path, options: str, 
         launch(python(tmp_path, f"Node(package='control', executable='motor_node', {options})"))
 
 
-@pytest.mark.realtime
 async def test_the_lines_of_a_process_carry_its_label_and_its_end_is_told(tmp_path: Path) -> None:
     path = xml(
         tmp_path,
@@ -170,14 +169,12 @@ async def test_the_lines_of_a_process_carry_its_label_and_its_end_is_told(tmp_pa
     )
 
 
-@pytest.mark.realtime
 async def test_all_output_is_shown_where_that_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OVERRIDE_LAUNCH_PROCESS_OUTPUT", "both")
 
     assert (await ran(xml(tmp_path, '<executable cmd="echo loud"/>'))).lines == ["[echo-1] loud"]
 
 
-@pytest.mark.realtime
 async def test_output_is_told_to_handlers(tmp_path: Path) -> None:
     path = python(
         tmp_path,
@@ -196,14 +193,12 @@ async def test_output_is_told_to_handlers(tmp_path: Path) -> None:
     assert found.lines == ["[sh-1] b"]
 
 
-@pytest.mark.realtime
 async def test_a_program_that_does_not_exist_counts_as_one_that_died(tmp_path: Path) -> None:
     found = await ran(xml(tmp_path, '<executable cmd="/no/such/program"/>'))
 
     assert any("[program-1] process has died: FileNotFoundError" in line for line in found.log)
 
 
-@pytest.mark.realtime
 async def test_a_process_that_is_respawned_comes_back(tmp_path: Path) -> None:
     path = xml(tmp_path, '<executable cmd="echo again" output="screen" respawn="true" respawn_delay="0.05"/>')
 
@@ -212,7 +207,6 @@ async def test_a_process_that_is_respawned_comes_back(tmp_path: Path) -> None:
     assert found.lines[:3] == ["[echo-1] again"] * 3
 
 
-@pytest.mark.realtime
 @pytest.mark.parametrize("more", ["pass", "signal.signal(signal.SIGTERM, signal.SIG_IGN)"])
 async def test_a_process_that_ignores_signals_is_ended_by_the_next_stronger_one(tmp_path: Path, more: str) -> None:
     program = written(tmp_path, "stubborn.py", IGNORES.format(more=more))
@@ -228,7 +222,6 @@ async def test_a_process_that_ignores_signals_is_ended_by_the_next_stronger_one(
     assert "'SIGINT'" in sent[0] and "'SIGTERM'" in sent[1] and ("SIGKILL" in sent[-1]) == (more != "pass")
 
 
-@pytest.mark.realtime
 async def test_a_signal_can_be_sent_to_a_process(tmp_path: Path) -> None:
     path = python(
         tmp_path,
@@ -244,7 +237,6 @@ async def test_a_signal_can_be_sent_to_a_process(tmp_path: Path) -> None:
     assert any(f"exit code {-signal.SIGTERM}" in line for line in found.log)
 
 
-@pytest.mark.realtime
 async def test_a_line_that_is_too_long_does_not_end_the_reading(tmp_path: Path) -> None:
     code = "import sys; sys.stdout.write('x' * 3_000_000 + chr(10)); print('after')"
     program = written(tmp_path, "long.py", code)
@@ -255,7 +247,6 @@ async def test_a_line_that_is_too_long_does_not_end_the_reading(tmp_path: Path) 
     assert found.lines[-1].endswith("after")
 
 
-@pytest.mark.realtime
 async def test_a_program_of_a_package_is_started_with_its_arguments_for_ros(tmp_path: Path) -> None:
     program = written(tmp_path, "ws/driver/scripts/lidar", '#!/bin/sh\necho "$@"\n')
     os.chmod(program, 0o755)
