@@ -16,7 +16,7 @@ from cli.parsing import add_graph_options, add_json, count, positive_float, unti
 if TYPE_CHECKING:
     from cli.doctor.observation import Finding, Observation
 
-__all__ = ["Check", "Result", "checks", "examined", "lines", "main"]
+__all__ = ["Check", "Result", "checks", "examined", "lines", "main", "tally"]
 
 WORDS: Final = ("topic", "service", "node")
 LISTEN: Final = 1.0
@@ -79,7 +79,7 @@ async def _doctor(options: argparse.Namespace) -> Exit:
         if options.name is None:
             raise CommandFailed(f"which {options.word}? robactor {options.word} list tells which there are")
         asked = (options.word, absolute(options.name))
-    results = examined(await observe(options, asked, options.type))
+    results = everything = examined(await observe(options, asked, options.type))
     levels = ("problem", "note") if options.include_warnings else ("problem",)
     failed = any(finding.level in levels for result in results for finding in result.findings)
     if options.report_failed:
@@ -91,8 +91,7 @@ async def _doctor(options: argparse.Namespace) -> Exit:
         ]
         print_json({"healthy": not failed, "checks": listed})
     else:
-        for line in lines(results):
-            print(line)
+        print("\n".join((*lines(results), tally(everything))))
     return Exit.REFUSED if failed else Exit.DONE
 
 
@@ -141,17 +140,19 @@ def checks(word: str | None) -> list[Check]:
 
 
 def lines(results: Iterable[Result]) -> Iterable[str]:
-    """The report: a line for each question that has no finding, some for each finding, and at the end how many problems there are."""
-    problems = notes = 0
+    """The report: a line for each question that has no finding, and some for each finding."""
     for title, findings in results:
         if not findings:
             yield f"ok       {title}"
         for finding in findings:
-            problems += finding.level == "problem"
-            notes += finding.level == "note"
             about = title if finding.subject == title else f"{title}: {finding.subject}"
             yield f"{finding.level:<8} {about}: {finding.cause}"
             yield f"         measured: {finding.measured}"
             if finding.remedy:
                 yield f"         remedy: {finding.remedy}"
-    yield f"{count(problems, 'problem')}, {count(notes, 'note')}"
+
+
+def tally(results: Iterable[Result]) -> str:
+    """How many problems and notes there are."""
+    levels = [finding.level for result in results for finding in result.findings]
+    return f"{count(levels.count('problem'), 'problem')}, {count(levels.count('note'), 'note')}"

@@ -8,7 +8,7 @@ from actors import QoS, qos
 from actors.interfaces import encode
 from actors.transport.format.tokens import write_token
 from actors.transport.protocol import Sample
-from cli.doctor import Result, examined, lines
+from cli.doctor import Result, examined, lines, tally
 from cli.doctor.delays import ages, blocked, queues, restarts, timers
 from cli.doctor.observation import Finding, Listened, Observation
 from cli.doctor.observing import AllDomains, Reports, packages_named
@@ -455,15 +455,16 @@ def test_a_second_package_named_robot_is_found_on_the_path(tmp_path: object) -> 
 def test_the_report_says_what_is_well_and_counts_what_is_not() -> None:
     found = Finding("/x", "nothing comes", "0 messages", "wait")
     info = Finding("domain", "0", "1 node", level="info")
-    assert list(lines([Result("types", ()), Result("data", (found,)), Result("domain", (info,))])) == [
+    results = [Result("types", ()), Result("data", (found,)), Result("domain", (info,))]
+    assert list(lines(results)) == [
         "ok       types",
         "problem  data: /x: nothing comes",
         "         measured: 0 messages",
         "         remedy: wait",
         "info     domain: 0",
         "         measured: 1 node",
-        "1 problem, 0 notes",
     ]
+    assert tally(results) == "1 problem, 0 notes"
 
 
 def test_figures_of_hidden_nodes_are_not_examined() -> None:

@@ -154,9 +154,11 @@ async def test_notes_count_as_problems_if_that_is_asked_for(system_of: SystemOf,
 
     async with system_of(Child(Ear)):
         usual = await command("doctor", "--seconds", "0.1")
+        brief = await command("doctor", "--seconds", "0.1", "--report-failed")
         strict = await command("doctor", "--seconds", "0.1", "--include-warnings", "--report-failed")
         ros2 = await command("doctor", "--seconds", "0.1", "-iw", "--ros2-exit-codes")
     assert (usual.code, strict.code, ros2.code) == (0, 1, 0)
+    assert brief.out == "0 problems, 1 note\n", "it is counted, though not printed"
     assert strict.out.splitlines()[0] == "note     names of topics: /images: nobody publishes it"
 
 
