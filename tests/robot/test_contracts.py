@@ -1,4 +1,5 @@
-"""The robot as others meet it: name, type, quality of service and node of every endpoint, word for word.
+"""Who publishes, takes and serves what in the running robot, with the quality of service of each endpoint, word for word. The contracts
+themselves are pinned in `tests.robot.nodes.test_contract_tables`.
 
 In `TOPICS`, ``<-`` is a publisher and ``->`` a subscription: its node, its reliability, ``latched`` if late joiners get what was published, and
 its depth. The standard services of every node are left out.
