@@ -186,7 +186,7 @@ class Teller:
             cpu=time.process_time(),
             memory=_memory(),
             unreadable=self._side.unreadable.count,
-            nodes=[_node(record) for record in runtime.directory.records.values()],
+            nodes=[_node(record) for record in runtime.directory.records.values() if not record.process],
         )
 
 

@@ -73,6 +73,15 @@ async def test_the_figures_are_those_of_the_process_and_of_its_nodes(hosts: Host
     assert by_name["/talker"].restarts == 0
 
 
+async def test_a_node_of_a_process_of_its_own_is_told_of_by_that_process_only(hosts: Hosts) -> None:
+    rig, desk = await hosts.start(Talker, Listener), await hosts.start(Node)
+    rig.state(Listener).process = 4711  # as of a child with process=True
+    probe = desk.probe(FIGURES)
+    await rig.advance(0.5)
+    (first, *_) = [figures for figures in probe if figures.session == hosts.ends[rig].session]
+    assert [node.name for node in first.nodes] == ["/talker", "/rig"]
+
+
 class Busy(Node):
     """Answers slowly, and neither listens nor ticks meanwhile."""
 
