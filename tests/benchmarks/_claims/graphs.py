@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import gc
-import resource
 import time
 from itertools import pairwise
 
@@ -60,21 +58,15 @@ class Viewer(Node):
         assert len(message.data) == 921_600
 
 
-def _memory() -> int:
-    with open("/proc/self/statm", encoding="ascii") as file:
-        return int(file.read().split()[1]) * resource.getpagesize()
-
-
-async def _graph(size: int) -> tuple[float, float, float]:
-    """Seconds to start so many nodes, kilobytes for each, and the share of a core in per cent while each publishes 10 times a second."""
-    gc.collect()
-    before, begun = _memory(), time.perf_counter()
+async def _graph(size: int) -> tuple[float, float]:
+    """Seconds to start so many nodes, and the share of a core in per cent while each publishes 10 times a second."""
+    begun = time.perf_counter()
     children = [Child(Member, name=f"member_{number}") for number in range(size)]
     async with run(Supervisor("graph", children=children), sinks=(), signals=False):
         started = time.perf_counter() - begun
-        memory, used = (_memory() - before) / size / 1024, time.process_time()
+        used = time.process_time()
         await asyncio.sleep(3.0)
-        return started, memory, (time.process_time() - used) / 3.0 * 100
+        return started, (time.process_time() - used) / 3.0 * 100
 
 
 async def _control(*others: type[Node]) -> tuple[float, float, float, int]:
@@ -88,15 +80,14 @@ async def _control(*others: type[Node]) -> tuple[float, float, float, int]:
 
 
 def rows() -> list[Row]:
-    """Graphs of 10, 100 and 300 nodes, and a control loop with and without a camera in the same process."""
+    """Graphs of 10, 100 and 300 nodes (their memory is measured by the benchmark `nodes`), and a control loop with and without a camera in the same process."""
     found: list[Row] = []
     asyncio.run(_graph(1))  # what the first system of a process imports is not of the nodes
     for size in (10, 100, 300):
-        started, memory, share = asyncio.run(_graph(size))
+        started, share = asyncio.run(_graph(size))
         work = "nodes that publish 10 times a second (hundreds of nodes)"
         found += [
             Row(work, f"{size} nodes", "ms to start", started * 1e3, "ours"),
-            Row(work, f"{size} nodes", "kB a node", memory, "ours"),
             Row(work, f"{size} nodes", "% of a core", share, "ours"),
         ]
     for name, others in (("alone", ()), ("beside a camera of 28 MB/s", (Camera, Viewer))):
