@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 
 from cli.command import Exit
-from cli.output import print_json, print_names
+from cli.output import print_json, print_names, print_of_type, print_types
 from cli.parsing import Verb, Verbs, add_common, add_json, natural
 
 __all__ = ["main", "verbs"]
@@ -94,7 +94,7 @@ async def _type(options: argparse.Namespace) -> Exit:
 
     async with look(options) as view:
         types = view.actions().get(absolute(options.action_name), [])
-    print_json(types) if options.json else print("\n".join(types), end="\n" if types else "")
+    print_types(types, json=options.json)
     return Exit.DONE if types else Exit.FAILED
 
 
@@ -103,6 +103,5 @@ async def _find(options: argparse.Namespace) -> Exit:
 
     async with look(options) as view:
         actions = view.actions()
-    found = {name: types for name, types in actions.items() if options.action_type in types}
-    print_names(found, types=False, counted=options.count_actions, json=options.json)
+    print_of_type(actions, options.action_type, counted=options.count_actions, json=options.json)
     return Exit.DONE

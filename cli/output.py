@@ -6,7 +6,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-__all__ = ["clear_screen", "print_json", "print_names", "table"]
+__all__ = ["clear_screen", "print_json", "print_names", "print_of_type", "print_types", "table"]
 
 
 def print_json(value: Any) -> None:
@@ -25,6 +25,16 @@ def print_names(found: Mapping[str, Sequence[str]], *, types: bool, counted: boo
     else:
         for name, each in found.items():
             print(f"{name} [{', '.join(each)}]" if types else name)
+
+
+def print_of_type(found: Mapping[str, Sequence[str]], wanted: str, *, counted: bool, json: bool) -> None:
+    """The names of those that have the type `wanted`, or only how many they are."""
+    print_names({name: each for name, each in found.items() if wanted in each}, types=False, counted=counted, json=json)
+
+
+def print_types(types: Sequence[str], *, json: bool) -> None:
+    """The types of one topic, service or action, one a line; nothing if there are none."""
+    print_json(list(types)) if json else print("\n".join(types), end="\n" if types else "")
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 
 from cli.command import CommandFailed, Exit
-from cli.output import print_json, print_names
+from cli.output import print_json, print_names, print_of_type, print_types
 from cli.parsing import Verb, Verbs, add_common, add_json, add_style, positive_float
 from cli.quality import add_qos_options
 
@@ -90,7 +90,7 @@ async def _type(options: argparse.Namespace) -> Exit:
 
     async with look(options) as view:
         types = view.services().get(absolute(options.service_name), [])
-    print_json(types) if options.json else print("\n".join(types), end="\n" if types else "")
+    print_types(types, json=options.json)
     return Exit.DONE if types else Exit.FAILED
 
 
@@ -99,8 +99,7 @@ async def _find(options: argparse.Namespace) -> Exit:
 
     async with look(options) as view:
         services = view.services(options.include_hidden_services)
-    found = {name: types for name, types in services.items() if options.service_type in types}
-    print_names(found, types=False, counted=options.count_services, json=options.json)
+    print_of_type(services, options.service_type, counted=options.count_services, json=options.json)
     return Exit.DONE
 
 

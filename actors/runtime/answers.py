@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from actors.inbox.inbox import Item
     from actors.runtime.incarnation import Incarnation
 
-__all__ = ["answered_with", "tell_holding", "tell_late"]
+__all__ = ["answered_with", "tell_holding", "tell_late", "tell_took_long"]
 
 
 def answered_with(life: Incarnation, error: Exception, handler: str, event: str) -> None:
@@ -53,6 +53,12 @@ def tell_holding(life: Incarnation, item: Item, seconds: float) -> None:
         f"handler holds the inbox for more than {seconds:g} s", handler=item.label, awaits=awaited_in(task) if task else "",
         ticks_lost=lost, remedy="declare it concurrent=n, make it an action, or self.offload() its work",
     )  # fmt: skip
+
+
+def tell_took_long(life: Incarnation, service: str, seconds: float) -> None:
+    """Log a warning that a request of a concurrent service took `seconds`."""
+    remedy = "make it an action: its client hears how it goes, and can cancel it"
+    life.log.warning(f"a request took {seconds:.1f} s", service=service, remedy=remedy)
 
 
 def _write(life: Incarnation, error: BaseException, handler: str, event: str) -> None:

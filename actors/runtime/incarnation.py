@@ -308,11 +308,7 @@ class Incarnation:
         answers.answered_with(self, error, service, "service handler failed")
 
     def service_took_long(self, service: str, seconds: float) -> None:
-        self.log.warning(
-            f"a request took {seconds:.1f} s",
-            service=service,
-            remedy="make it an action: its client hears how it goes, and can cancel it",
-        )
+        answers.tell_took_long(self, service, seconds)
 
     def goal_failed(self, action: str, error: Exception) -> None:
         """Handle an exception that left an action body and was given to its client: `on_error` decides whether the node fails, too."""

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from actors.suggest import did_you_mean
 from cli.command import CommandFailed, Exit
-from cli.output import print_json, print_names
+from cli.output import print_json, print_names, print_of_type, print_types
 from cli.parsing import count
 from cli.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, Endpoint, GraphView, absolute, look
 
@@ -130,7 +130,7 @@ async def type_of(options: argparse.Namespace) -> Exit:
     """The types of a topic, one a line; 1 and nothing if there is no such topic."""
     async with look(options) as view:
         types = view.topics(hidden=True).get(absolute(options.topic_name), [])
-    print_json(types) if options.json else print("\n".join(types), end="\n" if types else "")
+    print_types(types, json=options.json)
     return Exit.DONE if types else Exit.FAILED
 
 
@@ -138,6 +138,5 @@ async def find(options: argparse.Namespace) -> Exit:
     """The topics of a type."""
     async with look(options) as view:
         topics = view.topics(options.include_hidden_topics)
-    found = {name: types for name, types in topics.items() if options.topic_type in types}
-    print_names(found, types=False, counted=options.count_topics, json=options.json)
+    print_of_type(topics, options.topic_type, counted=options.count_topics, json=options.json)
     return Exit.DONE
