@@ -69,7 +69,7 @@ function toggleTheme() {
 
 function showStatus() {
   status.className = `status ${link.connected ? "on" : "off"}`;
-  status.textContent = link.connected ? link.info.name || "connected" : "not connected";
+  status.textContent = link.connected ? "connected" : "not connected";
 }
 
 for (const [name, title] of Object.entries(PANES)) {
@@ -90,7 +90,6 @@ addEventListener("keydown", (event) => {
 link.addEventListener("open", showStatus);
 link.addEventListener("close", showStatus);
 link.watchSystem();
-bridge.connection().catch(() => {}); // so that a stop does not wait for it
-watchSafety(app);
+watchSafety(link);
 startReport(link, () => shown?.frame?.());
 route();

@@ -1,10 +1,12 @@
-// One connection to the server by the Foxglove WebSocket protocol: topics by name, messages decoded, client publish, parameters, the running system.
+// One connection to the server by the Foxglove WebSocket protocol: topics by name, messages decoded, publishing, services, the running system.
 
 import { decoder } from "./cdr.js";
 
 const RETRY = 1000; // ms until the next attempt after a connection was lost
+const PATIENCE = 15000; // ms until a service that does not answer is given up
+const TEXT = new TextEncoder();
 
-/** Events: "open", "close", "channels", "services", "parameters" (detail: the values), "status" (detail: {level, message, id}), "system" (detail: the snapshot). */
+/** Events: "open", "close", "channels", "services", "system" (detail: the snapshot). */
 export class Foxglove extends EventTarget {
   constructor(url) {
     super();
@@ -39,8 +41,7 @@ export class Foxglove extends EventTarget {
     this.byId.clear();
     this.mine.clear();
     for (const want of this.wanted.values()) want.id = undefined;
-    for (const { reject } of this.answers.values()) reject(new Error("the connection was lost"));
-    this.answers.clear();
+    for (const id of [...this.answers.keys()]) this.settle(id, new Error("the connection was lost"));
     this.tell("close");
     setTimeout(() => this.open(), RETRY);
   }
@@ -60,6 +61,7 @@ export class Foxglove extends EventTarget {
 
   binary(buffer) {
     const view = new DataView(buffer);
+    if (view.getUint8(0) === 3) this.answered(view);
     if (view.getUint8(0) !== 1) return;
     const topic = this.byId.get(view.getUint32(1, true));
     const want = this.wanted.get(topic);
@@ -143,12 +145,48 @@ export class Foxglove extends EventTarget {
       this.mine.set(topic, (id = ++this.last));
       this.send({ op: "advertise", channels: [{ id, topic, encoding: "json", schemaName: type }] });
     }
-    const text = new TextEncoder().encode(JSON.stringify(message));
+    const text = TEXT.encode(JSON.stringify(message));
     const frame = new Uint8Array(5 + text.length);
     frame[0] = 1;
     new DataView(frame.buffer).setUint32(1, id, true);
     frame.set(text, 5);
     this.socket.send(frame);
+  }
+
+  /** The answer of a service, as a plain object; the request's fields that are left out have their defaults. Rejects with the reason. */
+  call(name, request = {}) {
+    const service = this.services.get(name);
+    if (!this.connected) return Promise.reject(new Error("not connected"));
+    if (!service) return Promise.reject(new Error(`nobody serves ${name}`));
+    const id = ++this.last;
+    const payload = TEXT.encode(`json${JSON.stringify(request)}`);
+    const frame = new Uint8Array(13 + payload.length);
+    const view = new DataView(frame.buffer);
+    view.setUint8(0, 2);
+    view.setUint32(1, service.id, true);
+    view.setUint32(5, id, true);
+    view.setUint32(9, 4, true);
+    frame.set(payload, 13);
+    this.socket.send(frame);
+    return new Promise((resolve, reject) => {
+      const timer = setTimeout(() => this.settle(id, new Error(`${name} does not answer`)), PATIENCE);
+      this.answers.set(id, { resolve, reject, timer });
+    });
+  }
+
+  answered(view) {
+    const skip = 13 + view.getUint32(9, true);
+    this.settle(view.getUint32(5, true), null, JSON.parse(new TextDecoder().decode(new Uint8Array(view.buffer, skip))));
+  }
+
+  /** End what waits for an answer with this id. */
+  settle(id, error, value) {
+    const answer = this.answers.get(id);
+    if (!answer) return;
+    this.answers.delete(id);
+    clearTimeout(answer.timer);
+    if (error) answer.reject(error);
+    else answer.resolve(value);
   }
 
   /** Ask for the snapshot of the running system once a second: "system" events. */
@@ -162,10 +200,6 @@ export class Foxglove extends EventTarget {
     const id = ++this.last;
     this.send({ op: "robactor.killNode", node, id });
     return new Promise((resolve, reject) => this.answers.set(id, { resolve, reject }));
-  }
-
-  getParameters() {
-    this.send({ op: "getParameters", parameterNames: [], id: `p${++this.last}` });
   }
 }
 
@@ -203,13 +237,7 @@ const HANDLERS = {
     for (const [name, service] of self.services) if (message.serviceIds.includes(service.id)) self.services.delete(name);
     self.tell("services");
   },
-  parameterValues: (self, message) => self.tell("parameters", message.parameters),
-  status: (self, message) => self.tell("status", message),
   "robactor.system": (self, message) => self.tell("system", (self.system = message)),
-  "robactor.done"(self, message) {
-    const answer = self.answers.get(message.id);
-    self.answers.delete(message.id);
-    if (message.error) answer?.reject(new Error(message.error));
-    else answer?.resolve();
-  },
+  serviceCallFailure: (self, message) => self.settle(message.callId, new Error(message.message)),
+  "robactor.done": (self, message) => self.settle(message.id, message.error ? new Error(message.error) : null),
 };

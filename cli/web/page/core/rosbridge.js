@@ -1,6 +1,6 @@
-// A second connection to the same port, by the rosbridge protocol: services and actions in JSON.
+// A second connection to the same port, by the rosbridge protocol: goals of actions, and services that the first one does not list, in JSON.
 
-const TIMEOUT = 15000; // ms until a service that does not answer is given up
+const PATIENCE = 15000; // ms until a service that does not answer is given up
 
 export class Rosbridge {
   constructor(url) {
@@ -34,10 +34,7 @@ export class Rosbridge {
     const socket = await this.connection();
     const id = `call:${++this.last}`;
     return new Promise((resolve, reject) => {
-      const timer = setTimeout(() => {
-        this.calls.delete(id);
-        reject(new Error(`${service} does not answer`));
-      }, TIMEOUT);
+      const timer = setTimeout(() => this.calls.delete(id) && reject(new Error(`${service} does not answer`)), PATIENCE);
       this.calls.set(id, { resolve, reject, timer });
       socket.send(JSON.stringify({ op: "call_service", id, service, args }));
     });
@@ -53,24 +50,21 @@ export class Rosbridge {
   }
 
   heard(message) {
-    if (message.op === "service_response") {
-      const call = this.calls.get(message.id);
-      if (!call) return;
-      this.calls.delete(message.id);
-      clearTimeout(call.timer);
-      if (message.result) call.resolve(message.values);
-      else call.reject(new Error(typeof message.values === "string" ? message.values : JSON.stringify(message.values)));
-    } else if (message.op === "action_feedback") {
-      this.goals.get(message.id)?.feedback?.(message.values);
-    } else if (message.op === "action_result") {
-      const goal = this.goals.get(message.id);
-      this.goals.delete(message.id);
-      goal?.resolve({ status: message.status, values: message.values, succeeded: message.status === 4 });
-    } else if (message.op === "status" && message.level === "error" && message.id) {
-      const waiting = this.goals.get(message.id) ?? this.calls.get(message.id);
-      this.goals.delete(message.id);
-      this.calls.delete(message.id);
-      waiting?.reject(new Error(message.msg));
+    if (message.op === "action_feedback") this.goals.get(message.id)?.feedback?.(message.values);
+    else if (message.op === "action_result") this.end(this.goals, message.id, { status: message.status, values: message.values, succeeded: message.status === 4 });
+    else if (message.op === "service_response") this.end(this.calls, message.id, message.values, message.result ? null : message.values);
+    else if (message.op === "status" && message.level === "error" && message.id) {
+      this.end(this.goals, message.id, null, message.msg);
+      this.end(this.calls, message.id, null, message.msg);
     }
+  }
+
+  /** End what waits under this id, with its value or with why there is none. */
+  end(waiting, id, value, why = null) {
+    const one = waiting.get(id);
+    waiting.delete(id);
+    clearTimeout(one?.timer);
+    if (why === null) one?.resolve(value);
+    else one?.reject(new Error(typeof why === "string" ? why : JSON.stringify(why)));
   }
 }

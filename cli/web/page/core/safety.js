@@ -6,7 +6,7 @@ const SERVICE = "/emergency_stop";
 const STATE = "/safety/state";
 const AGAIN = 1000; // ms after which a stop that failed for want of a connection is tried again, until it is heard
 
-export function watchSafety({ link, bridge }) {
+export function watchSafety(link) {
   const button = document.querySelector("#stop");
   const banner = document.querySelector("#stopped");
   let said = "";
@@ -28,7 +28,7 @@ export function watchSafety({ link, bridge }) {
 
   const ask = async (stop) => {
     try {
-      const answer = await bridge.call(SERVICE, { data: stop });
+      const answer = await link.call(SERVICE, { data: stop });
       if (!answer.success) complain(answer.message);
     } catch (error) {
       complain(`The robot was not ${stop ? "stopped" : "released"}: ${error.message}`);

@@ -55,6 +55,11 @@ export class Canvas {
     for (const edge of this.svg.querySelectorAll(".edge")) edge.classList.toggle("near", edge.dataset.from === id || edge.dataset.to === id);
   }
 
+  /** Width over height. */
+  get shape() {
+    return this.element.clientWidth / Math.max(1, this.element.clientHeight) || 1.3;
+  }
+
   fit() {
     const { width, height } = this.drawing ?? { width: 1, height: 1 };
     const { clientWidth, clientHeight } = this.element;

@@ -1,6 +1,6 @@
 // What is not as it should be: the robot's diagnostics, and what the running system shows.
 
-import { brief, h } from "../core/dom.js";
+import { h } from "../core/dom.js";
 
 const LEVELS = ["ok", "warn", "error", "stale"];
 const KINDS = ["good", "warn", "bad", "muted"];
@@ -47,7 +47,7 @@ class DoctorPane {
     }
     for (const [node, count] of Object.entries(system.restarts)) if (count) found.push(["warn", `${node} was restarted ${count} time${count > 1 ? "s" : ""}`, `graph?node=${node}`]);
     for (const node of system.nodes) {
-      if (node.slowest > SLOW) found.push(["warn", `${node.name}: one of its handlers took ${brief(node.slowest, 2)} s; all others waited`, `graph?node=${node.name}`]);
+      if (secondsOf(node.slowest) > SLOW) found.push(["warn", `${node.name}: a handler held it up: ${node.slowest}`, `graph?node=${node.name}`]);
       if (!/run|active|start|idle/.test(node.state)) found.push(["bad", `${node.name} is ${node.state}`, `graph?node=${node.name}`]);
     }
     const key = JSON.stringify(found);
@@ -55,4 +55,9 @@ class DoctorPane {
     this.key = key;
     this.findings.replaceChildren(...(found.length ? found.map(([kind, text, address]) => h("p.finding", {}, h(`span.level.${kind}`, {}, kind === "bad" ? "error" : "warn"), h("a", { href: `#${address}` }, text))) : [h("p.good", {}, "Nothing to complain about.")]));
   }
+}
+
+/** "Battery.load 0.0511 s" -> 0.0511. */
+function secondsOf(text) {
+  return Number(/([\d.e+-]+) s$/.exec(text)?.[1] ?? 0);
 }

@@ -59,7 +59,7 @@ class GraphPane {
     const key = JSON.stringify([nodes.map(({ id }) => id), edges.map(({ from, to, bad }) => [from, to, bad])]);
     if (key !== this.drawn) {
       this.drawn = key;
-      this.canvas.show(layout(nodes, edges));
+      this.canvas.show(layout(nodes, edges, this.canvas.shape));
     }
     const rates = new Map(system.topics.map((topic) => [`topic ${topic.name}`, topic.rate ? `${brief(topic.rate, 1)} Hz` : ""]));
     this.canvas.label(rates);
@@ -82,7 +82,7 @@ class GraphPane {
     let kept = edges.filter(({ from, to }) => !(this.quiet.checked && (hidden(from.slice(5)) || hidden(to.slice(5)))));
     if (text) kept = kept.filter(({ from, to }) => match(from) || match(to));
     const ids = new Set(kept.flatMap(({ from, to }) => [from, to]));
-    for (const node of system.nodes) if (match(node.name) && !(this.quiet.checked && hidden(node.name))) ids.add(`node ${node.name}`);
+    if (!this.quiet.checked) for (const node of system.nodes) if (match(node.name)) ids.add(`node ${node.name}`);
     const bad = new Set(topics.filter((topic) => topic.mismatches.length).map((topic) => `topic ${topic.name}`));
     const nodes = [...ids].map((id) => ({ id, kind: id.split(" ")[0], name: id.slice(id.indexOf(" ") + 1), bad: bad.has(id) }));
     return { nodes, edges: kept };
@@ -154,7 +154,7 @@ class GraphPane {
     const node = system.nodes.find((one) => one.name === name);
     const of = (side) => system.topics.filter((topic) => topic[side].some((edge) => edge.node === name)).map((topic) => this.topicLink(topic.name));
     const served = system.services.filter((service) => service.server === name && !/\/(get|set|list|describe)_parameter|get_type_description|set_parameters_atomically/.test(service.name));
-    const facts = node ? [["state", node.state], ["life", node.incarnation], ["handled", node.handled], ["waiting", node.waiting], ["slowest", seconds(node.slowest)]] : [];
+    const facts = node ? [["state", node.state], ["life", node.incarnation], ["handled", node.handled], ["waiting", node.waiting], ["slowest", node.slowest || "–"]] : [];
     this.replaceDetails(
       h("h2.mono", {}, name), node ? "" : h("p.muted", {}, "not in this system's tree"),
       h("div.facts", {}, ...facts.map(([key, value]) => h("span", {}, `${key} `, h("b", {}, brief(value))))),
@@ -186,10 +186,6 @@ class GraphPane {
   nodeLink(name) {
     return h("button.quiet.link.mono", { type: "button", onclick: () => this.select({ kind: "node", name }) }, name);
   }
-}
-
-function seconds(value) {
-  return typeof value === "number" ? `${brief(1000 * value, 1)} ms` : "–";
 }
 
 function list(title, items) {

@@ -19,14 +19,14 @@ class ParametersPane {
     this.filter = h("input.grow", { type: "search", placeholder: "Filter parameters", "aria-label": "Filter parameters", oninput: () => this.sift() });
     this.note = note();
     this.list = h("div.stack");
-    this.title = h("h2.mono", {}, "Choose a node");
+    this.title = h("h2.mono");
     this.element = h(
       "section.pane.parameters", { "aria-label": "Parameters" },
       h("div.card", {}, h("h3", {}, "Nodes"), this.nodes), h("div.stack", {}, h("div.row", {}, this.title, this.filter), this.note.element, this.list),
     );
     this.rows = new Map(); // parameter -> {element, take(value)}
     link.addEventListener("services", () => this.showNodes());
-    link.addEventListener("open", () => this.node && this.open(this.node));
+    link.addEventListener("system", () => this.showNodes());
     link.subscribe("/parameter_events", (event) => event.node === this.node && this.heard(event));
     this.showNodes();
   }
@@ -34,15 +34,17 @@ class ParametersPane {
   show(query) {
     const node = query.get("node") ?? recall("parameters.node", "");
     if (node && node !== this.node) this.open(node);
+    else if (!node) this.note.say("Choose a node.");
   }
 
   showNodes() {
-    const names = [...this.link.services.keys()].filter((name) => name.endsWith(SUFFIX)).map((name) => name.slice(0, -SUFFIX.length)).sort();
+    const served = [...this.link.services.keys()].filter((name) => name.endsWith(SUFFIX)).map((name) => name.slice(0, -SUFFIX.length));
+    const here = (this.link.system?.nodes ?? []).map(({ name }) => name); // their services are made when they are asked
+    const names = [...new Set([...served, ...here])].filter((name) => !name.includes("/_")).sort();
     const key = names.join(" ");
     if (key === this.known) return;
     this.known = key;
     this.nodes.replaceChildren(...names.map((name) => h("li", {}, h("button.quiet.link.mono", { type: "button", "aria-pressed": String(name === this.node), onclick: () => this.open(name) }, name))));
-    if (this.node && !this.rows.size && names.includes(this.node)) this.open(this.node);
   }
 
   async open(node) {

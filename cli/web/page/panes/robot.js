@@ -1,6 +1,6 @@
 // The robot: where it is, what it sees, how it is, and what it is told.
 
-import { brief, h, note, recall, remember } from "../core/dom.js";
+import { h, note, recall, remember } from "../core/dom.js";
 import { Camera } from "../robot/camera.js";
 import { Drive } from "../robot/drive.js";
 import { GoTo } from "../robot/goto.js";
@@ -13,11 +13,14 @@ export async function make(app) {
   return pane;
 }
 
-function hasWebGL() {
-  if (new URLSearchParams(location.search).has("flat")) return false;
+/** Whether to draw in three dimensions: what was chosen, or else whether there is WebGL that a graphics card draws. */
+function solid() {
   const gl = document.createElement("canvas").getContext("webgl2");
-  gl?.getExtension("WEBGL_lose_context")?.loseContext();
-  return gl !== null;
+  if (!gl) return { possible: false, wanted: false };
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
+  return { possible: true, wanted: recall("solid", !/swiftshader|llvmpipe|software/i.test(name)) };
 }
 
 class RobotPane {
@@ -44,19 +47,30 @@ class RobotPane {
   }
 
   async open() {
-    const View = hasWebGL() ? (await import("../robot/view3d.js")).View3D : View2D;
-    this.view = new View(this.host, this.world, this.palette());
-    window.robactorView = this.view.name;
-    this.go = new GoTo(this.bridge, this.view, this.world);
+    const { possible, wanted } = solid();
+    this.go = new GoTo(this.bridge, this.world);
     this.goalCard.append(h("h2", {}, "Go to"), this.go.element);
-    this.view.follow = recall("follow", true);
-    const follow = toggle("Follow", this.view.follow, (on) => {
+    const follow = toggle("Follow", recall("follow", true), (on) => {
       this.view.follow = on;
       remember("follow", on);
     });
-    this.tools.append(follow, toggle("Camera", false, (on) => this.camera.show(on)), this.go.button);
+    const depth = toggle("3D", wanted, (on) => {
+      remember("solid", on);
+      this.see(on);
+    });
+    this.tools.append(follow, ...(possible ? [depth] : []), toggle("Camera", false, (on) => this.camera.show(on)), this.go.button);
+    await this.see(wanted);
     addEventListener("theme", () => this.view.recolor(this.palette()));
     this.link.addEventListener("channels", () => this.shown && this.world.start());
+  }
+
+  async see(solid) {
+    const View = solid ? (await import("../robot/view3d.js")).View3D : View2D;
+    this.view?.dispose();
+    this.view = new View(this.host, this.world, this.palette());
+    this.view.follow = recall("follow", true);
+    this.go.use(this.view);
+    window.robactorView = this.view.name;
   }
 
   show() {
@@ -87,7 +101,7 @@ class RobotPane {
     if (power) say("power", `${power.mean.toFixed(0)} W`);
     if (drive) say("driver", drive.enabled ? drive.source || "nobody" : "disabled");
     const pose = this.world.pose;
-    if (pose) say("place", `${brief(pose.p[0], 2)}, ${brief(pose.p[1], 2)} m`);
+    if (pose) say("place", `${pose.p[0].toFixed(2)}, ${pose.p[1].toFixed(2)} m`);
     if (contacts) [...this.feet.children].forEach((foot, i) => foot.classList.toggle("down", contacts.contact[i] !== 0 && contacts.contact[i] !== false));
     if (drive && drive.enabled !== this.enabled) {
       this.enabled = drive.enabled;
@@ -103,7 +117,7 @@ class RobotPane {
   commands() {
     const call = (service, args) => async () => {
       try {
-        const answer = await this.bridge.call(service, args());
+        const answer = await this.link.call(service, args());
         this.answer.say(answer.message, !answer.success);
       } catch (error) {
         this.answer.say(error.message, true);

@@ -1,7 +1,7 @@
 // The drawn curves, by uPlot: zoom by dragging, values under the cursor.
 
 import uPlot from "../vendor/uplot.js";
-import { h } from "../core/dom.js";
+import { brief, h } from "../core/dom.js";
 
 const EVERY = 50; // ms between two drawings
 const MOST = 300; // s that are drawn while paused
@@ -13,6 +13,7 @@ export class Chart {
     this.series = [];
     this.drawn = 0;
     this.zoom = null;
+    this.last = 0; // the time at the right edge: labels count from there
     document.head.append(h("link", { rel: "stylesheet", href: "vendor/uplot.css" }));
     new ResizeObserver(() => this.plot?.setSize(this.size)).observe(this.element);
   }
@@ -32,8 +33,8 @@ export class Chart {
       ...this.size,
       ms: 1e-3,
       scales: { x: { time: false } },
-      axes: [{ ...axis, values: (_, values) => values.map((value) => (value - this.start).toFixed(1)) }, { ...axis, size: 64 }],
-      series: [{ label: "time", value: (_, value) => (value === null ? "–" : `${(value - this.start).toFixed(3)} s`) }, ...series.map(({ text, color }) => ({ label: text, stroke: color, width: 1.5, spanGaps: true, points: { show: false } }))],
+      axes: [{ ...axis, values: (_, values) => values.map((value) => brief(value - this.last, 3)) }, { ...axis, size: 64 }],
+      series: [{ label: "time", value: (_, value) => (value === null ? "–" : `${(value - this.last).toFixed(3)} s`) }, ...series.map(({ text, color }) => ({ label: text, stroke: color, width: 1.5, spanGaps: true, points: { show: false } }))],
       cursor: { drag: { x: true, y: true, uni: 30 } },
       hooks: { setSelect: [(plot) => plot.select.width > 0 && this.zoomTo(plot)] },
     };
@@ -65,15 +66,14 @@ export class Chart {
       if (!this.frozen) {
         this.frozen = this.data(series, this.end(series) - MOST);
         this.plot.setData(this.frozen, false);
-        const end = this.end(series);
-        if (!this.zoom) this.plot.setScale("x", { min: this.shown ?? end - 10, max: end });
+        if (!this.zoom && this.shown !== undefined) this.plot.setScale("x", { min: this.shown, max: this.last });
       }
       return;
     }
     this.frozen = null;
     const end = this.end(series);
     if (!Number.isFinite(end)) return;
-    this.start ??= end;
+    this.last = end;
     this.shown = end - seconds;
     this.plot.setData(this.data(series, this.shown), false);
     this.plot.setScale("x", { min: this.shown, max: end });

@@ -7,8 +7,8 @@ const TYPE = "humanoid_control_interfaces/action/NavigateToGoal";
 const TURN = 0.25; // m that a drag must be long to mean a heading
 
 export class GoTo {
-  constructor(bridge, view, world) {
-    Object.assign(this, { bridge, view, world });
+  constructor(bridge, world) {
+    Object.assign(this, { bridge, world });
     this.aim = null;
     this.picking = false;
     this.note = note();
@@ -16,12 +16,18 @@ export class GoTo {
     this.cancel = h("button.danger", { type: "button", hidden: true, onclick: () => this.goal?.cancel() }, "Cancel");
     this.button = h("button", { type: "button", "aria-pressed": "false", title: "Click to go (G)", onclick: () => this.pick(!this.picking) }, "Go to…");
     this.element = h("div.stack", {}, h("p.muted", {}, "Press “Go to…” and click on the floor; drag to choose the heading."), this.note.element, this.progress, this.cancel);
-    view.element.addEventListener("pointerdown", (event) => this.down(event));
-    view.element.addEventListener("pointermove", (event) => this.move(event));
-    view.element.addEventListener("pointerup", () => this.up());
     addEventListener("keydown", (event) => {
       if (event.key === "g" && !writing(event) && this.button.isConnected) this.pick(!this.picking);
     });
+  }
+
+  /** Take places from this view from now on. */
+  use(view) {
+    this.view = view;
+    view.element.addEventListener("pointerdown", (event) => this.down(event));
+    view.element.addEventListener("pointermove", (event) => this.move(event));
+    view.element.addEventListener("pointerup", () => this.up());
+    this.pick(this.picking);
   }
 
   pick(on) {

@@ -2,6 +2,7 @@
 
 import { compose, turned } from "./frames.js";
 import { goalOf } from "./goal.js";
+import { blocks, floorPicture } from "./grid.js";
 
 const NEAR = 3; // m from the robot to the nearer edge of the picture at the start
 
@@ -84,26 +85,25 @@ export class View2D {
     const grid = this.world.latest.map;
     if (!grid) return;
     if (this.drawnMap !== this.world.mapVersion || this.drawnIn !== this.palette) this.paintMap(grid);
-    const { width, height, resolution, origin } = grid.info;
+    const { height, resolution, origin } = grid.info;
     this.pen.save();
     this.pen.imageSmoothingEnabled = false;
     this.pen.translate(origin.position.x, origin.position.y);
     this.pen.rotate(2 * Math.atan2(origin.orientation.z, origin.orientation.w));
-    this.pen.drawImage(this.picture, 0, 0, width * resolution, height * resolution);
+    this.pen.scale(resolution, resolution);
+    this.pen.save();
+    this.pen.scale(1, -1);
+    this.pen.drawImage(this.picture, 0, -height);
+    this.pen.restore();
+    this.pen.fillStyle = this.palette.wall;
+    for (const { left, right, low, high } of this.walls) this.pen.fillRect(left, low, right - left, high - low);
     this.pen.restore();
   }
 
   paintMap(grid) {
     [this.drawnMap, this.drawnIn] = [this.world.mapVersion, this.palette];
-    this.picture = document.createElement("canvas");
-    const { width, height } = grid.info;
-    [this.picture.width, this.picture.height] = [width, height];
-    const pen = this.picture.getContext("2d");
-    for (let i = 0; i < grid.data.length; i++) {
-      if (grid.data[i] < 0) continue;
-      pen.fillStyle = grid.data[i] >= 50 ? this.palette.wall : this.palette.floor;
-      pen.fillRect(i % width, Math.floor(i / width), 1, 1);
-    }
+    this.picture = floorPicture(grid, this.palette);
+    this.walls = blocks(grid);
   }
 
   strip(places, color, width) {
@@ -122,7 +122,7 @@ export class View2D {
     pen.fillStyle = this.palette.scan;
     for (let i = 0; i < hits.length; i += 2) {
       const [x, y] = turned(place.q, [hits[i], hits[i + 1], 0]);
-      pen.fillRect(place.p[0] + x - 0.03, place.p[1] + y - 0.03, 0.06, 0.06);
+      pen.fillRect(place.p[0] + x - 0.02, place.p[1] + y - 0.02, 0.04, 0.04);
     }
   }
 

@@ -1,6 +1,7 @@
 // The robot in its world, by three.js. Loaded only where there is WebGL.
 
 import * as THREE from "../vendor/three.js";
+import { blocks, floorPicture } from "./grid.js";
 import { goalOf } from "./goal.js";
 
 const FOLLOW = 0.12; // share of the way to the robot that the camera goes in one picture
@@ -46,7 +47,7 @@ export class View3D {
     this.shadow = flat(new THREE.CircleGeometry(0.5, 32), { color: 0x000000, transparent: true, opacity: 0.22 });
     this.shadow.scale.set(1, 0.5, 1);
     this.map = new THREE.Group();
-    this.hits = points(0.055, 1024);
+    this.hits = points(0.05, 1024);
     this.scan = new THREE.Group();
     this.scan.add(this.hits);
     this.path = line(0.03);
@@ -73,7 +74,6 @@ export class View3D {
     this.floor?.removeFromParent();
     this.floor = new THREE.GridHelper(60, 60, palette.grid, palette.grid);
     this.floor.rotation.x = Math.PI / 2;
-    this.floor.position.z = 0.001;
     this.scene.add(this.floor);
     this.drawnMap = undefined;
   }
@@ -178,43 +178,29 @@ export class View3D {
     shaft.position.copy(at.addScaledVector(up, size / 2));
   }
 
-  /** The map: its free cells as a floor, a box for each run of occupied cells in a row. */
+  /** The map: its free cells as a floor, a box for each block of occupied cells. */
   buildMap() {
     this.drawnMap = this.world.mapVersion;
     this.map.clear();
     const grid = this.world.latest.map;
     if (!grid) return;
     const { width, height, resolution, origin } = grid.info;
-    const runs = [];
-    const canvas = document.createElement("canvas");
-    [canvas.width, canvas.height] = [width, height];
-    const pen = canvas.getContext("2d");
-    pen.fillStyle = this.palette.floor;
-    for (let row = 0; row < height; row++) {
-      for (let column = 0, start = -1; column <= width; column++) {
-        const value = column < width ? grid.data[row * width + column] : -1;
-        if (value >= 0 && value < 50) pen.fillRect(column, height - 1 - row, 1, 1);
-        if (value >= 50 && start < 0) start = column;
-        if (value < 50 && start >= 0) {
-          runs.push([start, column, row]);
-          start = -1;
-        }
-      }
-    }
-    const texture = new THREE.CanvasTexture(canvas);
-    texture.magFilter = THREE.NearestFilter;
+    const texture = new THREE.CanvasTexture(floorPicture(grid, this.palette));
+    texture.anisotropy = 4;
     texture.colorSpace = THREE.SRGBColorSpace;
     const floor = flat(new THREE.PlaneGeometry(width * resolution, height * resolution), { map: texture, transparent: true });
-    floor.position.set((width * resolution) / 2, (height * resolution) / 2, -0.003);
+    floor.position.set((width * resolution) / 2, (height * resolution) / 2, 0);
+    floor.renderOrder = -1;
+    this.floor.visible = false; // the map has lines of its own
+    const found = blocks(grid);
     const walls = new THREE.InstancedMesh(
-      new THREE.BoxGeometry(1, 1, 1), new THREE.MeshLambertMaterial({ color: this.palette.wall }), Math.max(1, runs.length),
+      new THREE.BoxGeometry(1, 1, 1), new THREE.MeshLambertMaterial({ color: this.palette.wall }), Math.max(1, found.length),
     );
-    walls.count = runs.length;
+    walls.count = found.length;
     const matrix = new THREE.Matrix4();
-    runs.forEach(([from, to, row], i) => {
-      const length = (to - from) * resolution;
-      matrix.makeScale(length, resolution, WALL);
-      matrix.setPosition(from * resolution + length / 2, (row + 0.5) * resolution, WALL / 2);
+    found.forEach(({ left, right, low, high }, i) => {
+      matrix.makeScale((right - left) * resolution, (high - low) * resolution, WALL);
+      matrix.setPosition(((left + right) / 2) * resolution, ((low + high) / 2) * resolution, WALL / 2);
       walls.setMatrixAt(i, matrix);
     });
     this.map.add(floor, walls);
