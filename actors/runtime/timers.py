@@ -118,15 +118,17 @@ class Lateness:
 class TimerRecord:
     """The figures of one timer, over all incarnations of its node.
 
-    Invariants: `fired`, `missed`, `blocked` and `alive` never fall. `since` is set while the timer ticks; `alive` then holds the seconds
+    Invariants: `fired`, `overdue`, `missed`, `blocked` and `alive` never fall. `since` is set while the timer ticks; `alive` then holds the seconds
     for which it ticked before `since`.
     """
 
-    __slots__ = ("alive", "blocked", "fired", "hz", "lateness", "latest", "missed", "since")
+    __slots__ = ("alive", "blocked", "fired", "hz", "lateness", "latest", "missed", "overdue", "since")
 
     def __init__(self, hz: float) -> None:
         self.hz = hz
         self.fired = 0
+        self.overdue = 0
+        """How many of them began a period or more after they were due: caught up, but not on time."""
         self.missed = 0
         self.blocked = 0
         """How many of the missed ticks were lost because the event loop was blocked."""
@@ -281,6 +283,8 @@ class NodeTimer:
             late = max(0.0, self.time() - due)  # simulated time may have jumped back since
         self.record.fired += 1
         self.record.lateness.add(late)
+        if late >= self.period:
+            self.record.overdue += 1
         if self.backlog:
             self.k, self.due = self.backlog.popleft()
             self.inbox.put(self)

@@ -25,8 +25,8 @@ __all__ = ["main"]
 def main(argv: Sequence[str]) -> int:
     """The exit code.
 
-    0: ended as asked. 1: what `--goal` or `--fetch` asked for was not done when the run ended. 2: cannot be run as asked.
-    3: a supervisor gave up. 130 and 143: SIGINT and SIGTERM.
+    0: ended as asked. 1: the robot fell, what `--goal` or `--fetch` asked for was not done when the run ended, or the last try of a goal of
+    the patrol failed. 2: cannot be run as asked. 3: a supervisor gave up. 130 and 143: SIGINT and SIGTERM.
     """
     # One thread for BLAS: 12 x 12 matrices gain nothing from more, and the last bits of a sum would depend on their number.
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -219,11 +219,12 @@ class Session:
 
     def _done(self, score: Score) -> bool:
         """Whether the last report of a mission in another process was the one that ends it."""
-        if not self.options.processes or not score.goals:
+        from robot.run.mission import DOCK_GOAL
+
+        errands = [goal for goal in score.goals if goal.name != DOCK_GOAL]
+        if not self.options.processes or not errands:
             return False
-        return self.options.fetch is not None or (
-            self.options.goal is not None and score.goals[-1].outcome == "succeeded"
-        )
+        return self.options.fetch is not None or (self.options.goal is not None and errands[-1].succeeded)
 
     def _announce(self, system: System) -> None:
         more: dict[str, Any] = {"only": ", ".join(self.options.only)} if self.options.only else {}
@@ -242,11 +243,14 @@ class Session:
         }  # fmt: skip
 
     def _conclude(self, score: Score, report: dict[str, Any]) -> None:
-        reached = sum(goal.outcome == "succeeded" for goal in score.goals)
+        from robot.run.mission import DOCK_GOAL
+
+        reached = sum(goal.succeeded and goal.name != DOCK_GOAL for goal in score.goals)
+        docked = ", docked" if any(goal.succeeded and goal.name == DOCK_GOAL for goal in score.goals) else ""
         if self.options.log_format == "console":  # lines of JSON stay lines of JSON; the report has it all
             print(
                 f"{self.body.backend} body: {report.get('simulated_seconds', 0.0):.1f} s, {score.walked:.1f} m walked, "
-                f"{reached} goals reached, {score.falls} falls, {len(score.contacts)} contacts",
+                f"{reached} goals reached{docked}, {score.falls} falls, {len(score.contacts)} contacts",
                 file=sys.stderr,
             )
 
