@@ -7,9 +7,11 @@ import os
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import asdict
+from math import cos, sin
 from typing import TYPE_CHECKING, Any
 
-from robot.run.options import Crash, Hang, Options, UsageError, parse
+from robot.run.options import Crash, Hang, Options, Push, UsageError, parse
 
 if TYPE_CHECKING:
     from actors import Child, Supervisor, System
@@ -80,7 +82,7 @@ class Session:
         try:
             return Robot(
                 scene, body=options.backend, mission=get_mission(options.goal, options.fetch, scene), seed=options.seed, battery=options.battery,
-                arm=options.arm, motor_delay=options.motor_delay, publish_clock=options.publish_clock, processes=options.processes,
+                arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, publish_clock=options.publish_clock, processes=options.processes,
             )  # fmt: skip
         except BackendMissing as error:
             raise UsageError(str(error)) from None
@@ -190,6 +192,9 @@ class Session:
         from robot.nodes.patrol import Patrol
 
         duration = self.options.duration
+        pushes = [
+            system.loop.call_at(system.clock.loop_time(push.at), self._push, push) for push in self.options.pushes
+        ]
         crashes = {
             crash: system.loop.call_at(system.clock.loop_time(crash.at), _crash, system, crash.node)
             for crash in self.options.crashes
@@ -212,10 +217,19 @@ class Session:
                 ended.result()
         finally:
             ended.cancel()
+            for timer in pushes:
+                timer.cancel()
             for crash, timer in crashes.items():
                 timer.cancel()  # later it would hit a robot that is sitting down
                 if system.clock.now() < crash.at:
                     system.log.warning("crash not made: the run had ended", asked=f"{crash.node}@{crash.at:g}")
+
+    def _push(self, push: Push) -> None:
+        """Push the body along its heading, level."""
+        yaw = self.body.truth().yaw
+        self.body.push(
+            (cos(yaw) * push.forward - sin(yaw) * push.left, sin(yaw) * push.forward + cos(yaw) * push.left, 0.0)
+        )
 
     def _done(self, score: Score) -> bool:
         """Whether the last report of a mission in another process was the one that ends it."""
@@ -238,7 +252,8 @@ class Session:
         options = self.options
         return {
             "backend": self.body.backend, "world": self.robot.scene.name, "clock": options.clock, "seed": options.seed,
-            "motor_delay": options.motor_delay, "battery_percent": options.battery, "only": list(options.only),
+            "motor_delay": options.motor_delay, "ground": None if options.ground is None else asdict(options.ground),
+            "battery_percent": options.battery, "only": list(options.only),
             "arm": options.arm,
         }  # fmt: skip
 

@@ -84,7 +84,9 @@ def test_every_row_is_held_against_its_length(tmp_path: Path) -> None:
 
 def test_a_row_without_a_way_is_exact_when_we_find_none_and_wrong_when_we_find_one(tmp_path: Path) -> None:
     walled = MAP.replace(".@@T.", "@@@T@")
-    apart = evaluate(write(tmp_path, row((0, 0), (0, 2), 0.0), row((0, 0), (4, 0), 4.0), name="walled.map", text=walled))
+    apart = evaluate(
+        write(tmp_path, row((0, 0), (0, 2), 0.0), row((0, 0), (4, 0), 4.0), name="walled.map", text=walled)
+    )
     assert (apart.exact, apart.rows, apart.wrong) == (2, 2, ())
     joined = evaluate(write(tmp_path, row((0, 0), (0, 2), 0.0), row((0, 0), (0, 0), 0.0)))
     assert (joined.exact, joined.rows) == (1, 2)
