@@ -102,7 +102,10 @@ def test_who_fetches_has_an_arm() -> None:
         (["--push", "0,40"], "--push 0,40: write FORWARD,LEFT@SECONDS in newton seconds, such as 0,40@10"),
         (["--push", "0,40@9", "--duration", "8"], "--push 0,40@9: the run ends at 8 s, before that; give a longer --duration"),
         (["--push", "0,40@9", "--processes"], "--push: a body in a process of its own cannot be pushed from here; leave out --processes"),
-        (["--friction", "0.3", "--backend", "kinematic"], "--friction, --payload, --slope, --push: the kinematic body feels no forces; leave out --backend kinematic"),
+        (
+            ["--friction", "0.3", "--backend", "kinematic"],
+            "--friction, --payload, --slope, --push: the kinematic body feels no forces; leave out --backend kinematic",
+        ),
         (["--duration", "0"], "argument --duration: 0 is not a positive number of seconds (see python -m robot run --help)"),
         (["--duration", "inf"], "argument --duration: inf is not a positive number of seconds (see python -m robot run --help)"),
         (["--duration", "soon"], "argument --duration: soon is not a positive number of seconds (see python -m robot run --help)"),
