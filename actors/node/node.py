@@ -19,6 +19,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
 from actors.errors import DeclarationError, NotStarted
+from actors.inbox.border import INSIDE
 from actors.node.declarations import Declarations
 from actors.node.habits import Habits
 from actors.places import claim
@@ -332,6 +333,9 @@ class Node(Habits):
             )
         life = _life_of(self)
         life.check_thread()
+        border = life.inbox.border
+        if border is not None and INSIDE.get() is not border:
+            return border.enter("parameters", (dict(values),), life.parameters.set_values, values)
         return life.parameters.set_values(values)
 
 
