@@ -157,7 +157,11 @@ class System:
         """Make a node fail as if one of its handlers had raised `error`; its `on_error` is asked. Raises what `node` raises."""
         record = self.runtime.directory.named(node)
         if record.running is not None:
-            record.inbox.put_control(Failure(error, "crash"))
+            item, inbox = Failure(error, "crash"), record.inbox
+            if inbox.border is None:
+                inbox.put_control(item)
+            else:
+                inbox.border.enter("crash", (error,), inbox.put_control, item)
         elif record.process and record.state == "running":
             self.runtime.processes.crash(record.path, error)
         else:

@@ -17,6 +17,7 @@ from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
 from actors.errors import DeclarationError, NotStarted
+from actors.inbox.border import INSIDE
 from actors.node.callables import is_async, name_of
 from actors.node.declarations import Declarations
 from actors.node.habits import Habits
@@ -359,6 +360,9 @@ class Node(Habits):
             )
         life = _life_of(self)
         life.check_thread()
+        border = life.inbox.border
+        if border is not None and INSIDE.get() is not border:
+            return border.enter("parameters", (dict(values),), life.parameters.set_values, values)
         return life.parameters.set_values(values)
 
     def declare_parameter(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from actors.inbox.border import outside
 from actors.parameters.hooks import attach_hooks
 from actors.parameters.rates import guard_rates
 from actors.runtime import introspection
@@ -57,5 +58,6 @@ def _changed(life: Incarnation, change: ParameterChange) -> None:
             retime(life, parameter.name, parameter.value)
         elif parameter.name in introspection.PARAMETERS:
             introspection.apply(life)
-    for observer in life.runtime.observers.parameters:
-        observer(life, change)
+    with outside():
+        for observer in life.runtime.observers.parameters:
+            observer(life, change)
