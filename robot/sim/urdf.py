@@ -17,7 +17,8 @@ from robot.model.arm import JOINTS
 from robot.model.parameters import KNEE_TORQUE, TORQUE_LIMIT, TRUNK
 from robot.scenes.scene import Scene
 from robot.sim.arm_mjcf import TORQUES
-from robot.sim.mjcf import Ground, write_model
+from robot.sim.ground import Ground
+from robot.sim.mjcf import write_model
 
 __all__ = ["ROOT", "write_urdf"]
 
