@@ -14,7 +14,7 @@ from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, parse_fault,
 from robot.scenes.worlds import WORLDS
 
 __all__ = [
-    "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Hang", "Options", "Parser", "UsageError", "parse", "parse_fetch", "parse_goal",
+    "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Hang", "Options", "Parser", "UsageError", "Web", "parse", "parse_fetch", "parse_goal",
     "parse_seed", "seconds", "whole", "within",
 ]  # fmt: skip
 
@@ -33,6 +33,19 @@ class Parser(argparse.ArgumentParser):
             near = (did_you_mean(word.partition("=")[0], known, quoted=False) for word in message.split()[2:])
             message += next(filter(None, near), "")
         raise UsageError(f"{message} (see {self.prog} --help)")
+
+
+@dataclass(frozen=True, slots=True)
+class Web:
+    """Where the web server listens."""
+
+    host: str = "127.0.0.1"
+    port: int | None = None
+    """None: the usual one, or the next that is free."""
+    origins: tuple[str, ...] = ()
+    """Pages of other places that may connect."""
+    wanted: bool = False
+    """Whether it was asked for, so that the run ends if it cannot be had."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +81,8 @@ class Options:
     hangs: tuple[Hang, ...] = ()
     security: str | None = None
     """A security file."""
+    web: Web | None = None
+    """The web server beside the robot; None: there is none."""
 
 
 def parse(argv: Sequence[str]) -> Options:
@@ -113,7 +128,20 @@ def parse(argv: Sequence[str]) -> Options:
         processes=given.processes,
         hangs=tuple(Hang(*parse_fault("--hang", text, duration)) for text in given.hang),
         security=given.security,
+        web=_web(given),
     )
+
+
+def _web(given: argparse.Namespace) -> Web | None:
+    """What is said of the web server. There is one on the real clock unless it is switched off."""
+    wanted = given.web is not None or given.web_host is not None or bool(given.web_origin)
+    if given.no_web and wanted:
+        raise UsageError("--no-web: leave out the other options of the web server, or this one")
+    if given.clock == "virtual" and wanted:
+        raise UsageError("--web: browsers live in real time; leave out --clock virtual")
+    if given.no_web or given.clock == "virtual":
+        return None
+    return Web(given.web_host or "127.0.0.1", given.web, tuple(given.web_origin), wanted)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -190,6 +218,21 @@ def _add_network(add: Any) -> None:
         help="let other machines connect to tcp/0.0.0.0:PORT",
     )
     add("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
+    add("--no-web", action="store_true", help="without the web page and what else its port offers (docs/web.md)")
+    add(
+        "--web",
+        type=whole(0, 65535),
+        metavar="PORT",
+        help="the port of the web page, or the next one that is free (default 8765; 0: any)",
+    )
+    add("--web-host", metavar="HOST", help="let others than this machine see the page; needs ROBACTOR_WEB_TOKEN")
+    add(
+        "--web-origin",
+        action="append",
+        default=[],
+        metavar="URL",
+        help="let pages of this origin connect, such as https://lichtblick.example",
+    )
 
 
 def _add_errand(add: Any) -> None:
