@@ -13,6 +13,7 @@ from robot.run.options import (
     Fetch,
     Push,
     UsageError,
+    Web,
     parse,
     parse_fetch,
     parse_goal,
@@ -31,7 +32,7 @@ def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
         "goal": None, "params": None, "log_format": "console", "log_level": "info", "report": None, "motor_delay": 0.004,
         "flight_record": None, "trace": False, "publish_clock": None, "only": (), "arm": False, "fetch": None,
         "listen": (), "connect": (), "processes": False, "hangs": (), "security": None,
-        "ground": None, "pushes": (),
+        "ground": None, "pushes": (), "web": Web(),
     }  # fmt: skip
 
 
