@@ -228,7 +228,9 @@ async def test_OTP_D05_a_child_that_fails_while_it_cleans_up_is_reported() -> No
     [(OSError("no"), ["start_error x"]), (Skip("not now"), []), (None, [])],
 )
 @virtual
-async def test_OTP_D05_a_start_that_comes_to_its_end_meanwhile(refuse: BaseException | None, reports: list[str]) -> None:
+async def test_OTP_D05_a_start_that_comes_to_its_end_meanwhile(
+    refuse: BaseException | None, reports: list[str]
+) -> None:
     world = World(x=[Script(), Script(start=0.5, refuse=refuse)], last=Script(cleanup=1))
     async with running(world, Supervisor("root", children=[child("x"), child("last")])) as supervisor:
         await supervisor.terminate_child("x")
