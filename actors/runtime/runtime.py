@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from actors.errors import DeclarationError
 from actors.graph.graph import Graph
 from actors.logs import structlog_sink
+from actors.logs.levels import Level, LevelTree
 from actors.runtime.directory import Directory
 from actors.runtime.incarnation import Incarnation
 from actors.runtime.journal import Journal
@@ -93,7 +94,9 @@ class Runtime:
         self._ids = self.random("ids")
         self.observers = Observers(sinks)
         self.options = options
-        self.journal = Journal(loop, self.clock, level, self.observers, options)
+        self.journal = Journal(
+            loop, self.clock, LevelTree(Level(level)) if options is None else options.levels, self.observers
+        )
         self.log = self.journal.log("system", 1)
         standard = StandardEndpoints(self)
         self.graph = make_graph(
