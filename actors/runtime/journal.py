@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections import deque
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from actors.logs import DEBUG, LogRecord, NodeLog
+from actors.inbox.border import INSIDE, outside
+from actors.logs import DEBUG, LEVEL_NAMES, LogRecord, NodeLog
 from actors.places import place_of
 from actors.supervision.log_lines import log_line
 from actors.supervision.reasons import cause_of
@@ -18,6 +20,9 @@ if TYPE_CHECKING:
     from actors.time.clock import Clock
 
 __all__ = ["Journal"]
+
+_ADDRESS: Final = re.compile(r" at 0x[0-9a-f]+")
+"""Where an object lies in memory, in its representation: it differs from run to run."""
 
 
 class Journal:
@@ -58,12 +63,15 @@ class Journal:
     def write(self, record: LogRecord) -> None:
         """Keep a line and give it to all sinks. If a sink raises, the event loop's exception handler is called, and the others get it."""
         self.records.append(record)
-        for sink in self._observers.sinks:
-            try:
-                sink(record)
-            except Exception as error:  # a broken pipe or a full disk must not stop a robot
-                message = f"the log sink {getattr(sink, '__qualname__', sink)} failed; the line is lost: {record!r}"
-                self._loop.call_exception_handler({"message": message, "exception": error})
+        if (border := INSIDE.get()) is not None:
+            border.send("log", LEVEL_NAMES.get(record.level, ""), (record.event, _ADDRESS.sub("", repr(record.fields))))
+        with outside():
+            for sink in self._observers.sinks:
+                try:
+                    sink(record)
+                except Exception as error:  # a broken pipe or a full disk must not stop a robot
+                    message = f"the log sink {getattr(sink, '__qualname__', sink)} failed; the line is lost: {record!r}"
+                    self._loop.call_exception_handler({"message": message, "exception": error})
         record.let_go()
 
     def new_error(self, error: BaseException) -> tuple[BaseException | None, int]:

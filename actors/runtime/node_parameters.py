@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from actors.inbox.border import outside
 from actors.parameters.declare import LOGGER_SERVICE, OPTIONAL_PARAMETERS
 from actors.parameters.hooks import attach_hooks
 from actors.parameters.rates import guard_rates
@@ -33,6 +34,7 @@ def make_store(life: Incarnation, *, announce: bool) -> ParameterStore:
         life.identity.overrides,
         table=life.declarations.table,
         allow_undeclared=life.node.allow_undeclared_parameters,
+        automatically_declare=life.node.automatically_declare_parameters_from_overrides,
         on_event=changed,
         announce=announce,
     )
@@ -71,5 +73,6 @@ def _changed(life: Incarnation, change: ParameterChange) -> None:
             retime(life, parameter.name, parameter.value)
         elif parameter.name in introspection.PARAMETERS:
             introspection.apply(life)
-    for observer in life.runtime.observers.parameters:
-        observer(life, change)
+    with outside():
+        for observer in life.runtime.observers.parameters:
+            observer(life, change)

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-__all__ = ["Extrapolation", "FrameError", "InvalidTransform", "NotATree", "NotConnected", "UnknownFrame"]
+__all__ = [
+    "DescriptionError",
+    "Extrapolation",
+    "FrameError",
+    "InvalidTransform",
+    "NotATree",
+    "NotConnected",
+    "UnknownFrame",
+]
 
 
 class FrameError(Exception):
@@ -32,3 +40,7 @@ class NotATree(FrameError, ValueError):
 
 class InvalidTransform(FrameError, ValueError):
     """The transform has no frame names, a number that is not finite, or a rotation that is none."""
+
+
+class DescriptionError(FrameError, ValueError):
+    """The robot's description is no URDF, or has joints that nobody here can compute."""

@@ -35,6 +35,7 @@ FACES = (
     "actors.logs",
     "actors.nodes",
     "actors.parameters",
+    "actors.parameters.client",
     "actors.parameters.files",
     "actors.parameters.messages",
     "actors.qos",
