@@ -12,6 +12,7 @@ from actors.errors import DeclarationError
 from actors.graph.graph import Graph
 from actors.inbox.border import outside
 from actors.logs import structlog_sink
+from actors.logs.levels import Level, LevelTree
 from actors.runtime.directory import Directory
 from actors.runtime.incarnation import Incarnation
 from actors.runtime.journal import Journal
@@ -101,7 +102,9 @@ class Runtime:
         self._process = ""
         self.observers = Observers(sinks)
         self.options = options
-        self.journal = Journal(loop, self.clock, level, self.observers, options)
+        self.journal = Journal(
+            loop, self.clock, LevelTree(Level(level)) if options is None else options.levels, self.observers
+        )
         self.log = self.journal.log("system", 1)
         standard = StandardEndpoints(self)
         self.graph = make_graph(
