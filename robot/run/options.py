@@ -16,7 +16,8 @@ from robot.scenes.worlds import WORLDS
 from robot.sim.ground import Ground
 
 __all__ = [
-    "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Hang", "Options", "Parser", "Push", "UsageError", "parse", "parse_fetch", "parse_goal",
+    "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Hang", "Options", "Parser", "Push", "UsageError", "Web", "parse", "parse_fetch",
+    "parse_goal",
     "parse_seed", "seconds", "whole", "within",
 ]  # fmt: skip
 
@@ -35,6 +36,19 @@ class Parser(argparse.ArgumentParser):
             near = (did_you_mean(word.partition("=")[0], known, quoted=False) for word in message.split()[2:])
             message += next(filter(None, near), "")
         raise UsageError(f"{message} (see {self.prog} --help)")
+
+
+@dataclass(frozen=True, slots=True)
+class Web:
+    """Where the web server listens."""
+
+    host: str = "127.0.0.1"
+    port: int | None = None
+    """None: the usual one, or the next that is free."""
+    origins: tuple[str, ...] = ()
+    """Pages of other places that may connect."""
+    wanted: bool = False
+    """Whether it was asked for, so that the run ends if it cannot be had."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +87,8 @@ class Options:
     ground: Ground | None = None
     """What the physical body stands on and carries, if it was said."""
     pushes: tuple[Push, ...] = ()
+    web: Web | None = None
+    """The web server beside the robot; None: there is none."""
 
 
 def parse(argv: Sequence[str]) -> Options:
@@ -127,7 +143,20 @@ def parse(argv: Sequence[str]) -> Options:
         security=given.security,
         ground=ground,
         pushes=tuple(parse_push(text, duration) for text in given.push),
+        web=_web(given),
     )
+
+
+def _web(given: argparse.Namespace) -> Web | None:
+    """What is said of the web server. There is one on the real clock unless it is switched off."""
+    wanted = given.web is not None or given.web_host is not None or bool(given.web_origin)
+    if given.no_web and wanted:
+        raise UsageError("--no-web: leave out the other options of the web server, or this one")
+    if given.clock == "virtual" and wanted:
+        raise UsageError("--web: browsers live in real time; leave out --clock virtual")
+    if given.no_web or given.clock == "virtual":
+        return None
+    return Web(given.web_host or "127.0.0.1", given.web, tuple(given.web_origin), wanted)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -225,6 +254,21 @@ def _add_network(add: Any) -> None:
         help="let other machines connect to tcp/0.0.0.0:PORT",
     )
     add("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
+    add("--no-web", action="store_true", help="without the web page and what else its port offers (docs/web.md)")
+    add(
+        "--web",
+        type=whole(0, 65535),
+        metavar="PORT",
+        help="the port of the web page, or the next one that is free (default 8765; 0: any)",
+    )
+    add("--web-host", metavar="HOST", help="let others than this machine see the page; needs ROBACTOR_WEB_TOKEN")
+    add(
+        "--web-origin",
+        action="append",
+        default=[],
+        metavar="URL",
+        help="let pages of this origin connect, such as https://lichtblick.example",
+    )
 
 
 def _add_errand(add: Any) -> None:
