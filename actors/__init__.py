@@ -80,6 +80,7 @@ from actors.lifecycle.node import LifecycleNode, bring_down, bring_up
 from actors.node.declarations import background, every, publishes, subscribes
 from actors.node.node import ErrorVerdict, Node
 from actors.node.retry import retry
+from actors.node.timer import Rate, Timer
 from actors.parameters.declare import parameter
 from actors.parameters.values import Parameter, SetResult
 from actors.processes.errors import ProcessDied, ProcessHung, RemoteError
@@ -104,7 +105,7 @@ from actors.supervision.declarations import (
 )
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
-from actors.system import System, system_of
+from actors.system import System, graph_of, system_of
 from actors.time.clock import Clock
 from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream
@@ -149,6 +150,7 @@ __all__ = [
     "ProgramExit",
     "Publisher",
     "QoS",
+    "Rate",
     "Reject",
     "RemoteError",
     "Returned",
@@ -167,6 +169,7 @@ __all__ = [
     "System",
     "Tick",
     "TickMissed",
+    "Timer",
     "Topic",
     "TransitionRefused",
     "WrongThread",
@@ -180,6 +183,7 @@ __all__ = [
     "check_tree",
     "every",
     "execute",
+    "graph_of",
     "never",
     "one_for_all",
     "one_for_one",

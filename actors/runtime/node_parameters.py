@@ -31,6 +31,7 @@ def make_store(life: Incarnation, *, announce: bool) -> ParameterStore:
         life.identity.overrides,
         table=life.declarations.table,
         allow_undeclared=life.node.allow_undeclared_parameters,
+        automatically_declare=life.node.automatically_declare_parameters_from_overrides,
         on_event=changed,
         announce=announce,
     )

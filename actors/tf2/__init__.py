@@ -20,6 +20,7 @@ from actors.tf2.description import Frame
 from actors.tf2.errors import (
     BackwardExtrapolationException,
     ConnectivityException,
+    DescriptionError,
     ExtrapolationException,
     ForwardExtrapolationException,
     InvalidArgumentException,
@@ -32,6 +33,7 @@ from actors.tf2.listener import TransformListener
 from actors.tf2.message_filter import FilterFailureReason, MessageFilter
 from actors.tf2.quaternions import Quad, Triple
 from actors.tf2.transform import Transform, stamped
+from actors.tf2.urdf import Joint, JointKind, Mimic, joints_of
 
 __all__ = [
     "FRAMES",
@@ -40,14 +42,18 @@ __all__ = [
     "BackwardExtrapolationException",
     "Buffer",
     "ConnectivityException",
+    "DescriptionError",
     "ExtrapolationException",
     "FilterFailureReason",
     "ForwardExtrapolationException",
     "Frame",
     "Instant",
     "InvalidArgumentException",
+    "Joint",
+    "JointKind",
     "LookupException",
     "MessageFilter",
+    "Mimic",
     "NoDataForExtrapolationException",
     "Quad",
     "StaticTransformBroadcaster",
@@ -57,5 +63,6 @@ __all__ = [
     "TransformListener",
     "Triple",
     "do_transform",
+    "joints_of",
     "stamped",
 ]

@@ -7,6 +7,7 @@ from actors.errors import ActorError
 __all__ = [
     "BackwardExtrapolationException",
     "ConnectivityException",
+    "DescriptionError",
     "ExtrapolationException",
     "ForwardExtrapolationException",
     "InvalidArgumentException",
@@ -55,3 +56,7 @@ class NoDataForExtrapolationException(ExtrapolationException):
 
 class InvalidArgumentException(TransformException, ValueError):
     """A frame name is empty or begins with a slash, or a transform cannot be: no numbers, no rotation, a loop of frames."""
+
+
+class DescriptionError(ActorError, ValueError):
+    """The robot's description is no URDF."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable
 from enum import Enum
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from actors.message_filters.simple_filter import PassThrough, SimpleFilter
 from actors.message_filters.stamps import stamp_of_message
@@ -103,7 +103,7 @@ class MessageFilter(PassThrough[M]):
         self._waiting = still
         self._watch()
 
-    def _verdict(self, message: Any) -> FilterFailureReason | bool | None:
+    def _verdict(self, message: Any) -> FilterFailureReason | Literal[True] | None:
         """Whether the message can be transformed; None if not yet, or why it never can."""
         frame, stamp = _frame_of(message), stamp_of_message(message)
         try:

@@ -20,7 +20,8 @@ from robot.picture.recording import Recording
 from robot.picture.viewpoint import viewpoint
 from robot.png import Image
 from robot.run.options import UsageError
-from robot.sim.mjcf import Ground, write_model
+from robot.sim.ground import Ground
+from robot.sim.mjcf import write_model
 
 __all__ = ["check", "draw_with_mujoco"]
 

@@ -10,11 +10,13 @@ from math import isfinite, nan
 from typing import Any, Literal, NoReturn
 
 from actors.suggest import did_you_mean
-from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, parse_fault, parse_fetch, parse_goal
+from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, checked, parse_fault, parse_fetch, parse_goal
+from robot.run.hardships import Push, parse_ground, parse_push
 from robot.scenes.worlds import WORLDS
+from robot.sim.ground import Ground
 
 __all__ = [
-    "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Hang", "Options", "Parser", "UsageError", "parse", "parse_fetch", "parse_goal",
+    "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Hang", "Options", "Parser", "Push", "UsageError", "parse", "parse_fetch", "parse_goal",
     "parse_seed", "seconds", "whole", "within",
 ]  # fmt: skip
 
@@ -68,6 +70,9 @@ class Options:
     hangs: tuple[Hang, ...] = ()
     security: str | None = None
     """A security file."""
+    ground: Ground | None = None
+    """What the physical body stands on and carries, if it was said."""
+    pushes: tuple[Push, ...] = ()
 
 
 def parse(argv: Sequence[str]) -> Options:
@@ -78,19 +83,26 @@ def parse(argv: Sequence[str]) -> Options:
     if given.clock == "virtual" and (given.listen or given.connect or given.security):
         raise UsageError("--listen, --connect, --security: other machines live in real time; leave out --clock virtual")
     if given.publish_clock is not None:
-        _within("--publish-clock", given.publish_clock, 0.1, 1000.0, "Hz")
+        checked("--publish-clock", given.publish_clock, 0.1, 1000.0, "Hz")
     if given.processes and given.clock == "virtual":
         raise UsageError("--processes: processes live in real time; leave out --clock virtual")
     if given.processes and given.backend == "kinematic":
         raise UsageError("--processes: only the physics body has a process of its own; leave out --backend kinematic")
     if given.hang and not given.processes:
         raise UsageError("--hang: in one process everything would hang, and nobody be left to see it; add --processes")
+    if given.processes and given.push:
+        raise UsageError("--push: a body in a process of its own cannot be pushed from here; leave out --processes")
+    ground = parse_ground(given.friction, given.payload, given.slope)
+    if given.backend == "kinematic" and (ground is not None or given.push):
+        raise UsageError(
+            "--friction, --payload, --slope, --push: the kinematic body feels no forces; leave out --backend kinematic"
+        )
     duration = given.duration
     if duration is None and given.clock == "virtual":
         duration = VIRTUAL_DURATION
     return Options(
         duration=duration,
-        battery=_within("--battery", given.battery, 0.0, 100.0, "per cent"),
+        battery=checked("--battery", given.battery, 0.0, 100.0, "per cent"),
         crashes=tuple(Crash(*parse_fault("--crash", text, duration)) for text in given.crash),
         clock=given.clock,
         world=given.world,
@@ -101,7 +113,7 @@ def parse(argv: Sequence[str]) -> Options:
         log_format=given.log_format,
         log_level=given.log_level,
         report=_writable("--report", given.report),
-        motor_delay=_within("--motor-delay", given.motor_delay, 0.0, 20.0, "milliseconds") / 1e3,
+        motor_delay=checked("--motor-delay", given.motor_delay, 0.0, 20.0, "milliseconds") / 1e3,
         flight_record=_regular("--flight-record", _writable("--flight-record", given.flight_record)),
         trace=given.trace,
         publish_clock=given.publish_clock,
@@ -113,6 +125,8 @@ def parse(argv: Sequence[str]) -> Options:
         processes=given.processes,
         hangs=tuple(Hang(*parse_fault("--hang", text, duration)) for text in given.hang),
         security=given.security,
+        ground=ground,
+        pushes=tuple(parse_push(text, duration) for text in given.push),
     )
 
 
@@ -122,6 +136,7 @@ def _parser() -> argparse.ArgumentParser:
         description="Run the whole robot in a world: it stands up, walks its patrol, reports battery and pose, docks when low, and sits when told to stop.",
     )
     _add_circumstances(parser.add_argument)
+    _add_ground(parser.add_argument)
     _add_network(parser.add_argument)
     _add_errand(parser.add_argument)
     _add_output(parser.add_argument)
@@ -171,6 +186,26 @@ def _add_circumstances(add: Any) -> None:
         help="MuJoCo, or numpy only, which cannot fall",
     )
     add("--seed", type=parse_seed, default=0, metavar="N", help="of all noise and randomness (default 0)")
+
+
+def _add_ground(add: Any) -> None:
+    """What the robot stands on and carries, and what hits it: in physics, and told to no controller."""
+    add("--friction", type=float, metavar="MU", help="between feet and floor (default 0.8; wet tiles 0.4, ice 0.1)")
+    add(
+        "--payload",
+        type=float,
+        nargs="+",
+        metavar="KG",
+        help="KG [X Y]: a load on the back, its centre X and Y metres forward and left of the body's",
+    )
+    add("--slope", type=float, nargs="+", metavar="DEG", help="X [Y]: the floor rises by so many degrees along x and y")
+    add(
+        "--push",
+        action="append",
+        default=[],
+        metavar="FORWARD,LEFT@T",
+        help="push the body by so many newton seconds along its heading at T seconds, such as 0,40@10 or (with =) --push=-30,0@10; may be given several times",
+    )
 
 
 def _add_network(add: Any) -> None:
@@ -301,12 +336,6 @@ def seconds(text: str) -> float:
         value = -1.0
     if not isfinite(value) or value <= 0.0:
         raise argparse.ArgumentTypeError(f"{text} is not a positive number of seconds")
-    return value
-
-
-def _within(option: str, value: float, low: float, high: float, unit: str) -> float:
-    if not low <= value <= high:  # also false for NaN
-        raise UsageError(f"{option} {value:g}: give {low:g} to {high:g} {unit}")
     return value
 
 

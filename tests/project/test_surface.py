@@ -36,6 +36,7 @@ FACES = (
     "actors.message_filters",
     "actors.nodes",
     "actors.parameters",
+    "actors.parameters.client",
     "actors.parameters.files",
     "actors.parameters.messages",
     "actors.qos",

@@ -126,13 +126,13 @@ async def localized_robot(rig: Rig, world: str = "warehouse") -> KinematicBody:
     return body
 
 
-async def standing_robot(rig: Rig, world: str | Scene = "warehouse") -> KinematicBody:
+async def standing_robot(rig: Rig, world: str | Scene = "warehouse", *, lidar: type[Lidar] = Lidar) -> KinematicBody:
     """Start LiDAR, map, localizer, navigation and docking on `Legs`, standing, and wait until the robot knows where it is."""
     scene = get_world(world) if isinstance(world, str) else world
     body, grid = KinematicBody(scene, seed=1), Grid.from_scene(scene)
     await rig.start(
         Child(Legs, args=(body,)),
-        Child(Lidar, args=(body,)),
+        Child(lidar, args=(body,)),
         Child(MapServer, args=(grid, scene.places)),
         Child(Localizer, args=(grid, scene.start)),
         Child(Navigation, args=(grid,)),
