@@ -67,6 +67,8 @@ SECTIONS: Mapping[str, str] = {
     "Blocking programs": "actors.blocking",
     "Recording": "actors.bag",
     "Nodes that come with it": "actors.nodes",
+    "Transforms": "actors.tf2",
+    "Message filters": "actors.message_filters",
     "Other processes": "actors.transport",
     "Other processes, by Zenoh": "actors.transport.zenoh",
     "Security": "actors.transport.security",
