@@ -68,6 +68,7 @@ SECTIONS: Mapping[str, str] = {
     "Nodes that come with it": "actors.nodes",
     "Other processes": "actors.transport",
     "Other processes, by Zenoh": "actors.transport.zenoh",
+    "Other machines": "actors.hosts",
     "Security": "actors.transport.security",
     "A small authority": "actors.transport.security.authority",
     "Interfaces": "actors.interfaces",

@@ -17,6 +17,7 @@ FLOORS = (
     "bag",
     "nodes",
     "running",
+    "hosts",
     "processes",
     "lifecycle",
     "system",
