@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 __all__ = ["Types"]
 
 T = TypeVar("T")
+
+_NAME = re.compile(r"[A-Za-z]\w{0,80}/(msg|srv|action)/[A-Za-z]\w{0,120}", re.ASCII)
+"""What may be looked for in the folders of definitions."""
 
 
 class Types:
@@ -68,6 +72,8 @@ class Types:
         users: Iterable[tuple[str, Any]],
         parts: Callable[[Any], list[tuple[str, str]]],
     ) -> T:
+        if not _NAME.fullmatch(name):
+            raise Refused(f"{name!r:.80} is not the name of a type")
         try:
             return get(name)
         except UnknownInterface as error:

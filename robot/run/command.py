@@ -11,7 +11,9 @@ from dataclasses import asdict
 from math import cos, sin
 from typing import TYPE_CHECKING, Any
 
-from robot.run.options import Crash, Hang, Options, Push, UsageError, parse
+from robot.run.errands import Crash, Hang, UsageError
+from robot.run.hardships import Push
+from robot.run.options import Options, parse
 
 if TYPE_CHECKING:
     import asyncio

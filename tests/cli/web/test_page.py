@@ -5,9 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import re
-from pathlib import Path
 from urllib.parse import urlsplit
 
+import anyio
 import pytest
 from playwright.async_api import Locator, Page, expect
 
@@ -174,8 +174,8 @@ async def test_a_field_is_plotted_by_its_path_and_saved_as_csv() -> None:
         async with page.expect_download() as saved:
             await button(page, "CSV").click()
 
-        path = Path(await (await saved.value).path())
-        rows = list(csv.reader(io.StringIO(path.read_text(encoding="utf-8"))))
+        text = await anyio.Path(await (await saved.value).path()).read_text(encoding="utf-8")
+        rows = list(csv.reader(io.StringIO(text)))
         assert rows[0] == ["series", "time_s", "value"]
         knees = [float(value) for name, _, value in rows[1:] if name == "/joint_states.position[2]"]
         angle = float(visit.robot.body.joints().position[2])

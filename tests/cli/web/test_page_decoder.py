@@ -83,7 +83,9 @@ def test_it_reads_every_vector_on_which_two_other_encoders_agree() -> None:
         assert answer["message"] == want, vector["type"]
 
 
-@settings(deadline=None, max_examples=25, phases=[Phase.generate], suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    deadline=None, max_examples=25, phases=[Phase.generate], suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 @given(
     names=st.lists(st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=9), max_size=4),
     numbers=st.lists(st.floats(), max_size=5),

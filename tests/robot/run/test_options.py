@@ -8,20 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from robot.run.options import (
-    Crash,
-    Fetch,
-    Push,
-    UsageError,
-    Web,
-    parse,
-    parse_fetch,
-    parse_goal,
-    parse_seed,
-    seconds,
-    whole,
-    within,
-)
+from robot.run.arguments import parse_seed, seconds, whole, within
+from robot.run.errands import Crash, Fetch, UsageError, parse_fetch, parse_goal
+from robot.run.hardships import Push
+from robot.run.options import parse
 from robot.sim.ground import Ground
 
 
