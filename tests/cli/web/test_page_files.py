@@ -37,7 +37,9 @@ def test_a_module_imports_files_that_are_there_and_what_they_export(path: Path) 
         assert target.is_file(), source
         if target.parent.name == "vendor" or not names.startswith("{"):
             continue
-        exported = set(re.findall(r"^export (?:async )?(?:function\*?|class|const) (\w+)", target.read_text(), re.MULTILINE))
+        exported = set(
+            re.findall(r"^export (?:async )?(?:function\*?|class|const) (\w+)", target.read_text(), re.MULTILINE)
+        )
         assert {name.strip() for name in names.strip("{} ").split(",")} <= exported, source
     assert len(text.splitlines()) <= 400
     assert re.match(r"// \w", text), "a module says in its first line what it is about"

@@ -11,7 +11,7 @@ import pytest
 from robot.run.arguments import parse_seed, seconds, whole, within
 from robot.run.errands import Crash, Fetch, UsageError, parse_fetch, parse_goal
 from robot.run.hardships import Push
-from robot.run.options import parse
+from robot.run.options import Web, parse
 from robot.sim.ground import Ground
 
 
