@@ -21,6 +21,7 @@ from actors.runtime.open_systems import OpenSystems
 from actors.runtime.runtime import OtherProcesses, Runtime
 
 if TYPE_CHECKING:
+    from actors.graph.queries import NodeGraph
     from actors.graph.snapshot import Snapshot
     from actors.node.node import Node
     from actors.runtime.options import RunOptions
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from actors.supervision.report import Report
     from actors.supervision.running import RunningSupervisor
 
-__all__ = ["System", "system_here", "system_of"]
+__all__ = ["System", "graph_of", "system_here", "system_of"]
 
 N = TypeVar("N", bound="Node")
 
@@ -159,7 +160,11 @@ class System:
         """Make a node fail as if one of its handlers had raised `error`; its `on_error` is asked. Raises what `node` raises."""
         record = self.runtime.directory.named(node)
         if record.running is not None:
-            record.inbox.put_control(Failure(error, "crash"))
+            item, inbox = Failure(error, "crash"), record.inbox
+            if inbox.border is None:
+                inbox.put_control(item)
+            else:
+                inbox.border.enter("crash", (error,), inbox.put_control, item)
         elif record.process and record.state == "running":
             self.runtime.processes.crash(record.path, error)
         else:
@@ -222,3 +227,11 @@ def system_of(node: Node) -> System:
         if system.runtime is runtime:
             return system
     raise NotStarted(f"{node!r}: its system has ended")
+
+
+def graph_of(node: Node) -> NodeGraph:
+    """The graph as this node sees it: who publishes, who serves, and waiting for them. Raises what `system_of` raises."""
+    from actors.graph.queries import NodeGraph
+
+    system = system_of(node)
+    return NodeGraph(system.graph, incarnation_of(node).identity, system.snapshot)

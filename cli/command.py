@@ -35,6 +35,7 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "plot": "fields of topics over time",
         "launch": "start what a launch file says",
         "bag": "recordings: record, play, info, ...",
+        "web": "the web page, Foxglove, rosbridge",
         "top": "hosts, processes and nodes, live",
         "security": "certificates, and who may do what",
         "doctor": "why something does not work",

@@ -14,6 +14,7 @@ from actors.launch.plan import Job, NodeSpec, Process, Scope
 from actors.launch.program import Output, ProgramNode, ros_arguments
 from actors.launch.stand_ins import StandIn
 from actors.names.names import fully_qualified
+from actors.node.members import has_fixed_parameters
 from actors.node.node import Node
 from actors.running.options import with_arguments
 from actors.running.target import Unusable, find, grown
@@ -126,7 +127,7 @@ def named(spec: Spec, node: NodeSpec, warn: Warn) -> Spec:
 def known_parameters(child: Child, given: Mapping[str, Any], fqn: str, warn: Warn) -> dict[str, Any]:
     """The parameters that the node has; a warning names the others, which a node of ROS 2 ignores without a word."""
     kind = child.factory
-    if not (isinstance(kind, type) and issubclass(kind, Node)) or kind.allow_undeclared_parameters:
+    if not (isinstance(kind, type) and issubclass(kind, Node) and has_fixed_parameters(kind)):
         return dict(given)
     table = kind.declarations.table
     unknown = [name for name in given if name not in table.values]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 if TYPE_CHECKING:
@@ -12,9 +12,12 @@ if TYPE_CHECKING:
     from actors.actions.client import Goal
     from actors.contracts.contracts import Action, Service, Topic
     from actors.graph.graph import Graph
+    from actors.inbox.inbox import Inbox
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
     from actors.names.identity import Identity
+    from actors.node.declarations import Late
+    from actors.node.timer import RunningTimer
     from actors.parameters import ParameterStore
     from actors.qos.policies import QoS
     from actors.services.client import Client
@@ -84,6 +87,8 @@ class Machinery(Protocol):
     @property
     def identity(self) -> Identity: ...
     @property
+    def inbox(self) -> Inbox: ...
+    @property
     def log(self) -> NodeLog: ...
     @property
     def parameters(self) -> ParameterStore: ...
@@ -96,6 +101,10 @@ class Machinery(Protocol):
 
     def check_thread(self) -> None: ...
     def check_use(self) -> None: ...
+    def tick(
+        self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str
+    ) -> RunningTimer: ...
+    def end_ticks(self, timer: Any) -> None: ...
     def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]: ...
     def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]: ...
     def handle(self, topic: Topic[M], qos: QoS, handler: Handler[M], label: str) -> None: ...

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from actors.names.names import logger_name
+from actors.node.members import has_fixed_parameters
 from actors.node.node import Node
 from actors.parameters.declare import OPTIONAL_PARAMETERS
 from actors.runtime.options import RunOptions, identity_of
@@ -182,7 +183,7 @@ def _nodes(spec: Spec, path: tuple[str, ...], options: RunOptions | None) -> Ite
         kind = spec.factory
         identity = identity_of(spec, path, options)
         if isinstance(kind, type) and issubclass(kind, Node):
-            fixed = kind is not Node and not kind.allow_undeclared_parameters
+            fixed = kind is not Node and has_fixed_parameters(kind)
             yield _Declared(identity, spec, kind.declarations.table, fixed)
         else:
             yield _Declared(identity, spec, None, False)

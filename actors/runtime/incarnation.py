@@ -6,7 +6,7 @@ A `Node` object holds the user's code and state; its incarnation runs it. `actor
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
@@ -16,7 +16,8 @@ from actors.inbox.control import Failure, StopRequest, blame
 from actors.logs import WARN
 from actors.qos import resolve_publisher, resolve_subscription
 from actors.qos.policies import QoS
-from actors.runtime import answers, endpoints, introspection, life, owned_tasks
+from actors.runtime import answers, endpoints, introspection, life, owned_tasks, timers
+from actors.runtime.ids import uuid_of
 from actors.runtime.node_parameters import check_store, make_store
 from actors.services.client import Client
 from actors.services.introspection import caller_id
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from actors.inbox.inbox import Item
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
+    from actors.node.declarations import Late
     from actors.node.node import ErrorVerdict, Node
     from actors.parameters import ParameterStore
     from actors.runtime.record import NodeRecord
@@ -73,6 +75,7 @@ class Incarnation:
     """
 
     __slots__ = (
+        "_ids",
         "_log",
         "_parameters",
         "_rng",
@@ -84,6 +87,7 @@ class Incarnation:
         "identity",
         "inbox",
         "incarnation",
+        "made_timers",
         "node",
         "phase",
         "publishers",
@@ -124,12 +128,16 @@ class Incarnation:
         self.streams: list[StreamSubscription[Any]] = []
         self.clients: dict[Any, Client[Any, Any]] = {}
         self.timers: list[NodeTimer] = []
+        """The timers that the class declares, in that order; none while a lifecycle node is inactive."""
+        self.made_timers: dict[NodeTimer, None] = {}
+        """The timers that the node has made and not canceled."""
         self.standard_services: list[Server] = []
         """The standard services of the node that have been opened, because they were asked for."""
         self.sim: SimTime | None = None
         self._parameters: ParameterStore | None = None
         self._log: NodeLog | None = None
         self._rng: Random | None = None
+        self._ids: Random | None = None
         node.__machinery__ = self
 
     def __repr__(self) -> str:
@@ -203,7 +211,13 @@ class Incarnation:
         return caller_id(self.fqn, service), number
 
     def new_id(self) -> bytes:
-        return self.runtime.new_id()
+        """A new id of 16 bytes in the form of a random UUID, from a stream of this incarnation's own."""
+        if self._ids is None:
+            self._ids = self.runtime.ids(f"{self.fqn}#{self.incarnation}")
+        drawn = uuid_of(self._ids)
+        if self.inbox.border is not None:
+            self.inbox.border.send("id", "", drawn)
+        return drawn
 
     def warn(self, event: str, **fields: object) -> None:
         self.log.write(WARN, event, fields)
@@ -265,6 +279,8 @@ class Incarnation:
             self.record.note(one.entry for one in self.clients.values())
             self.clients.clear()
         entry = self.runtime.graph.service(self.identity.service(service.name))
+        if self.inbox.border is not None:
+            self.inbox.border.uses(entry)
         client = self.clients[service] = Client(self, entry, service)
         introspection.watch_client(self, client)
         entry.clients[self.fqn] = entry.clients.get(self.fqn, 0)
@@ -274,6 +290,8 @@ class Incarnation:
         entry = self.runtime.graph.action(self.identity.service(action.name))
         entry.clients[self.fqn] = entry.clients.get(self.fqn, 0) + 1
         self.record.note((entry,))
+        if self.inbox.border is not None:
+            self.inbox.border.uses(entry)
         return Goal(self, entry, action, message, timeout)
 
     def handle(self, topic: Topic[M], qos: QoS, handler: Handler[M], label: str) -> None:
@@ -296,7 +314,17 @@ class Incarnation:
                 else:
                     publisher.suspend()
 
+    def tick(self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str) -> NodeTimer:
+        """Start a timer that the node makes while it runs."""
+        self.check_use()
+        return timers.tick(self, hz, handler, late, label)
+
+    def end_ticks(self, timer: NodeTimer) -> None:
+        """End the ticks of such a timer."""
+        timers.end_ticks(self, timer)
+
     def stop_timers(self) -> None:
+        """Stop the timers that the class declares."""
         for timer in self.timers:
             timer.stop()
         self.timers.clear()
@@ -388,6 +416,8 @@ class Incarnation:
         record = self.record
         record.life = None
         self.stop_timers()
+        for timer in list(self.made_timers):
+            self.end_ticks(timer)
         for task in reversed(self.tasks):
             task.cancel()
         if self.sim is not None:

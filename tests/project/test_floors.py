@@ -16,6 +16,8 @@ FLOORS = (
     "launch",
     "bag",
     "nodes",
+    "tf2",
+    "message_filters",
     "running",
     "hosts",
     "processes",

@@ -134,6 +134,7 @@ def test_what_is_declared_is_imported() -> None:
         "mujoco",
         "numpy",
         "structlog",
+        "websockets",
         "xxhash",
         "yaml",
         "zenoh",
