@@ -26,6 +26,8 @@ __all__ = ["WebOutcome", "attack", "findings"]
 
 ATTACKERS = 4
 """Connections at the same time."""
+AT_ONCE = 50
+"""Frames that an attacker sends at once."""
 EVERY = 200
 """Hostile frames between two words of the honest client."""
 WORDS = Topic(String, "/words")
@@ -203,6 +205,11 @@ async def _attacker(
                         sent += 1
                         outcome.sent[protocol or "rosbridge"] += 1
                         progress(outcome.sent.total())
+                        if sent % AT_ONCE == 0:
+                            await asyncio.sleep(0.02)  # an answer, or a farewell, has time to come
+                    if not silent:
+                        async with asyncio.timeout(30):
+                            await (await socket.ping())  # all frames have been handled
                 finally:
                     if reader is not None:
                         reader.cancel()

@@ -64,6 +64,11 @@ def _refuse_second(entry: Any) -> None:
         raise Refused(f"{entry.local.host} serves {entry.name} already")
 
 
+def _reason(values: Any) -> str:
+    """Why a client has failed, as far as it says so."""
+    return f"{values}"[:1000] if values else "the client that serves it gives no reason"
+
+
 class _Served(NamedTuple):
     """A service that this client serves."""
 
@@ -119,7 +124,7 @@ class ServicesServed:
             return
         values = request.get("values")
         if request.get("result") is not True:
-            waiting.set_exception(BrowserFailed(f"{values}"[:1000]))
+            waiting.set_exception(BrowserFailed(_reason(values)))
             return
         try:
             waiting.set_result(message_of(kind.Response, values))
@@ -201,7 +206,7 @@ class ActionsServed:
         """The client's result of a goal."""
         goal = self._goal(request)
         if not flag(request, "result"):
-            goal.steps.put_nowait(Aborted(goal.type.Result(), f"{request.get('values')}"[:1000]))
+            goal.steps.put_nowait(Aborted(goal.type.Result(), _reason(request.get("values"))))
             return
         result, status = message_of(goal.type.Result, request.get("values")), request.get("status", 4)
         goal.steps.put_nowait(Aborted(result) if status == GoalStatus.ABORTED else Done(result))

@@ -151,6 +151,7 @@ async def test_too_many_requests_at_once_are_refused_and_the_others_answered() -
                 timeout=5,
             )
         assert "256 requests" in (await client.find("status"))["msg"]
+        client.socket.transport.abort()
 
 
 async def test_more_clients_than_there_is_room_for_are_told_so() -> None:
