@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.async_api import Page, async_playwright
+from playwright.async_api import Page, async_playwright, expect
 
 from actors import Child, System, run
 from actors.runtime.record import NodeRecord
@@ -27,6 +27,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 AXE = Path(os.environ.get("ROBACTOR_AXE", "axe.min.js"))
 """axe-core's script, which `.ci/nightly` fetches."""
 WIDE, PHONE = (1280, 800), (390, 844)
+expect.set_options(timeout=30_000)  # a robot and a browser on one machine, which may have others to carry
 FLAT, SOLID = ["--no-sandbox", "--disable-gpu"], ["--no-sandbox", "--enable-unsafe-swiftshader"]
 """Without WebGL, and with one that is a program on the processor."""
 
