@@ -40,6 +40,7 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "security": "certificates, and who may do what",
         "doctor": "why something does not work",
         "wtf": "the same as doctor",
+        "agent": "takes parts of trees elsewhere",
         "router": "the meeting point of several machines",
         "daemon": "what ros2 needs, and this does not",
         "multicast": "whether multicast reaches this machine",

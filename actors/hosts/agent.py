@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable
 from functools import partial
-from typing import Protocol
+from typing import Final, Protocol
 
 from actors.hosts.lease import ASKING, Holding
 from actors.hosts.messages import (
@@ -23,12 +23,16 @@ from actors.hosts.messages import (
     Watched,
     Wire,
 )
+from actors.logs import WARN
 from actors.processes.errors import ProcessDied
 from actors.processes.life import Process
-from actors.processes.messages import Event, Opaque, Request, StopAsked
+from actors.processes.messages import Event, Line, Opaque, Request, StopAsked
 from actors.processes.pickling import pack
 
-__all__ = ["Agent", "Launcher", "Running", "Session"]
+__all__ = ["MOST_UNSENT", "Agent", "Launcher", "Running", "Session"]
+
+MOST_UNSENT: Final = 1_000_000
+"""While so many bytes of a session wait to be sent, log lines are counted instead."""
 
 
 class Running(Process, Protocol):
@@ -96,6 +100,7 @@ class Session:
 
     - Nothing is launched before the first lease was granted, nor once the session ends (`_ending`), nor after `until`.
     - At `until` all processes are killed, unless the lease was renewed before. `_expiry` is the timer for that, from the first lease on.
+    - A log line is either sent or counted in `_lost_lines`, and the count is sent with the next event that finds room.
     - `ended` is done when the session ends and none of its processes runs.
     """
 
@@ -110,6 +115,7 @@ class Session:
         """One for each process that runs, or is being launched."""
         self._asking: asyncio.TimerHandle | None = None
         self._expiry: asyncio.TimerHandle | None = None
+        self._lost_lines = 0
         self._ending = False
         self._killed = False
         self.ended: asyncio.Future[None] = self._loop.create_future()
@@ -188,7 +194,7 @@ class Session:
         """Launch a process, and tell what becomes of it."""
         number = message.number
         try:
-            process = await self._agent.launch(message, partial(self._tell, number))
+            process = await self._agent.launch(message, partial(self._tell, message))
         except OSError as error:
             self._wire.send(Ended(number, error))
             return
@@ -203,8 +209,18 @@ class Session:
         del self._processes[number]
         self._wire.send(Ended(number, how))
 
-    def _tell(self, number: int, event: Event | Opaque) -> None:
-        self._wire.send(Said(number, event.data if isinstance(event, Opaque) else pack(event)))
+    def _tell(self, message: Launch, event: Event | Opaque) -> None:
+        """Send what a process tells. Lines that come faster than the wire takes them are counted instead: the lease goes by the same wire."""
+        full = self._wire.unsent > MOST_UNSENT
+        if full and isinstance(event, Opaque) and event.line:
+            self._lost_lines += 1
+            return
+        if self._lost_lines and not full:
+            lost, self._lost_lines = self._lost_lines, 0
+            fields = {"lines": lost, "because": "they came faster than they could be sent"}
+            line = Line(self._loop.time(), WARN, "/".join(message.path), 1, "log lines were lost", fields)
+            self._wire.send(Said(message.number, pack(line)))
+        self._wire.send(Said(message.number, event.data if isinstance(event, Opaque) else pack(event)))
 
     def _done(self, task: asyncio.Task[None]) -> None:
         self._tasks.discard(task)

@@ -6,7 +6,7 @@ import asyncio
 import signal
 import ssl
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, closing
 from typing import Any, Final, cast
 
 from actors.checks import is_number
@@ -14,7 +14,7 @@ from actors.errors import DeclarationError
 from actors.hosts.agent import Agent, Session
 from actors.hosts.lease import LEASE_SECONDS
 from actors.hosts.messages import ToAgent, Wire
-from actors.hosts.there import launch_here
+from actors.hosts.there import Launcher
 from actors.processes.channel import Channel
 from actors.transport.security import Security, SecurityError
 
@@ -63,22 +63,29 @@ def address_of(text: str) -> tuple[str, int]:
 
 @asynccontextmanager
 async def serve(
-    address: str, port: int, *, owners: Sequence[str], security: Security, say: Callable[[str], None]
+    address: str,
+    port: int,
+    *,
+    owners: Sequence[str],
+    security: Security,
+    say: Callable[[str], None],
+    modules: Sequence[str] = (),
 ) -> AsyncGenerator[tuple[str, int]]:
     """Run an agent for the trees of these owners, by the names in their certificates, while the block runs. Yields where it listens.
 
-    At the end of the block all that it runs is stopped. Raises `OSError` if it cannot listen there, `SecurityError` for a file without mutual TLS.
-    It uses the alarm of this process (`signal.setitimer`).
+    `modules` are what its processes are likely to need. At the end of the block all that it runs is stopped. It uses the alarm of this process
+    (`signal.setitimer`). Raises `OSError` if it cannot listen there, `SecurityError` for a file without mutual TLS.
     """
     loop = asyncio.get_running_loop()
-    agent = Agent(launch_here, say, lambda at: _set_alarm(None if at is None else at - loop.time()))
     context = _context(ssl.PROTOCOL_TLS_SERVER, security)
-    server = await loop.create_server(lambda: _Caller(agent, owners).channel, address, port, ssl=context)
-    try:
-        yield server.sockets[0].getsockname()[:2]
-    finally:
-        server.close()
-        await agent.stop()
+    with closing(Launcher(modules)) as launcher:
+        agent = Agent(launcher.launch, say, lambda at: _set_alarm(None if at is None else at - loop.time()))
+        server = await loop.create_server(lambda: _Caller(agent, owners).channel, address, port, ssl=context)
+        try:
+            yield server.sockets[0].getsockname()[:2]
+        finally:
+            server.close()
+            await agent.stop()
 
 
 class _Caller:

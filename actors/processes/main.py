@@ -1,4 +1,4 @@
-"""The program of a process of a tree: ``python -m actors.processes.main CHANNEL NOTES NAME [fenced]``, started by `spawned.launch`."""
+"""The program of a process of a tree: ``python -m actors.processes.main CHANNEL NOTES NAME [fenced]``, started by `spawned.start`."""
 
 from __future__ import annotations
 

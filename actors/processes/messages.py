@@ -65,9 +65,10 @@ class Packed(msgspec.Struct, frozen=True):
 
 
 class Opaque(msgspec.Struct, frozen=True):
-    """What only passes through this process, as it was packed: this one need not understand it."""
+    """What only passes through this process, as it was packed: this one need not understand it. `line`: it is a `Line`."""
 
     data: bytes
+    line: bool = False
 
 
 class Order(msgspec.Struct, frozen=True):

@@ -10,7 +10,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from actors.logs import WARN
 from actors.processes.channel import Channel, framed
@@ -19,7 +19,7 @@ from actors.processes.messages import BEATS, Beat, Event, Line, Opaque, Order, R
 from actors.processes.pickling import unpack
 from actors.processes.preparation import environment, preparation
 
-__all__ = ["NAMED_SECONDS", "SpawnedProcess", "beat_seconds", "launch", "spawn"]
+__all__ = ["NAMED_SECONDS", "SpawnedProcess", "Started", "beat_seconds", "employ", "spawn", "start"]
 
 NAMED_SECONDS: Final = 0.3
 """An event loop that has not turned for so many seconds is logged, with what it is doing;"""
@@ -40,32 +40,32 @@ def beat_seconds(hang: float) -> float:
     return min(MOST_BEAT_SECONDS, hang / BEATS)
 
 
+class Started(NamedTuple):
+    """An interpreter that waits for its preparation and its order at the other end of `channel`; `notes` is our end of its pipe."""
+
+    popen: subprocess.Popen[bytes]
+    channel: socket.socket
+    notes: int
+
+
 async def spawn(order: Order, take: Callable[[Event], None]) -> SpawnedProcess:
     """Launch an interpreter for `order`; `take` gets what it tells. Raises OSError if the system cannot start it."""
     frame = framed(order)
-    prepared = preparation(main=b"__main__" in frame)
-    return await launch(order.path, order.spec.hang, framed(prepared) + frame, take, fenced=order.placement > 0)
+    started = start("/".join(order.path), fenced=order.placement > 0)
+    return await employ(
+        started, order.path, order.spec.hang, framed(preparation(main=b"__main__" in frame)) + frame, take
+    )
 
 
-async def launch(
-    path: tuple[str, ...],
-    hang: float,
-    frames: bytes,
-    take: Callable[[Any], None],
-    read: Callable[[bytes], Any] = unpack,
-    *,
-    fenced: bool,
-) -> SpawnedProcess:
-    """Launch an interpreter for an order that is in `frames`, behind its preparation; `take` gets what it tells, as `read` makes it.
-
-    `fenced`: the process is killed with this one, where otherwise its nodes have time to end. Raises OSError.
-    """
+def start(name: str, *, fenced: bool) -> Started:
+    """Start an interpreter, which `ps` shows with this name. `fenced`: it is killed with this process, where otherwise its nodes have time to
+    end. Raises OSError."""
     ours, theirs = socket.socketpair()
     notes, noting = os.pipe()
     try:
-        popen = subprocess.Popen(  # noqa: ASYNC220  # in this thread, with whose end the system ends the process
+        popen = subprocess.Popen(  # in this thread, with whose end the system ends the process
             [
-                *(sys.executable, "-m", "actors.processes.main", str(theirs.fileno()), str(noting), "/".join(path)),
+                *(sys.executable, "-m", "actors.processes.main", str(theirs.fileno()), str(noting), name),
                 *(("fenced",) if fenced else ()),
             ],
             pass_fds=(theirs.fileno(), noting),
@@ -79,13 +79,25 @@ async def launch(
     finally:
         theirs.close()
         os.close(noting)
-    process = SpawnedProcess(popen, path, hang, take, notes, read)
-    await process.connect(ours, frames)
+    return Started(popen, ours, notes)
+
+
+async def employ(
+    started: Started,
+    path: tuple[str, ...],
+    hang: float,
+    frames: bytes,
+    take: Callable[[Any], None],
+    read: Callable[[bytes], Any] = unpack,
+) -> SpawnedProcess:
+    """Send an interpreter what it waits for; `take` gets what it tells, as `read` makes it. `path` and `hang` are those of its child."""
+    process = SpawnedProcess(started.popen, path, hang, take, started.notes, read)
+    await process.connect(started.channel, frames)
     return process
 
 
 class SpawnedProcess:
-    """A process that `launch` has started (`life.Process`).
+    """A process that `employ` has given an order (`life.Process`).
 
     Invariants:
 

@@ -40,6 +40,8 @@ SECONDS = 60.0
 """Of faults in each run; afterwards everything is healed."""
 TAKEN_OVER = LEASE_SECONDS + 1.0
 """The longest time without an act, seconds."""
+RESENT = 1.0
+"""For what is lost on a slow link and sent again, seconds."""
 MACHINES = ("base", "spare")
 COMMAND = Topic(UInt64, "command")
 ACTORS = ("near", "far")
@@ -102,29 +104,40 @@ class Weather:
     def __init__(self, network: Network, hosts: SimulatedHosts, seed: int) -> None:
         self._network, self._hosts, self._rng = network, hosts, Random(f"weather/{seed}")
         self._cut: set[tuple[str, str]] = set()
-        self._slow: set[tuple[str, str]] = set()
+        self._slow: dict[tuple[str, str], float] = {}
+        """With the longest delay of a message, seconds."""
         self._down: set[str] = set()
+        self._since = self._drained = 0.0
+        """When it changed last, and when all has arrived that was on its way then."""
         self.calm: list[tuple[float, float, bool]] = []
-        """Times between two changes, and whether a machine could be reached all the time."""
+        """Times between two changes, from when all has arrived that was on its way, and whether a machine could be reached all the time."""
 
     async def blow(self) -> None:
         loop = asyncio.get_running_loop()
-        end, since = loop.time() + SECONDS, loop.time()
+        end = loop.time() + SECONDS
         while loop.time() < end:
             await asyncio.sleep(
                 self._rng.uniform(0.1, 1.0) if self._rng.random() < 0.4 else self._rng.uniform(1.0, 9.0)
             )
-            self.calm.append((since, loop.time(), self._reachable()))
-            since = loop.time()
+            self._note(loop.time())
             self._rng.choice((self._cut_link, self._slow_link, self._slow_link, self._mend, self._mend, self._power))()
+        self._note(loop.time())
         for machine in MACHINES:
             self._clear(machine)
-        await asyncio.sleep(2 * TAKEN_OVER)
-        self.calm.append((since, loop.time(), True))
+        await asyncio.sleep(max(self._drained - loop.time(), 0.0) + 2 * TAKEN_OVER)
+        self._note(loop.time())
+
+    def _note(self, now: float) -> None:
+        """It is about to change."""
+        begun = max(self._since, self._drained)
+        if begun < now:
+            self.calm.append((begun, now, self._reachable()))
+        self._since = now
+        self._drained = max(self._drained, now + max(self._slow.values(), default=0.0))
 
     def _reachable(self) -> bool:
         return any(
-            machine not in self._down and not {("robot", machine), (machine, "robot")} & (self._cut | self._slow)
+            machine not in self._down and not {("robot", machine), (machine, "robot")} & (self._cut | self._slow.keys())
             for machine in MACHINES
         )
 
@@ -144,7 +157,7 @@ class Weather:
             (self._rng.uniform(0.01, 1.0), self._rng.uniform(1.0, 2.0), self._rng.uniform(2.0, 6.0))
         )
         self._network.impair(one, other, Conditions(delay=delay, jitter=delay / 4, loss=0.1), one_way=True)
-        self._slow.add((one, other))
+        self._slow[one, other] = 1.25 * delay + RESENT
 
     def _mend(self) -> None:
         self._clear(self._rng.choice(MACHINES))
@@ -160,9 +173,9 @@ class Weather:
     def _clear(self, machine: str) -> None:
         self._network.heal("robot", machine)
         self._network.repair("robot", machine)
-        links = {("robot", machine), (machine, "robot")}
-        self._cut -= links
-        self._slow -= links
+        for link in (("robot", machine), (machine, "robot")):
+            self._cut.discard(link)
+            self._slow.pop(link, None)
         if machine in self._down:
             self._down.discard(machine)
             self._hosts.reboot(machine)
