@@ -55,6 +55,7 @@ def checks() -> Iterator[tuple[str, Check]]:
     yield "ros2 topic pub", pub
     yield "ros2 service call", call
     yield "ros2 action send_goal --feedback", send_goal
+    yield "ros2 service call of our logger services", logger_levels
 
 
 async def nodes(bench: Bench) -> None:
@@ -180,3 +181,14 @@ async def send_goal(bench: Bench) -> None:
     kind = "example_interfaces/action/Fibonacci"
     parts = ("Goal accepted", "Feedback:", "SUCCEEDED")
     await bench.shows("action", "send_goal", "--feedback", "/ours/fibonacci", kind, "{order: 5}", parts=parts)
+
+
+async def logger_levels(bench: Bench) -> None:
+    log = bench.ours.system.node(Ticker).log
+    before, kind = log.level, "rcl_interfaces/srv/SetLoggerLevels"
+    wanted = "{levels: [{name: ours.ticker, level: 40}]}"
+    await bench.shows("service", "call", "/ours/ticker/set_logger_levels", kind, wanted, parts=("successful=True",))
+    assert (before, log.level) == (20, 40)
+    kind = "rcl_interfaces/srv/GetLoggerLevels"
+    parts = ("name='ours.ticker', level=40",)
+    await bench.shows("service", "call", "/ours/ticker/get_logger_levels", kind, "{names: [ours.ticker]}", parts=parts)
