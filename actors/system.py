@@ -51,9 +51,12 @@ class System:
         level: int = INFO,
         options: RunOptions | None = None,
         processes: Callable[[Runtime], OtherProcesses] | None = None,
+        placement: int = 0,
         make_runtime: Callable[..., Runtime] = Runtime,
     ) -> None:
-        self.runtime = runtime = make_runtime(seed=seed, sinks=sinks, level=level, options=options, processes=processes)
+        self.runtime = runtime = make_runtime(
+            seed=seed, sinks=sinks, level=level, options=options, processes=processes, placement=placement
+        )
         self._tree = runtime.tree
         self.seed, self.loop = seed, runtime.loop
         self.clock, self.graph, self.log = runtime.clock, runtime.graph, runtime.log

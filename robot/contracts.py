@@ -3,6 +3,9 @@
 First the robot's own: types of ROS 2's common packages and of robactor_msgs. Then what the tutorials ask of a robot, by types of their own
 packages: the same nodes serve it, and the names of these types and topics are the tutorials'.
 
+Where frames are to each other is on tf2's topics: `/tf`, 50 Hz, map -> odom, odom -> base_link, base_link -> gimbal_link, and 20 Hz
+the links of legs and arm, while somebody listens; `/tf_static`, base_link -> imu_link, gimbal_link -> lidar_link and camera_link.
+
 Frames: `odom` starts under the robot and drifts, `map` is the map's; `base_link` is the body. Units are SI.
 """
 
@@ -15,8 +18,8 @@ from actors.interfaces.nav_msgs.msg import OccupancyGrid, Odometry, Path
 from actors.interfaces.sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
-from actors.interfaces.tf2_msgs.msg import TFMessage
 from actors.interfaces.visualization_msgs.msg import MarkerArray
+from actors.tf2 import TF, TF_STATIC
 from robot.interfaces.robactor_msgs.action import Dock, FetchAndCarry
 from robot.interfaces.robactor_msgs.msg import (
     BatteryStatus,
@@ -86,11 +89,6 @@ ARM_JOINT_STATES = Topic(JointState, "/arm/joint_states", qos.SENSOR_DATA)
 MOTOR_POWER = Topic(MotorPower, "/motor_power", qos.SENSOR_DATA)
 """10 Hz."""
 
-# Where frames are: /tf as it changes, /tf_static once for all.
-TF = Topic(TFMessage, "/tf", QoS(depth=100))
-"""50 Hz: map -> odom, odom -> base_link, base_link -> gimbal_link; 20 Hz: the links of legs and arm, while somebody listens."""
-TF_STATIC = Topic(TFMessage, "/tf_static", QoS(depth=100, durability=qos.Durability.TRANSIENT_LOCAL))
-"""base_link -> imu_link, gimbal_link -> lidar_link and camera_link; every broadcaster latches one message with all of its transforms."""
 ROBOT_DESCRIPTION = Topic(String, "/robot_description", qos.STATE)
 """The robot as URDF: links with masses and shapes, joints with limits. Viewers draw it by /tf."""
 

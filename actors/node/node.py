@@ -176,6 +176,15 @@ class Node(Habits):
         return _life_of(self).incarnation
 
     @property
+    def fencing_token(self) -> int:
+        """A number that is larger in each life of the node than in all lives before, on whatever machines of its tree they were.
+
+        Who gets a number with each command can refuse those of an older life that is still on its way, or does not know that it is over.
+        """
+        life = _life_of(self)
+        return life.runtime.placement << 32 | life.incarnation
+
+    @property
     def clock(self) -> Clock:
         """The system's clock, real or virtual; with `use_sim_time`, the time of `/clock` (see `actors.runtime.sim_time`)."""
         return _life_of(self).clock

@@ -6,10 +6,8 @@ from actors import Node, Topic, background, parameter, publishes
 from actors.interfaces.sensor_msgs.msg import JointState
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.tf2_msgs.msg import TFMessage
+from actors.tf2 import StaticTransformBroadcaster, joints_of, stamped
 from robot.contracts import ARM_JOINT_STATES, JOINT_STATES, ROBOT_DESCRIPTION, TF
-from robot.frames.broadcast import StaticTfBroadcaster
-from robot.frames.description import joints_of
-from robot.geometry.transform import stamped
 from robot.nodes.on_demand import while_heard
 
 __all__ = ["RobotStatePublisher"]
@@ -36,8 +34,8 @@ class RobotStatePublisher(Node):
     async def on_start(self) -> None:
         self.description(String(data=self._urdf))
         now = self.clock.stamp()
-        StaticTfBroadcaster(self).send(
-            *(stamped(joint.parent, joint.child, joint.origin, now) for joint in self._fixed)
+        StaticTransformBroadcaster(self).send_transform(
+            stamped(joint.parent, joint.child, joint.origin, now) for joint in self._fixed
         )
 
     @background

@@ -15,6 +15,7 @@ from actors.interfaces.sensor_msgs.msg import JointState, LaserScan
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.interfaces.visualization_msgs.msg import Marker
 from actors.testing import Rig
+from actors.tf2 import Transform
 from robot import Robot
 from robot.contracts import (
     BATTERY_STATUS,
@@ -56,10 +57,11 @@ async def test_late_comers_get_the_description_and_find_the_feet_where_the_legs_
     assert described.last is not None
     assert described.last.data == write_urdf()
     tf = rig.node(Eyes).tf
-    stamp = tf.tree.latest("base_link", "fl_foot")
+    stamp = tf.get_latest_common_time("base_link", "fl_foot").to_msg()
     state = next(one for one in states if one.header.stamp == stamp)
     for leg, foot in zip(LEGS, feet(state.position), strict=True):
-        assert tf.lookup("base_link", f"{leg}_foot", stamp).translation == pytest.approx(foot.tolist(), abs=1e-9)
+        there = Transform.from_msg(tf.lookup_transform("base_link", f"{leg}_foot", stamp))
+        assert there.translation == pytest.approx(foot.tolist(), abs=1e-9)
 
 
 async def test_links_are_told_twenty_times_a_second_and_only_while_somebody_listens(rig: Rig) -> None:

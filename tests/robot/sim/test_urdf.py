@@ -12,10 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from robot.frames.description import Joint, joints_of
-from robot.geometry.errors import DescriptionError
+from actors.tf2 import Transform, joints_of
 from robot.geometry.planar import Pose2
-from robot.geometry.transform import Transform
 from robot.hardware.body import JOINT_NAMES
 from robot.model import arm as arm_model
 from robot.model.parameters import JOINT_LIMITS, MASS
@@ -115,55 +113,3 @@ def geoms_of(link: str) -> list[Any]:
 def test_without_an_arm_there_is_none_in_the_description() -> None:
     assert not any("arm" in joint.name for joint in joints_of(write_urdf()))
     assert len(joints_of(write_urdf())) == 16
-
-
-@settings(deadline=None, max_examples=50)
-@given(
-    rpy=st.tuples(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1)),
-    axis=st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda axis: sum(abs(one) for one in axis) > 0.1),
-    angle=st.floats(-3.0, 3.0),
-)
-def test_a_joint_of_any_urdf_stands_and_turns_as_scipy_says(
-    rpy: tuple[float, float, float], axis: tuple[float, float, float], angle: float
-) -> None:
-    numbers = [" ".join(map(repr, one)) for one in (rpy, axis)]
-    (joint,) = joints_of(
-        f'<robot><joint name="j" type="revolute"><parent link="a"/><child link="b"/>'
-        f'<origin xyz="1 2 3" rpy="{numbers[0]}"/><axis xyz="{numbers[1]}"/></joint></robot>'
-    )
-    unit = np.array(axis) / np.linalg.norm(axis)
-    meant = Rotation.from_euler("xyz", rpy) * Rotation.from_rotvec(angle * unit)
-    assert joint.at(angle).matrix == pytest.approx(meant.as_matrix(), abs=1e-9)
-    assert joint.at(angle).translation == (1.0, 2.0, 3.0)
-
-
-def test_a_joint_without_origin_and_axis_has_those_of_the_urdf_specification() -> None:
-    text = '<robot><joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'
-    assert joints_of(text) == (Joint("j", "a", "b", Transform(), (1.0, 0.0, 0.0)),)
-
-
-@pytest.mark.parametrize(
-    ("text", "why"),
-    [
-        ("no xml", "the robot's description is no XML"),
-        (
-            '<robot><joint name="j" type="fixed"><parent link="a"/></joint></robot>',
-            "'j' .* lacks its parent or its child",
-        ),
-        (
-            '<robot><joint name="lift" type="prismatic"><parent link="a"/><child link="b"/></joint></robot>',
-            "'lift' is 'prismatic': only fixed, revolute and continuous",
-        ),
-        (
-            '<robot><joint name="j" type="fixed"><parent link="a"/><child link="b"/><origin xyz="1 2"/></joint></robot>',
-            "origin xyz='1 2' of 'j' is not three numbers",
-        ),
-        (
-            '<robot><joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 0"/></joint></robot>',
-            "an axis of length 0",
-        ),
-    ],
-)
-def test_what_is_no_description_is_refused_with_the_reason(text: str, why: str) -> None:
-    with pytest.raises(DescriptionError, match=why):
-        joints_of(text)
