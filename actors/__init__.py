@@ -12,6 +12,7 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     launch       launch files of ROS 2 as supervisor trees; packages and their executables
     bag          flight recorder and trace
     nodes        nodes that come with the framework
+    diagnostics  the updater of a node's diagnostics, the aggregator of all
     running      `run`, `open_node`, `execute`; signals and the arguments of a program
     processes    children in processes of their own
     lifecycle    managed nodes, and the state machine behind them
@@ -29,6 +30,7 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     supervision  trees as values, the supervisor that runs one, reasons and reports
     logs         log lines, levels and sinks
     time         `Time`, `Duration`, clocks, tickers, event loops
+    images       images and point clouds as arrays
     interfaces   message, service and action types; CDR; type hashes
     checks       checks of arguments
     names        names of ROS, remapping

@@ -62,6 +62,8 @@ SECTIONS: Mapping[str, str] = {
     "Parameters as messages": "actors.parameters.messages",
     "Launch files": "actors.launch",
     "Logs": "actors.logs",
+    "Diagnostics": "actors.diagnostics",
+    "Images and point clouds": "actors.images",
     "Testing": "actors.testing",
     "Faults": "actors.testing.faults",
     "Blocking programs": "actors.blocking",

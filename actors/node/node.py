@@ -379,6 +379,10 @@ class Node(Habits):
         """
         return _life_of(self).parameters.get(name)
 
+    def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
+        """The parameters of a group, by their names without it: ``group`` has those that begin with ``group.``"""
+        return _life_of(self).parameters.get_by_prefix(prefix)
+
     def has_parameter(self, name: str) -> bool:
         """Whether a parameter is declared, by the class or since."""
         return _life_of(self).parameters.has(name)

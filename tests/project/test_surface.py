@@ -29,6 +29,8 @@ FACES = (
     "actors",
     "actors.bag",
     "actors.blocking",
+    "actors.diagnostics",
+    "actors.images",
     "actors.interfaces",
     "actors.interfaces.types",
     "actors.launch",
