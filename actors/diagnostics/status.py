@@ -11,7 +11,9 @@ from actors.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticSta
 __all__ = ["DIAGNOSTICS", "DIAGNOSTICS_AGG", "LEVELS", "Status", "Task"]
 
 DIAGNOSTICS: Final = Topic(DiagnosticArray, "/diagnostics")
+"""The topic on which every node publishes its own diagnostics."""
 DIAGNOSTICS_AGG: Final = Topic(DiagnosticArray, "/diagnostics_agg")
+"""The topic on which an aggregator publishes those of all nodes."""
 LEVELS: Final = {
     DiagnosticStatus.OK: "OK",
     DiagnosticStatus.WARN: "Warning",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ def array_of_cloud(cloud: PointCloud2) -> NDArray[Any]:
             "formats": formats,
             "offsets": [one.offset for one in cloud.fields],
             "itemsize": cloud.point_step,
-        }  # type: ignore[arg-type]  # numpy's stubs want sequences of one kind
+        }
     )
     row = cloud.row_step or cloud.width * cloud.point_step
     if row < cloud.width * cloud.point_step or len(cloud.data) < row * cloud.height:
@@ -85,7 +85,7 @@ def _named(points: NDArray[Any]) -> NDArray[Any]:
 
 
 def _field(record: np.dtype[Any], name: str) -> PointField:
-    kind, offset = (record.fields or {})[name][:2]
+    kind, offset = cast("Any", record.fields)[name][:2]
     base, shape = kind.subdtype or (kind, ())
     datatype = _KINDS.get(base.newbyteorder("="))
     if datatype is None or len(shape) > 1:
