@@ -13,6 +13,8 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     bag          flight recorder and trace
     nodes        nodes that come with the framework
     diagnostics  the updater of a node's diagnostics, the aggregator of all
+    tf2          transforms between frames over time
+    message_filters  messages that belong together, by their stamps
     running      `run`, `open_node`, `execute`; signals and the arguments of a program
     processes    children in processes of their own
     lifecycle    managed nodes, and the state machine behind them

@@ -17,6 +17,7 @@ from actors.logs import WARN
 from actors.qos import resolve_publisher, resolve_subscription
 from actors.qos.policies import QoS
 from actors.runtime import answers, endpoints, introspection, life, owned_tasks, timers
+from actors.runtime.ids import uuid_of
 from actors.runtime.node_parameters import check_store, make_store
 from actors.runtime.qos_overrides import overridden
 from actors.services.client import Client
@@ -75,6 +76,7 @@ class Incarnation:
     """
 
     __slots__ = (
+        "_ids",
         "_log",
         "_parameters",
         "_rng",
@@ -136,6 +138,7 @@ class Incarnation:
         self._parameters: ParameterStore | None = None
         self._log: NodeLog | None = None
         self._rng: Random | None = None
+        self._ids: Random | None = None
         node.__machinery__ = self
 
     def __repr__(self) -> str:
@@ -209,7 +212,13 @@ class Incarnation:
         return caller_id(self.fqn, service), number
 
     def new_id(self) -> bytes:
-        return self.runtime.new_id()
+        """A new id of 16 bytes in the form of a random UUID, from a stream of this incarnation's own."""
+        if self._ids is None:
+            self._ids = self.runtime.ids(f"{self.fqn}#{self.incarnation}")
+        drawn = uuid_of(self._ids)
+        if self.inbox.border is not None:
+            self.inbox.border.send("id", "", drawn)
+        return drawn
 
     def warn(self, event: str, **fields: object) -> None:
         self.log.write(WARN, event, fields)
@@ -273,6 +282,8 @@ class Incarnation:
             self.record.note(one.entry for one in self.clients.values())
             self.clients.clear()
         entry = self.runtime.graph.service(self.identity.service(service.name))
+        if self.inbox.border is not None:
+            self.inbox.border.uses(entry)
         client = self.clients[service] = Client(self, entry, service)
         introspection.watch_client(self, client)
         entry.clients[self.fqn] = entry.clients.get(self.fqn, 0)
@@ -282,6 +293,8 @@ class Incarnation:
         entry = self.runtime.graph.action(self.identity.service(action.name))
         entry.clients[self.fqn] = entry.clients.get(self.fqn, 0) + 1
         self.record.note((entry,))
+        if self.inbox.border is not None:
+            self.inbox.border.uses(entry)
         return Goal(self, entry, action, message, timeout)
 
     def handle(self, topic: Topic[M], qos: QoS, handler: Handler[M], label: str) -> None:

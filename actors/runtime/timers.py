@@ -14,6 +14,7 @@ from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.errors import ActorError
+from actors.inbox.border import outside
 
 if TYPE_CHECKING:
     from actors.inbox.inbox import Inbox
@@ -120,15 +121,17 @@ class Lateness:
 class TimerRecord:
     """The figures of one timer, over all incarnations of its node.
 
-    Invariants: `fired`, `missed`, `blocked` and `alive` never fall. `since` is set while the timer ticks; `alive` then holds the seconds
+    Invariants: `fired`, `overdue`, `missed`, `blocked` and `alive` never fall. `since` is set while the timer ticks; `alive` then holds the seconds
     for which it ticked before `since`.
     """
 
-    __slots__ = ("alive", "blocked", "fired", "hz", "lateness", "latest", "missed", "since")
+    __slots__ = ("alive", "blocked", "fired", "hz", "lateness", "latest", "missed", "overdue", "since")
 
     def __init__(self, hz: float) -> None:
         self.hz = hz
         self.fired = 0
+        self.overdue = 0
+        """How many of them began a period or more after they were due: caught up, but not on time."""
         self.missed = 0
         self.blocked = 0
         """How many of the missed ticks were lost because the event loop was blocked."""
@@ -202,7 +205,8 @@ class NodeTimer:
 
     def begin(self, ticker: TickSource, start: float | None = None) -> None:
         """Start ticking. The first tick is due one period from now, or from `start`, seconds on the clock of `ticker`."""
-        self.handle = ticker.add(self.hz, self.on_tick, start)
+        border = self.inbox.border
+        self.handle = ticker.add(self.hz, self.on_tick if border is None else border.tick(self.on_tick), start)
         self.record.since = self.loop_time()
 
     def stop(self) -> None:
@@ -283,6 +287,8 @@ class NodeTimer:
             late = max(0.0, self.time() - due)  # simulated time may have jumped back since
         self.record.fired += 1
         self.record.lateness.add(late)
+        if late >= self.period:
+            self.record.overdue += 1
         if self.backlog:
             self.k, self.due = self.backlog.popleft()
             self.inbox.put(self)
@@ -355,7 +361,8 @@ def _begin(life: Incarnation, timer: NodeTimer) -> None:
 
 def _tell_late(stalls: StallWatch, node: str, timer: NodeTimer, seconds: float, lost: int) -> None:
     """Report to the stall watch that the event loop was late for a tick by a period or more."""
-    stalls.delayed(node, 1.0 / timer.hz, seconds, lost)
+    with outside():
+        stalls.delayed(node, 1.0 / timer.hz, seconds, lost)
 
 
 def retime(life: Incarnation, name: str, hz: float) -> None:
