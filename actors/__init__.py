@@ -109,6 +109,7 @@ from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
 from actors.system import System, graph_of, system_of
 from actors.time.clock import Clock
+from actors.topics.content_filter import ContentFilter, InvalidFilter
 from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream
 
@@ -122,6 +123,7 @@ __all__ = [
     "CallTimeout",
     "Child",
     "Clock",
+    "ContentFilter",
     "DeclarationError",
     "Done",
     "DynamicSupervisor",
@@ -137,6 +139,7 @@ __all__ = [
     "GoalStatus",
     "HookResult",
     "Intensity",
+    "InvalidFilter",
     "Killed",
     "Leaked",
     "LifecycleNode",

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
+    from actors.topics.content_filter import ContentFilter
     from actors.topics.handler import HandlerSubscription
     from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
@@ -219,9 +220,11 @@ class Node(Habits):
         """Publish on `topic` from now until the node's end. In a class body, `publishes(TOPIC)` does the same."""
         return _life_of(self).publisher(topic, topic.qos if qos is None else of(qos))
 
-    def subscribe(self, topic: Topic[M], *, qos: QoS | int | None = None) -> Stream[M]:
-        """Listen to `topic` from this moment on: ``async for message in node.subscribe(TOPIC)``."""
-        return _life_of(self).subscribe(topic, topic.qos if qos is None else of(qos))
+    def subscribe(
+        self, topic: Topic[M], *, qos: QoS | int | None = None, filter: ContentFilter | None = None
+    ) -> Stream[M]:
+        """Listen to `topic` from this moment on: ``async for message in node.subscribe(TOPIC)``. With a `filter`, to what it takes."""
+        return _life_of(self).subscribe(topic, topic.qos if qos is None else of(qos), filter)
 
     def subscription(self, topic: Topic[M]) -> HandlerSubscription[M]:
         """What feeds this node's handler of `topic`: its counts, its `status`, its `events()`. Raises `DeclarationError` without one."""
