@@ -160,7 +160,10 @@ class Goal(Generic[R, F]):
     def _unanswered(self) -> str:
         """The text of the error for a goal that was neither accepted nor rejected in time."""
         if self._entry.server is not None:
-            return self._entry.server.unanswered(self._timeout)
+            border, server = self._node.inbox.border, self._entry.server
+            if border is not None:
+                return border.compute(server.unanswered, (self._timeout,))
+            return server.unanswered(self._timeout)
         return (
             f"nobody accepted or rejected a goal of {self._entry.name} within {self._timeout:g} s: start the action's node, or check the name "
             "and namespace"
