@@ -11,14 +11,15 @@ from actors.actions.peers import Outcome
 from actors.errors import described
 from actors.inbox.border import INSIDE
 from actors.inbox.control import Failure
-from actors.replay.edge import CANCELED
+from actors.replay.edge import CANCELED, name_of
 from actors.replay.loop_seam import OwnedTask
 from actors.replay.recording import started_outside
 from actors.replay.replaying import AWAITED, Break, Replaying
 from actors.replay.standins import Other, OtherFollower, OtherPublisher, OtherServer, OtherSubscription
-from actors.replay.tape import Entry, Tape, thawed
+from actors.replay.tape import Entry, Tape, Unkept, thawed
 
 if TYPE_CHECKING:
+    from actors.inbox.border import Timed
     from actors.replay.standins import Asked
     from actors.replay.tape import Start
     from actors.replay.tape_loop import TapeLoop
@@ -37,7 +38,8 @@ class Driver:
     Invariants:
 
     - `over` is done when the tape is at its end, when the node has done too much otherwise, or when the tape does not say what came next.
-    - Between two lives, and before the first, `_life` is None, and the next life, if its supervisor has asked for it, waits for `_gate`.
+    - While the node lives, `_alive` is true. The next life, if its supervisor has asked for it, waits for `_gate`.
+    - `_life` is the present or last life; None before the first.
     """
 
     def __init__(
@@ -52,10 +54,14 @@ class Driver:
         self._system, self._loop, self._tape, self._change = system, loop, tape, change
         self._gate: asyncio.Future[Start] | None = None
         self._life: Incarnation | None = None
+        self._alive = False
         self._task: OwnedTask | None = None
         self._peers: dict[int, Any] = {}
         self._late: list[tuple[float, Asked]] = []
         """What the node has asked on its own, and when it is to be told that nobody answers; only when it is astray."""
+        self._known_timers = {one[4] for one in tape.entries if isinstance(one, tuple) and one[0] == "tick"}
+        self._ticking = 0
+        """How many of the node's timers are known to tick by the tape, or by themselves."""
         self._names = [entry for entry in tape.outputs() if entry[0] in AWAITED]
         graph: Any = system.graph
         opened = graph.open_standard_service
@@ -78,7 +84,7 @@ class Driver:
         """One life of the node, from the moment at which the tape begins it."""
         self._gate = self._loop.create_future()
         start = await self._gate
-        edge, self._gate = self.edge, None
+        edge, self._gate, self._alive = self.edge, None, True
         if record.incarnation == 0:
             record.incarnation, record.saved = start.incarnation - 1, thawed(start.saved)
             record.asked_state = start.state
@@ -100,6 +106,7 @@ class Driver:
             edge.send("end", "", "")
         finally:
             INSIDE.reset(token)
+            self._alive = False
 
     def give_up(self, reason: str) -> None:
         """End the present life, because the replay is over."""
@@ -110,18 +117,25 @@ class Driver:
 
     def drive(self) -> None:
         """Play as far as possible without a turn of the loop; then come back, until the tape is over."""
+        try:
+            self._drive()
+        except BaseException as error:
+            self.edge.over = True
+            self.over.set_exception(error)
+
+    def _drive(self) -> None:
         edge = self.edge
         while not (edge.over or self.lacking or self.over.done()):
             if edge.astray:
-                if not self._stray():
-                    break
+                going = self._stray()
             else:
                 entry = edge.entry()
-                if entry is None:
-                    break
-                if not self._follow(entry):
-                    self._loop.call_soon(self.drive)
-                    return
+                going = None if entry is None else self._follow(entry)
+            if going is None:
+                break
+            if not going:
+                self._loop.call_soon(self.drive)
+                return
         if not self.over.done():
             if not (edge.over or self.lacking):
                 edge.end()
@@ -152,12 +166,13 @@ class Driver:
             self._run(handle)
         return True
 
-    def _stray(self) -> bool:
+    def _stray(self) -> bool | None:
         """Play the next thing to a node that has left the tape: its own callbacks as they are due, and what came in as it came.
 
-        Returns False at the end of the tape.
+        Returns False if the loop has to turn first, or afterwards; None at the end of the tape.
         """
         edge, entries = self.edge, self._tape.entries
+        self._own_ticks()
         soon = next((number for number, handle in edge.planned.items() if not isinstance(handle, asyncio.TimerHandle)), None)
         if soon is not None:
             self._run(edge.planned.pop(soon))
@@ -165,7 +180,7 @@ class Driver:
         while edge.at < len(entries) and not _comes_in(entries[edge.at]):
             edge.at += 1
         if edge.at >= len(entries):
-            return False
+            return None
         entry = entries[edge.at]
         assert isinstance(entry, tuple)
         due, number = self._due()
@@ -176,12 +191,14 @@ class Driver:
             else:
                 self._run(edge.planned.pop(number))
             return True
+        starts = entry[0] == "start"
+        if starts and self._gate is None and not self._alive:
+            return False
         edge.at += 1
         self._at(entry[1])
-        if entry[0] == "start" and self._gate is None:
-            return False
-        self._apply(entry)
-        return True
+        if not (starts and self._alive):  # else the changed node has not ended here
+            self._apply(entry)
+        return not starts
 
     def _due(self) -> tuple[float, int | None]:
         """When the next callback of the node is due, and its number; None for the end of a call that nobody answers."""
@@ -192,6 +209,25 @@ class Driver:
         due, number = min(timers, default=(math.inf, 0))
         late = min((when for when, _ in self._late), default=math.inf)
         return (late, None) if late < due else (due, number)
+
+    def _own_ticks(self) -> None:
+        """Have the timers tick that the recording does not know, each on its own grid."""
+        for timer in self.edge.timers[self._ticking :]:
+            if name_of(timer) not in self._known_timers:
+                self._later_tick(timer, self.edge.now, 1)
+        self._ticking = len(self.edge.timers)
+
+    def _later_tick(self, timer: Timed, start: float, k: int) -> None:
+        def tick() -> None:
+            if timer.handle is not None:
+                self._later_tick(timer, start, k + 1)
+                timer.on_tick(k, start + k / timer.hz)
+
+        token = INSIDE.set(self.edge)
+        try:
+            self._loop.call_at(start + k / timer.hz, tick)
+        finally:
+            INSIDE.reset(token)
 
     def _nobody_answers(self) -> None:
         from actors.errors import CallTimeout
@@ -215,9 +251,10 @@ class Driver:
         """Give the node one thing that came in."""
         assert isinstance(entry, tuple)
         kind, details = str(entry[0]), entry[3:]
-        if kind == "unknown":
+        unkept = next((str(one) for one in details if isinstance(one, Unkept)), "")
+        if kind == "unknown" or unkept:
             if not self.edge.astray:
-                self.lacking = str(details[0])
+                self.lacking = unkept or str(details[0])
             return
         _TAKEN[kind](self, *details)
 
@@ -246,9 +283,14 @@ class Driver:
         assert self._life is not None
         self._life.node.set_parameters(values)
 
-    def _tick(self, number: int, k: int, due: float) -> None:
-        if number < len(self.edge.timers):
-            self.edge.enter("tick", (), self.edge.timers[number], k, due)
+    def _tick(self, number: int, name: str, k: int, due: float) -> None:
+        timers = self.edge.timers
+        if self.edge.astray:
+            timer = next((one for one in reversed(timers) if one.handle is not None and name_of(one) == name), None)
+        else:
+            timer = timers[number]
+        if timer is not None:
+            self.edge.enter("tick", (), timer.on_tick, k, due)
 
     def _deliver(self, number: int, peer: int, message: Any, expires: float | None) -> None:
         publisher = self._peers[peer]
@@ -306,12 +348,13 @@ class Driver:
             graph.open_standard_service(entry)
         server: Any = entry.local
         if server is not None:
-            server.submit(message, _OtherCaller(caller), timeout)
+            server.submit(message, _OtherCaller(caller), timeout).future.add_done_callback(_retrieve)
 
     def _goal(self, number: int, name: str, goal_id: bytes, message: Any, owner: str | None) -> None:
         server = self._system.graph.action(name).local
         if server is not None:
-            server.submit(goal_id, message, None if owner is None else OtherFollower(owner))
+            follower = None if owner is None else OtherFollower(owner)
+            server.submit(goal_id, message, follower).future.add_done_callback(_retrieve)
 
     def _cancel(self, name: str, goal_id: bytes, reason: str) -> None:
         server = self._system.graph.action(name).local
@@ -425,6 +468,12 @@ class _Numbers:
 
 def _comes_in(entry: Entry) -> bool:
     return isinstance(entry, tuple) and entry[0] not in ("step", "out", "result")
+
+
+def _retrieve(answer: asyncio.Future[Any]) -> None:
+    """Take an answer that nobody waits for, so that its error is not reported as lost."""
+    if not answer.cancelled():
+        answer.exception()
 
 
 def _nothing(_: object) -> None:

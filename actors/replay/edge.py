@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from weakref import WeakKeyDictionary
 
 from actors.errors import described
-from actors.inbox.border import INSIDE
+from actors.inbox.border import INSIDE, Timed
 
 if TYPE_CHECKING:
     from actors.actions.peers import GoalFollower, Outcome
     from actors.replay.loop_seam import Callback, OwnedTask
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
-__all__ = ["Answer", "Edge"]
+__all__ = ["CANCELED", "Answer", "Edge", "name_of"]
 
 T = TypeVar("T")
 
@@ -36,7 +36,7 @@ class Edge:
     def __init__(self, node: str) -> None:
         self.node = node
         self.tasks: dict[int, OwnedTask] = {}
-        self.timers: list[Callable[[int, float], None]] = []
+        self.timers: list[Timed] = []
         self.answers: dict[int, Answer] = {}
         self.followers: dict[int, Any] = {}
         self.subscriptions: list[Any] = []
@@ -88,12 +88,12 @@ class Edge:
 
     # -- what comes in ------------------------------------------------------------------------------------------------------
 
-    def tick(self, callback: Callable[[int, float], None]) -> Callable[[int, float], None]:
-        self.timers.append(callback)
-        number = len(self.timers) - 1
+    def tick(self, timer: Timed) -> Callable[[int, float], None]:
+        self.timers.append(timer)
+        number, name = len(self.timers) - 1, name_of(timer)
 
         def ticked(k: int, due: float) -> None:
-            self.enter("tick", (number, k, due), callback, k, due)
+            self.enter("tick", (number, name, k, due), timer.on_tick, k, due)
 
         return ticked
 
@@ -238,6 +238,11 @@ class OutwardFollower:
     def on_result(self, outcome: Outcome) -> None:
         told = (self._goal_id, outcome.status.name, outcome.result, outcome.reason)
         self._edge.leave("outcome", self._name, told, self._client.on_result, outcome)
+
+
+def name_of(timer: Timed) -> str:
+    """What a timer is called on a tape: its method and its rate."""
+    return f"{timer.label.rpartition('.')[2]} at {timer.hz:g} Hz"
 
 
 def _forgets(tasks: dict[int, OwnedTask]) -> Callable[[Any], None]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Coroutine
 from contextvars import Context
+from threading import get_ident
 from typing import Any, Protocol, cast
 
 from actors.inbox.border import INSIDE, outside
@@ -65,6 +66,7 @@ class LoopSeam:
         if loop.get_task_factory() is not None:
             raise ReplayError("a journal needs an event loop without a task factory of its own (eager tasks?)")
         self._loop = loop
+        self._thread = get_ident()
         self._virtual = bool(getattr(loop, "virtual", False))
         self._call_soon, self._call_at, self._call_later = loop.call_soon, loop.call_at, loop.call_later
         self._run_in_executor = loop.run_in_executor
@@ -119,7 +121,9 @@ class LoopSeam:
 
     def read(self) -> float:
         border = INSIDE.get()
-        return self.time() if border is None else cast("LoopBorder", border).read(self.time)
+        if border is None or get_ident() != self._thread:  # work in a thread inherits the context of the node
+            return self.time()
+        return cast("LoopBorder", border).read(self.time)
 
     def run_in_executor(self, executor: Any, function: Callback, *args: Any) -> asyncio.Future[Any]:
         border = INSIDE.get()
@@ -130,7 +134,7 @@ class LoopSeam:
             with outside():
                 return self._run_in_executor(executor, function, *args)
 
-        return cast("LoopBorder", border).in_thread(start, getattr(function, "__qualname__", repr(function)))
+        return cast("LoopBorder", border).in_thread(start, "executor")
 
     def task(
         self, loop: asyncio.AbstractEventLoop, coroutine: Coroutine[Any, Any, Any], **options: Any

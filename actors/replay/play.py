@@ -103,6 +103,7 @@ async def _play(
     starting = asyncio.ensure_future(system.start(tree, ("replay", *start.path[1:-1])))
     loop.call_soon(driver.drive)
     await driver.over
+    loop.release()
     for handle in driver.edge.planned.values():
         if not handle.cancelled() and not isinstance(handle, asyncio.TimerHandle):
             loop.call_soon(handle._run)  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]

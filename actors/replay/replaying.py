@@ -257,7 +257,7 @@ class Replaying(Edge):
                 self.now = entry
             else:
                 self.stray()
-        return self.now
+        return clock() if self.over else self.now
 
 
 def _by_name(tape: Tape) -> dict[tuple[str, str], list[Any]]:

@@ -15,10 +15,10 @@ from __future__ import annotations
 
 import pickle
 import platform
-import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
+from io import BytesIO
 from typing import Any, Final, NoReturn, TypeAlias
 
 from actors.errors import ActorError, described
@@ -122,10 +122,12 @@ class Tape:
 
 def frozen(value: Any) -> bytes:
     """`value` as it is now. Raises `ReplayError` for one that cannot be pickled."""
+    file = BytesIO()
     try:
-        return pickle.dumps(value, pickle.HIGHEST_PROTOCOL)
+        _Pickler(file, pickle.HIGHEST_PROTOCOL).dump(value)
     except Exception as error:
         raise ReplayError(described(error)) from error
+    return file.getvalue()
 
 
 def thawed(data: bytes) -> Any:
@@ -139,9 +141,9 @@ def thawed(data: bytes) -> Any:
 def pack(entries: list[Entry]) -> bytes:
     """Some entries of a journal as bytes. A value that cannot be pickled is replaced by an `Unkept`."""
     try:
-        return pickle.dumps((FORMAT, entries), pickle.HIGHEST_PROTOCOL)
-    except Exception:
-        return pickle.dumps((FORMAT, [_kept(entry) for entry in entries]), pickle.HIGHEST_PROTOCOL)
+        return frozen((FORMAT, entries))
+    except ReplayError:
+        return frozen((FORMAT, [_kept(entry) for entry in entries]))
 
 
 def unpack(data: bytes) -> list[Entry]:
@@ -162,8 +164,24 @@ def _kept(entry: Entry) -> Entry:
     values: list[Any] = []
     for value in entry:
         try:
-            pickle.dumps(value)
-        except Exception as error:
-            value = Unkept(f"{sys.intern(type(value).__name__)}: {described(error)}")
+            frozen(value)
+        except ReplayError as error:
+            value = Unkept(f"{type(value).__name__}: {error}")
         values.append(value)
     return tuple(values)
+
+
+class _Pickler(pickle.Pickler):
+    """Keeps errors by their arguments and attributes, since many cannot be made again by a call of their class."""
+
+    def reducer_override(self, value: Any) -> Any:
+        if isinstance(value, BaseException):
+            return _remade, (type(value), value.args, dict(vars(value)))
+        return NotImplemented
+
+
+def _remade(kind: type[BaseException], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> BaseException:
+    error = kind.__new__(kind, *arguments)
+    error.args = arguments
+    error.__dict__.update(attributes)
+    return error
