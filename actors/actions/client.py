@@ -231,7 +231,9 @@ class Goal(Generic[R, F]):
         border = self._node.inbox.border
         if border is None:
             return sent.server.cancel(sent.goal_id, reason)
-        return border.leave("cancel", self._entry.name, (sent.goal_id, reason), sent.server.cancel, sent.goal_id, reason)
+        return border.leave(
+            "cancel", self._entry.name, (sent.goal_id, reason), sent.server.cancel, sent.goal_id, reason
+        )
 
     async def _accepted(self) -> Following[F]:
         """Find the server, submit the goal, and wait until it is accepted. Raises `Reject` if it is rejected."""

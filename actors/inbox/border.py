@@ -92,7 +92,7 @@ INSIDE: Final[ContextVar[Border | None]] = ContextVar("INSIDE", default=None)
 """The border inside of which the present code runs; None for code that belongs to no journaled node."""
 
 
-class outside:  # noqa: N801  # a context manager, used like a function
+class outside:  # a context manager, used like a function
     """A block that runs as code of the system, not of the node in whose handler it happens to be."""
 
     __slots__ = ("_token",)

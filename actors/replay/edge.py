@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from weakref import WeakKeyDictionary
 
 from actors.errors import described
-from actors.inbox.border import INSIDE, Timed
+from actors.inbox.border import INSIDE, Border, Timed
 
 if TYPE_CHECKING:
     from actors.actions.peers import GoalFollower, Outcome
@@ -23,7 +23,7 @@ T = TypeVar("T")
 CANCELED: Final = "canceled"
 
 
-class Edge:
+class Edge(Border):
     """The border of one node. A derived class says what is done with what passes (`enter`, `leave`, `send`), and how callbacks run.
 
     Invariants:
@@ -72,7 +72,12 @@ class Edge:
     # -- the event loop -----------------------------------------------------------------------------------------------------
 
     def schedule(
-        self, plain: Callable[..., asyncio.Handle], when: float | None, callback: Callback, arguments: tuple[Any, ...], context: Context | None
+        self,
+        plain: Callable[..., asyncio.Handle],
+        when: float | None,
+        callback: Callback,
+        arguments: tuple[Any, ...],
+        context: Context | None,
     ) -> asyncio.Handle:
         self._scheduled += 1
         return self.plan(plain, when, self._scheduled, callback, arguments, context)
@@ -102,7 +107,9 @@ class Edge:
         details = (number, server, message, caller.fqn, timeout)
         return self.enter("request", details, self._take, number, submit, message, caller, timeout)
 
-    def goal(self, submit: Callable[..., Any], server: str, goal_id: bytes, message: Any, client: GoalFollower | None) -> Any:
+    def goal(
+        self, submit: Callable[..., Any], server: str, goal_id: bytes, message: Any, client: GoalFollower | None
+    ) -> Any:
         number = self._owing = self._owing + 1
         follower = None if client is None else OutwardFollower(self, server, goal_id, client)
         details = (number, server, goal_id, message, None if client is None else client.owner)
@@ -167,7 +174,6 @@ class Edge:
         self.futures[future] = self._awaited
         self.expected(future, self._awaited)
         future.add_done_callback(_nothing)  # so that its end is always noticed as a callback of the node
-
 
 
 class Answer(asyncio.Future[Any]):

@@ -8,7 +8,7 @@ from contextvars import Context
 from threading import get_ident
 from typing import Any, Protocol, cast
 
-from actors.inbox.border import INSIDE, outside
+from actors.inbox.border import INSIDE, Border, outside
 from actors.replay.tape import ReplayError
 from actors.waiting import wake
 
@@ -17,11 +17,16 @@ __all__ = ["Callback", "LoopBorder", "LoopSeam", "OwnedTask"]
 Callback = Callable[..., object]
 
 
-class LoopBorder(Protocol):
+class LoopBorder(Border, Protocol):
     """The border of a node, as the event loop meets it."""
 
     def schedule(
-        self, plain: Callable[..., asyncio.Handle], when: float | None, callback: Callback, arguments: tuple[Any, ...], context: Context | None
+        self,
+        plain: Callable[..., asyncio.Handle],
+        when: float | None,
+        callback: Callback,
+        arguments: tuple[Any, ...],
+        context: Context | None,
     ) -> asyncio.Handle:
         """Have `callback` called soon, or at the loop time `when`. `plain(callback, *arguments, context=context)` is the loop's own way."""
         ...
@@ -88,7 +93,9 @@ class LoopSeam:
             return self._call_soon(callback, *args, context=context)
         return border.schedule(self._call_soon, None, callback, args, context)
 
-    def call_at(self, when: float, callback: Callback, *args: Any, context: Context | None = None) -> asyncio.TimerHandle:
+    def call_at(
+        self, when: float, callback: Callback, *args: Any, context: Context | None = None
+    ) -> asyncio.TimerHandle:
         border = _border_of(context)
         if border is None:
             return self._call_at(when, callback, *args, context=context)

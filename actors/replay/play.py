@@ -86,28 +86,32 @@ def replay(
     with asyncio.Runner(loop_factory=lambda: loop) as runner:
         driver = runner.run(_play(tape, loop, change, stop, limit, sinks))
     edge = driver.edge
-    return Verdict(start.node, tuple(edge.differences), sum(edge.sent.values()), driver.lacking, driver.failure)
+    return Verdict(start.node, tuple(edge.differences), sum(edge.sent.values()), driver.inputs.lacking, driver.played.failure)
 
 
 async def _play(
-    tape: Tape, loop: TapeLoop, change: Callable[[Child], Child], stop: Break | None, limit: int, sinks: tuple[LogSink, ...]
+    tape: Tape,
+    loop: TapeLoop,
+    change: Callable[[Child], Child],
+    stop: Break | None,
+    limit: int,
+    sinks: tuple[LogSink, ...],
 ) -> Driver:
     start = tape.start
     system = System(seed=start.seed, sinks=sinks, level=start.level, options=thawed(start.options))
     system.runtime.distinguish(start.process)
     seam_of(loop)
     driver = Driver(system, loop, tape, change, stop, limit)
-    system.runtime.gates.append(driver)
     child = change(thawed(start.child)).replace(restart="permanent", backoff=None, significant=False, stop="kill")
     tree = Supervisor(start.path[-2], children=(child,), intensity=Intensity(1_000_000, within=1.0))
     starting = asyncio.ensure_future(system.start(tree, ("replay", *start.path[1:-1])))
     loop.call_soon(driver.drive)
-    await driver.over
-    loop.release()
-    for handle in driver.edge.planned.values():
-        if not handle.cancelled() and not isinstance(handle, asyncio.TimerHandle):
-            loop.call_soon(handle._run)  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
-    system.kill()
-    starting.cancel()
-    await asyncio.wait([starting])
+    try:
+        await driver.over
+    finally:
+        loop.release()
+        driver.edge.let_go(loop)
+        system.kill()
+        starting.cancel()
+        await asyncio.wait([starting])
     return driver

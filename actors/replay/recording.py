@@ -293,6 +293,3 @@ def state_of(entry: ServerEntry[Any], node: str) -> tuple[Any, ...] | None:
 
 def _nothing(_: object) -> None:
     """Do nothing."""
-
-
-

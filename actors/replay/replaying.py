@@ -16,7 +16,7 @@ from actors.replay.tape import APART, BACK, WITHIN, Entry, Tape
 if TYPE_CHECKING:
     from actors.replay.loop_seam import Callback
 
-__all__ = ["Break", "Replaying"]
+__all__ = ["AWAITED", "Break", "Replaying", "run_handle"]
 
 T = TypeVar("T")
 
@@ -48,7 +48,7 @@ class Replaying(Edge):
     - `planned` holds the callbacks of the node that have not run, by their number.
     """
 
-    def __init__(self, tape: Tape, apply: Callable[[Entry], None], pause: Break | None, limit: int) -> None:
+    def __init__(self, tape: Tape, pause: Break | None, limit: int) -> None:
         super().__init__(tape.node)
         self.tape = tape
         self.at = 0
@@ -62,7 +62,8 @@ class Replaying(Edge):
         """What is awaited, by kind, name and place among those of its name."""
         self.differences: list[Difference] = []
         self.sent: Counter[tuple[str, str]] = Counter()
-        self._apply = apply
+        self.apply: Callable[[tuple[Any, ...]], None] = _nowhere
+        """Gives the node what came in."""
         self._pause = pause
         self._limit = limit
         self._ahead: set[int] = set()
@@ -147,6 +148,13 @@ class Replaying(Edge):
         self._differs(entry[1], entry[2], self.sent[entry[1], entry[2]], "", entry[3], ABSENT)
         self.stray()
 
+    def let_go(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Let the loop run what the node's code has still to do, so that it can be ended."""
+        self.over = True
+        for handle in self.planned.values():
+            if not handle.cancelled() and not isinstance(handle, asyncio.TimerHandle):
+                loop.call_soon(run_handle, handle)
+
     # -- what others do at the node's own call -------------------------------------------------------------------------------
 
     def entry(self) -> Entry | None:
@@ -167,7 +175,7 @@ class Replaying(Edge):
             if not (entry[2] == BACK or done) or (entry[0] == "done" and entry[3] not in self.awaited):
                 return
             self.at += 1
-            self._apply(entry)
+            self.apply(entry)
 
     def catch_up(self, publisher: Any, target: Callable[[Any], None]) -> None:
         """Give a subscription of the node the messages that were kept for it."""
@@ -187,13 +195,13 @@ class Replaying(Edge):
         for place, entry in self._step_entries():
             if entry[0] in GRAPH and entry[2] == WITHIN and place not in self._ahead:
                 self._ahead.add(place)
-                self._apply(entry)
+                self.apply(entry)
 
     def _step_entries(self) -> Iterator[tuple[int, tuple[Any, ...]]]:
         entries = self.tape.entries
         for place in range(self.at, len(entries)):
             entry = entries[place]
-            if isinstance(entry, float) or entry[0] in ("out", "result"):
+            if not isinstance(entry, tuple) or entry[0] in ("out", "result"):
                 continue
             if entry[0] in ("step", "start") or entry[2] == APART:
                 return
@@ -252,11 +260,11 @@ class Replaying(Edge):
         if not (self.astray or self.over):
             self._come_back()
             entry = self.entry()
-            if isinstance(entry, float):
+            if entry is None or isinstance(entry, tuple):
+                self.stray()
+            else:
                 self.at += 1
                 self.now = entry
-            else:
-                self.stray()
         return clock() if self.over else self.now
 
 
@@ -266,3 +274,13 @@ def _by_name(tape: Tape) -> dict[tuple[str, str], list[Any]]:
     for kind, name, value in tape.outputs():
         sent.setdefault((kind, name), []).append(value)
     return sent
+
+
+def run_handle(handle: asyncio.Handle) -> None:
+    """Run a callback as the event loop does: an error goes to its exception handler."""
+    if not handle.cancelled():
+        handle._run()  # pyright: ignore[reportPrivateUsage]
+
+
+def _nowhere(entry: tuple[Any, ...]) -> None:
+    """Take nothing in: there is no node yet."""

@@ -6,7 +6,6 @@ import asyncio
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-
 if TYPE_CHECKING:
     from actors.graph.graph import TopicEntry
     from actors.interfaces.message import Message
@@ -64,7 +63,13 @@ class OtherPublisher(_OtherEnd):
     arrival = None
 
     def __init__(
-        self, number: int, entry: TopicEntry, node: str, kind: type[Message], qos: QoS, catch_up: Callable[[OtherPublisher, Target], None]
+        self,
+        number: int,
+        entry: TopicEntry,
+        node: str,
+        kind: type[Message],
+        qos: QoS,
+        catch_up: Callable[[OtherPublisher, Target], None],
     ) -> None:
         super().__init__(entry, node, kind, qos)
         self.number = number
@@ -133,7 +138,9 @@ class OtherServer:
     node = None
     active = 0
 
-    def __init__(self, host: str, kind: type[Any], concurrent: int, asked: Callable[[Asked, float | None], None]) -> None:
+    def __init__(
+        self, host: str, kind: type[Any], concurrent: int, asked: Callable[[Asked, float | None], None]
+    ) -> None:
         self.host = host
         self.type = kind
         self.concurrent = concurrent
@@ -171,8 +178,6 @@ class OtherFollower:
 
     def on_result(self, outcome: Any) -> None:
         """Do nothing."""
-
-
 
 
 def _ignore(message: Any) -> None:

@@ -23,7 +23,20 @@ from typing import Any, Final, NoReturn, TypeAlias
 
 from actors.errors import ActorError, described
 
-__all__ = ["APART", "BACK", "FORMAT", "WITHIN", "Entry", "ReplayError", "Start", "Tape", "Unkept", "frozen", "thawed", "versions"]
+__all__ = [
+    "APART",
+    "BACK",
+    "FORMAT",
+    "WITHIN",
+    "Entry",
+    "ReplayError",
+    "Start",
+    "Tape",
+    "Unkept",
+    "frozen",
+    "thawed",
+    "versions",
+]
 
 FORMAT: Final = 1
 """Of what `Tape.pack` writes."""
@@ -159,7 +172,7 @@ def _refuse(number: object) -> NoReturn:
 
 
 def _kept(entry: Entry) -> Entry:
-    if isinstance(entry, float):
+    if not isinstance(entry, tuple):
         return entry
     values: list[Any] = []
     for value in entry:

@@ -29,8 +29,14 @@ from actors import (
 )
 from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Feedback, Fibonacci_Goal, Fibonacci_Result
 from actors.interfaces.std_msgs.msg import Float64, Int32, String
-from actors.interfaces.std_srvs.srv import SetBool, SetBool_Request, SetBool_Response
-from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
+from actors.interfaces.std_srvs.srv import (
+    SetBool,
+    SetBool_Request,
+    SetBool_Response,
+    Trigger,
+    Trigger_Request,
+    Trigger_Response,
+)
 from actors.node.declarations import background
 from actors.qos import LATCHED
 from actors.replay import Journal

@@ -64,7 +64,19 @@ def test_a_node_that_does_all_that_a_journal_carries_is_replayed_to_the_end_with
         assert any(text.startswith(begin) for text in told), begin  # it was in the story, so it was compared
     assert "<CANCELED: preempted by a newer goal>" in became
     kinds = {entry[0] for entry in tape.entries if isinstance(entry, tuple)}
-    assert {"deliver", "tick", "request", "given up", "goal", "cancel", "done", "feedback", "outcome", "parameters", "crash"} <= kinds
+    assert {
+        "deliver",
+        "tick",
+        "request",
+        "given up",
+        "goal",
+        "cancel",
+        "done",
+        "feedback",
+        "outcome",
+        "parameters",
+        "crash",
+    } <= kinds
 
 
 def test_the_run_is_the_same_with_a_journal_and_without() -> None:
@@ -168,7 +180,9 @@ def test_a_debugger_stops_at_the_message_that_is_asked_for(hero: Journal) -> Non
 
 def test_a_journal_is_saved_and_replayed_by_another_process(hero: Journal, tmp_path: Path) -> None:
     path = hero.save(tmp_path / "hero.journal", "/hero")
-    program = "import sys; from actors.replay import load, replay; v = replay(load(sys.argv[1])); print(v.equal, v.compared)"
+    program = (
+        "import sys; from actors.replay import load, replay; v = replay(load(sys.argv[1])); print(v.equal, v.compared)"
+    )
     done = subprocess.run([sys.executable, "-c", program, path], capture_output=True, text=True, check=True)
     assert done.stdout.split()[0] == "True"
     assert int(done.stdout.split()[1]) > 300
