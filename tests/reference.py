@@ -65,6 +65,7 @@ SECTIONS: Mapping[str, str] = {
     "Faults": "actors.testing.faults",
     "Blocking programs": "actors.blocking",
     "Recording": "actors.bag",
+    "Replay": "actors.replay",
     "Nodes that come with it": "actors.nodes",
     "Other processes": "actors.transport",
     "Other processes, by Zenoh": "actors.transport.zenoh",

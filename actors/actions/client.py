@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Generator
+from functools import partial
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar, cast
 
@@ -245,10 +246,8 @@ class Goal(Generic[R, F]):
             refuse_cycle(node, server.node)
         sent: Following[F] = Following(server, node.new_id(), node.fqn)
         border = node.inbox.border
-        if border is None:
-            request = server.submit(sent.goal_id, self._message, sent)
-        else:
-            request = border.start_goal(server, entry.name, sent.goal_id, self._message, sent)
+        submit = server.submit if border is None else partial(border.start_goal, server, entry.name)
+        request = submit(sent.goal_id, self._message, sent)
         if exclusive:
             node.waits_for = request
         try:

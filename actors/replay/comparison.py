@@ -65,12 +65,7 @@ def first_difference(recorded: Any, replayed: Any, field: str = "") -> tuple[str
     if isinstance(recorded, np.ndarray):
         return _in_array(recorded, replayed, field)
     if isinstance(recorded, (tuple, list)):
-        if len(recorded) != len(replayed):
-            return (f"len({field})", len(recorded), len(replayed))
-        for index, (one, other) in enumerate(zip(recorded, replayed, strict=True)):
-            if (found := first_difference(one, other, f"{field}[{index}]")) is not None:
-                return found
-        return None
+        return _in_sequence(list(recorded), list(replayed), field)
     alike = recorded.hex() == replayed.hex() if isinstance(recorded, float) else recorded == replayed
     return None if alike else (field, recorded, replayed)
 
@@ -80,7 +75,15 @@ def _in_array(recorded: Any, replayed: Any, field: str) -> tuple[str, Any, Any] 
         return (f"shape({field})", recorded.shape, replayed.shape)
     if recorded.tobytes() == replayed.tobytes():
         return None
-    size = recorded.dtype.itemsize
     pairs = zip(recorded.ravel(), replayed.ravel(), strict=True)
-    place = next(number for number, (one, other) in enumerate(pairs) if one.tobytes()[:size] != other.tobytes()[:size])
+    place = next(number for number, (one, other) in enumerate(pairs) if one.tobytes() != other.tobytes())
     return (f"{field}[{place}]", recorded.ravel()[place].item(), replayed.ravel()[place].item())
+
+
+def _in_sequence(recorded: list[Any], replayed: list[Any], field: str) -> tuple[str, Any, Any] | None:
+    if len(recorded) != len(replayed):
+        return (f"len({field})", len(recorded), len(replayed))
+    for index, (one, other) in enumerate(zip(recorded, replayed, strict=True)):
+        if (found := first_difference(one, other, f"{field}[{index}]")) is not None:
+            return found
+    return None

@@ -107,7 +107,7 @@ class Driver:
         edge.look_ahead()
         if entry[0] != "step":
             self.inputs.apply(entry)
-            return entry[0] != "start"
+            return str(entry[0]) != "start"
         handle = edge.planned.pop(entry[2], None)
         if handle is None:
             edge.stray()

@@ -84,7 +84,8 @@ class Edge(Border):
 
     def begin(self, task: OwnedTask) -> None:
         self._begun += 1
-        task.border, task.number = self, self._begun
+        border: Any = self
+        task.border, task.number = border, self._begun
         self.tasks[task.number] = task
         task.add_done_callback(_forgets(self.tasks), context=Context())
 
@@ -167,6 +168,12 @@ class Edge(Border):
         request = self.leave("goal", name, (goal_id, message), server.submit, goal_id, message, inward)
         self.expect(request.future)
         return request
+
+    def expect_if_future(self, answer: object) -> None:
+        """Expect what others have returned to the node, if it is to be awaited."""
+        if isinstance(answer, asyncio.Future):
+            future: asyncio.Future[Any] = answer
+            self.expect(future)
 
     def expect(self, future: asyncio.Future[Any]) -> None:
         """Give a number to a future of others that the node was given."""

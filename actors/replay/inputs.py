@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from actors.actions.peers import Outcome
 from actors.errors import CallTimeout
@@ -88,12 +88,9 @@ class Inputs:
 
     def tick(self, number: int, name: str, k: int, due: float) -> None:
         timers = self._edge.timers
-        if self._edge.astray:
-            timer = next((one for one in reversed(timers) if one.handle is not None and name_of(one) == name), None)
-        else:
-            timer = timers[number]
-        if timer is not None:
-            self._edge.enter("tick", (), timer.on_tick, k, due)
+        found = [timers[number]] if not self._edge.astray else [one for one in timers if name_of(one) == name]
+        if found and found[-1].handle is not None:
+            self._edge.enter("tick", (), found[-1].on_tick, k, due)
 
     def deliver(self, number: int, peer: int, message: Any, expires: float | None) -> None:
         publisher = self._peers[peer]
@@ -115,16 +112,17 @@ class Inputs:
     def publisher(self, number: int, topic: str, node: str, kind: Any, qos: Any) -> None:
         entry = self._system.graph.topic(topic)
         self._peers[number] = publisher = OtherPublisher(number, entry, node, kind, qos, self._edge.catch_up)
-        entry.add_publisher(publisher)
+        entry.add_publisher(cast("Any", publisher))
 
     def subscriber(self, number: int, topic: str, node: str, kind: Any, qos: Any) -> None:
         entry = self._system.graph.topic(topic)
         self._peers[number] = subscription = OtherSubscription(entry, node, kind, qos)
-        entry.add_subscription(subscription)
+        entry.add_subscription(cast("Any", subscription))
 
     def gone(self, number: int) -> None:
-        peer = self._peers.pop(number)
-        (peer.entry.remove_publisher if isinstance(peer, OtherPublisher) else peer.entry.remove_subscription)(peer)
+        peer: Any = self._peers.pop(number)
+        leave = "remove_publisher" if hasattr(peer, "latched") else "remove_subscription"
+        getattr(peer.entry, leave)(peer)
 
     def server(self, kind: str, name: str, state: tuple[Any, ...] | None) -> None:
         graph = self._system.graph

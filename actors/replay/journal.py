@@ -6,11 +6,11 @@ import asyncio
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 from actors.inbox.border import INSIDE
-from actors.replay.loop_seam import LoopSeam, OwnedTask
+from actors.replay.loop_seam import LoopSeam
 from actors.replay.recording import RecordedLife, Recording
 from actors.replay.tape import ReplayError, Start, Tape, frozen, pack
 
@@ -35,15 +35,17 @@ class Journal:
         journal.save("navigation.journal", "/navigation")
 
     Nodes are given by their name or full name. A node that cannot be journaled, because an argument of it cannot be kept, runs on
-    without, and `refused` says why. The run is otherwise the same, but slower: see docs/replay.md.
+    without, and `refused` says why. With `publish` each journal is a topic, too, ``<node>/_journal``, which is recorded into bags. The run is otherwise the same, but slower: see docs/replay.md.
     """
 
     # Invariant: a node is in `_recordings` or in `refused` from its first start on, or in neither.
 
-    def __init__(self, *nodes: str) -> None:
+    def __init__(self, *nodes: str, publish: bool = False) -> None:
         if not nodes:
             raise ReplayError("Journal(): say of which nodes, by their names: Journal('/navigation')")
         self._nodes = frozenset(nodes)
+        self._publish = publish
+        self._tapes: dict[str, Tape] = {}
         self._recordings: dict[str, Recording] = {}
         self._system: System | None = None
         self.refused: dict[str, str] = {}
@@ -57,6 +59,8 @@ class Journal:
         seam_of(system.loop)
         self._system = system
         system.runtime.gates.append(self)
+        if self._publish:
+            system.runtime.observers.opening.append(self._publish_tapes)
         return self
 
     def tape(self, node: str) -> Tape:
@@ -64,13 +68,21 @@ class Journal:
         for fqn, recording in self._recordings.items():
             if node in (fqn, fqn.rpartition("/")[2]):
                 return recording.tape
-        raise ReplayError(f"there is no journal of {node}: {self.refused.get(node, 'it has not started')}")
+        whys = (why for fqn, why in self.refused.items() if node in (fqn, fqn.rpartition("/")[2]))
+        raise ReplayError(f"there is no journal of {node}: {next(whys, 'it has not started')}")
 
     def save(self, path: str | os.PathLike[str], node: str) -> Path:
         """Write the journal of a node so far to a file, and return its path."""
         file = Path(path)
         file.write_bytes(pack(self.tape(node).entries))
         return file
+
+    async def _publish_tapes(self) -> None:
+        from actors.replay.publishing import JournalPublisher
+        from actors.supervision.declarations import Child
+
+        assert self._system is not None
+        await self._system.join(Child(JournalPublisher, args=(self._tapes,)))
 
     # -- between supervisor and node -----------------------------------------------------------------------------------------
 
@@ -96,15 +108,14 @@ class Journal:
     def _open(self, record: NodeRecord) -> Recording:
         assert self._system is not None
         runtime, fqn = self._system.runtime, record.identity.fqn
-        recording = self._recordings[fqn] = record.inbox.border = Recording(
-            fqn, seam_of(runtime.loop), runtime.clock.virtual
-        )
 
-        def killed(task: OwnedTask) -> float | None:
+        def killed(task: asyncio.Task[Any]) -> float | None:
             child = None if record.life is None else runtime.child_of(record.life)
             return child.killed if child is not None and child.task is task else None
 
-        recording.killed_by(killed)
+        recording = Recording(fqn, seam_of(runtime.loop), runtime.clock.virtual, killed)
+        self._recordings[fqn] = record.inbox.border = recording
+        self._tapes[fqn] = recording.tape
         runtime.graph.borders.append(recording)
         runtime.graph.watchers.append(recording)
         runtime.graph.on_change(recording.look)

@@ -28,6 +28,8 @@ T = TypeVar("T")
 class Recording(Edge):
     """Writes down what passes the border of one node, and when its code runs, over all its lives.
 
+    `killed(task)` says after how many seconds of clean-up a task is being killed; None for one that is only canceled.
+
     Invariants:
 
     - `_out` counts how deep the node's code has called into that of others, `_in` how deep its own code runs, or others call into it.
@@ -35,8 +37,11 @@ class Recording(Edge):
     - `_peers` are the ends of others on the node's topics that were written down and have not left.
     """
 
-    def __init__(self, node: str, seam: LoopSeam, virtual: bool) -> None:
+    def __init__(
+        self, node: str, seam: LoopSeam, virtual: bool, killed: Callable[[asyncio.Task[Any]], float | None]
+    ) -> None:
         super().__init__(node)
+        self._killed = killed
         self.tape = Tape(node)
         self._seam = seam
         self._virtual = virtual
@@ -75,8 +80,7 @@ class Recording(Edge):
         finally:
             INSIDE.reset(token)
             self._out -= 1
-        if isinstance(answer, asyncio.Future):
-            self.expect(answer)
+        self.expect_if_future(answer)
         return answer
 
     def send(self, kind: str, name: str, value: Any) -> None:
@@ -105,14 +109,6 @@ class Recording(Edge):
         if future.done():
             self._done(future, number)
 
-    def killed_by(self, killed: Callable[[OwnedTask], float | None]) -> None:
-        """From now on, `killed(task)` says after how many seconds of clean-up a task is killed; None for one that is only canceled."""
-        self._killed = killed
-
-    @staticmethod
-    def _killed(task: OwnedTask) -> float | None:
-        return None
-
     # -- the event loop ------------------------------------------------------------------------------------------------------
 
     def plan(
@@ -139,7 +135,8 @@ class Recording(Edge):
 
     def _woken(self, callback: Callback, arguments: tuple[Any, ...]) -> None:
         """Write down why code of others wakes the node."""
-        future = arguments[0] if arguments and isinstance(arguments[0], asyncio.Future) else None
+        first = arguments[0] if arguments else None
+        future: asyncio.Future[Any] | None = first if isinstance(first, asyncio.Future) else None
         number = None if future is None else self.futures.get(future)
         if number is None:
             self.look()
@@ -153,10 +150,9 @@ class Recording(Edge):
         self._note("done", number, *outcome_of(future))
 
     def _note(self, kind: str, *details: Any) -> None:
+        place = BACK if self._out or self._in else APART
         if INSIDE.get() is self:
             place = WITHIN
-        else:
-            place = BACK if self._out or self._in else APART
         self._put((kind, self._seam.time(), place, *details))
 
     # -- the graph -----------------------------------------------------------------------------------------------------------

@@ -92,8 +92,7 @@ class Replaying(Edge):
             INSIDE.reset(token)
         self._come_back()
         self._last = (kind, name)
-        if isinstance(answer, asyncio.Future):
-            self.expect(answer)
+        self.expect_if_future(answer)
         return answer
 
     def send(self, kind: str, name: str, value: Any) -> None:

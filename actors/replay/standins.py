@@ -46,10 +46,10 @@ class _OtherEnd:
     def count_incompatible_type(self) -> None:
         """Do nothing."""
 
-    def join(self, peer: Any) -> None:
+    def join(self, peer: Any, /) -> None:
         self.matched[peer] = None
 
-    def part(self, peer: Any) -> None:
+    def part(self, peer: Any, /) -> None:
         self.matched.pop(peer, None)
 
     def leave(self) -> tuple[Any, ...]:

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import pickle
 import platform
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
@@ -104,7 +105,7 @@ def _version(package: str) -> str:
 class Tape:
     """The journal of one node, from the start of a life on.
 
-    Invariants: the first entry is a ``start``. `cut` is the number of entries that were dropped because they were older.
+    Invariants: the first entry is a ``start``.
     """
 
     def __init__(self, node: str, entries: Iterable[Entry] = ()) -> None:
@@ -127,6 +128,16 @@ class Tape:
         for entry in self.entries:
             if isinstance(entry, tuple) and entry[0] == "out":
                 yield entry[1], entry[2], entry[3]
+
+    def counts(self) -> Counter[str]:
+        """How many entries of each kind there are."""
+        return Counter(entry[0] if isinstance(entry, tuple) else "clock reading" for entry in self.entries)
+
+    @property
+    def seconds(self) -> float:
+        """For how long the journal was kept."""
+        times = [entry[1] for entry in self.entries if isinstance(entry, tuple) and entry[0] not in ("out", "result")]
+        return float(times[-1] - times[0]) if times else 0.0
 
     def missing(self) -> list[str]:
         """What came in that a journal does not carry; a replay ends there."""

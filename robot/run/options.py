@@ -68,6 +68,8 @@ class Options:
     hangs: tuple[Hang, ...] = ()
     security: str | None = None
     """A security file."""
+    replay: tuple[str, ...] = ()
+    """The nodes of which journals are kept."""
 
 
 def parse(argv: Sequence[str]) -> Options:
@@ -83,6 +85,8 @@ def parse(argv: Sequence[str]) -> Options:
         raise UsageError("--processes: processes live in real time; leave out --clock virtual")
     if given.processes and given.backend == "kinematic":
         raise UsageError("--processes: only the physics body has a process of its own; leave out --backend kinematic")
+    if given.processes and given.replay:
+        raise UsageError("--replay: journals are kept of nodes of this process; leave out --processes")
     if given.hang and not given.processes:
         raise UsageError("--hang: in one process everything would hang, and nobody be left to see it; add --processes")
     duration = given.duration
@@ -113,6 +117,7 @@ def parse(argv: Sequence[str]) -> Options:
         processes=given.processes,
         hangs=tuple(Hang(*parse_fault("--hang", text, duration)) for text in given.hang),
         security=given.security,
+        replay=_names(given.replay),
     )
 
 
@@ -224,6 +229,11 @@ def _add_output(add: Any) -> None:
     add("--log-format", choices=("console", "json"), default="console")
     add("--log-level", type=str.lower, choices=LEVELS, default="info")
     add("--report", metavar="FILE", help="write a report of the run as JSON")
+    add(
+        "--replay",
+        metavar="NODES",
+        help="keep journals of these nodes (names with commas between), on topics NODE/_journal, for `bag record --replay` and `bag replay`",
+    )
     add(
         "--flight-record",
         metavar="FILE",

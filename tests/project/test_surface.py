@@ -38,6 +38,7 @@ FACES = (
     "actors.parameters.files",
     "actors.parameters.messages",
     "actors.qos",
+    "actors.replay",
     "actors.testing",
     "actors.testing.faults",
     "actors.time",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import subprocess
 import sys
 from pathlib import Path
@@ -115,7 +116,7 @@ def test_a_planted_change_is_found_at_its_first_effect_by_topic_time_and_field(h
             await super().number(Int32(data=message.data + (message.data == 23)))
 
     first, *_ = replay(hero.tape("hero"), node=Changed).differences
-    before = [value for kind, name, value in hero.tape("hero").outputs() if name == "/measured"]
+    before = [value for _, name, value in hero.tape("hero").outputs() if name == "/measured"]
     assert (first.kind, first.name, first.field) == ("publish", "/measured", "data")
     assert (first.recorded, first.replayed) == (2 * 23 + 0.23, 2 * 24 + 0.23)
     assert first.time == 0.23
@@ -168,7 +169,7 @@ def test_a_debugger_stops_at_the_message_that_is_asked_for(hero: Journal) -> Non
     seen: list[object] = []
 
     def debugger() -> None:
-        frame = sys._getframe()
+        frame = inspect.currentframe()
         while frame is not None and frame.f_code.co_name != "number":
             frame = frame.f_back
         assert frame is not None
@@ -216,7 +217,7 @@ def test_a_node_whose_arguments_cannot_be_kept_runs_on_without_a_journal() -> No
         journal = Journal("driver", "lambda")
         tree = (Child(Driver, args=(Device(),)), Child(Driver, name="lambda", args=(lambda: None,)))
         async with run(*tree, observers=(journal,), sinks=()) as system:
-            assert system.node("driver").device is tree[0].args[0]
+            assert vars(system.node("driver"))["device"] is tree[0].args[0]
             with pytest.raises(ReplayError, match="there is no journal of /driver: its argument Device is a device"):
                 journal.tape("/driver")
         return journal.refused
