@@ -12,6 +12,8 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     launch       launch files of ROS 2 as supervisor trees; packages and their executables
     bag          flight recorder and trace
     nodes        nodes that come with the framework
+    tf2          transforms between frames over time
+    message_filters  messages that belong together, by their stamps
     running      `run`, `open_node`, `execute`; signals and the arguments of a program
     processes    children in processes of their own
     lifecycle    managed nodes, and the state machine behind them
@@ -78,6 +80,7 @@ from actors.lifecycle.node import LifecycleNode, bring_down, bring_up
 from actors.node.declarations import background, every, publishes, subscribes
 from actors.node.node import ErrorVerdict, Node
 from actors.node.retry import retry
+from actors.node.timer import Rate, Timer
 from actors.parameters.declare import parameter
 from actors.parameters.values import Parameter, SetResult
 from actors.processes.errors import ProcessDied, ProcessHung, RemoteError
@@ -102,7 +105,7 @@ from actors.supervision.declarations import (
 )
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
-from actors.system import System, system_of
+from actors.system import System, graph_of, system_of
 from actors.time.clock import Clock
 from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream
@@ -147,6 +150,7 @@ __all__ = [
     "ProgramExit",
     "Publisher",
     "QoS",
+    "Rate",
     "Reject",
     "RemoteError",
     "Returned",
@@ -165,6 +169,7 @@ __all__ = [
     "System",
     "Tick",
     "TickMissed",
+    "Timer",
     "Topic",
     "TransitionRefused",
     "WrongThread",
@@ -178,6 +183,7 @@ __all__ = [
     "check_tree",
     "every",
     "execute",
+    "graph_of",
     "never",
     "one_for_all",
     "one_for_one",

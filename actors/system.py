@@ -21,6 +21,7 @@ from actors.runtime.open_systems import OpenSystems
 from actors.runtime.runtime import OtherProcesses, Runtime
 
 if TYPE_CHECKING:
+    from actors.graph.queries import NodeGraph
     from actors.graph.snapshot import Snapshot
     from actors.node.node import Node
     from actors.runtime.options import RunOptions
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from actors.supervision.report import Report
     from actors.supervision.running import RunningSupervisor
 
-__all__ = ["System", "system_here", "system_of"]
+__all__ = ["System", "graph_of", "system_here", "system_of"]
 
 N = TypeVar("N", bound="Node")
 
@@ -50,9 +51,12 @@ class System:
         level: int = INFO,
         options: RunOptions | None = None,
         processes: Callable[[Runtime], OtherProcesses] | None = None,
+        placement: int = 0,
         make_runtime: Callable[..., Runtime] = Runtime,
     ) -> None:
-        self.runtime = runtime = make_runtime(seed=seed, sinks=sinks, level=level, options=options, processes=processes)
+        self.runtime = runtime = make_runtime(
+            seed=seed, sinks=sinks, level=level, options=options, processes=processes, placement=placement
+        )
         self._tree = runtime.tree
         self.seed, self.loop = seed, runtime.loop
         self.clock, self.graph, self.log = runtime.clock, runtime.graph, runtime.log
@@ -223,3 +227,11 @@ def system_of(node: Node) -> System:
         if system.runtime is runtime:
             return system
     raise NotStarted(f"{node!r}: its system has ended")
+
+
+def graph_of(node: Node) -> NodeGraph:
+    """The graph as this node sees it: who publishes, who serves, and waiting for them. Raises what `system_of` raises."""
+    from actors.graph.queries import NodeGraph
+
+    system = system_of(node)
+    return NodeGraph(system.graph, incarnation_of(node).identity, system.snapshot)

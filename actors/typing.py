@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from actors.check.checker import Finding
 from actors.contracts.contracts import ArrivalPolicy, Arrivals
+from actors.graph.queries import Endpoint, NodeGraph
 from actors.graph.snapshot import Edge, LinkView, NodeView, ServiceView, Snapshot, TopicView
 from actors.inbox.load import HandlerLoad, Load
 from actors.lifecycle.node import PrimaryState
@@ -42,6 +43,7 @@ __all__ = [
     "Counts",
     "Down",
     "Edge",
+    "Endpoint",
     "EventStream",
     "Finding",
     "Gone",
@@ -52,6 +54,7 @@ __all__ = [
     "Late",
     "LinkView",
     "Load",
+    "NodeGraph",
     "NodeRecord",
     "NodeView",
     "Observer",

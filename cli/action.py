@@ -1,4 +1,4 @@
-"""`action list | info | type | find | send_goal`: the actions of the graph."""
+"""`action list | info | type | find | send_goal | echo`: the actions of the graph."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 from cli.command import Exit
 from cli.output import print_json, print_names, print_of_type, print_types
-from cli.parsing import Verb, Verbs, add_common, add_json, natural
+from cli.parsing import Verb, Verbs, add_common, add_json, add_style, natural
+from cli.quality import add_qos_options
 
 __all__ = ["main", "verbs"]
 
@@ -46,10 +47,33 @@ def verbs() -> Verbs:
         metavar="S",
         help="wait at most S seconds for each of server, answer and result",
     )
-    for parser in (listing, info, kind, find, send):
+    echo = _echo(group.add("echo", "Echo a action", _load_echo))
+    for parser in (listing, info, kind, find, send, echo):
         add_json(parser)
         add_common(parser)
     return group
+
+
+def _echo(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
+    parser.add_argument("action_name", help="for instance /move_to_position")
+    parser.add_argument("action_type", nargs="?", help="for instance example_interfaces/action/Fibonacci")
+    parser.add_argument(
+        "-i",
+        action="append",
+        dest="interfaces",
+        default=[],
+        metavar="NAMES",
+        help="only these, separated by |: GOAL_SERVICE, CANCEL_SERVICE, RESULT_SERVICE, FEEDBACK_TOPIC, STATUS_TOPIC; also as --interfaces",
+    )
+    add_style(parser)
+    add_qos_options(parser, "subscription to events", "services_default")
+    return parser
+
+
+def _load_echo() -> Verb:
+    from cli.action_echo import echo
+
+    return echo
 
 
 def _load_send_goal() -> Verb:

@@ -21,7 +21,7 @@ from cli.view import absolute
 if TYPE_CHECKING:
     from actors import Goal
 
-__all__ = ["send_goal"]
+__all__ = ["send_goal", "uses_of"]
 
 CANCELING = 10.0
 """Seconds that a goal has to end after Ctrl-C."""
@@ -34,7 +34,7 @@ async def send_goal(options: argparse.Namespace) -> Exit:
     """Send a goal, and print what becomes of it."""
     name = absolute(options.action_name)
     async with seen(options) as graph:
-        kind = await action_type(graph, options.action_type, lambda: _uses(graph, name), name)
+        kind = await action_type(graph, options.action_type, lambda: uses_of(graph, name), name)
         goal_values = read_values(read_stdin() if options.stdin else options.goal, kind.Goal)
         action: Action[Any, Any, Any] = Action(kind, name)
         await _available(graph, action, options)
@@ -59,7 +59,8 @@ async def send_goal(options: argparse.Namespace) -> Exit:
         return await _follow(goal, options)
 
 
-def _uses(graph: Seen, name: str) -> list[tuple[str, Any]]:
+def uses_of(graph: Seen, name: str) -> list[tuple[str, Any]]:
+    """The nodes of other processes that serve an action, each with its type."""
     entry = graph.system.graph.actions.get(name)
     return [] if entry is None else [(server.host, server.type) for server in entry.remotes]
 

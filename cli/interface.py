@@ -1,4 +1,4 @@
-"""`interface list | show | package | packages | proto`: the types of messages, services and actions that are known here."""
+"""`interface list | show | package | packages | proto | generate`: the types of messages, services and actions that are known here."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from cli.command import CommandFailed, Exit
 from cli.output import print_json
-from cli.parsing import Verbs, add_json
+from cli.parsing import Verb, Verbs, add_common, add_interfaces, add_json
 
 __all__ = ["main", "verbs"]
 
@@ -42,14 +42,28 @@ def verbs() -> Verbs:
     proto.add_argument("--no-quotes", action="store_true", help="without quotes around it")
     for parser in (listing, packages, package, show, proto):
         add_json(parser)
-        parser.add_argument(
-            "--interfaces",
-            action="append",
-            default=[],
-            metavar="DIR",
-            help="types of DIR/PACKAGE/msg/NAME.msg, and so on",
-        )
+        add_interfaces(parser)
+    add_common(_generate(group.add("generate", "Write typed Python modules, or definitions", _load_generate)))
     return group
+
+
+def _generate(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
+    parser.add_argument("source", nargs="+", help="a folder of definitions; with --definitions types or packages")
+    parser.add_argument(
+        "--definitions",
+        action="store_true",
+        help="write DIR/PACKAGE/msg/NAME.msg, and so on, of types that are known here or to the nodes of the graph",
+    )
+    parser.add_argument("--out", metavar="DIR", help="where (beside the folder; for definitions: share)")
+    parser.add_argument("--home", help="the Python package that DIR is, '' for none (by where it lies)")
+    parser.add_argument("--check", action="store_true", help="write nothing; 1 if a module is missing or old")
+    return parser
+
+
+def _load_generate() -> Verb:
+    from cli.interface_generate import definitions, modules
+
+    return lambda options: definitions(options) if options.definitions else modules(options)
 
 
 def _kinds(options: argparse.Namespace) -> list[str]:

@@ -19,6 +19,7 @@ __all__ = [
     "actions_of",
     "add_common",
     "add_graph_options",
+    "add_interfaces",
     "add_json",
     "add_style",
     "complain",
@@ -182,7 +183,12 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "-s", "--use-sim-time", action="store_true", help="accepted for ros2's sake: commands use the time of day"
     )
-    group.add_argument(
+    add_interfaces(group)
+
+
+def add_interfaces(to: argparse._ActionsContainer) -> None:  # pyright: ignore[reportPrivateUsage]  # parsers and groups of options
+    """The option for definitions of types that are not known here."""
+    to.add_argument(
         "--interfaces", action="append", default=[], metavar="DIR", help="types of DIR/PACKAGE/msg/NAME.msg, and so on"
     )
 

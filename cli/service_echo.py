@@ -19,7 +19,7 @@ from cli.topic.echo import style_of
 from cli.types import service_type
 from cli.view import absolute
 
-__all__ = ["echo"]
+__all__ = ["echo", "named_event"]
 
 _EVENTS = {constant.value: constant.name for constant in ServiceEventInfo.__ros_constants__}
 
@@ -44,8 +44,13 @@ async def echo(options: argparse.Namespace) -> Exit:
     return Exit.DONE
 
 
+def named_event(message: Any) -> str:
+    """The name of the step of a call that an event message tells of, such as ``REQUEST_SENT``."""
+    return _EVENTS.get(message.info.event_type, str(message.info.event_type))
+
+
 def _print(message: Any, options: argparse.Namespace) -> None:
-    event = _EVENTS.get(message.info.event_type, str(message.info.event_type))
+    event = named_event(message)
     if options.json:
         print_json({"event": event, **message_json(message)})
         return

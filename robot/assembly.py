@@ -16,6 +16,7 @@ from robot.tree import robot_tree
 if TYPE_CHECKING:
     from actors import Supervisor
     from robot.link.process import BodyProcess
+    from robot.sim.ground import Ground
 
 __all__ = ["BodyKind", "Mission", "Robot", "default_tree", "make_body"]
 
@@ -35,14 +36,16 @@ class Robot:
     * a `Delivery`: it fetches a thing and sits down; the robot then has an arm.
 
     `seed` seeds the noise of the body's sensors, `battery` is the charge at the start in per cent, `arm` adds the arm, `motor_delay` is how
-    late the drives act, in seconds. With `publish_clock`, a rate in Hz, a first node publishes /clock.
+    late the drives act, in seconds. `ground` is what the physical body stands on and carries; its controllers are not told. With
+    `publish_clock`, a rate in Hz, a first node publishes /clock.
 
     With `processes`, on the real clock and in physics, the body and each concern of the tree run in processes of their own: what plans and
     looks cannot hold up what walks. `close` it at the end.
 
     A robot holds one body, which grows older as it runs: make a new `Robot` for each test and each trial.
 
-    Raises `UnknownWorld`, `BackendMissing` when MuJoCo is not installed, and `ValueError` for a kinematic body in a process.
+    Raises `UnknownWorld`, `BackendMissing` when MuJoCo is not installed, and `ValueError` for a kinematic body in a process or on
+    a `ground`.
     """
 
     def __init__(
@@ -55,6 +58,7 @@ class Robot:
         battery: float = 90.0,
         arm: bool = False,
         motor_delay: float = 0.004,
+        ground: Ground | None = None,
         publish_clock: float | None = None,
         processes: bool = False,
     ) -> None:
@@ -64,11 +68,11 @@ class Robot:
         self.process: BodyProcess | None = None
         """That of the body, with `processes`. It starts at once."""
         if processes:
-            self.process = _body_process(self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm)
+            self.process = _body_process(self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground)
         self.body: Body = (
             self.process.body
             if self.process is not None
-            else make_body(self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm)
+            else make_body(self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground)
         )
         """The simulated body. `body.truth()` is where it really is, which no controller knows."""
         try:
@@ -104,7 +108,9 @@ def default_tree() -> Supervisor:
     return Robot().tree
 
 
-def _body_process(scene: Scene, kind: BodyKind, *, seed: int, motor_delay: float, arm: bool) -> BodyProcess:
+def _body_process(
+    scene: Scene, kind: BodyKind, *, seed: int, motor_delay: float, arm: bool, ground: Ground | None
+) -> BodyProcess:
     if kind != "physics":
         raise ValueError(
             f"Robot(body={kind!r}, processes=True): only the physics body has a process of its own; leave one of them out"
@@ -113,18 +119,28 @@ def _body_process(scene: Scene, kind: BodyKind, *, seed: int, motor_delay: float
     from robot.sim.physics import check_engine
 
     check_engine()
-    return BodyProcess(scene, seed=seed, delay=motor_delay, arm=arm)
+    return BodyProcess(scene, seed=seed, delay=motor_delay, arm=arm, ground=ground)
 
 
-def make_body(scene: Scene, kind: BodyKind, *, seed: int = 0, motor_delay: float = 0.004, arm: bool = False) -> Body:
-    """A body in a scene. Raises `BackendMissing` when MuJoCo is asked for and not installed."""
+def make_body(
+    scene: Scene,
+    kind: BodyKind,
+    *,
+    seed: int = 0,
+    motor_delay: float = 0.004,
+    arm: bool = False,
+    ground: Ground | None = None,
+) -> Body:
+    """A body in a scene. Raises `BackendMissing` when MuJoCo is asked for and not installed, `ValueError` for a kinematic one on a `ground`."""
     if kind == "kinematic":
+        if ground is not None:
+            raise ValueError("A kinematic body feels neither ground nor load; leave out `ground`, or make it physical.")
         from robot.sim.kinematic import KinematicBody
 
         return KinematicBody(scene, seed=seed, arm=arm)
     from robot.sim.physics import PhysicsBody
 
-    return PhysicsBody(scene, seed=seed, delay=motor_delay, arm=arm)
+    return PhysicsBody(scene, seed=seed, delay=motor_delay, arm=arm, ground=ground)
 
 
 def _waypoints(mission: Mission, scene: Scene) -> list[tuple[str, Pose2]] | None:

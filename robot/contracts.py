@@ -3,18 +3,23 @@
 First the robot's own: types of ROS 2's common packages and of robactor_msgs. Then what the tutorials ask of a robot, by types of their own
 packages: the same nodes serve it, and the names of these types and topics are the tutorials'.
 
+Where frames are to each other is on tf2's topics: `/tf`, 50 Hz, map -> odom, odom -> base_link, base_link -> gimbal_link, and 20 Hz
+the links of legs and arm, while somebody listens; `/tf_static`, base_link -> imu_link, gimbal_link -> lidar_link and camera_link.
+
 Frames: `odom` starts under the robot and drifts, `map` is the map's; `base_link` is the body. Units are SI.
 """
 
 from __future__ import annotations
 
 from actors import Action, QoS, Service, Topic, qos
+from actors.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from actors.interfaces.geometry_msgs.msg import PoseStamped, Twist
 from actors.interfaces.nav_msgs.msg import OccupancyGrid, Odometry, Path
 from actors.interfaces.sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
-from actors.interfaces.tf2_msgs.msg import TFMessage
+from actors.interfaces.visualization_msgs.msg import MarkerArray
+from actors.tf2 import TF, TF_STATIC
 from robot.interfaces.robactor_msgs.action import Dock, FetchAndCarry
 from robot.interfaces.robactor_msgs.msg import (
     BatteryStatus,
@@ -46,12 +51,12 @@ from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 
 __all__ = [
     "ARM_JOINT_STATES", "AUTONOMY_CMD", "BATTERY_STATE", "BATTERY_STATUS", "BODY_DRIVE", "CALIBRATE_ARM", "CALIBRATE_GRIPPER", "CALIBRATE_SENSOR",
-    "CAMERA_DEPTH", "CAMERA_INFO", "CAMERA_POINTS", "CAMERA_RGB", "CAPTURE_PHOTO", "CMD_VEL", "CONFIRM_OBJECT", "CONTACTS", "DETECTIONS", "DOCK",
-    "DOCK_STATUS", "DRIVE_STATUS", "EMERGENCY_STOP", "ENABLE", "FETCH_AND_CARRY", "GAIT_STATUS", "GET_BATTERY_STATUS", "GET_CURRENT_POSITION",
-    "GET_PLACE", "GET_ROBOT_POSE", "GET_STATUS", "GOAL_REPORT", "GRIPPER", "GRIPPER_STATE", "HUMANOID_NAVIGATE", "IMU", "IMU_CALIBRATION", "IMU_RAW",
-    "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "MAP", "MOTOR_POWER", "MOTOR_TARGETS", "MOVE_ARM", "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB",
-    "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RESTORE_CONFIG", "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SENSOR_DATA", "SIT",
-    "STAND", "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE", "WALK",
+    "CAMERA_DEPTH", "CAMERA_INFO", "CAMERA_POINTS", "CAMERA_RGB", "CAPTURE_PHOTO", "CMD_VEL", "CONFIRM_OBJECT", "CONTACTS", "DETECTIONS",
+    "DIAGNOSTICS", "DOCK", "DOCK_STATUS", "DRIVE_STATUS", "EMERGENCY_STOP", "ENABLE", "FETCH_AND_CARRY", "GAIT_STATUS", "GET_BATTERY_STATUS",
+    "GET_CURRENT_POSITION", "GET_PLACE", "GET_ROBOT_POSE", "GET_STATUS", "GOAL_REPORT", "GRIPPER", "GRIPPER_STATE", "HUMANOID_NAVIGATE", "IMU",
+    "IMU_CALIBRATION", "IMU_RAW", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "MAP", "MARKERS", "MOTOR_POWER", "MOTOR_TARGETS", "MOVE_ARM",
+    "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RESTORE_CONFIG", "ROBOT_DESCRIPTION",
+    "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SENSOR_DATA", "SIT", "STAND", "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE", "WALK",
 ]  # fmt: skip
 
 # -- the robot's own ---------------------------------------------------------------------------------------------------------------
@@ -84,11 +89,8 @@ ARM_JOINT_STATES = Topic(JointState, "/arm/joint_states", qos.SENSOR_DATA)
 MOTOR_POWER = Topic(MotorPower, "/motor_power", qos.SENSOR_DATA)
 """10 Hz."""
 
-# Where frames are: /tf as it changes, /tf_static once for all.
-TF = Topic(TFMessage, "/tf", QoS(depth=100))
-"""50 Hz: map -> odom, odom -> base_link, base_link -> gimbal_link."""
-TF_STATIC = Topic(TFMessage, "/tf_static", QoS(depth=100, durability=qos.Durability.TRANSIENT_LOCAL))
-"""base_link -> imu_link, gimbal_link -> lidar_link and camera_link; every broadcaster latches one message with all of its transforms."""
+ROBOT_DESCRIPTION = Topic(String, "/robot_description", qos.STATE)
+"""The robot as URDF: links with masses and shapes, joints with limits. Viewers draw it by /tf."""
 
 # Commands: reliable.
 CMD_VEL = Topic(Twist, "/cmd_vel", qos.COMMANDS)
@@ -129,6 +131,10 @@ POSE = Topic(PoseStamped, "/pose", qos.DEFAULT)
 """50 Hz, frame `map`: odometry corrected by matching scans to the map."""
 PATH = Topic(Path, "/plan", qos.STATE)
 """The path being followed, frame `map`."""
+MARKERS = Topic(MarkerArray, "/markers", qos.DEFAULT)
+"""5 Hz while somebody listens: which feet stand, the path that is followed, and the goal at its end."""
+DIAGNOSTICS = Topic(DiagnosticArray, "/diagnostics", qos.DEFAULT)
+"""1 Hz: battery, motors, gait, localization, safety and rates, each with a level."""
 GOAL_REPORT = Topic(GoalReport, "/mission/goals", QoS(depth=100))
 """One message for each goal of the mission that has ended."""
 

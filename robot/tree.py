@@ -5,10 +5,12 @@
       safety        battery, safety_monitor,               one_for_one: each takes up what it knew; while one is away its silence stops the robot
                     robot_controller
       perception    lidar, map_server, localizer, frames,  one_for_one: each works from the next message that it hears
-                    camera, detector, calibration
+                    robot_state_publisher, camera,
+                    image_compressor, detector, calibration
       navigation    navigation, docking                    one_for_one: a goal that the other had there ends by name, and is asked for again
       handling      arm, object_confirmation, fetch        one_for_one: the arm's state lives in the arm; a step that was lost fails by name
-      mission       robot_status, patrol                   one_for_one: they ask the others, and nobody asks them
+      mission       robot_status, diagnostics, markers,    one_for_one: they ask the others, and nobody asks them
+                    patrol
 
 So a node that fails is restarted alone. `handling` is there where the body has an arm; a `carrier` may stand in place of the `patrol`, and
 without a mission there is neither. The first to start is the last to stop: the motors, which hold the safe stop. A node that fails more
@@ -22,29 +24,35 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from actors import Child, Intensity, Supervisor, one_for_one
+from robot.contracts import CAMERA_RGB
 from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
 from robot.nodes.battery import Battery
 from robot.nodes.calibration import Calibration
 from robot.nodes.camera import Camera
+from robot.nodes.compressed import ImageCompressor
 from robot.nodes.detector import Detector
+from robot.nodes.diagnostics import Diagnostics
 from robot.nodes.docking import Docking
 from robot.nodes.frames import Frames
 from robot.nodes.gait import Gait
 from robot.nodes.lidar import Lidar
 from robot.nodes.localizer import Localizer
 from robot.nodes.map_server import MapServer
+from robot.nodes.markers import Markers
 from robot.nodes.motors import Motors
 from robot.nodes.navigation import Navigation
 from robot.nodes.patrol import Patrol
 from robot.nodes.process_care import ProcessCare
 from robot.nodes.proprioception import Proprioception
+from robot.nodes.robot_state_publisher import RobotStatePublisher
 from robot.nodes.safety import SafetyMonitor
 from robot.nodes.status import RobotStatus
 from robot.nodes.teleop import RobotController
 from robot.planning.grid import Grid
 from robot.scenes.dock import has_station
 from robot.sim.battery import Pack
+from robot.sim.urdf import write_urdf
 
 if TYPE_CHECKING:
     from robot.nodes.carrier import Delivery
@@ -137,7 +145,9 @@ def _perception(body: Body, grid: Grid) -> Supervisor:
         Child(MapServer, args=(grid, dict(body.scene.places))),
         Child(Localizer, args=(grid, body.scene.start)),
         Child(Frames),
+        Child(RobotStatePublisher, args=(write_urdf(arm=body.arm is not None),)),
         Child(Camera, args=(body,)),
+        Child(ImageCompressor, args=(CAMERA_RGB,)),
         Child(Detector),
         Child(Calibration),
     )
@@ -188,7 +198,8 @@ def _mission(
     delivery: Delivery | None,
 ) -> Supervisor:
     """Who gives the robot its goals, the carrier, the patrol or nobody, and who tells how it is."""
-    return _concern("mission", Child(RobotStatus), *_errand(body, grid, waypoints, laps, delivery))
+    told = (Child(RobotStatus), Child(Diagnostics), Child(Markers))
+    return _concern("mission", *told, *_errand(body, grid, waypoints, laps, delivery))
 
 
 def _errand(

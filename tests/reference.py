@@ -28,10 +28,10 @@ PAGE = Path(__file__).parents[1] / "docs" / "reference.md"
 SURFACE = Surface(Path(actors.__file__).parent)
 
 GROUPS: Mapping[str, Sequence[str]] = {
-    "Running": ("run", "execute", "open_node", "System", "system_of", "Clock"),
+    "Running": ("run", "execute", "open_node", "System", "system_of", "graph_of", "Clock"),
     "Contracts": ("Topic", "Service", "Action"),
     "Nodes": (
-        "Node", "publishes", "subscribes", "parameter", "every", "Tick", "background", "LifecycleNode", "LifecycleState", "HookResult",
+        "Node", "publishes", "subscribes", "parameter", "every", "Tick", "Timer", "Rate", "background", "LifecycleNode", "LifecycleState", "HookResult",
         "bring_up", "bring_down", "ErrorVerdict",
     ),
     "Parameters": ("Parameter", "SetResult"),
@@ -57,6 +57,7 @@ SECTIONS: Mapping[str, str] = {
     "Instants and durations": "actors.time",
     "Quality of service": "actors.qos",
     "Parameters in full": "actors.parameters",
+    "Parameters of other nodes": "actors.parameters.client",
     "Parameter files": "actors.parameters.files",
     "Parameters as messages": "actors.parameters.messages",
     "Launch files": "actors.launch",
@@ -67,8 +68,11 @@ SECTIONS: Mapping[str, str] = {
     "Recording": "actors.bag",
     "Replay": "actors.replay",
     "Nodes that come with it": "actors.nodes",
+    "Transforms": "actors.tf2",
+    "Message filters": "actors.message_filters",
     "Other processes": "actors.transport",
     "Other processes, by Zenoh": "actors.transport.zenoh",
+    "Other machines": "actors.hosts",
     "Security": "actors.transport.security",
     "A small authority": "actors.transport.security.authority",
     "Interfaces": "actors.interfaces",
@@ -107,6 +111,7 @@ INTERNAL: Mapping[str, Sequence[str]] = {
         "below", "incarnation", "leaked", "life", "lives", "name", "phase", "recent_restarts", "run", "statuses", "stop",
     ),
     "Supervisor": ("check_child",),
+    "Timer": ("on_tick",),
     "DynamicSupervisor": ("instance",),
     "Identity": ("remapping",),
     "CallbackHandle": ("callback", "kind"),

@@ -341,7 +341,8 @@ def _contract_name(kind: str, name: str) -> str:
 
 def _message_class(kind: str, name: str, candidate: type[M]) -> type[M]:
     if not (isinstance(cast("object", candidate), type) and hasattr(candidate, "__struct_fields__")):
+        remedy = f"; by its name, the class is get_message({candidate!r})" if isinstance(candidate, str) else ""
         raise DeclarationError(
-            f"{kind}({candidate!r}, {name!r}): the type must be a message class, such as std_msgs.msg.String"
+            f"{kind}({candidate!r}, {name!r}): the type must be a message class, such as std_msgs.msg.String{remedy}"
         )
     return candidate

@@ -23,6 +23,7 @@ from actors.interfaces.module_text import Module
 from actors.interfaces.naming import KINDS, Kind, closest
 from actors.interfaces.parse import Definition, DefinitionError, parse
 
+COMMAND = "python -m actors.interfaces.generate"
 LAYOUT = "<package>/<msg|srv|action>/<Name>.<msg|srv|action>"
 GENERATED = "Generated."
 """How the first line of a package that was written here ends; a package of the user's own is left as it is."""
@@ -149,9 +150,12 @@ def _is_dotted(names: Sequence[str]) -> bool:
     return bool(names) and all(name.isidentifier() and not keyword.iskeyword(name) for name in names)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """The command. Exit code 1 if `--check` finds a module that is missing or old, or a definition is wrong; 2 for wrong usage."""
-    parser = _parser()
+def main(arguments: Sequence[str] | None = None, command: str = COMMAND) -> int:
+    """The command, called `command` in what it says.
+
+    Exit code 1 if `--check` finds a module that is missing or old, or a definition is wrong; 2 for wrong usage.
+    """
+    parser = _parser(command)
     options = parser.parse_args(arguments)
     folder: Path = options.folder
     out: Path = options.out or folder.resolve().parent
@@ -169,7 +173,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.error(_nothing_in(folder))
     stale = {name: text for name, text in modules.items() if not _same(out / name, text)}
     if options.check:
-        again = f"python -m actors.interfaces.generate {folder}" + (f" --out {out}" if options.out else "")
+        again = f"{command} {folder}" + (f" --out {out}" if options.out else "")
         for name in stale:
             print(f"{out / name} is missing or old; run {again}")
         return 1 if stale else 0
@@ -185,10 +189,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m actors.interfaces.generate", description="Write typed modules for a folder of definitions."
-    )
+def _parser(command: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog=command, description="Write typed modules for a folder of definitions.")
     parser.add_argument("folder", metavar="FOLDER", type=Path, help=f"folder of definitions, {LAYOUT}")
     parser.add_argument("--out", type=Path, help="where the modules go (default: the folder above)")
     parser.add_argument("--home", help='Python package that OUT is, "" for none (default: by where OUT lies)')

@@ -6,7 +6,7 @@ from typing import Final, NoReturn
 
 __all__ = ["Habits", "NotHere"]
 
-_TIMER: Final = "write @every(hz=10) above the method; a wait is `await self.clock.sleep(0.1)`"
+_TIMER: Final = "write @every(hz=10) above the method, or call self.create_timer(0.1, callback)"
 _PARAMETER: Final = "write `speed = parameter(0.5)` in the class body and read it as self.speed"
 _READ: Final = "read the parameter as an attribute, self.speed"
 _SET: Final = "call self.set_parameter('speed', 1.0), or self.set_parameters({...}) for several, all or none"
@@ -15,8 +15,8 @@ _CALLBACK: Final = (
 )
 _SPIN: Final = "nothing is spun: handlers run by themselves; await what you wait for, `await system.wait()` for the end"
 _DESTROY: Final = "what a node has ends with it; self.stop() ends the node itself"
-_GRAPH: Final = "system.snapshot() lists nodes, topics, services and actions"
-_COUNT: Final = "self.publisher(TOPIC).subscription_count and self.subscription(TOPIC).publisher_count tell"
+_GRAPH: Final = "graph_of(self) has it; system.snapshot() shows all nodes, topics, services and actions"
+_COUNT: Final = "call it on graph_of(self); self.subscription(TOPIC).publisher_count counts those that match"
 _CALL: Final = "no client is made: `answer = await self.call(SERVICE, request)`"
 _GOAL: Final = "no client is made: `async with self.start(ACTION, goal) as goal`"
 _GROUPS: Final = "a node's handlers run one after another; write concurrent=n on those that wait"
@@ -35,7 +35,6 @@ _REMEDIES: Final[dict[str, str]] = {
     "get_namespace": "it is self.namespace",
     "get_fully_qualified_name": "it is self.fqn",
     "set_parameters_atomically": _SET,
-    "has_parameter": _PARAMETER,
     "undeclare_parameter": _PARAMETER,
     "set_descriptor": "give ge=, le=, step=, choices=, description= and read_only= to parameter(...)",
     "resolve_topic_name": "self.publisher(TOPIC) and self.subscription(TOPIC) show the full name",
@@ -52,13 +51,12 @@ _REMEDIES: Final[dict[str, str]] = {
     "trigger_configure": "call `await self.change_state('configure')`, or bring_up(system) for all",
     "trigger_activate": "call `await self.change_state('activate')`, or bring_up(system) for all",
     "create_lifecycle_publisher": "write `cmd = publishes(TOPIC)` in the class body: it delivers while the node is active",
-    **dict.fromkeys(("create_timer", "create_wall_timer", "create_rate"), _TIMER),
+    "create_wall_timer": _TIMER,
     **dict.fromkeys(("create_client",), _CALL),
     **dict.fromkeys(("create_action_client",), _GOAL),
-    **dict.fromkeys(("declare_parameter", "declare_parameters"), _PARAMETER),
+    **dict.fromkeys(("declare_parameters",), _PARAMETER),
     **dict.fromkeys(
         (
-            "get_parameter",
             "get_parameters",
             "get_parameter_or",
             "get_parameters_by_prefix",

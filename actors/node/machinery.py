@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 if TYPE_CHECKING:
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
     from actors.names.identity import Identity
+    from actors.node.declarations import Late
+    from actors.node.timer import RunningTimer
     from actors.parameters import ParameterStore
     from actors.qos.policies import QoS
     from actors.services.client import Client
@@ -50,6 +52,8 @@ class Host(Protocol):
     def loop(self) -> asyncio.AbstractEventLoop: ...
     @property
     def graph(self) -> Graph: ...
+    @property
+    def placement(self) -> int: ...
     @property
     def offload(self) -> Offloading: ...
 
@@ -97,6 +101,10 @@ class Machinery(Protocol):
 
     def check_thread(self) -> None: ...
     def check_use(self) -> None: ...
+    def tick(
+        self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str
+    ) -> RunningTimer: ...
+    def end_ticks(self, timer: Any) -> None: ...
     def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]: ...
     def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]: ...
     def handle(self, topic: Topic[M], qos: QoS, handler: Handler[M], label: str) -> None: ...

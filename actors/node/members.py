@@ -16,7 +16,7 @@ from actors.contracts.declaration import declarations_of, positional
 from actors.errors import DeclarationError
 from actors.suggest import nearest
 
-__all__ = ["check_assigned", "check_members", "members_of"]
+__all__ = ["check_assigned", "check_members", "has_fixed_parameters", "members_of"]
 
 _FRAMEWORK: Final = ("actors.node.node", "actors.lifecycle.node")
 """The modules of the framework's node classes, whose members must not be replaced, except for the hooks."""
@@ -38,7 +38,9 @@ _LIFECYCLE_HOOKS: Final = {
     f"on_{name}": _Hook(True, "self, previous")
     for name in ("configure", "cleanup", "activate", "deactivate", "shutdown", "fault")
 }
-_SETTINGS: Final = {"allow_undeclared_parameters", "node_name", "autostart", "managed", "declarations"}
+_SETTINGS: Final = {
+    "allow_undeclared_parameters", "automatically_declare_parameters_from_overrides", "autostart", "declarations", "managed", "node_name",
+}  # fmt: skip
 """The names that a node class may set, besides its hooks."""
 
 _RESERVED: Final = {"__begin__", "__finish__", "__machinery__", "__standard_service__", "__standard_services__"}
@@ -83,6 +85,15 @@ def check_members(owner: type, declared: tuple[type, ...]) -> None:
         _check_wrapped(where, value)
         if isinstance(value, FunctionType) and not declarations_of(value) and name not in spoken and not hidden:
             _check_spelling(where, name, value, hooks)
+
+
+def has_fixed_parameters(kind: Any) -> bool:
+    """Whether nodes of this class have the parameters that it declares and no others, so that another name is a mistake.
+
+    They may have others if an option of the class says so, or if its methods speak of `declare_parameter`.
+    """
+    open_ended = kind.allow_undeclared_parameters or kind.automatically_declare_parameters_from_overrides
+    return not open_ended and "declare_parameter" not in _names_in_code(kind)
 
 
 def check_assigned(node: object) -> None:

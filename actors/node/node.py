@@ -13,15 +13,15 @@
 from __future__ import annotations
 
 import asyncio
-import inspect
-from collections.abc import Callable, Coroutine, Mapping
-from functools import partial
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
 from actors.errors import DeclarationError, NotStarted
 from actors.inbox.border import INSIDE
+from actors.node.callables import is_async, name_of
 from actors.node.declarations import Declarations
 from actors.node.habits import Habits
+from actors.node.timer import Rate, Timer
 from actors.places import claim
 from actors.qos import of
 from actors.qos.policies import QoS
@@ -34,8 +34,10 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
+    from actors.node.declarations import Late
     from actors.node.machinery import Machinery
-    from actors.parameters.values import SetResult
+    from actors.parameters.descriptor import ParameterDescriptor
+    from actors.parameters.values import Parameter, SetResult
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
@@ -79,6 +81,9 @@ class Node(Habits):
 
     allow_undeclared_parameters: ClassVar[bool] = False
     """Whether parameters that are not declared can be given and set, which declares them: ROS 2's node option of this name."""
+
+    automatically_declare_parameters_from_overrides: ClassVar[bool] = False
+    """Whether parameters that are given at the start and not declared are declared then: ROS 2's node option of this name."""
 
     declarations: ClassVar[Declarations]
 
@@ -169,6 +174,15 @@ class Node(Habits):
     def incarnation(self) -> int:
         """1 for the node's first life, 2 after its first restart, and so on."""
         return _life_of(self).incarnation
+
+    @property
+    def fencing_token(self) -> int:
+        """A number that is larger in each life of the node than in all lives before, on whatever machines of its tree they were.
+
+        Who gets a number with each command can refuse those of an older life that is still on its way, or does not know that it is over.
+        """
+        life = _life_of(self)
+        return life.runtime.placement << 32 | life.incarnation
 
     @property
     def clock(self) -> Clock:
@@ -267,18 +281,40 @@ class Node(Habits):
             raise DeclarationError(
                 f"{self.fqn}.on({topic!r}, {handler!r:.60}): the handler must be a function or a method"
             )
-        label = f"{self.fqn} {_name_of(handler)} on {topic.name}"
+        label = f"{self.fqn} {name_of(handler)} on {topic.name}"
         _life_of(self).handle(topic, topic.qos if qos is None else of(qos), handler, label)
 
     def serve(self, service: Service[Req, Resp], handler: Callable[[Req], Coroutine[Any, Any, Resp]]) -> None:
         """Let `handler` answer the service from now on, as `Service.serve` does for a method."""
-        if not _is_async(handler):
+        if not is_async(handler):
             raise DeclarationError(
-                f"{self.fqn}.serve({service!r}, {_name_of(handler)}): the handler answers by `await`; make it `async def`"
+                f"{self.fqn}.serve({service!r}, {name_of(handler)}): the handler answers by `await`; make it `async def`"
             )
-        _life_of(self).serve(service, handler, _name_of(handler))
+        _life_of(self).serve(service, handler, name_of(handler))
 
     # -- work ---------------------------------------------------------------------------------------------------------------
+
+    def create_timer(
+        self,
+        period: float,
+        callback: Callable[..., Awaitable[None] | None],
+        *,
+        once: bool = False,
+        late: Late = "skip",
+        autostart: bool = True,
+    ) -> Timer:
+        """Call `callback` every `period` seconds from now on, or with `once` a single time, as `every` does for a method.
+
+        It takes no argument, or a `Tick`. Without `autostart` the timer begins with `Timer.reset`. Raises `ValueError` for what is no
+        period, and `Ended` after the end of the node, with which the timer ends.
+        """
+        label = f"{self.fqn} timer {name_of(callback)}"
+        return Timer(_life_of(self), callback, period, once=once, late=late, label=label, autostart=autostart)
+
+    def create_rate(self, hz: float) -> Rate:
+        """A rate for a loop in a task of its own: ``await rate.sleep()`` waits for the next of its instants on the node's clock."""
+        life = _life_of(self)
+        return Rate(lambda: life.clock, hz)
 
     def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
         """Run `work` in a task of this node: canceled when the node stops; if it fails, the node fails."""
@@ -338,6 +374,28 @@ class Node(Habits):
             return border.enter("parameters", (dict(values),), life.parameters.set_values, values)
         return life.parameters.set_values(values)
 
+    def declare_parameter(
+        self, name: str, value: object = None, descriptor: ParameterDescriptor | None = None
+    ) -> Parameter:
+        """Declare a parameter that the class does not declare, and return it with the value given at the start, or else with `value`.
+
+        Raises what `ParameterStore.declare` raises.
+        """
+        life = _life_of(self)
+        life.check_thread()
+        return life.parameters.declare(name, value, descriptor)
+
+    def get_parameter(self, name: str) -> Parameter:
+        """A parameter by its name, with `type` and `value`; one that is not declared has neither, if the node allows such.
+
+        Raises `ParameterNotDeclared`, and `ParameterUninitialized` for one that was declared without a value and has not been set.
+        """
+        return _life_of(self).parameters.get(name)
+
+    def has_parameter(self, name: str) -> bool:
+        """Whether a parameter is declared, by the class or since."""
+        return _life_of(self).parameters.has(name)
+
 
 def _life_of(node: Node) -> Machinery:
     if node.__machinery__ is None:
@@ -347,29 +405,10 @@ def _life_of(node: Node) -> Machinery:
     return node.__machinery__
 
 
-def _is_async(handler: Any) -> bool:
-    """Whether a call of `handler` makes a coroutine, as far as it can be told; partials, callable objects and wrappers are looked into."""
-    while isinstance(handler, partial):
-        handler = cast("Any", handler).func
-    if not (inspect.isroutine(handler) or isinstance(handler, type)):
-        handler = getattr(handler, "__call__", None)  # noqa: B004  # an object that can be called
-    handler = inspect.unwrap(handler) if callable(handler) else None
-    if inspect.iscoroutinefunction(handler):
-        return True
-    returned = str(getattr(handler, "__annotations__", {}).get("return", ""))
-    return any(word in returned for word in ("Coroutine", "Awaitable"))
-
-
 def _takes_arguments(kind: type[Node]) -> bool:
     """Whether a base that comes after `Node` has an ``__init__`` of its own."""
     following = kind.__mro__[kind.__mro__.index(Node) + 1 : -1]
     return any("__init__" in vars(base) for base in following)
-
-
-def _name_of(handler: object) -> str:
-    """A handler's name in reports. It is the same in every incarnation, because waiting messages are kept by it."""
-    function = handler.func if isinstance(handler, partial) else handler  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType]
-    return str(getattr(function, "__qualname__", type(function).__name__))  # pyright: ignore[reportUnknownArgumentType]
 
 
 Node.declarations = Declarations(Node)

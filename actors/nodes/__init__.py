@@ -1,4 +1,4 @@
-"""The nodes that come with the framework: `ClockPublisher` and `ParameterServer`."""
+"""The nodes that come with the framework: `ClockPublisher`, `ParameterServer` and `RobotStatePublisher`."""
 
 from __future__ import annotations
 
@@ -11,13 +11,17 @@ from actors.nodes.parameter_server import (
     get_global,
     set_global,
 )
+from actors.nodes.robot_state_publisher import JOINT_STATES, ROBOT_DESCRIPTION, RobotStatePublisher
 from actors.runtime.sim_time import CLOCK
 
 __all__ = [
     "CLOCK",
+    "JOINT_STATES",
+    "ROBOT_DESCRIPTION",
     "SERVER",
     "ClockPublisher",
     "ParameterServer",
+    "RobotStatePublisher",
     "get_global",
     "set_global",
 ]

@@ -48,7 +48,7 @@ def tell_late(life: Incarnation, error: BaseException, handler: str) -> None:
 def tell_holding(life: Incarnation, item: Item, seconds: float) -> None:
     """Log a warning that a handler has kept the node's other handlers waiting for `seconds`, with the line at which it waits."""
     task = life.inbox.task
-    lost = sum(timer.record.missed - timer.record.blocked for timer in life.timers)
+    lost = sum(timer.record.missed - timer.record.blocked for timer in (*life.timers, *life.made_timers))
     life.log.warning(
         f"handler holds the inbox for more than {seconds:g} s", handler=item.label, awaits=awaited_in(task) if task else "",
         ticks_lost=lost, remedy="declare it concurrent=n, make it an action, or self.offload() its work",

@@ -6,7 +6,7 @@ A `Node` object holds the user's code and state; its incarnation runs it. `actor
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
@@ -16,9 +16,10 @@ from actors.inbox.control import Failure, StopRequest, blame
 from actors.logs import WARN
 from actors.qos import resolve_publisher, resolve_subscription
 from actors.qos.policies import QoS
-from actors.runtime import answers, endpoints, introspection, life, owned_tasks
+from actors.runtime import answers, endpoints, introspection, life, owned_tasks, timers
 from actors.runtime.ids import uuid_of
 from actors.runtime.node_parameters import check_store, make_store
+from actors.runtime.qos_overrides import overridden
 from actors.services.client import Client
 from actors.services.introspection import caller_id
 from actors.supervision.reasons import Stop
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from actors.inbox.inbox import Item
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
+    from actors.node.declarations import Late
     from actors.node.node import ErrorVerdict, Node
     from actors.parameters import ParameterStore
     from actors.runtime.record import NodeRecord
@@ -86,6 +88,7 @@ class Incarnation:
         "identity",
         "inbox",
         "incarnation",
+        "made_timers",
         "node",
         "phase",
         "publishers",
@@ -126,6 +129,9 @@ class Incarnation:
         self.streams: list[StreamSubscription[Any]] = []
         self.clients: dict[Any, Client[Any, Any]] = {}
         self.timers: list[NodeTimer] = []
+        """The timers that the class declares, in that order; none while a lifecycle node is inactive."""
+        self.made_timers: dict[NodeTimer, None] = {}
+        """The timers that the node has made and not canceled."""
         self.standard_services: list[Server] = []
         """The standard services of the node that have been opened, because they were asked for."""
         self.sim: SimTime | None = None
@@ -239,6 +245,7 @@ class Incarnation:
     def publisher(self, topic: Topic[M], qos: QoS) -> Publisher[M]:
         self.check_use()
         entry = self.runtime.graph.topic(self.identity.topic(topic.name))
+        qos = overridden(self, entry.name, "publisher", qos)
         offered = resolve_publisher(qos, [one.qos for one in entry.subscriptions])
         publisher = publisher_for(self, entry, topic.type, offered)
         self.publishers.append(publisher)
@@ -250,6 +257,7 @@ class Incarnation:
     def subscribe(self, topic: Topic[M], qos: QoS) -> Stream[M]:
         self.check_use()
         entry = self.runtime.graph.topic(self.identity.topic(topic.name))
+        qos = overridden(self, entry.name, "subscription", qos)
         requested = resolve_subscription(qos, [one.qos for one in entry.publishers])
         subscription = StreamSubscription(self, entry, topic.type, requested, self._stream_closed)
         self.streams.append(subscription)
@@ -309,7 +317,17 @@ class Incarnation:
                 else:
                     publisher.suspend()
 
+    def tick(self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str) -> NodeTimer:
+        """Start a timer that the node makes while it runs."""
+        self.check_use()
+        return timers.tick(self, hz, handler, late, label)
+
+    def end_ticks(self, timer: NodeTimer) -> None:
+        """End the ticks of such a timer."""
+        timers.end_ticks(self, timer)
+
     def stop_timers(self) -> None:
+        """Stop the timers that the class declares."""
         for timer in self.timers:
             timer.stop()
         self.timers.clear()
@@ -401,6 +419,8 @@ class Incarnation:
         record = self.record
         record.life = None
         self.stop_timers()
+        for timer in list(self.made_timers):
+            self.end_ticks(timer)
         for task in reversed(self.tasks):
             task.cancel()
         if self.sim is not None:

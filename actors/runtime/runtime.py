@@ -12,6 +12,7 @@ from actors.errors import DeclarationError
 from actors.graph.graph import Graph
 from actors.inbox.border import outside
 from actors.logs import structlog_sink
+from actors.logs.levels import Level, LevelTree
 from actors.runtime.directory import Directory
 from actors.runtime.incarnation import Incarnation
 from actors.runtime.journal import Journal
@@ -68,7 +69,8 @@ class Runtime:
     """The parts of one system that all its nodes share: clock, graph, logs, random numbers and tree. It is a `supervision.seam.Runtime`.
 
     `options` are those of the run. `processes` makes the source of lives in other processes, at its first use; without it the system has
-    none. `make_graph` and `incarnations` make the graph and the lives of nodes; a simulation passes a graph that
+    none. `placement` counts how often the tree of which this system is a part had given a part to another machine before, this part included;
+    0 for a part that was not given away. `make_graph` and `incarnations` make the graph and the lives of nodes; a simulation passes a graph that
     loses messages, and lives that end on demand.
 
     Invariants:
@@ -86,12 +88,14 @@ class Runtime:
         level: int,
         options: RunOptions | None = None,
         processes: Callable[[Runtime], OtherProcesses] | None = None,
+        placement: int = 0,
         make_graph: Callable[..., Graph] = Graph,
         incarnations: Callable[[Runtime, NodeRecord, Node], Incarnation] = Incarnation,
     ) -> None:
         self.loop = loop = asyncio.get_running_loop()
         self.thread = get_ident()
         self.seed = seed
+        self.placement = placement
         self.clock = Clock(loop, virtual=bool(getattr(loop, "virtual", False)))
         self.ticker = Ticker(loop)
         self.deadlines = Deadlines(loop)
@@ -102,7 +106,9 @@ class Runtime:
         """What makes the ids of this process differ from those of others with the same seed."""
         self.observers = Observers(sinks)
         self.options = options
-        self.journal = Journal(loop, self.clock, level, self.observers, options)
+        self.journal = Journal(
+            loop, self.clock, LevelTree(Level(level)) if options is None else options.levels, self.observers
+        )
         self.log = self.journal.log("system", 1)
         standard = StandardEndpoints(self)
         self.graph = make_graph(

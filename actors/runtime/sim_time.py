@@ -243,7 +243,7 @@ class SimTime:
         self._subscription = subscription = _ClockSubscription(life, entry, self._step, self._closed)
         life.streams.append(subscription)
         entry.add_subscription(subscription)
-        moving = [(timer, self._taken(timer)) for timer in life.timers]
+        moving = [(timer, self._taken(timer)) for timer in (*life.timers, *life.made_timers)]
         self.ros.activate()
         for timer, tick in moving:
             timer.move(tick, self.clock.now)
@@ -254,7 +254,7 @@ class SimTime:
         self._subscription.close()
         self.ros.deactivate()
         self.clock.wake_all()
-        for timer in self._life.timers:
+        for timer in (*self._life.timers, *self._life.made_timers):
             self._give_back(timer)
 
     def _taken(self, timer: NodeTimer) -> SimTick:

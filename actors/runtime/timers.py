@@ -1,4 +1,4 @@
-"""The timers of `@every`: ticks on an exact grid, with their lateness measured.
+"""The timers of `@every` and `Node.timer`: ticks on an exact grid, with their lateness measured.
 
 The k-th tick of a timer is due at start + k / hz. This is computed from k, not summed up, so the timer does not drift. The timer's late
 policy decides what happens to ticks for which the node is too busy.
@@ -30,8 +30,10 @@ __all__ = [
     "TickSource",
     "Ticking",
     "TimerRecord",
+    "end_ticks",
     "retime",
     "start_timers",
+    "tick",
 ]
 
 KEPT = 65536
@@ -119,15 +121,17 @@ class Lateness:
 class TimerRecord:
     """The figures of one timer, over all incarnations of its node.
 
-    Invariants: `fired`, `missed`, `blocked` and `alive` never fall. `since` is set while the timer ticks; `alive` then holds the seconds
+    Invariants: `fired`, `overdue`, `missed`, `blocked` and `alive` never fall. `since` is set while the timer ticks; `alive` then holds the seconds
     for which it ticked before `since`.
     """
 
-    __slots__ = ("alive", "blocked", "fired", "hz", "lateness", "latest", "missed", "since")
+    __slots__ = ("alive", "blocked", "fired", "hz", "lateness", "latest", "missed", "overdue", "since")
 
     def __init__(self, hz: float) -> None:
         self.hz = hz
         self.fired = 0
+        self.overdue = 0
+        """How many of them began a period or more after they were due: caught up, but not on time."""
         self.missed = 0
         self.blocked = 0
         """How many of the missed ticks were lost because the event loop was blocked."""
@@ -150,7 +154,7 @@ class TimerRecord:
 
 
 class NodeTimer:
-    """One `@every` of one incarnation. It is itself the inbox item of its waiting tick, so that a tick makes no object.
+    """One `@every`, or a run of one `Timer`, in one incarnation. It is itself the inbox item of its waiting tick: a tick makes no object.
 
     Invariants:
 
@@ -283,6 +287,8 @@ class NodeTimer:
             late = max(0.0, self.time() - due)  # simulated time may have jumped back since
         self.record.fired += 1
         self.record.lateness.add(late)
+        if late >= self.period:
+            self.record.overdue += 1
         if self.backlog:
             self.k, self.due = self.backlog.popleft()
             self.inbox.put(self)
@@ -313,8 +319,8 @@ def _arguments(function: Callable[..., Any]) -> int:
 
 def start_timers(life: Incarnation) -> None:
     """Start the timers that the node's class declares by `@every`."""
-    node, labels, runtime = life.node, life.declarations.labels, life.runtime
-    on_late = None if runtime.stalls is None else partial(_tell_late, runtime.stalls, life.fqn)
+    node, labels, stalls = life.node, life.declarations.labels, life.runtime.stalls
+    on_late = None if stalls is None else partial(_tell_late, stalls, life.fqn)
     for declared in life.declarations.timers:
         hz = life.parameters.value(declared.hz) if isinstance(declared.hz, str) else declared.hz
         record = life.record.timers.get(declared.attribute)
@@ -324,10 +330,33 @@ def start_timers(life: Incarnation) -> None:
         handler, label = getattr(node, declared.attribute), labels[declared.attribute]
         timer = NodeTimer(life.inbox, handler, hz, declared.late, label, record, on_late)
         life.timers.append(timer)
-        if life.sim is None:
-            timer.begin(runtime.ticker)
-        else:
-            life.sim.begin(timer)
+        _begin(life, timer)
+
+
+def tick(
+    life: Incarnation, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str
+) -> NodeTimer:
+    """Start a timer that the node makes while it runs. Its figures are its own; the record of the node does not keep them."""
+    stalls = life.runtime.stalls
+    on_late = None if stalls is None else partial(_tell_late, stalls, life.fqn)
+    timer = NodeTimer(life.inbox, handler, hz, late, label, TimerRecord(hz), on_late)
+    life.made_timers[timer] = None
+    _begin(life, timer)
+    return timer
+
+
+def end_ticks(life: Incarnation, timer: NodeTimer) -> None:
+    """End the ticks of a timer that `tick` has started. Ending twice is harmless."""
+    timer.stop()
+    life.made_timers.pop(timer, None)
+
+
+def _begin(life: Incarnation, timer: NodeTimer) -> None:
+    """Let a timer tick on the clock that is in use."""
+    if life.sim is None:
+        timer.begin(life.runtime.ticker)
+    else:
+        life.sim.begin(timer)
 
 
 def _tell_late(stalls: StallWatch, node: str, timer: NodeTimer, seconds: float, lost: int) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from asyncio import current_task
-from functools import partial
 from threading import get_ident
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -77,8 +76,11 @@ class Client(Generic[Req, Resp]):
         exclusive = inbox.waiter is None and inbox.task is current_task(inbox.loop) and not server.concurrent
         if exclusive:
             refuse_cycle(node, server.node)
-        submit = server.submit if inbox.border is None else partial(inbox.border.call, server, self.entry.name)
-        call = submit(message, node, timeout)
+        call = (
+            server.submit(message, node, timeout)
+            if inbox.border is None
+            else inbox.border.call(server, self.entry.name, message, node, timeout)
+        )
         if self.events is not None:
             _tell(self.events, call, message)
         if not exclusive:

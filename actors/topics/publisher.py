@@ -19,6 +19,7 @@ from actors.topics.endpoint import Endpoint
 from actors.topics.events import EventStream
 
 if TYPE_CHECKING:
+    from actors.interfaces.cdr import Bytes
     from actors.interfaces.message import Message
     from actors.qos.events import PublisherEvent, PublisherStatus
     from actors.qos.policies import QoS
@@ -96,6 +97,12 @@ class Publisher(Endpoint, Generic[M]):
             deliver(message)
 
     __call__ = publish
+
+    def publish_serialized(self, data: Bytes) -> None:
+        """Publish the message that these bytes hold in CDR. Raises `CdrError` if they hold none of the type, and what `publish` raises."""
+        from actors.interfaces.cdr import decode
+
+        self.publish(decode(self.type, data))
 
     async def send(self, message: M) -> None:
         """Publish after every reliable KEEP_ALL subscription has room: back-pressure instead of loss.

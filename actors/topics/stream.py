@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import AsyncGenerator, Callable
 from threading import get_ident
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
@@ -158,6 +158,13 @@ class Stream(Generic[M]):
                 f"no message on {self._subscription.entry.name} within {timeout} s "
                 f"({self.publisher_count} matching publishers in this system)"
             ) from None
+
+    async def serialized(self) -> AsyncGenerator[bytes, None]:
+        """The messages from now on as `encode` writes them, in CDR: ``async for data in stream.serialized()``."""
+        from actors.interfaces.cdr import encode
+
+        async for message in self:
+            yield encode(message)
 
     def close(self) -> None:
         """Leave the topic. Messages that wait can still be taken out. Closing twice is harmless."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from robot.geometry.transform import Transform
+from actors.tf2 import Transform
 
 __all__ = ["CAMERA", "IMU", "LIDAR"]
 

@@ -28,6 +28,7 @@ from robot.sim.mjcf import obstacle_names
 
 if TYPE_CHECKING:
     from robot.scenes.scene import Scene
+    from robot.sim.ground import Ground
 
 __all__ = ["BodyHost", "BodySpec", "serve"]
 
@@ -49,6 +50,7 @@ class BodySpec:
     seed: int
     delay: float
     arm: bool
+    ground: Ground | None
 
 
 class BodyHost:
@@ -160,7 +162,7 @@ def serve(spec: BodySpec, name: str, parent: int) -> None:
     signal.signal(signal.SIGTERM, _end)
     favour("body")
     segment = attached(name, len(spec.scene.things))
-    body = PhysicsBody(spec.scene, seed=spec.seed, delay=spec.delay, arm=spec.arm)
+    body = PhysicsBody(spec.scene, seed=spec.seed, delay=spec.delay, arm=spec.arm, ground=spec.ground)
     host = BodyHost(body, segment, time.monotonic())
     orphaned: float | None = None
     while True:

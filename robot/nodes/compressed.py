@@ -6,8 +6,9 @@ from typing import Final
 
 import numpy as np
 
-from actors import CallTimeout, Node, Topic, background, qos
+from actors import Node, Topic, background, parameter, qos
 from actors.interfaces.sensor_msgs.msg import CompressedImage, Image
+from robot.nodes.on_demand import while_heard
 from robot.png import encode
 
 __all__ = ["ImageCompressor", "compressed", "compressed_topic"]
@@ -16,8 +17,6 @@ CHANNELS: Final = {"rgb8": (0, 1, 2), "bgr8": (2, 1, 0), "mono8": (0, 0, 0)}
 """For each encoding, which of its channels are red, green and blue."""
 ENCODING: Final = 0.05
 """Seconds that an image takes, on the virtual clock."""
-PATIENCE: Final = 1.0
-"""Seconds after which a silent camera is listened to anew, if anybody still wants its images."""
 
 
 def compressed_topic(images: Topic[Image]) -> Topic[CompressedImage]:
@@ -41,11 +40,13 @@ def compressed(image: Image) -> CompressedImage:
 
 
 class ImageCompressor(Node):
-    """Publishes the images of a topic once more, compressed, on the topic ``<name>/compressed``.
+    """Publishes the images of a topic once more, compressed, on the topic ``<name>/compressed``, at most `rate` a second.
 
     It listens to the images only while somebody listens to it, takes the newest, and leaves out those that come while it works. It works
     in a thread. An image that cannot be compressed is left out, and the first one of each encoding is logged.
     """
+
+    rate = parameter(10.0, unit="Hz", ge=0.1, le=120.0, description="Pictures a second, at most.")
 
     def __init__(self, images: Topic[Image]) -> None:
         self._images = images
@@ -54,20 +55,11 @@ class ImageCompressor(Node):
     async def work(self) -> None:
         out = self.publisher(compressed_topic(self._images))
         refused = set[str]()
-        changes = out.events()
-        while True:
-            while not out.subscription_count:
-                await anext(changes)
-            newest = qos.SENSOR_DATA.replace(depth=1)
-            async with self.subscribe(self._images, qos=newest) as images:
-                while out.subscription_count:
-                    try:
-                        image = await images.next(PATIENCE)
-                    except CallTimeout:
-                        continue
-                    try:
-                        out(await self.offload(compressed, image, takes=ENCODING, thread=True))
-                    except ValueError as error:
-                        if image.encoding not in refused:
-                            refused.add(image.encoding)
-                            self.log.warning("an image cannot be compressed", because=str(error))
+        newest = qos.SENSOR_DATA.replace(depth=1)
+        async for image in while_heard(self, out, self._images, newest, lambda: self.rate):
+            try:
+                out(await self.offload(compressed, image, takes=ENCODING, thread=True))
+            except ValueError as error:
+                if image.encoding not in refused:
+                    refused.add(image.encoding)
+                    self.log.warning("an image cannot be compressed", because=str(error))

@@ -11,10 +11,8 @@ from actors import Node, parameter
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Point, PointStamped
 from actors.interfaces.std_msgs.msg import Header
+from actors.tf2 import Buffer, Transform, TransformException, TransformListener
 from robot.contracts import CONFIRM_OBJECT, DETECTIONS
-from robot.frames.listen import TfListener
-from robot.geometry.errors import FrameError
-from robot.geometry.transform import Transform
 from robot.geometry.vectors import Triple
 from robot.interfaces.robactor_msgs.msg import Detection
 from robot.interfaces.robactor_msgs.srv import ConfirmObject, ConfirmObject_Request, ConfirmObject_Response
@@ -44,7 +42,8 @@ class ObjectConfirmation(Node):
         self._looks = looks
 
     async def on_start(self) -> None:
-        self._frames = TfListener(self)
+        self._frames = Buffer()
+        TransformListener(self._frames, self)
 
     @CONFIRM_OBJECT.serve(concurrent=2)
     async def confirm(self, request: ConfirmObject_Request) -> ConfirmObject_Response:
@@ -64,7 +63,7 @@ class ObjectConfirmation(Node):
                             continue
                         try:
                             seen.append(await self._in_base(detection, look))
-                        except FrameError as error:
+                        except TransformException as error:
                             problem = f": {error}"
                         if len(seen) >= self.images and (middle := _agreed(seen[-self.images :])) is not None:
                             return _found(name, middle, detection.header.stamp)
@@ -77,12 +76,12 @@ class ObjectConfirmation(Node):
         return ConfirmObject.Response(message=f"{name} is not in sight{problem}")
 
     async def _in_base(self, detection: Detection, look: Look) -> Triple:
-        """The object's middle in base_link. Raises `FrameError`."""
+        """The object's middle in base_link. Raises `TransformException`."""
         frame, stamp = detection.header.frame_id, detection.header.stamp
         place = detection.position
         point, eye = (place.x, place.y, place.z), (0.0, 0.0, 0.0)
         if frame != FRAME:
-            transform: Transform = await self._frames.wait_for(FRAME, frame, stamp, timeout=0.3)
+            transform = Transform.from_msg(await self._frames.lookup_transform_async(FRAME, frame, stamp, timeout=0.3))
             point, eye = transform.point(point), transform.translation
         x, y, z = point
         away = hypot(x - eye[0], y - eye[1])

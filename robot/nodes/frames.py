@@ -11,12 +11,11 @@ from math import cos, sin
 
 from actors import Node
 from actors.interfaces.builtin_interfaces.msg import Time
-from actors.interfaces.geometry_msgs.msg import Pose, PoseStamped
+from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.nav_msgs.msg import Odometry
+from actors.tf2 import StaticTransformBroadcaster, Transform, TransformBroadcaster, stamped
 from robot.contracts import ODOMETRY, POSE
-from robot.frames.broadcast import StaticTfBroadcaster, TfBroadcaster
 from robot.geometry.angles import yaw_of
-from robot.geometry.transform import Transform, stamped
 from robot.hardware import mounts
 
 __all__ = ["Frames", "leveled"]
@@ -32,23 +31,25 @@ class Frames(Node):
     """
 
     async def on_start(self) -> None:
-        self._moving = TfBroadcaster(self)
-        self._fixed = StaticTfBroadcaster(self)
+        self._moving = TransformBroadcaster(self)
+        self._fixed = StaticTransformBroadcaster(self)
         self._odoms: deque[tuple[Time, Transform]] = deque(maxlen=REMEMBERED)
         now = self.clock.stamp()
-        self._fixed.send(
-            stamped("base_link", "imu_link", mounts.IMU, now),
-            stamped("gimbal_link", "lidar_link", mounts.LIDAR, now),
-            stamped("gimbal_link", "camera_link", mounts.CAMERA, now),
+        self._fixed.send_transform(
+            (
+                stamped("base_link", "imu_link", mounts.IMU, now),
+                stamped("gimbal_link", "lidar_link", mounts.LIDAR, now),
+                stamped("gimbal_link", "camera_link", mounts.CAMERA, now),
+            )
         )
 
     @ODOMETRY.on()
     def odometry(self, message: Odometry) -> None:
-        base, stamp = _transform(message.pose.pose), message.header.stamp
+        base, stamp = Transform.from_msg(message.pose.pose), message.header.stamp
         heading = _heading(base)
         self._odoms.append((stamp, Transform.planar(base.translation[0], base.translation[1], heading)))
-        self._moving.send(
-            stamped("odom", "base_link", base, stamp), stamped("base_link", "gimbal_link", leveled(base), stamp)
+        self._moving.send_transform(
+            (stamped("odom", "base_link", base, stamp), stamped("base_link", "gimbal_link", leveled(base), stamp))
         )
 
     @POSE.on()
@@ -57,8 +58,8 @@ class Frames(Node):
         stamp = message.header.stamp
         for told, odom in reversed(self._odoms):
             if told == stamp:
-                correction = _transform(message.pose) @ odom.inverse()
-                self._moving.send(stamped("map", "odom", correction, stamp))
+                correction = Transform.from_msg(message.pose) @ odom.inverse()
+                self._moving.send_transform(stamped("map", "odom", correction, stamp))
                 return
 
 
@@ -72,8 +73,3 @@ def leveled(base: Transform) -> Transform:
 def _heading(pose: Transform) -> float:
     w, x, y, z = pose.rotation
     return yaw_of(w, x, y, z)
-
-
-def _transform(pose: Pose) -> Transform:
-    p, q = pose.position, pose.orientation
-    return Transform((p.x, p.y, p.z), (q.w, q.x, q.y, q.z))

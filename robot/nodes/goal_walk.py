@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import AsyncGenerator, Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
-from math import hypot
+from dataclasses import dataclass, field, replace
+from math import hypot, inf
 
 from actors import ActorError, Node, Reject
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
@@ -38,6 +38,8 @@ CRITICAL = 0.10
 """Share of charge below which no walk begins."""
 TYPICAL_SPEED = 0.7
 """The energy of a walk is computed for this speed at most, m/s."""
+BLIND_AFTER = 0.5
+"""Seconds without a scan, five of them, after which a walk goes on slowly."""
 STANDSTILL = Twist()
 
 
@@ -94,6 +96,9 @@ class GoalWalk:
         self._motion: Motion | None = None
         self._owner: object | None = None
         self._shown: paths.Path | None = None
+        self._limits, self._blind_speed = Limits(), inf
+        self._seen = -inf
+        self._blind = False
 
     # -- control -----------------------------------------------------------------------------------------------------
 
@@ -101,9 +106,10 @@ class GoalWalk:
         """Step the navigator and publish its command, while a walk is under way."""
         if self._owner is None or self._heard.pose is None or self._heard.gait != Mode.WALK:
             return
-        motion = self._navigator.step(
-            self._node.clock.now(), self._heard.pose, self._heard.velocity, *self._heard.take_scan()
-        )
+        now = self._node.clock.now()
+        scan, scanned_at = self._heard.take_scan()
+        self._heed(now, seen=scan is not None)
+        motion = self._navigator.step(now, self._heard.pose, self._heard.velocity, scan, scanned_at)
         self._motion = motion
         self._cmd(Twist(linear=Vector3(x=motion.vx, y=motion.vy), angular=Vector3(z=motion.wz)))
         if self._navigator.path is not self._shown:
@@ -111,10 +117,32 @@ class GoalWalk:
             if self._shown is not None:
                 self._plan(self._shown)
 
-    def retune(self, limits: Limits, tolerance: Tolerance, patience: float) -> None:
-        """Walk within these limits from the next step on, arrive by these tolerances, and be patient for so long, s."""
+    def _heed(self, now: float, *, seen: bool) -> None:
+        """Slow down while no scans come: what is not on the map would be walked into."""
+        if seen:
+            self._seen = now
+        blind = now - self._seen > BLIND_AFTER
+        if blind == self._blind:
+            return
+        self._blind = blind
+        self._navigator.follower.set_limits(self._allowed)
+        if blind:
+            self._node.log.warning("no LiDAR: walking slowly", speed=min(self._blind_speed, self._limits.vx_max))
+        else:
+            self._node.log.info("LiDAR again: walking as before")
+
+    @property
+    def _allowed(self) -> Limits:
+        slow = min(self._limits.vx_max, self._blind_speed)
+        return replace(self._limits, vx_max=slow) if self._blind else self._limits
+
+    def retune(self, limits: Limits, tolerance: Tolerance, patience: float, blind_speed: float) -> None:
+        """Walk within these limits from the next step on, at `blind_speed` (m/s) without a LiDAR, arrive by these tolerances, and be patient
+        for so long, s.
+        """
         self.energy.set_speed(min(limits.vx_max, TYPICAL_SPEED))
-        self._navigator.retune(limits, tolerance, patience)
+        self._limits, self._blind_speed = limits, blind_speed
+        self._navigator.retune(self._allowed, tolerance, patience)
 
     async def walk(self, goal: Pose2, *, straight: bool = False) -> AsyncGenerator[Motion, None]:
         """Walk to `goal`, yielding what the navigator says ten times a second, the final word last.

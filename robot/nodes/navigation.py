@@ -78,7 +78,7 @@ class Navigation(Node):
     came by the same action, else aborted, and its reason says so. A goal that cannot be reached by the map is rejected with a named reason.
 
     Takes pose, odom, lidar/scan, gait_status, battery_state, battery_status, safety/state; publishes autonomy/cmd_vel (20 Hz while it walks), plan.
-    Parameters: max_speed, max_turn, acceleration, position_tolerance, yaw_tolerance, patience.
+    Parameters: max_speed, max_turn, acceleration, position_tolerance, yaw_tolerance, blind_speed, patience.
     """
 
     cmd = publishes(AUTONOMY_CMD)
@@ -92,6 +92,9 @@ class Navigation(Node):
         TOLERANCE.position, unit="m", ge=0.02, le=0.5, description="So near to its goal a walk has arrived."
     )
     yaw_tolerance = parameter(TOLERANCE.yaw, unit="rad", ge=0.01, le=3.2, description="And so near to its heading.")
+    blind_speed = parameter(
+        0.2, unit="m/s", ge=0.0, le=1.6, description="Fastest walk while the LiDAR has been silent for half a second."
+    )
     patience = parameter(
         NavigatorConfig().patience,
         unit="s",
@@ -122,7 +125,9 @@ class Navigation(Node):
     def _retune(self, changed: Sequence[Parameter]) -> None:
         """Use the parameters from the next step on, also during a walk."""
         limits = replace(LIMITS, vx_max=self.max_speed, wz_max=self.max_turn, acceleration=self.acceleration)
-        self._walk.retune(limits, Tolerance(self.position_tolerance, self.yaw_tolerance), self.patience)
+        self._walk.retune(
+            limits, Tolerance(self.position_tolerance, self.yaw_tolerance), self.patience, self.blind_speed
+        )
 
     # -- inputs -----------------------------------------------------------------------------------------------
 

@@ -19,8 +19,9 @@ from robot.picture.camera import Camera
 from robot.picture.recording import Recording
 from robot.picture.viewpoint import viewpoint
 from robot.png import Image
-from robot.run.options import UsageError
-from robot.sim.mjcf import Ground, write_model
+from robot.run.errands import UsageError
+from robot.sim.ground import Ground
+from robot.sim.mjcf import write_model
 
 __all__ = ["check", "draw_with_mujoco"]
 

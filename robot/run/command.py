@@ -7,32 +7,39 @@ import os
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import asdict
+from math import cos, sin
 from typing import TYPE_CHECKING, Any
 
-from robot.run.options import Crash, Hang, Options, UsageError, parse
+from robot.run.errands import Crash, Hang, UsageError
+from robot.run.hardships import Push
+from robot.run.options import Options, parse
 
 if TYPE_CHECKING:
+    import asyncio
+
     from actors import Child, Supervisor, System
     from actors.transport import Transport
     from robot.assembly import Robot
     from robot.hardware.body import Body
     from robot.run.flight import Flight
     from robot.run.judge import Score
+    from robot.run.web import ServeWeb
 
 __all__ = ["main"]
 
 
-def main(argv: Sequence[str]) -> int:
-    """The exit code.
+def main(argv: Sequence[str], serve_web: ServeWeb | None = None) -> int:
+    """The exit code. `serve_web` starts the web server beside the robot, if there is to be one.
 
-    0: ended as asked. 1: what `--goal` or `--fetch` asked for was not done when the run ended. 2: cannot be run as asked.
-    3: a supervisor gave up. 130 and 143: SIGINT and SIGTERM.
+    0: ended as asked. 1: the robot fell, what `--goal` or `--fetch` asked for was not done when the run ended, or the last try of a goal of
+    the patrol failed. 2: cannot be run as asked. 3: a supervisor gave up. 130 and 143: SIGINT and SIGTERM.
     """
     # One thread for BLAS: 12 x 12 matrices gain nothing from more, and the last bits of a sum would depend on their number.
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
     try:
-        return Session(parse(argv)).run()
+        return Session(parse(argv), serve_web).run()
     except UsageError as error:
         print(f"robot run: {error}", file=sys.stderr)
         return 2
@@ -41,8 +48,9 @@ def main(argv: Sequence[str]) -> int:
 class Session:
     """One run: what it needs is made and checked first, then the tree is started."""
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: Options, serve_web: ServeWeb | None = None) -> None:
         self.options = options
+        self._serve_web = serve_web
         self.robot = self._robot()
         self.body: Body = self.robot.body
 
@@ -80,7 +88,7 @@ class Session:
         try:
             return Robot(
                 scene, body=options.backend, mission=get_mission(options.goal, options.fetch, scene), seed=options.seed, battery=options.battery,
-                arm=options.arm, motor_delay=options.motor_delay, publish_clock=options.publish_clock, processes=options.processes,
+                arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, publish_clock=options.publish_clock, processes=options.processes,
             )  # fmt: skip
         except BackendMissing as error:
             raise UsageError(str(error)) from None
@@ -115,6 +123,8 @@ class Session:
     # -- the run ------------------------------------------------------------------------------------------------------------
 
     async def _main(self) -> int:
+        import asyncio
+
         from actors import Child, run
         from actors.logs import Level, console_sink, json_sink
         from robot.run.flight import Flight
@@ -122,6 +132,7 @@ class Session:
         from robot.run.mission import failure
         from robot.run.report import last_sample, make_report
         from robot.run.status import Status, StatusLine, final_parts
+        from robot.run.web import start
 
         options, began = self.options, time.monotonic()
         line, score = StatusLine(), Score()
@@ -144,9 +155,11 @@ class Session:
                 await system.join(Child(Judge, args=(self.body, score)))
                 await system.join(Child(Status, args=(line, self.body.backend)))
                 self._announce(system)
+                web = asyncio.ensure_future(start(system, options, self._serve_web))
                 try:
-                    await self._until_over(system, flight, score)
+                    await self._until_over(system, flight, score, web)
                 finally:
+                    web.cancel()
                     report = make_report(system, self.body, score, self._header())
         finally:
             line.end(final_parts(self.body.truth(), score, report.get("simulated_seconds", 0.0)))
@@ -182,14 +195,20 @@ class Session:
             raise UsageError("--fetch: it is the carrier who fetches, and --only leaves it out")
         return chosen
 
-    async def _until_over(self, system: System, flight: Flight, score: Score) -> None:
-        """Let the time pass: crashes that were ordered, the end of the mission, the end of the duration, or the end of the tree."""
+    async def _until_over(self, system: System, flight: Flight, score: Score, web: asyncio.Future[None]) -> None:
+        """Let the time pass: crashes that were ordered, the end of the mission, the end of the duration, or the end of the tree.
+
+        Raises what `web`, the start of the web server, raises.
+        """
         import asyncio
 
         from robot.nodes.carrier import Carrier
         from robot.nodes.patrol import Patrol
 
         duration = self.options.duration
+        pushes = [
+            system.loop.call_at(system.clock.loop_time(push.at), self._push, push) for push in self.options.pushes
+        ]
         crashes = {
             crash: system.loop.call_at(system.clock.loop_time(crash.at), _crash, system, crash.node)
             for crash in self.options.crashes
@@ -202,6 +221,8 @@ class Session:
                     break
                 await asyncio.wait([ended], timeout=left)
                 flight.look()
+                if web.done():
+                    web.result()
                 if self.robot.process is not None:
                     self.robot.process.check()
                 missions = (record.node for record in system.nodes.values())
@@ -212,18 +233,28 @@ class Session:
                 ended.result()
         finally:
             ended.cancel()
+            for timer in pushes:
+                timer.cancel()
             for crash, timer in crashes.items():
                 timer.cancel()  # later it would hit a robot that is sitting down
                 if system.clock.now() < crash.at:
                     system.log.warning("crash not made: the run had ended", asked=f"{crash.node}@{crash.at:g}")
 
+    def _push(self, push: Push) -> None:
+        """Push the body along its heading, level."""
+        yaw = self.body.truth().yaw
+        self.body.push(
+            (cos(yaw) * push.forward - sin(yaw) * push.left, sin(yaw) * push.forward + cos(yaw) * push.left, 0.0)
+        )
+
     def _done(self, score: Score) -> bool:
         """Whether the last report of a mission in another process was the one that ends it."""
-        if not self.options.processes or not score.goals:
+        from robot.run.mission import DOCK_GOAL
+
+        errands = [goal for goal in score.goals if goal.name != DOCK_GOAL]
+        if not self.options.processes or not errands:
             return False
-        return self.options.fetch is not None or (
-            self.options.goal is not None and score.goals[-1].outcome == "succeeded"
-        )
+        return self.options.fetch is not None or (self.options.goal is not None and errands[-1].succeeded)
 
     def _announce(self, system: System) -> None:
         more: dict[str, Any] = {"only": ", ".join(self.options.only)} if self.options.only else {}
@@ -237,16 +268,20 @@ class Session:
         options = self.options
         return {
             "backend": self.body.backend, "world": self.robot.scene.name, "clock": options.clock, "seed": options.seed,
-            "motor_delay": options.motor_delay, "battery_percent": options.battery, "only": list(options.only),
+            "motor_delay": options.motor_delay, "ground": None if options.ground is None else asdict(options.ground),
+            "battery_percent": options.battery, "only": list(options.only),
             "arm": options.arm,
         }  # fmt: skip
 
     def _conclude(self, score: Score, report: dict[str, Any]) -> None:
-        reached = sum(goal.outcome == "succeeded" for goal in score.goals)
+        from robot.run.mission import DOCK_GOAL
+
+        reached = sum(goal.succeeded and goal.name != DOCK_GOAL for goal in score.goals)
+        docked = ", docked" if any(goal.succeeded and goal.name == DOCK_GOAL for goal in score.goals) else ""
         if self.options.log_format == "console":  # lines of JSON stay lines of JSON; the report has it all
             print(
                 f"{self.body.backend} body: {report.get('simulated_seconds', 0.0):.1f} s, {score.walked:.1f} m walked, "
-                f"{reached} goals reached, {score.falls} falls, {len(score.contacts)} contacts",
+                f"{reached} goals reached{docked}, {score.falls} falls, {len(score.contacts)} contacts",
                 file=sys.stderr,
             )
 

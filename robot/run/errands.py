@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite, radians
 
-__all__ = ["Crash", "Fetch", "Goal", "Hang", "UsageError", "parse_fault", "parse_fetch", "parse_goal"]
+__all__ = [
+    "Crash", "Fetch", "Goal", "Hang", "UsageError", "at_a_time", "checked", "parse_fault", "parse_fetch", "parse_goal",
+]  # fmt: skip
 
 Goal = tuple[float, float, float]
 """x and y in metres, the heading in rad."""
@@ -42,16 +44,28 @@ class Fetch:
 
 def parse_fault(option: str, text: str, duration: float | None) -> tuple[str, float]:
     """The node and the time of ``NODE@T``, in a run of `duration` seconds. Raises `UsageError`."""
-    node, mark, at = text.rpartition("@")
+    return at_a_time(option, text, duration, "NODE@SECONDS, such as navigation@10")
+
+
+def at_a_time(option: str, text: str, duration: float | None, form: str) -> tuple[str, float]:
+    """Both sides of ``WHAT@T``, in a run of `duration` seconds; `form` says how it is written. Raises `UsageError`."""
+    what, mark, at = text.rpartition("@")
     try:
         seconds = float(at)
     except ValueError:
         seconds = -1.0
-    if not mark or not node or not isfinite(seconds) or seconds < 0.0:
-        raise UsageError(f"{option} {text}: write NODE@SECONDS, such as navigation@10")
+    if not mark or not what or not isfinite(seconds) or seconds < 0.0:
+        raise UsageError(f"{option} {text}: write {form}")
     if duration is not None and seconds >= duration:
         raise UsageError(f"{option} {text}: the run ends at {duration:g} s, before that; give a longer --duration")
-    return node, seconds
+    return what, seconds
+
+
+def checked(option: str, value: float, low: float, high: float, unit: str) -> float:
+    """The value, if it lies within the bounds. Raises `UsageError`."""
+    if not low <= value <= high:  # also false for NaN
+        raise UsageError(f"{option} {value:g}: give {low:g} to {high:g} {unit}")
+    return value
 
 
 def parse_goal(values: Sequence[float] | None) -> Goal | None:

@@ -36,6 +36,15 @@ class ScoredGoal:
     """Distance of the true body from the goal when it ended, m."""
     behind_obstacle: bool
 
+    @property
+    def succeeded(self) -> bool:
+        return self.outcome == "succeeded"
+
+    @property
+    def for_want_of_charge(self) -> bool:
+        """Whether navigation refused it because the charge would not last."""
+        return self.reason.startswith("battery")
+
 
 @dataclass(frozen=True, slots=True)
 class SafetyStop:
@@ -51,6 +60,8 @@ class Score:
 
     walked: float = 0.0
     falls: int = 0
+    fallen_at: float | None = None
+    """When the robot fell for the first time, s."""
     contacts: dict[str, float] = field(default_factory=lambda: {})
     """Obstacle -> when it was first touched, s."""
     clearance: float = float("inf")
@@ -90,6 +101,8 @@ class Judge(Node):
             self._last = (x, y)
         if truth.fallen and not self._down:
             score.falls += 1
+            if score.fallen_at is None:
+                score.fallen_at = round(self.clock.now(), 3)
         self._down = truth.fallen
         if self._driver:
             score.drove[self._driver] = score.drove.get(self._driver, 0.0) + 1.0 / RATE

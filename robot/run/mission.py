@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from math import cos, hypot, inf, pi, sin
 from typing import TYPE_CHECKING
@@ -15,17 +16,20 @@ from robot.nodes.carrier import Delivery
 from robot.planning.errors import NavigationError
 from robot.planning.grasp import Spot, stands
 from robot.planning.grid import Grid, signed_distance
-from robot.run.options import Fetch, Goal, Options, UsageError
+from robot.run.errands import Fetch, Goal, UsageError
+from robot.run.options import Options
 from robot.scenes.scene import Scene, Thing
 from robot.scenes.worlds import WORLDS, get_world
 
 if TYPE_CHECKING:
     from robot.assembly import Mission
     from robot.hardware.body import Body
-    from robot.run.judge import Score
+    from robot.run.judge import Score, ScoredGoal
 
-__all__ = ["failure", "get_mission"]
+__all__ = ["DOCK_GOAL", "failure", "get_mission"]
 
+DOCK_GOAL = "dock"
+"""What the patrol's reports call its dock."""
 ON_TOP = 0.02
 """A thing may be set down this much lower than the top of what it is to stand on, m."""
 
@@ -43,22 +47,43 @@ def get_mission(goal: Goal | None, fetch: Fetch | None, scene: Scene) -> Mission
 
 
 def failure(options: Options, score: Score, body: Body) -> str | None:
-    """What was asked for and had not come about when the run ended, in one line; `None` if there is nothing of the kind."""
-    if any(goal.outcome == "succeeded" for goal in score.goals):
+    """What went wrong in a run that has ended, or was asked for and has not come about, in one line; `None` if there is nothing of the kind.
+
+    A fall comes first, as what else failed may have failed by it. The dock is no errand: to have reached it instead of the goal is to have
+    failed. Of a patrol, every goal counts by its last try; a try that was refused for want of charge is no failure if the dock was reached.
+    """
+    if score.fallen_at is not None:
+        more = f" and {score.falls - 1} more times" if score.falls > 1 else ""
+        return f"the robot fell at {score.fallen_at:.1f} s{more}"
+    errands = [goal for goal in score.goals if goal.name != DOCK_GOAL]
+    if options.goal is None and options.fetch is None:
+        return _missed(errands, docked=any(goal.succeeded for goal in score.goals if goal.name == DOCK_GOAL))
+    if any(goal.succeeded for goal in errands):
         return None
     if options.goal is not None:
         x, y, _ = options.goal
         position = body.truth().position
         left = hypot(float(position[0]) - x, float(position[1]) - y)
         asked, how_far = f"--goal {x:g} {y:g}: not reached", f"{left:.1f} m away from it"
-    elif options.fetch is not None:
-        asked, how_far = f"--fetch {options.fetch.name}: not done", "under way"
     else:
-        return None  # a patrol has no end that it could miss
-    if not score.goals:
-        return f"{asked}: the robot was {how_far} when the run ended"
-    last = score.goals[-1]
-    return f"{asked}: {last.outcome}" + (f": {last.reason}" if last.reason else "")
+        assert options.fetch is not None
+        asked, how_far = f"--fetch {options.fetch.name}: not done", "under way"
+    if errands:
+        return f"{asked}: {_outcome(errands[-1])}"
+    docked = ", on its dock" if score.goals and score.goals[-1].succeeded else ""
+    return f"{asked}: the robot was {how_far}{docked} when the run ended"
+
+
+def _missed(tries: Sequence[ScoredGoal], docked: bool) -> str | None:
+    """The first goal of a patrol whose last try failed."""
+    for goal in {goal.name: goal for goal in tries}.values():
+        if not goal.succeeded and not (docked and goal.for_want_of_charge):
+            return f"{goal.name} ({goal.x:g}, {goal.y:g}): {_outcome(goal)}"
+    return None
+
+
+def _outcome(goal: ScoredGoal) -> str:
+    return goal.outcome + (f": {goal.reason}" if goal.reason else "")
 
 
 def _goal(goal: Goal, scene: Scene) -> Pose2:

@@ -4,35 +4,33 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite, nan
-from typing import Any, Literal, NoReturn
+from typing import Literal
 
-from actors.suggest import did_you_mean
-from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, parse_fault, parse_fetch, parse_goal
-from robot.scenes.worlds import WORLDS
+from robot.run.arguments import Parser
+from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, checked, parse_fault, parse_fetch, parse_goal
+from robot.run.hardships import Push, parse_ground, parse_push
+from robot.run.words import declare
+from robot.sim.ground import Ground
 
-__all__ = [
-    "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Hang", "Options", "Parser", "UsageError", "parse", "parse_fetch", "parse_goal",
-    "parse_seed", "seconds", "whole", "within",
-]  # fmt: skip
+__all__ = ["VIRTUAL_DURATION", "Options", "Web", "parse"]
 
-LEVELS = ("debug", "info", "warn", "error", "fatal")
-"""What may be said for `--log-level`."""
 VIRTUAL_DURATION = 120.0
 """A run on the virtual clock needs an end; this is its default, seconds."""
 
 
-class Parser(argparse.ArgumentParser):
-    """argparse, but a mistake is one `UsageError` that says where the help is, instead of a page; a misspelt option is told the closest one."""
+@dataclass(frozen=True, slots=True)
+class Web:
+    """Where the web server listens."""
 
-    def error(self, message: str) -> NoReturn:
-        if message.startswith("unrecognized arguments: "):
-            known = [option for action in self._actions for option in action.option_strings]
-            near = (did_you_mean(word.partition("=")[0], known, quoted=False) for word in message.split()[2:])
-            message += next(filter(None, near), "")
-        raise UsageError(f"{message} (see {self.prog} --help)")
+    host: str = "127.0.0.1"
+    port: int | None = None
+    """None: the usual one, or the next that is free."""
+    origins: tuple[str, ...] = ()
+    """Pages of other places that may connect."""
+    wanted: bool = False
+    """Whether it was asked for, so that the run ends if it cannot be had."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +68,11 @@ class Options:
     """A security file."""
     replay: tuple[str, ...] = ()
     """The nodes of which journals are kept."""
+    ground: Ground | None = None
+    """What the physical body stands on and carries, if it was said."""
+    pushes: tuple[Push, ...] = ()
+    web: Web | None = None
+    """The web server beside the robot; None: there is none."""
 
 
 def parse(argv: Sequence[str]) -> Options:
@@ -80,7 +83,7 @@ def parse(argv: Sequence[str]) -> Options:
     if given.clock == "virtual" and (given.listen or given.connect or given.security):
         raise UsageError("--listen, --connect, --security: other machines live in real time; leave out --clock virtual")
     if given.publish_clock is not None:
-        _within("--publish-clock", given.publish_clock, 0.1, 1000.0, "Hz")
+        checked("--publish-clock", given.publish_clock, 0.1, 1000.0, "Hz")
     if given.processes and given.clock == "virtual":
         raise UsageError("--processes: processes live in real time; leave out --clock virtual")
     if given.processes and given.backend == "kinematic":
@@ -89,12 +92,19 @@ def parse(argv: Sequence[str]) -> Options:
         raise UsageError("--replay: journals are kept of nodes of this process; leave out --processes")
     if given.hang and not given.processes:
         raise UsageError("--hang: in one process everything would hang, and nobody be left to see it; add --processes")
+    if given.processes and given.push:
+        raise UsageError("--push: a body in a process of its own cannot be pushed from here; leave out --processes")
+    ground = parse_ground(given.friction, given.payload, given.slope)
+    if given.backend == "kinematic" and (ground is not None or given.push):
+        raise UsageError(
+            "--friction, --payload, --slope, --push: the kinematic body feels no forces; leave out --backend kinematic"
+        )
     duration = given.duration
     if duration is None and given.clock == "virtual":
         duration = VIRTUAL_DURATION
     return Options(
         duration=duration,
-        battery=_within("--battery", given.battery, 0.0, 100.0, "per cent"),
+        battery=checked("--battery", given.battery, 0.0, 100.0, "per cent"),
         crashes=tuple(Crash(*parse_fault("--crash", text, duration)) for text in given.crash),
         clock=given.clock,
         world=given.world,
@@ -105,7 +115,7 @@ def parse(argv: Sequence[str]) -> Options:
         log_format=given.log_format,
         log_level=given.log_level,
         report=_writable("--report", given.report),
-        motor_delay=_within("--motor-delay", given.motor_delay, 0.0, 20.0, "milliseconds") / 1e3,
+        motor_delay=checked("--motor-delay", given.motor_delay, 0.0, 20.0, "milliseconds") / 1e3,
         flight_record=_regular("--flight-record", _writable("--flight-record", given.flight_record)),
         trace=given.trace,
         publish_clock=given.publish_clock,
@@ -118,7 +128,22 @@ def parse(argv: Sequence[str]) -> Options:
         hangs=tuple(Hang(*parse_fault("--hang", text, duration)) for text in given.hang),
         security=given.security,
         replay=_names(given.replay),
+        ground=ground,
+        pushes=tuple(parse_push(text, duration) for text in given.push),
+        web=_web(given),
     )
+
+
+def _web(given: argparse.Namespace) -> Web | None:
+    """What is said of the web server. There is one on the real clock unless it is switched off."""
+    wanted = given.web is not None or given.web_host is not None or bool(given.web_origin)
+    if given.no_web and wanted:
+        raise UsageError("--no-web: leave out the other options of the web server, or this one")
+    if given.clock == "virtual" and wanted:
+        raise UsageError("--web: browsers live in real time; leave out --clock virtual")
+    if given.no_web or given.clock == "virtual":
+        return None
+    return Web(given.web_host or "127.0.0.1", given.web, tuple(given.web_origin), wanted)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -126,198 +151,8 @@ def _parser() -> argparse.ArgumentParser:
         prog="python -m robot run",
         description="Run the whole robot in a world: it stands up, walks its patrol, reports battery and pose, docks when low, and sits when told to stop.",
     )
-    _add_circumstances(parser.add_argument)
-    _add_network(parser.add_argument)
-    _add_errand(parser.add_argument)
-    _add_output(parser.add_argument)
+    declare(parser.add_argument)
     return parser
-
-
-def _add_circumstances(add: Any) -> None:
-    """How long, where and with what body."""
-    add(
-        "--duration",
-        type=seconds,
-        metavar="S",
-        help="end after S seconds (default: run until Ctrl-C; 120 on the virtual clock)",
-    )
-    add("--battery", type=float, default=90.0, metavar="PERCENT", help="charge at the start (default 90)")
-    add(
-        "--crash",
-        action="append",
-        default=[],
-        metavar="NODE@T",
-        help="make NODE fail at T seconds; may be given several times",
-    )
-    add(
-        "--hang",
-        action="append",
-        default=[],
-        metavar="NODE@T",
-        help="with --processes: make the process of NODE stand still at T seconds; may be given several times",
-    )
-    add(
-        "--processes",
-        action="store_true",
-        help="run the body and each concern of the robot (control, safety, perception, ...) in a process of its own; a process that dies is "
-        "restarted",
-    )
-    add(
-        "--clock",
-        choices=("real", "virtual"),
-        default="real",
-        help="real time, or as fast as the machine can (default real)",
-    )
-    add("--world", default=WORLDS[0], metavar="NAME", help=f"{', '.join(WORLDS)} (default {WORLDS[0]})")
-    add(
-        "--backend",
-        choices=("physics", "kinematic"),
-        default="physics",
-        help="MuJoCo, or numpy only, which cannot fall",
-    )
-    add("--seed", type=parse_seed, default=0, metavar="N", help="of all noise and randomness (default 0)")
-
-
-def _add_network(add: Any) -> None:
-    """Where other processes are."""
-    add(
-        "--connect",
-        action="append",
-        default=[],
-        metavar="ENDPOINT",
-        help="take part in the graph of another machine, tcp/HOST:7447; processes of this one find each other by themselves",
-    )
-    add(
-        "--listen",
-        action="append",
-        default=[],
-        metavar="ENDPOINT",
-        help="let other machines connect to tcp/0.0.0.0:PORT",
-    )
-    add("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
-
-
-def _add_errand(add: Any) -> None:
-    """What is to be done, and by which nodes."""
-    add(
-        "--goal",
-        type=float,
-        nargs="+",
-        metavar="X",
-        help="X Y [THETA]: walk there once (m, m, rad) instead of the patrol, then sit and end",
-    )
-    add(
-        "--only",
-        nargs="+",
-        metavar="NODE",
-        help="run just these nodes of the robot (names divided by spaces or commas). Each one starts without the others and takes "
-        "up work with those that come later, in this process or another",
-    )
-    add("--arm", action="store_true", help="carry an arm of 6.2 kg, and all that belongs to it")
-    add(
-        "--fetch",
-        nargs="+",
-        metavar="NAME",
-        help="NAME [X Y [Z]]: fetch that thing of the world instead of walking the patrol, and carry it to X Y Z (m; Z is 0 unless "
-        "given); with an arm, of course. In the kitchen: --world kitchen --fetch cup 1.9 -1 0.4",
-    )
-
-
-def _add_output(add: Any) -> None:
-    """Parameters, and what is written down."""
-    add("--params", metavar="FILE", help="a ROS 2 parameter file (YAML)")
-    add("--log-format", choices=("console", "json"), default="console")
-    add("--log-level", type=str.lower, choices=LEVELS, default="info")
-    add("--report", metavar="FILE", help="write a report of the run as JSON")
-    add(
-        "--replay",
-        metavar="NODES",
-        help="keep journals of these nodes (names with commas between), on topics NODE/_journal, for `bag record --replay` and `bag replay`",
-    )
-    add(
-        "--flight-record",
-        metavar="FILE",
-        help="keep the last 30 s of all messages, log lines and supervisor events, and write them to FILE (MCAP) when the "
-        "run ends or a supervisor gives up; after a fall, those that led to it",
-    )
-    add(
-        "--trace",
-        action="store_true",
-        help="print one hash over all messages, log lines and supervisor events: equal for equal runs on the virtual clock",
-    )
-    add(
-        "--publish-clock",
-        type=float,
-        nargs="?",
-        const=40.0,
-        metavar="HZ",
-        help="publish the run's time on /clock for nodes with use_sim_time, HZ times a second (default 40)",
-    )
-    add(
-        "--motor-delay",
-        type=float,
-        default=4.0,
-        metavar="MS",
-        help="delay of the motor drives in milliseconds, 0 to 20 (default 4)",
-    )
-
-
-def parse_seed(text: str) -> int:
-    """A seed of random numbers, for argparse: a whole number that is not negative."""
-    try:
-        value = int(text)
-    except ValueError:
-        value = -1
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"{text} is no seed: give a whole number of at least 0")
-    return value
-
-
-def within(low: float, high: float, unit: str) -> Callable[[str], float]:
-    """A number within bounds, for argparse."""
-
-    def parse(text: str) -> float:
-        try:
-            value = float(text)
-        except ValueError:
-            value = nan
-        if not low <= value <= high:  # also true for NaN
-            raise argparse.ArgumentTypeError(f"{text}: give {low:g} to {high:g} {unit}")
-        return value
-
-    return parse
-
-
-def whole(low: int, high: int) -> Callable[[str], int]:
-    """A whole number within bounds, for argparse."""
-
-    def parse(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            value = low - 1
-        if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text}: give a whole number from {low} to {high}")
-        return value
-
-    return parse
-
-
-def seconds(text: str) -> float:
-    """A positive number of seconds, for argparse."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not isfinite(value) or value <= 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is not a positive number of seconds")
-    return value
-
-
-def _within(option: str, value: float, low: float, high: float, unit: str) -> float:
-    if not low <= value <= high:  # also false for NaN
-        raise UsageError(f"{option} {value:g}: give {low:g} to {high:g} {unit}")
-    return value
 
 
 def _names(words: Sequence[str] | None) -> tuple[str, ...]:

@@ -96,6 +96,7 @@ def _timers(system: System) -> list[dict[str, Any]]:
                     "timer": name,
                     "hz": timer.hz,
                     "ticks": timer.fired,
+                    "overdue": timer.overdue,
                     "missed": timer.missed,
                     "rate": round(timer.rate(now), 4),
                     "late_p50_ms": round(p50 * 1e3, 4),

@@ -7,7 +7,6 @@ under it, capsules for thighs and calves, balls for the feet. Robot parts collid
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import cos, sin
 
 from robot.hardware.body import JOINT_NAMES, LEGS
@@ -37,22 +36,14 @@ from robot.model.parameters import (
 )
 from robot.scenes.scene import Box, Obstacle, Scene
 from robot.sim.arm_mjcf import arm_body, drives, thing_bodies, welds
+from robot.sim.ground import Ground
 
-__all__ = ["OBSTACLE_GROUP", "Ground", "obstacle_names", "write_model"]
+__all__ = ["OBSTACLE_GROUP", "obstacle_names", "write_model"]
 
 SKID_DEPTH = 0.17
 """Underside of the landing skid below the hip plane, m: sitting without power the robot rests on it, 16 mm below `sit`."""
 OBSTACLE_GROUP = 2
 """Geometry group of the scene's obstacles: what the lidar sees."""
-
-
-@dataclass(frozen=True, slots=True)
-class Ground:
-    """What the robot stands on and carries: Coulomb friction of the feet, slope as rise per metre along x and y, payload (kg)."""
-
-    friction: float = 0.8
-    slope: tuple[float, float] = (0.0, 0.0)
-    payload: float = 0.0
 
 
 def obstacle_names(scene: Scene) -> tuple[str, ...]:
@@ -82,7 +73,7 @@ def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = Fa
       {_inertial(BODY_MASS, (0.0, 0.0, 0.0), BODY_INERTIA)}
       <geom name="trunk" type="box" size="{_numbers(side / 2 for side in TRUNK)}"/>
       <geom name="skid" type="box" size="0.22 0.10 0.04" pos="0 0 {0.04 - SKID_DEPTH}"/>
-      {_payload(ground.payload)}
+      {_payload(ground)}
       <site name="imu"/>
       {"".join(_leg(leg) for leg in range(4))}{arm_body() if arm else ""}
     </body>{thing_bodies(scene) if arm else ""}
@@ -98,11 +89,12 @@ def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = Fa
 """
 
 
-def _payload(mass: float) -> str:
+def _payload(ground: Ground) -> str:
+    mass, (x, y) = ground.payload, ground.payload_at
     if mass <= 0.0:
         return ""
     size = (0.4, 0.2, 0.1)
-    return f'<body name="payload" pos="0 0 0.14">{_inertial(mass, (0.0, 0.0, 0.0), _box_inertia(mass, size))}</body>'
+    return f'<body name="payload" pos="{_numbers((x, y, 0.14))}">{_inertial(mass, (0.0, 0.0, 0.0), _box_inertia(mass, size))}</body>'
 
 
 def _floor(scene: Scene, ground: Ground) -> str:

@@ -21,7 +21,8 @@ from robot.model.parameters import FOOT_RADIUS, GRAVITY, KNEE_TORQUE, SIT_HEIGHT
 from robot.model.power import motor_power
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Scene
-from robot.sim.mjcf import OBSTACLE_GROUP, Ground, obstacle_names, write_model
+from robot.sim.ground import Ground
+from robot.sim.mjcf import OBSTACLE_GROUP, obstacle_names, write_model
 from robot.sim.physics_arm import PhysicsArm
 from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
 
@@ -44,8 +45,7 @@ class PhysicsBody(BodyShell):
 
     Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `delay` (s) is how long motor targets
     travel to the drives, rounded up to a tick; the drives close their PD loop at every physics step, on the undelayed joint.
-    `friction` is the feet's, `slope` the floor's rise per metre along x and y (the floor passes through the origin),
-    `payload` kg on the back. `timestep` (s) is the longest physics step; a step also ends where targets arrive, so any delay
+    `ground` is what it stands on and carries. `timestep` (s) is the longest physics step; a step also ends where targets arrive, so any delay
     is exact. `noise=False` gives exact sensors, for tests and for finding causes. With `arm` it carries one, and the scene's things are
     there to be taken.
 
@@ -58,9 +58,7 @@ class PhysicsBody(BodyShell):
         *,
         seed: int,
         delay: float = 0.004,
-        payload: float = 0.0,
-        friction: float = 0.8,
-        slope: tuple[float, float] = (0.0, 0.0),
+        ground: Ground | None = None,
         timestep: float = 0.0025,
         noise: bool = True,
         arm: bool = False,
@@ -74,7 +72,7 @@ class PhysicsBody(BodyShell):
         super().__init__(scene, seed=seed, noise=noise)
         self._longest = int(timestep / TICK + 1e-6)
         self._delay = ceil(delay / TICK - 1e-6)
-        self._ground = Ground(friction, slope, payload)
+        self._ground = ground or Ground()
         self._model: Any = self._mujoco.MjModel.from_xml_string(write_model(scene, self._ground, timestep, arm=arm))
         self._data: Any = self._mujoco.MjData(self._model)
         self._bind()

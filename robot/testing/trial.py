@@ -17,6 +17,7 @@ from robot.geometry.vectors import Vector
 from robot.hardware.body import Truth
 from robot.model.modes import Mode
 from robot.scenes.scene import Scene
+from robot.sim.ground import Ground
 from robot.sim.physics import PhysicsBody
 from robot.testing.faults import FAULTS, Spoil
 
@@ -42,6 +43,13 @@ class Conditions:
     """On its back, kg."""
     friction: float = 0.8
     """Between feet and floor."""
+    payload_at: tuple[float, float] = (0.0, 0.0)
+    """Where the payload lies, forward and left of the body's centre, m."""
+
+    @property
+    def ground(self) -> Ground:
+        """All of it but the delay."""
+        return Ground(self.friction, self.slope, self.payload, self.payload_at)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,9 +102,7 @@ class Trial:
         limits: CommandLimits | None = None,
     ) -> None:
         given = conditions or Conditions()
-        self.body = PhysicsBody(
-            scene, seed=seed, delay=given.delay, slope=given.slope, payload=given.payload, friction=given.friction
-        )
+        self.body = PhysicsBody(scene, seed=seed, delay=given.delay, ground=given.ground)
         self.gait = GaitController(gait=gait, motor_delay=given.delay, limits=limits)
         self.fallen = False
         self._spoil: Spoil | None = None

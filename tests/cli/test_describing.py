@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import signal
 import sys
 from collections.abc import AsyncGenerator
 from pathlib import Path
@@ -10,10 +11,11 @@ from pathlib import Path
 import pytest
 import pytest_asyncio
 
+from actors.bag import BagReader
 from actors.interfaces import encode, get_message, load, type_hash
 from actors.interfaces.describing import described
+from actors.interfaces.learning import define
 from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
-from cli.describing import define
 from tests.cli.conftest import ROOT, Command
 
 PROGRAM = """
@@ -99,6 +101,30 @@ async def test_a_type_that_nobody_describes_is_one_line_that_says_what_to_give(g
     assert unknown.err.count("\n") == 1
 
 
+async def test_definitions_are_written_from_what_nodes_know_and_modules_from_the_definitions(
+    garden: None, robot: Command, tmp_path: Path
+) -> None:
+    share = tmp_path / "fetched" / "share"
+    wrote = await robot("interface", "generate", "garden_msgs", "--definitions", "--out", str(share))
+    assert (wrote.code, wrote.err, wrote.out) == (0, "", f"4 definitions, 4 written, in {share}\n")
+    assert {str(path.relative_to(share / "garden_msgs")): path.read_text() for path in share.rglob("*.*")} == {
+        name: text.replace("\\n", "\n") for name, text in DEFINITIONS.items()
+    }
+    again = await robot("interface", "generate", "garden_msgs/msg/Gnome", "--definitions", "--out", str(share))
+    assert again.out == f"2 definitions, 0 written, in {share}\n"
+    made = await robot("interface", "generate", str(share))
+    assert (made.code, made.err) == (0, "")
+    assert made.out.startswith(f"4 modules, 4 written, in {share.parent}\n")
+    assert "class Gnome(Message" in (share.parent / "garden_msgs" / "msg.py").read_text()
+    (share / "garden_msgs" / "msg" / "Hat.msg").write_text("float32 height\n")
+    old = await robot("interface", "generate", str(share), "--check")
+    assert old.code == 1
+    assert old.out.endswith(f"is missing or old; run robactor interface generate {share}\n")
+    differs = await robot("interface", "generate", "garden_msgs", "--definitions", "--out", str(share))
+    path = share / "garden_msgs" / "msg" / "Hat.msg"
+    assert (differs.code, differs.err) == (1, f"{path} is there and differs: move it away first\n")
+
+
 @pytest.mark.parametrize("sources", [True, False])
 def test_a_type_that_is_defined_by_its_description_has_the_same_hash_and_bytes(sources: bool) -> None:
     """Both ways lead to it: the texts of the definitions, and without them the descriptions of the fields."""
@@ -128,3 +154,47 @@ def _renamed(message: object, package: str) -> object:
 
     text = msgspec.json.encode(to_plain(message)).decode()  # type: ignore[arg-type]
     return from_plain(type(message), msgspec.json.decode(text.replace(package, f"new_{package}")))  # type: ignore[type-var]
+
+
+async def test_a_type_that_ships_is_written_when_it_is_asked_for_and_one_that_nobody_knows_is_one_line(
+    meeting: int, command: Command, tmp_path: Path
+) -> None:
+    wrote = await command("interface", "generate", "nav_msgs/Path", "--definitions", "--out", str(tmp_path))
+    assert (wrote.code, wrote.out) == (0, f"1 definitions, 1 written, in {tmp_path}\n")
+    assert "geometry_msgs/PoseStamped[] poses" in (tmp_path / "nav_msgs" / "msg" / "Path.msg").read_text()
+    unknown = await command("interface", "generate", "nav_msg", "--definitions", "--spin-time", "0.1")
+    assert unknown.code == 1
+    assert unknown.err.startswith("nav_msg is no type and no package that is known here, and no node uses it.")
+    assert "nav_msgs" in unknown.err
+    two = await command("interface", "generate", "a", "b")
+    assert (two.code, two.err.count("\n")) == (1, 1)
+
+
+async def test_a_recorder_asks_for_the_types_that_it_does_not_know(
+    garden: None, environment: dict[str, str], robot: Command, tmp_path: Path
+) -> None:
+    bag = tmp_path / "walk"
+    words = (sys.executable, "-m", "robot", "bag", "record", "--all", "-o", str(bag))
+    process = await asyncio.create_subprocess_exec(*words, env=environment, stderr=-1)
+    try:
+        async with asyncio.timeout(60):
+            while "Subscription count: 1\n" not in (await robot("topic", "info", "/dig/_action/feedback")).out:
+                assert process.returncode is None
+            dug = await robot("action", "send_goal", "/dig", "garden_msgs/action/Dig", "{depth: 2}")
+            process.send_signal(signal.SIGINT)
+            _, error = await process.communicate()
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+    assert (dug.code, process.returncode) == (0, 0)
+    assert b"not recorded" not in error
+    with BagReader(bag) as read:
+        counts = {topic.name: count for topic, count in read.metadata.topics.items()}
+        types = {topic.name: topic.type for topic in read.topics}
+        first = next(iter(read.messages(["/gnomes"]))).data
+    assert types["/gnomes"] == "garden_msgs/msg/Gnome"
+    assert b"Ann" in first
+    assert counts["/gnomes"] > 5
+    assert types["/dig/_action/feedback"] == "garden_msgs/action/Dig_FeedbackMessage"
+    assert counts["/dig/_action/feedback"] == 1

@@ -26,7 +26,6 @@ FLOORS = (
     "hardware",
     "scenes",
     "model",
-    "frames",
     "contracts",
     "interfaces",
     "png",
@@ -37,7 +36,7 @@ FLOORS = (
 PURE = ("geometry", "model", "scenes", "planning", "estimation", "control", "sim")
 """Rooms of values and algorithms: they know nothing of nodes and messages."""
 
-MESSAGES = frozenset({"robot.geometry.messages", "robot.geometry.transform"})
+MESSAGES = frozenset({"robot.geometry.messages"})
 """What turns their values into messages and back."""
 
 

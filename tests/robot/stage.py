@@ -23,6 +23,7 @@ from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.std_srvs.srv import Trigger_Request, Trigger_Response
 from actors.testing import Rig
+from actors.tf2 import Buffer, TransformListener
 from robot import Robot
 from robot.contracts import (
     AUTONOMY_CMD,
@@ -35,7 +36,6 @@ from robot.contracts import (
     STAND,
     WALK,
 )
-from robot.frames import TfListener
 from robot.geometry.messages import pose_stamped, to_pose
 from robot.geometry.planar import Pose2, compose, inverse
 from robot.hardware.body import Body
@@ -126,13 +126,13 @@ async def localized_robot(rig: Rig, world: str = "warehouse") -> KinematicBody:
     return body
 
 
-async def standing_robot(rig: Rig, world: str | Scene = "warehouse") -> KinematicBody:
+async def standing_robot(rig: Rig, world: str | Scene = "warehouse", *, lidar: type[Lidar] = Lidar) -> KinematicBody:
     """Start LiDAR, map, localizer, navigation and docking on `Legs`, standing, and wait until the robot knows where it is."""
     scene = get_world(world) if isinstance(world, str) else world
     body, grid = KinematicBody(scene, seed=1), Grid.from_scene(scene)
     await rig.start(
         Child(Legs, args=(body,)),
-        Child(Lidar, args=(body,)),
+        Child(lidar, args=(body,)),
         Child(MapServer, args=(grid, scene.places)),
         Child(Localizer, args=(grid, scene.start)),
         Child(Navigation, args=(grid,)),
@@ -221,7 +221,8 @@ class Eyes(Node):
     """Somebody who listens to the frames that the robot publishes."""
 
     async def on_start(self) -> None:
-        self.tf = TfListener(self)
+        self.tf = Buffer()
+        TransformListener(self.tf, self)
 
 
 # -- where it truly is ------------------------------------------------------------------------------------------------------------

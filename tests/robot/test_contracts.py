@@ -16,6 +16,7 @@ from robot import Robot
 TOPICS = """\
 /arm/joint_states sensor_msgs/msg/JointState
     <- arm best_effort 5
+    -> robot_state_publisher best_effort 1
 /autonomy/cmd_vel geometry_msgs/msg/Twist
     <- docking reliable 10
     <- navigation reliable 10
@@ -28,6 +29,7 @@ TOPICS = """\
     -> patrol reliable latched 1
 /battery_status robactor_msgs/msg/BatteryStatus
     <- battery reliable latched 1
+    -> diagnostics reliable latched 1
     -> navigation reliable latched 1
     -> robot_status reliable latched 1
     -> safety_monitor reliable latched 1
@@ -44,10 +46,14 @@ TOPICS = """\
     <- camera best_effort 5
 /camera/rgb sensor_msgs/msg/Image
     <- camera best_effort 5
+/camera/rgb/compressed sensor_msgs/msg/CompressedImage
+    <- image_compressor best_effort 5
 /cmd_vel geometry_msgs/msg/Twist
     <- robot_controller reliable 10
     -> gait reliable 10
     -> safety_monitor reliable 10
+/diagnostics diagnostic_msgs/msg/DiagnosticArray
+    <- diagnostics reliable 10
 /dock_status robactor_msgs/msg/DockStatus
     <- docking reliable latched 1
 /drive_status robactor_msgs/msg/DriveStatus
@@ -58,6 +64,7 @@ TOPICS = """\
 /gait_status robactor_msgs/msg/GaitStatus
     <- gait reliable latched 1
     -> calibration reliable latched 1
+    -> diagnostics reliable latched 1
     -> docking reliable latched 1
     -> fetch reliable latched 1
     -> navigation reliable latched 1
@@ -78,27 +85,33 @@ TOPICS = """\
 /joint_states sensor_msgs/msg/JointState
     <- proprioception reliable 10
     -> gait reliable 10
+    -> robot_state_publisher reliable 1
 /joy/cmd_vel geometry_msgs/msg/Twist
     -> robot_controller reliable 10
 /lidar/points sensor_msgs/msg/PointCloud2
     <- lidar best_effort 5
 /lidar/scan sensor_msgs/msg/LaserScan
     <- lidar best_effort 5
+    -> diagnostics best_effort 5
     -> docking best_effort 5
     -> localizer best_effort 5
     -> navigation best_effort 5
 /map nav_msgs/msg/OccupancyGrid
     <- map_server reliable latched 1
+/markers visualization_msgs/msg/MarkerArray
+    <- markers reliable 10
 /mission/goals robactor_msgs/msg/GoalReport
     <- patrol reliable 100
 /motor_power robactor_msgs/msg/MotorPower
     <- motors best_effort 5
     -> battery best_effort 5
+    -> diagnostics best_effort 5
 /motor_targets robactor_msgs/msg/MotorTargets
     <- gait reliable 1
     -> motors reliable 1
 /odom nav_msgs/msg/Odometry
     <- gait reliable 10
+    -> diagnostics reliable 1
     -> frames reliable 10
     -> localizer reliable 10
     -> navigation reliable 1
@@ -106,17 +119,22 @@ TOPICS = """\
 /plan nav_msgs/msg/Path
     <- navigation reliable latched 1
     -> docking reliable latched 1
+    -> markers reliable latched 1
 /pose geometry_msgs/msg/PoseStamped
     <- localizer reliable 10
+    -> diagnostics reliable 1
     -> docking reliable 1
     -> fetch reliable 1
     -> frames reliable 10
     -> navigation reliable 1
     -> patrol reliable 1
     -> robot_status reliable 1
+/robot_description std_msgs/msg/String
+    <- robot_state_publisher reliable latched 1
 /safety/state robactor_msgs/msg/SafetyState
     <- safety_monitor reliable latched 1
     -> arm reliable latched 1
+    -> diagnostics reliable latched 1
     -> docking reliable latched 1
     -> navigation reliable latched 1
     -> patrol reliable latched 1
@@ -127,9 +145,11 @@ TOPICS = """\
     -> robot_controller reliable 10
 /tf tf2_msgs/msg/TFMessage
     <- frames reliable 100
+    <- robot_state_publisher reliable 100
     -> object_confirmation reliable 100
 /tf_static tf2_msgs/msg/TFMessage
     <- frames reliable latched 1
+    <- robot_state_publisher reliable latched 1
     -> object_confirmation reliable latched 100
 /voice_command std_msgs/msg/String
     -> robot_controller reliable 10

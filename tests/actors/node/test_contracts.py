@@ -37,6 +37,11 @@ def test_what_is_no_message_class_is_refused(kind: Any) -> None:
         Topic(kind, "words")
 
 
+def test_a_name_instead_of_a_message_class_is_refused_with_what_finds_the_class() -> None:
+    with pytest.raises(DeclarationError, match=r"; by its name, the class is get_message\('std_msgs/msg/String'\)$"):
+        Topic("std_msgs/msg/String", "words")  # type: ignore[arg-type]
+
+
 def test_what_is_no_service_or_action_type_is_refused() -> None:
     with pytest.raises(DeclarationError, match=r"not a service type; one has \.Request and \.Response"):
         Service(String, "add")  # type: ignore[arg-type]

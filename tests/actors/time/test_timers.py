@@ -87,6 +87,7 @@ async def test_catch_up_does_every_tick_later_in_order() -> None:
     await bench.run(1.0)
     assert begun == [(1, 0.0), (2, 0.0), (3, 0.25), (4, 0.15), (5, 0.05), *((k, 0.0) for k in range(6, 11))]
     assert bench.record.missed == 0
+    assert bench.record.overdue == 2, "the third and the fourth began a whole period late, although none was missed"
     await bench.close()
 
 

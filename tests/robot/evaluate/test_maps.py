@@ -10,7 +10,7 @@ import pytest
 
 from robot.evaluate import maps
 from robot.evaluate.maps import Question, evaluate, read_map, read_questions
-from robot.run.options import UsageError
+from robot.run.errands import UsageError
 
 MAP = """type octile
 height 3
@@ -80,6 +80,16 @@ def test_every_row_is_held_against_its_length(tmp_path: Path) -> None:
     assert wrong_length.endswith("length=2.5): 2.000000")
     assert "no path can end at cell (2, 4): it is blocked" in blocked
     assert report.any_angle == pytest.approx(1.0)  # two straight ones and one of a single cell
+
+
+def test_a_row_without_a_way_is_exact_when_we_find_none_and_wrong_when_we_find_one(tmp_path: Path) -> None:
+    walled = MAP.replace(".@@T.", "@@@T@")
+    apart = evaluate(
+        write(tmp_path, row((0, 0), (0, 2), 0.0), row((0, 0), (4, 0), 4.0), name="walled.map", text=walled)
+    )
+    assert (apart.exact, apart.rows, apart.wrong) == (2, 2, ())
+    joined = evaluate(write(tmp_path, row((0, 0), (0, 2), 0.0), row((0, 0), (0, 0), 0.0)))
+    assert (joined.exact, joined.rows) == (1, 2)
 
 
 def test_open_floor_is_crossed_straight_and_shorter_than_in_octile_steps(tmp_path: Path) -> None:

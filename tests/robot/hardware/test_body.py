@@ -17,8 +17,9 @@ from robot.hardware.arm import ArmBusy, ArmDevice
 from robot.hardware.body import JOINT_NAMES, LEGS, Body, SteppingBody, Truth
 from robot.hardware.mounts import CAMERA, IMU, LIDAR
 from robot.scenes.scene import Box, Scene
+from robot.sim.ground import Ground
 from robot.sim.kinematic import KinematicBody
-from robot.sim.mjcf import Ground, write_model
+from robot.sim.mjcf import write_model
 from robot.sim.physics import PhysicsBody
 
 engine: Any = mujoco

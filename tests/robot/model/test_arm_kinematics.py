@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from actors.tf2 import Transform
 from robot.geometry.planar import Pose2
-from robot.geometry.transform import Transform
 from robot.model.arm import LIMITS, MOUNT, STOWED, Angles, OutOfReach, Tip, check_angles, forward, inverse
 from robot.planning.reach import GRASP_DISTANCE, reach_ring, standing_place
 

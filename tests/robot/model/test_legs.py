@@ -19,7 +19,8 @@ from robot.model.legs import LEVEL, foot_velocities, leg_state, torques
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, JOINT_LIMITS, MASS, SIDES
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Scene
-from robot.sim.mjcf import Ground, write_model
+from robot.sim.ground import Ground
+from robot.sim.mjcf import write_model
 
 engine: Any = mujoco
 MODEL = engine.MjModel.from_xml_string(

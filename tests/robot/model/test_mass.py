@@ -19,7 +19,8 @@ from robot.model.kinematics import feet, inverse
 from robot.model.mass import standing_mass
 from robot.model.parameters import GRAVITY, MASS, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
-from robot.sim.mjcf import Ground, write_model
+from robot.sim.ground import Ground
+from robot.sim.mjcf import write_model
 from tests.robot.stage import floor
 
 WALK_HEIGHT = WalkConfig().height

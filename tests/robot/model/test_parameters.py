@@ -16,7 +16,8 @@ from robot.model.kinematics import inverse, within_limits
 from robot.model.modes import GOALS, Mode
 from robot.model.stance import NOMINAL, nominal_feet
 from robot.scenes.scene import Scene
-from robot.sim.mjcf import Ground, write_model
+from robot.sim.ground import Ground
+from robot.sim.mjcf import write_model
 
 engine: Any = mujoco
 

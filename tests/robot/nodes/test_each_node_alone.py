@@ -168,7 +168,9 @@ RESTARTED = {
     "map_server": ["map_server"],
     "localizer": ["localizer"],
     "frames": ["frames"],
+    "robot_state_publisher": ["robot_state_publisher"],
     "camera": ["camera"],
+    "image_compressor": ["image_compressor"],
     "detector": ["detector"],
     "calibration": ["calibration"],
     "navigation": ["navigation"],
@@ -177,6 +179,8 @@ RESTARTED = {
     "object_confirmation": ["object_confirmation"],
     "fetch": ["fetch"],
     "robot_status": ["robot_status"],
+    "diagnostics": ["diagnostics"],
+    "markers": ["markers"],
     "patrol": ["patrol"],
 }
 """The node that crashes, and the nodes that have a second life then."""

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from actors.tf2 import Transform
 from robot.geometry.planar import Pose2
-from robot.geometry.transform import Transform
 from robot.model.arm import MOUNT, OutOfReach, forward
 from robot.nodes.skills import Stalled
 from robot.nodes.story import Story

@@ -30,7 +30,9 @@ from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath
 from robot.interfaces.tutorials.proposed_interfaces.srv import GetRobotPose
 from robot.interfaces.tutorials.your_package.action import HumanoidNav
 from robot.nodes.camera import Camera
+from robot.nodes.lidar import Lidar
 from tests.robot.stage import (
+    floor,
     humanoid,
     localized_robot,
     move,
@@ -59,6 +61,40 @@ async def test_A_42_four_meters_straight_are_four_meters_and_progress_only_grows
     assert progress[0] < 5.0
     assert progress[-1] > 97.0
     assert said[-1].current_pose.header.frame_id == "map"
+
+
+class FadingLidar(Lidar):
+    """It can fall silent."""
+
+    silent = False
+
+    @every(hz=10)
+    def turn(self) -> None:
+        if not self.silent:
+            super().turn()
+
+
+async def test_without_a_lidar_the_robot_walks_slowly_says_so_and_is_as_fast_as_before_when_it_is_back(
+    rig: Rig,
+) -> None:
+    body = await standing_robot(rig, floor(), lidar=FadingLidar)
+    lidar = rig.node(FadingLidar)
+    handle = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
+    await rig.advance(3.0)
+    assert speed(body) == pytest.approx(0.7, abs=0.02)
+    lidar.silent = True
+    await rig.advance(1.5)
+    fastest = 0.0
+    for _ in range(20):
+        await rig.advance(0.1)
+        fastest = max(fastest, speed(body))
+    assert fastest == pytest.approx(0.2, abs=0.01)
+    lidar.silent = False
+    await rig.advance(2.0)
+    assert speed(body) == pytest.approx(0.7, abs=0.02)
+    assert (await handle).success
+    said = [line.event for line in rig.logs if line.node == "/navigation" and "LiDAR" in line.event]
+    assert said == ["no LiDAR: walking slowly", "LiDAR again: walking as before"]
 
 
 async def test_A_25_the_robot_ends_with_the_heading_that_was_asked_for(rig: Rig) -> None:

@@ -12,10 +12,12 @@ import pytest
 
 from actors import Child, Node, Supervisor, Topic, every, publishes
 from actors.interfaces import cdr
+from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.sensor_msgs.msg import Image, PointCloud2, PointField
 from actors.interfaces.std_msgs.msg import Header, String
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
+from actors.tf2 import Transform
 from robot import Robot
 from robot.contracts import (
     CAMERA_DEPTH,
@@ -331,7 +333,9 @@ async def test_N_50_the_cup_in_the_room_is_found_in_space(rig: Rig) -> None:
     seen = found.last
     assert seen is not None
     frame = seen.header.frame_id
-    where = await done(rig, rig.node(Eyes).tf.wait_for("map", frame, seen.header.stamp))
+    where = Transform.from_msg(
+        await done(rig, rig.node(Eyes).tf.lookup_transform_async("map", frame, seen.header.stamp))
+    )
     x, y, z = where.point((seen.position.x, seen.position.y, seen.position.z))
     assert (x, y) == pytest.approx((1.6, 0.2), abs=0.06)  # its near side, and the localizer's centimetres
     assert z == pytest.approx(0.26, abs=0.05)
@@ -374,16 +378,22 @@ async def test_the_robots_frames_agree_with_its_poses(rig: Rig) -> None:
     poses, odoms, scans = rig.probe(POSE), rig.probe(ODOMETRY), rig.probe(SCAN)
     await rig.advance(4.0)
     tf = rig.node(Eyes).tf
-    assert tf.tree.frames == ("base_link", "camera_link", "gimbal_link", "imu_link", "lidar_link", "map", "odom")
+
+    def lookup(target: str, source: str, at: Time | None = None) -> Transform:
+        return Transform.from_msg(tf.lookup_transform(target, source, at))
+
+    links = {f"{leg}_{link}" for leg in ("fl", "fr", "rl", "rr") for link in ("hip", "thigh", "calf", "foot")}
+    others = {"base_link", "camera_link", "gimbal_link", "imu_link", "lidar_link", "map", "odom"}
+    assert set(tf.all_frame_names()) == others | links
     odom = odoms[-5]
-    base = tf.lookup("odom", "base_link", odom.header.stamp)
+    base = lookup("odom", "base_link", odom.header.stamp)
     there = odom.pose.pose.position
     assert base.translation == pytest.approx((there.x, there.y, there.z), abs=1e-9)
     pose = poses[-5]
-    on_map = tf.lookup("map", "base_link", pose.header.stamp).translation
+    on_map = lookup("map", "base_link", pose.header.stamp).translation
     assert on_map[:2] == pytest.approx((pose.pose.position.x, pose.pose.position.y), abs=1e-6)
-    level = tf.lookup("map", "lidar_link", pose.header.stamp)
+    level = lookup("map", "lidar_link", pose.header.stamp)
     assert level.rotation[1:3] == pytest.approx((0.0, 0.0), abs=1e-9)
     assert scans[0].header.frame_id == "lidar_link"
     truth = robot.body.truth().position
-    assert tf.lookup("map", "base_link").translation[:2] == pytest.approx(truth[:2].tolist(), abs=0.1)
+    assert lookup("map", "base_link").translation[:2] == pytest.approx(truth[:2].tolist(), abs=0.1)

@@ -16,9 +16,10 @@ from robot.geometry.planar import Pose2
 from robot.hardware.body import Truth
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GoalReport, SafetyState
 from robot.run.command import Session, check_crashes
+from robot.run.errands import Crash, Fetch, UsageError
 from robot.run.judge import Judge, SafetyStop, Score, ScoredGoal
 from robot.run.mission import failure, get_mission
-from robot.run.options import Crash, Fetch, UsageError, parse
+from robot.run.options import parse
 from robot.run.report import last_sample, make_report
 from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import get_world
@@ -66,6 +67,7 @@ async def test_a_fall_counts_once_until_the_robot_stands_again(rig: Rig) -> None
         body.put(0.0, fallen=fallen)
         await rig.advance(0.1)
     assert score.falls == 2
+    assert score.fallen_at == pytest.approx(0.11, abs=0.012)
 
 
 async def test_the_clearance_is_the_least_of_the_outline_to_any_obstacle(rig: Rig) -> None:
@@ -165,8 +167,12 @@ def test_the_last_sample_is_the_true_body_and_with_an_arm_what_it_holds() -> Non
 # --- the mission ---------------------------------------------------------------------------------------------------
 
 
-def scored(outcome: str, reason: str = "") -> ScoredGoal:
-    return ScoredGoal("a", 3.0, 4.0, outcome, reason, 1.0, 1.0, 0.0, False)
+def scored(outcome: str, reason: str = "", name: str = "a") -> ScoredGoal:
+    return ScoredGoal(name, 3.0, 4.0, outcome, reason, 1.0, 1.0, 0.0, False)
+
+
+REFUSED = scored("rejected", "battery: 12.0 Wh are left, the way takes 30.0 Wh")
+DOCKED = scored("succeeded", name="dock")
 
 
 @pytest.mark.parametrize(
@@ -178,12 +184,30 @@ def scored(outcome: str, reason: str = "") -> ScoredGoal:
         (["--goal", "3", "4"], [scored("aborted"), scored("succeeded")], None),
         (["--fetch", "cup"], [], "--fetch cup: not done: the robot was under way when the run ended"),
         (["--fetch", "cup"], [scored("canceled")], "--fetch cup: not done: canceled"),
+        (["--goal", "3", "4"], [REFUSED, DOCKED], f"--goal 3 4: not reached: rejected: {REFUSED.reason}"),
+        (
+            ["--goal", "3", "4"],
+            [DOCKED],
+            "--goal 3 4: not reached: the robot was 5.0 m away from it, on its dock when the run ended",
+        ),
+        ([], [scored("aborted", "PathBlocked")], "a (3, 4): aborted: PathBlocked"),
+        ([], [scored("aborted"), scored("succeeded")], None),
+        ([], [scored("succeeded"), scored("canceled", name="b")], "b (3, 4): canceled"),
+        ([], [REFUSED, DOCKED], None),
+        ([], [REFUSED], f"a (3, 4): rejected: {REFUSED.reason}"),
     ],
 )
 def test_what_was_asked_for_and_did_not_come_about_is_one_line(
     words: list[str], goals: list[ScoredGoal], told: str | None
 ) -> None:
     assert failure(parse(words), Score(goals=goals), Puppet()) == told
+
+
+@pytest.mark.parametrize("words", [[], ["--goal", "3", "4"]])
+def test_a_fall_is_a_failure_whatever_was_reached(words: list[str]) -> None:
+    fallen = Score(goals=[scored("succeeded")], falls=1, fallen_at=4.35)
+    assert failure(parse(words), fallen, Puppet()) == "the robot fell at 4.3 s"
+    assert failure(parse(words), Score(falls=3, fallen_at=4.0), Puppet()) == "the robot fell at 4.0 s and 2 more times"
 
 
 @pytest.mark.parametrize(

@@ -8,18 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from robot.run.options import (
-    Crash,
-    Fetch,
-    UsageError,
-    parse,
-    parse_fetch,
-    parse_goal,
-    parse_seed,
-    seconds,
-    whole,
-    within,
-)
+from robot.run.arguments import parse_seed, seconds, whole, within
+from robot.run.errands import Crash, Fetch, UsageError, parse_fetch, parse_goal
+from robot.run.hardships import Push
+from robot.run.options import Web, parse
+from robot.sim.ground import Ground
 
 
 def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
@@ -29,6 +22,7 @@ def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
         "goal": None, "params": None, "log_format": "console", "log_level": "info", "report": None, "motor_delay": 0.004,
         "flight_record": None, "trace": False, "publish_clock": None, "only": (), "arm": False, "fetch": None,
         "listen": (), "connect": (), "processes": False, "hangs": (), "security": None,
+        "ground": None, "pushes": (), "web": Web(),
     }  # fmt: skip
 
 
@@ -52,6 +46,28 @@ def test_every_word_is_taken(tmp_path: Path) -> None:
     assert options.only == ("gait", "motors")
 
 
+def test_floor_load_and_blows_are_taken_in_the_units_of_people() -> None:
+    options = parse(
+        [
+            "--friction",
+            "0.4",
+            "--payload",
+            "6",
+            "0.1",
+            "-0.05",
+            "--slope",
+            "10",
+            "--push",
+            "0,40@5",
+            "--push=-20,1.5@7.5",
+        ]
+    )
+    assert options.ground == Ground(0.4, (pytest.approx(0.17633, abs=1e-5), 0.0), 6.0, (0.1, -0.05))  # type: ignore[arg-type]
+    assert options.pushes == (Push(0.0, 40.0, 5.0), Push(-20.0, 1.5, 7.5))
+    assert parse(["--payload", "14"]).ground == Ground(0.8, (0.0, 0.0), 14.0, (0.0, 0.0))
+    assert parse(["--slope", "0", "-4.5"]).ground == Ground(slope=(0.0, pytest.approx(-0.0787, abs=1e-4)))  # type: ignore[arg-type]
+
+
 def test_a_run_on_the_virtual_clock_ends_after_two_minutes_unless_told_otherwise() -> None:
     assert parse(["--clock", "virtual"]).duration == 120.0
     assert parse(["--clock", "virtual", "--duration", "3"]).duration == 3.0
@@ -65,6 +81,22 @@ def test_who_fetches_has_an_arm() -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
+        (["--friction", "0"], "--friction 0: give 0.01 to 2 (mu)"),
+        (["--payload", "6", "0.1"], "--payload takes KG or KG X Y, not 2 numbers"),
+        (["--payload", "31"], "--payload 31: give 0 to 30 kg"),
+        (["--payload", "6", "0.5", "0"], "--payload X 0.5: give -0.4 to 0.4 m"),
+        (["--slope", "41"], "--slope 41: give -40 to 40 degrees"),
+        (["--slope", "1", "2", "3"], "--slope takes DEG_X or DEG_X DEG_Y, not 3 numbers"),
+        (["--push", "40@5"], "--push 40@5: write FORWARD,LEFT@SECONDS in newton seconds, such as 0,40@10, each of at most 1000 N s"),
+        (["--push", "0,4000@5"], "--push 0,4000@5: write FORWARD,LEFT@SECONDS in newton seconds, such as 0,40@10, each of at most 1000 N s"),
+        (["--push", "0,nan@5"], "--push 0,nan@5: write FORWARD,LEFT@SECONDS in newton seconds, such as 0,40@10, each of at most 1000 N s"),
+        (["--push", "0,40"], "--push 0,40: write FORWARD,LEFT@SECONDS in newton seconds, such as 0,40@10"),
+        (["--push", "0,40@9", "--duration", "8"], "--push 0,40@9: the run ends at 8 s, before that; give a longer --duration"),
+        (["--push", "0,40@9", "--processes"], "--push: a body in a process of its own cannot be pushed from here; leave out --processes"),
+        (
+            ["--friction", "0.3", "--backend", "kinematic"],
+            "--friction, --payload, --slope, --push: the kinematic body feels no forces; leave out --backend kinematic",
+        ),
         (["--duration", "0"], "argument --duration: 0 is not a positive number of seconds (see python -m robot run --help)"),
         (["--duration", "inf"], "argument --duration: inf is not a positive number of seconds (see python -m robot run --help)"),
         (["--duration", "soon"], "argument --duration: soon is not a positive number of seconds (see python -m robot run --help)"),

@@ -105,6 +105,26 @@ def test_one_goal_is_walked_to_and_ends_the_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="there is no device that is always full")
+def test_a_push_that_no_robot_survives_is_a_fall_and_exit_code_1(tmp_path: Path) -> None:
+    done, report = run(
+        tmp_path, *VIRTUAL, "--duration", "6", "--world", "empty", "--push", "0,200@4", "--friction", "0.7"
+    )
+    assert done.returncode == 1
+    assert "robot run: the robot fell at 4." in done.stderr.splitlines()[-1]
+    assert (report["falls"], report["last"]["fallen"]) == (1, True)
+    assert report["failure"].startswith("the robot fell at 4.")
+    assert report["ground"] == {"friction": 0.7, "payload": 0.0, "payload_at": [0.0, 0.0], "slope": [0.0, 0.0]}
+
+
+def test_a_load_on_the_back_is_carried_to_the_goal(tmp_path: Path) -> None:
+    done, report = run(
+        tmp_path, *VIRTUAL, "--duration", "30", "--world", "empty", "--goal", "2", "0", "--payload", "8", "0.1", "0"
+    )
+    assert done.returncode == 0, done.stderr
+    assert report["ground"]["payload"] == 8.0
+    assert (report["falls"], report["goals"][-1]["outcome"]) == (0, "succeeded")
+
+
 def test_a_report_that_cannot_be_written_is_one_line_and_exit_code_1() -> None:
     done = robot("run", *KINEMATIC, "--duration", "0.5", "--report", "/dev/full")
     assert done.returncode == 1
@@ -216,7 +236,7 @@ def test_the_motors_sit_the_robot_down_when_the_gait_is_gone(tmp_path: Path) -> 
         (("--report", "no/such/folder/r.json"), "no folder"),
         (("--duration", "-1"), "positive"),
         (("--duration", "soon"), "soon is not a positive number of seconds (see python -m robot run --help)"),
-        (("--bogus",), "robot run: unrecognized arguments: --bogus (see python -m robot run --help)"),
+        (("--xyzzy",), "robot run: unrecognized arguments: --xyzzy (see python -m robot run --help)"),
         (("--world", "nowhere"), "there are: warehouse, empty, corridor, pillars"),
         (("--goal", "100", "100"), "outside of the world 'warehouse', where x is -2 to 10 m and y is -3.2 to 7.2 m"),
         (("--crash", "gait@50", "--duration", "20"), "the run ends at 20 s, before that; give a longer --duration"),
@@ -286,8 +306,8 @@ def test_a_parameter_file_that_is_no_yaml_names_file_and_line(text: str, place: 
             "robot evaluate walk: --only nothing: no metric's name contains that; there are: ",
         ),
         (
-            ("walk", "--bogus"),
-            "robot evaluate walk: unrecognized arguments: --bogus (see python -m robot evaluate walk --help)",
+            ("walk", "--xyzzy"),
+            "robot evaluate walk: unrecognized arguments: --xyzzy (see python -m robot evaluate walk --help)",
         ),
         (
             ("maps",),

@@ -18,7 +18,8 @@ from robot.model.parameters import MASS
 from robot.scenes.kitchen import kitchen
 from robot.scenes.scene import Box, Cylinder, Scene
 from robot.sim.arm_mjcf import TORQUES
-from robot.sim.mjcf import OBSTACLE_GROUP, Ground, obstacle_names, write_model
+from robot.sim.ground import Ground
+from robot.sim.mjcf import OBSTACLE_GROUP, obstacle_names, write_model
 from robot.sim.rays import cast
 from robot.sim.things import tool_point
 
@@ -77,7 +78,16 @@ def test_friction_and_payload_are_those_that_were_asked_for() -> None:
     assert light.geom("fl_foot").friction[0] == 0.3 == light.geom("floor").friction[0]
     assert light.body_subtreemass[0] == pytest.approx(MASS)
     assert heavy.body_subtreemass[0] == pytest.approx(MASS + 8.0)
+    assert heavy.body("payload").pos.tolist() == [0.0, 0.0, 0.14]
+    aside = model_of(ground=Ground(payload=8.0, payload_at=(0.1, -0.05)))
+    assert aside.body("payload").pos.tolist() == [0.1, -0.05, 0.14]
     assert heavy.body("payload").inertia == pytest.approx(8.0 / 12 * np.array((0.04 + 0.01, 0.16 + 0.01, 0.16 + 0.04)))
+
+
+@pytest.mark.parametrize("wrong", [{"friction": 0.0}, {"friction": float("nan")}, {"payload": -1.0}])
+def test_a_ground_that_cannot_be_is_refused(wrong: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="give a friction above 0 and a payload of at least 0"):
+        Ground(**wrong)
 
 
 def test_parts_of_the_robot_meet_the_world_and_not_each_other() -> None:

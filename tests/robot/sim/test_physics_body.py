@@ -15,6 +15,7 @@ from robot.model.kinematics import inverse
 from robot.model.parameters import SIT_HEIGHT
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Box, Cylinder
+from robot.sim.ground import Ground
 from robot.sim.physics import BackendMissing, PhysicsBody
 from tests.robot.stage import floor
 
@@ -154,7 +155,7 @@ def test_touching_names_the_obstacle_in_scene_order() -> None:
 
 
 def test_a_push_is_an_impulse() -> None:
-    body = PhysicsBody(EMPTY, seed=1, friction=0.01)
+    body = PhysicsBody(EMPTY, seed=1, ground=Ground(friction=0.01))
     body.advance(0.5)
     before = body.truth().velocity[0]
     body.push((16.25, 0.0, 0.0), duration=0.05)
@@ -177,7 +178,7 @@ def test_fallen_means_lying_on_the_side() -> None:
 
 
 def test_placed_on_a_slope_it_lies_along_it() -> None:
-    body = PhysicsBody(EMPTY, seed=1, slope=(math.tan(math.radians(15.0)), 0.0), friction=1.0)
+    body = PhysicsBody(EMPTY, seed=1, ground=Ground(friction=1.0, slope=(math.tan(math.radians(15.0)), 0.0)))
     w, x, y, z = body.truth().quaternion.tolist()
     assert math.degrees(math.asin(2 * (x * z - w * y))) == pytest.approx(15.0, abs=0.01)
     body.advance(1.0)
@@ -185,7 +186,7 @@ def test_placed_on_a_slope_it_lies_along_it() -> None:
 
 
 def test_payload_is_carried() -> None:
-    light, heavy = PhysicsBody(EMPTY, seed=1), PhysicsBody(EMPTY, seed=1, payload=14.0)
+    light, heavy = PhysicsBody(EMPTY, seed=1), PhysicsBody(EMPTY, seed=1, ground=Ground(payload=14.0))
     for body in (light, heavy):
         hold(body, 1.5, 0.40)
     assert np.abs(heavy.joints().effort).sum() > 1.2 * np.abs(light.joints().effort).sum()

@@ -12,8 +12,9 @@ from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
 from robot.model.arm import MOUNT, STOWED, Tip, inverse
 from robot.scenes.scene import Box, Cylinder, Scene, Thing
+from robot.sim.ground import Ground
 from robot.sim.kinematic import KinematicBody
-from robot.sim.mjcf import Ground, write_model
+from robot.sim.mjcf import write_model
 from robot.sim.physics import PhysicsBody
 from robot.sim.things import Things, centre, tool_point
 from tests.robot.stage import floor

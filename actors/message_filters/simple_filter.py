@@ -1,0 +1,111 @@
+"""Filters of one message at a time: the base of them, what feeds them from a topic, and several in a row."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from actors.message_filters.signal import Connection, Signal
+
+if TYPE_CHECKING:
+    from actors.contracts.contracts import Topic
+    from actors.interfaces.message import Message
+    from actors.node.node import Node
+    from actors.qos.policies import QoS
+    from actors.topics.stream import Stream
+
+__all__ = ["Chain", "PassThrough", "SimpleFilter", "Subscriber"]
+
+M = TypeVar("M")
+T = TypeVar("T", bound="Message")
+
+
+class SimpleFilter(Signal[M], Generic[M]):
+    """Lets messages through, one at a time, to callbacks and to ``async for message in filter``. A base for filters of one's own."""
+
+    def signal_message(self, message: M) -> None:
+        """Let a message through."""
+        self._emit((message,), message)
+
+    signalMessage = signal_message
+    """The name that rclpy's has."""
+
+
+class PassThrough(SimpleFilter[M]):
+    """Lets through what it is given: by hand, or by another filter. The base of filters that have one input."""
+
+    def __init__(self, source: SimpleFilter[M] | None = None) -> None:
+        super().__init__()
+        self._input: Connection | None = None
+        if source is not None:
+            self.connect_input(source)
+
+    def connect_input(self, source: SimpleFilter[M]) -> None:
+        """Let `source` feed this filter from now on, and no other."""
+        if self._input is not None:
+            self._input.disconnect()
+        self._input = source.register_callback(self.add)
+        source.on_close(self.close)
+
+    def add(self, message: M) -> None:
+        """Take in a message."""
+        self.signal_message(message)
+
+
+class Subscriber(SimpleFilter[T]):
+    """Lets the messages of a topic through, from now until the end of the node's incarnation.
+
+    They are taken out by a task of the node, and so are the callbacks of all filters that it feeds called: an exception of one is the
+    node's failure.
+    """
+
+    def __init__(self, node: Node, topic: Topic[T], *, qos: QoS | int | None = None) -> None:
+        super().__init__()
+        self.topic = topic
+        node.spawn(self._pass_on(node.subscribe(topic, qos=qos)), name=f"filter of {topic.name}")
+
+    def __repr__(self) -> str:
+        return f"<Subscriber of {self.topic.name}>"
+
+    async def _pass_on(self, messages: Stream[T]) -> None:
+        try:
+            async for message in messages:
+                self.signal_message(message)
+        finally:
+            self.close()
+
+
+class Chain(SimpleFilter[M]):
+    """Several filters in a row, as one: the first is fed by `add` or `connect_input`, and what the last lets through comes out."""
+
+    def __init__(self, *filters: PassThrough[M]) -> None:
+        super().__init__()
+        self._entry: PassThrough[M] = PassThrough()
+        self._filters: list[PassThrough[M]] = []
+        self._exit = self._entry.register_callback(self.signal_message)
+        self._entry.on_close(self.close)
+        for each in filters:
+            self.add_filter(each)
+
+    def __repr__(self) -> str:
+        return f"<Chain of {', '.join(type(each).__name__ for each in self._filters) or 'nothing'}>"
+
+    def add_filter(self, added: PassThrough[M]) -> int:
+        """Put a filter at the end, and return its number."""
+        last = self._filters[-1] if self._filters else self._entry
+        self._exit.disconnect()
+        added.connect_input(last)
+        self._exit = added.register_callback(self.signal_message)
+        self._filters.append(added)
+        return len(self._filters) - 1
+
+    def get_filter(self, index: int) -> PassThrough[M]:
+        """The filter of this number."""
+        return self._filters[index]
+
+    def connect_input(self, source: SimpleFilter[M]) -> None:
+        """Let `source` feed the first filter from now on, and no other."""
+        self._entry.connect_input(source)
+
+    def add(self, message: M) -> None:
+        """Take in a message."""
+        self._entry.add(message)

@@ -1,0 +1,33 @@
+"""The time of a message, by which all filters order messages and put them together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from actors.time.values import SecNanosec, Time, nanoseconds_of
+
+if TYPE_CHECKING:
+    from actors.time.clock import Clock
+
+__all__ = ["Stamp", "instant_of", "stamp_of_message"]
+
+Stamp: TypeAlias = Time | SecNanosec
+"""A `Time`, or the stamp of a message."""
+
+
+def instant_of(stamp: Stamp) -> int:
+    """The stamp in nanoseconds."""
+    return stamp.nanoseconds if isinstance(stamp, Time) else nanoseconds_of(stamp)
+
+
+def stamp_of_message(message: Any, clock: Clock | None = None) -> int:
+    """``message.header.stamp`` in nanoseconds; for a message without a header now, by `clock`. Raises ``TypeError`` without a clock."""
+    header = getattr(message, "header", None)
+    if header is not None:
+        return instant_of(header.stamp)
+    if clock is None:
+        raise TypeError(
+            f"{type(message).__name__} has no header, so it has no stamp; where the time of its arrival will do, "
+            "give the filter allow_headerless=self.clock"
+        )
+    return clock.wall_ns()
