@@ -28,6 +28,7 @@ def run(verb: str, argv: Sequence[str]) -> int:
     """Record until Ctrl-C, which is the usual end; the exit code is then 0, as with ros2."""
     options = parsed(_parser(), argv)
     options.topics += options.positional
+    options.topics += [f"{node if node.startswith('/') else '/' + node}/_journal" for node in options.replay]
     told = _told(options)
     for folder in options.interfaces:
         load_folder(folder)
@@ -46,6 +47,9 @@ def _parser() -> argparse.ArgumentParser:
     add_selection(parser, "record", everything=False)
     add_writing(parser)
     group = parser.add_argument_group("recording")
+    group.add_argument(
+        "--replay", action="append", default=[], metavar="NODE", help="also the journal of NODE, for `bag replay`; its program must keep one"
+    )
     group.add_argument(
         "--start-paused", action="store_true", help="record nothing until the service ~/resume is called"
     )
