@@ -23,7 +23,7 @@ from actors.waiting import wake
 
 __all__ = ["HERE", "SimulatedHosts", "hosts_of", "simulate_hosts"]
 
-HERE: Final = "here"
+HERE: Final = "(here)"
 """The machine of a tree for which nobody has made a network."""
 
 

@@ -144,6 +144,16 @@ async def test_without_a_new_lease_everything_is_killed_three_quarters_of_a_leas
 
 
 @virtual
+async def test_a_session_that_runs_nothing_ends_with_its_lease_without_a_word() -> None:
+    stage = Stage()
+    stage.hello()
+    await asyncio.sleep(3.01)
+
+    assert stage.session.ended.done()
+    assert stage.said == ["a tree of robot is connected"]
+
+
+@virtual
 async def test_a_lease_that_is_renewed_goes_on() -> None:
     stage = Stage()
     stage.hello()

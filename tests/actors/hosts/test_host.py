@@ -321,16 +321,13 @@ async def test_a_process_that_nobody_has_taken_yet_ends_as_soon_as_it_is_asked_t
         process.send(StopAsked("again"))
     else:
         getattr(process, end)()
+        getattr(process, end)()
 
     assert str(process.ended.result()) == "process 0 has ended: no machine had taken it yet"
     assert stage.events == ([Over(Stopped("enough"))] if end == "stop" else [])
     await asyncio.sleep(1.0)
     assert stage.wires == []
     await placing.close()
-
-
-class Secretive(Node):
-    """Cannot be copied, though it can be declared: what it is made of changes afterwards."""
 
 
 @virtual

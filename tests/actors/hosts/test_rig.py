@@ -10,6 +10,7 @@ import pytest
 from actors import (
     Child,
     DeclarationError,
+    DynamicSupervisor,
     ExitReason,
     Intensity,
     Node,
@@ -22,11 +23,13 @@ from actors import (
     publishes,
 )
 from actors.hosts import HostLost
+from actors.hosts.messages import Hello
 from actors.hosts.simulated import SimulatedHosts
 from actors.interfaces.std_msgs.msg import UInt64
 from actors.logs import LogRecord
 from actors.testing import Rig
 from actors.transport.simulated.network import Network
+from tests.actors.supervision.kit import virtual
 
 SAID = Topic(UInt64, "said")
 
@@ -280,5 +283,33 @@ async def test_without_hosts_a_child_of_another_machine_does_not_start(rig: Rig)
 
 
 async def test_a_rig_has_no_machines_unless_its_tree_names_some(rig: Rig) -> None:
+    await rig.start(Hearer)
+
     with pytest.raises(NotStarted, match="no tree that names hosts"):
         _ = rig.hosts
+
+
+async def test_the_machines_of_a_subtree_and_of_a_template_are_simulated_too(rig: Rig) -> None:
+    spawner = DynamicSupervisor("talkers", Child(Talker, host="far"))
+    whole = Supervisor("top", children=[Supervisor("inner", children=[spawner]), Child(Hearer)])
+
+    await rig.start(whole)
+
+    assert rig.hosts.names == ("far",)
+
+
+@virtual
+async def test_a_simulated_wire_that_was_closed_carries_nothing_more() -> None:
+    network = Network(1)
+    for name in ("here", "base"):
+        network.add_host(name)
+    hosts = SimulatedHosts(network, "here", ("base",))
+    got: list[object] = []
+    wire = await hosts.dial("base", got.append, lambda: got.append("lost"))
+    wire.close()
+    wire.close()
+    wire.send(Hello(3.0))
+    await asyncio.sleep(1.0)
+
+    assert got == ["lost"]
+    assert wire.unsent == 0
