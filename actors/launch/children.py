@@ -16,7 +16,7 @@ from actors.launch.stand_ins import StandIn
 from actors.names.names import fully_qualified
 from actors.node.members import has_fixed_parameters
 from actors.node.node import Node
-from actors.running.options import with_arguments
+from actors.running.options import with_arguments, with_own_arguments
 from actors.running.target import Unusable, find, grown
 from actors.supervision.declarations import (
     Backoff,
@@ -119,7 +119,7 @@ def named(spec: Spec, node: NodeSpec, warn: Warn) -> Spec:
     if not arguments:
         return told
     try:
-        return with_arguments(told, arguments)[0]
+        return with_arguments(with_own_arguments(told, arguments), arguments)[0]
     except ValueError as error:
         raise LaunchError(str(error)) from error
 
