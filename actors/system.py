@@ -51,9 +51,12 @@ class System:
         level: int = INFO,
         options: RunOptions | None = None,
         processes: Callable[[Runtime], OtherProcesses] | None = None,
+        placement: int = 0,
         make_runtime: Callable[..., Runtime] = Runtime,
     ) -> None:
-        self.runtime = runtime = make_runtime(seed=seed, sinks=sinks, level=level, options=options, processes=processes)
+        self.runtime = runtime = make_runtime(
+            seed=seed, sinks=sinks, level=level, options=options, processes=processes, placement=placement
+        )
         self._tree = runtime.tree
         self.seed, self.loop = seed, runtime.loop
         self.clock, self.graph, self.log = runtime.clock, runtime.graph, runtime.log
@@ -157,7 +160,11 @@ class System:
         """Make a node fail as if one of its handlers had raised `error`; its `on_error` is asked. Raises what `node` raises."""
         record = self.runtime.directory.named(node)
         if record.running is not None:
-            record.inbox.put_control(Failure(error, "crash"))
+            item, inbox = Failure(error, "crash"), record.inbox
+            if inbox.border is None:
+                inbox.put_control(item)
+            else:
+                inbox.border.enter("crash", (error,), inbox.put_control, item)
         elif record.process and record.state == "running":
             self.runtime.processes.crash(record.path, error)
         else:

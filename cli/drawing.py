@@ -1,4 +1,4 @@
-"""`graph`: who talks with whom, as text, for Graphviz, or for Mermaid."""
+"""`graph`: who talks with whom, as text, for Graphviz, for Mermaid, or as a picture."""
 
 from __future__ import annotations
 
@@ -34,7 +34,9 @@ def main(argv: Sequence[str]) -> int | Exit:
     parser = argparse.ArgumentParser(
         prog="python -m robot graph", description="Who talks with whom: nodes, topics, services and actions."
     )
-    parser.add_argument("--format", choices=("text", "dot", "mermaid"), default="text", help="text is the default")
+    parser.add_argument(
+        "--format", choices=("text", "dot", "mermaid", "svg"), default="text", help="text is the default"
+    )
     parser.add_argument("--all", action="store_true", help="also hidden names, and what every node has")
     parser.add_argument("-o", "--output", metavar="FILE", help="write it there")
     add_json(parser)
@@ -57,7 +59,7 @@ async def _draw(options: argparse.Namespace) -> Exit:
     elif options.format == "text":
         drawn = "".join(f"{line}\n" for line in _lines(snapshot))
     else:
-        drawn = snapshot.to_dot() if options.format == "dot" else snapshot.to_mermaid()
+        drawn = {"dot": snapshot.to_dot, "mermaid": snapshot.to_mermaid, "svg": snapshot.to_svg}[options.format]()
     _write(drawn, options.output)
     return Exit.DONE
 

@@ -81,7 +81,7 @@ def _known(source: str) -> list[str]:
     """The full names of the types that a word stands for: a type, or all of a package; none if it is neither."""
     if "/" not in source:
         return [name for name in known_names() if name.startswith(f"{source}/")]
-    return next(([name] for kind in KINDS if find(name := full_name(source, kind)) is not None), [])
+    return [name for kind in KINDS if find(name := full_name(source, kind)) is not None][:1]
 
 
 def _packages(names: Iterable[str]) -> set[str]:

@@ -1,11 +1,11 @@
-"""`log`: what the nodes log, as it comes, with filters."""
+"""`log`: what the nodes log, as it comes, with filters; and from which level on they do."""
 
 from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Coroutine, Sequence
+from typing import TYPE_CHECKING, Any, Final
 
 from cli.command import CommandFailed, Exit
 from cli.parsing import add_common, add_json
@@ -33,6 +33,14 @@ def main(argv: Sequence[str]) -> int | Exit:
     parser.add_argument("--match", metavar="REGEX", help="only lines in which this regular expression is found")
     parser.add_argument("--exclude", metavar="REGEX", help="no lines in which this is found")
     parser.add_argument("--past", action="store_true", help="only those of the last ten seconds, then end")
+    levels = parser.add_argument_group("levels at run time").add_mutually_exclusive_group()
+    levels.add_argument("--levels", action="store_true", help="print from which level on the nodes log, then end")
+    levels.add_argument(
+        "--set",
+        action="append",
+        metavar="[LOGGER:=]LEVEL",
+        help="let nodes log from this level on, then end; unset takes it back. Both need nodes with the parameter enable_logger_service",
+    )
     add_json(parser)
     add_common(parser)
     options = parser.parse_args(list(argv))
@@ -40,7 +48,15 @@ def main(argv: Sequence[str]) -> int | Exit:
 
     from cli.parsing import until_signal
 
-    return asyncio.run(until_signal(_follow(options, _chosen(options))))
+    return asyncio.run(until_signal(_verb(options)))
+
+
+def _verb(options: argparse.Namespace) -> Coroutine[Any, Any, Exit]:
+    if options.levels or options.set:
+        from cli.log_levels import set_levels, show
+
+        return show(options) if options.levels else set_levels(options)
+    return _follow(options, _chosen(options))
 
 
 def _chosen(options: argparse.Namespace) -> Callable[[Log], bool]:
@@ -78,14 +94,14 @@ async def _follow(options: argparse.Namespace, wanted: Callable[[Log], bool]) ->
     from cli.graph import seen
 
     async with seen(options) as graph, graph.node.subscribe(Topic(Log, "/rosout", qos.ROSOUT)) as lines:
-        while True:
-            try:
-                async with asyncio.timeout(options.spin_time if options.past else None):
-                    line = await anext(lines)
-            except TimeoutError:
-                return Exit.DONE
-            if wanted(line):
-                _print(line, options)
+        try:
+            async with asyncio.timeout(options.spin_time if options.past else None):
+                async for line in lines:
+                    if wanted(line):
+                        _print(line, options)
+        except TimeoutError:  # nodes that log all the time must not keep it from ending
+            pass
+    return Exit.DONE
 
 
 def _print(line: Log, options: argparse.Namespace) -> None:

@@ -6,6 +6,10 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from actors import System
 
 OWN = {
     "run": "the whole robot in a world; or an executable,\n             run PACKAGE EXECUTABLE, run MODULE:NODE",
@@ -46,7 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if command == "run":
         from robot.run.command import main as run_main
 
-        return run_main(rest)
+        return run_main(rest, _serve_web)
     if command == "evaluate":
         from robot.evaluate.command import main as evaluate_main
 
@@ -64,6 +68,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     hint = did_you_mean(command, (*OWN, *GROUPS), quoted=False)
     print(f"robot: there is no command {command!r}{hint} (see python -m robot --help)", file=sys.stderr)
     return 2
+
+
+async def _serve_web(system: System, **options: Any) -> None:
+    from cli.web.beside import serve_beside
+
+    await serve_beside(system, **options)
 
 
 def console() -> None:

@@ -71,6 +71,7 @@ SECTIONS: Mapping[str, str] = {
     "Message filters": "actors.message_filters",
     "Other processes": "actors.transport",
     "Other processes, by Zenoh": "actors.transport.zenoh",
+    "Other machines": "actors.hosts",
     "Security": "actors.transport.security",
     "A small authority": "actors.transport.security.authority",
     "Interfaces": "actors.interfaces",

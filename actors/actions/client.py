@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Generator
+from collections.abc import Awaitable, Generator
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar, cast
 
@@ -172,7 +172,7 @@ class Goal(Generic[R, F]):
         if sent is None:
             raise NotStarted(f"{self!r}: there is nothing to cancel")
         self._node.check_thread()
-        return sent.outcome is None and await sent.server.cancel(sent.goal_id, reason)
+        return sent.outcome is None and await self._ask_cancel(sent, reason)
 
     async def ended(self) -> Outcome:
         """Wait for the goal's end and return its outcome. Does not raise if the goal failed; raises `NotStarted` before it is accepted."""
@@ -224,6 +224,14 @@ class Goal(Generic[R, F]):
         failure = GoalCanceled if outcome.status is GoalStatus.CANCELED else GoalAborted
         raise failure(self._entry.name, outcome.reason, outcome.result)
 
+    def _ask_cancel(self, sent: Following[F], reason: str) -> Awaitable[bool]:
+        border = self._node.inbox.border
+        if border is None:
+            return sent.server.cancel(sent.goal_id, reason)
+        return border.leave(
+            "cancel", self._entry.name, (sent.goal_id, reason), sent.server.cancel, sent.goal_id, reason
+        )
+
     async def _accepted(self) -> Following[F]:
         """Find the server, submit the goal, and wait until it is accepted. Raises `Reject` if it is rejected."""
         entry, node = self._entry, self._node
@@ -233,7 +241,11 @@ class Goal(Generic[R, F]):
         if exclusive:
             refuse_cycle(node, server.node)
         sent: Following[F] = Following(server, node.new_id(), node.fqn)
-        request = server.submit(sent.goal_id, self._message, sent)
+        border = node.inbox.border
+        if border is None:
+            request = server.submit(sent.goal_id, self._message, sent)
+        else:
+            request = border.start_goal(server, entry.name, sent.goal_id, self._message, sent)
         if exclusive:
             node.waits_for = request
         try:
@@ -241,7 +253,7 @@ class Goal(Generic[R, F]):
         except asyncio.CancelledError:
             if not request.future.cancelled() and request.future.exception() is None:
                 # The goal was accepted just before this task was canceled, so nobody else will cancel it.
-                server.cancel(sent.goal_id, "its client was canceled")
+                self._ask_cancel(sent, "its client was canceled")
             raise
         finally:
             if exclusive:

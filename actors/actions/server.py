@@ -12,6 +12,7 @@ from actors.actions.goals import CancelOutcome, GoalEvent, GoalRecord, GoalStatu
 from actors.actions.peers import GoalFollower, Outcome
 from actors.actions.requests import CancelRequest, GoalRequest
 from actors.errors import Reject, described
+from actors.inbox.border import INSIDE
 from actors.inbox.control import blame
 
 if TYPE_CHECKING:
@@ -121,6 +122,10 @@ class ActionServer:
 
     def submit(self, goal_id: bytes, message: Any, client: GoalFollower | None) -> GoalRequest:
         """Request the acceptance of a goal, which is decided in the node's inbox. `client` follows the goal if it is accepted."""
+        border = self.node.inbox.border
+        if border is not None and INSIDE.get() is not border:
+            taken: GoalRequest = border.goal(self.submit, self.entry.name, goal_id, message, client)
+            return taken
         self.goals += 1
         request = GoalRequest(self, goal_id, message, client)
         self.requests[request] = None
@@ -189,6 +194,9 @@ class ActionServer:
 
     def cancel(self, goal_id: bytes, reason: str) -> Awaitable[bool]:
         """Cancel a goal if the hook agrees, even if nobody awaits the answer. The answer is False if the node ends first."""
+        border = self.node.inbox.border
+        if border is not None and INSIDE.get() is not border:
+            return border.enter("cancel", (self.entry.name, goal_id, reason), self.cancel, goal_id, reason)
         goal = self.table.get(goal_id)
         if goal is not None and goal.interruption is None and goal.is_open and self.handlers.cancels is not None:
             return asyncio.shield(self._ask(goal, reason))

@@ -14,6 +14,7 @@ import msgspec
 
 from actors.names.names import lint_name
 from actors.node.node import Node
+from actors.parameters.declare import OPTIONAL_PARAMETERS
 from actors.qos import compatible
 from actors.runtime.options import identity_of
 from actors.suggest import did_you_mean
@@ -113,7 +114,7 @@ class _Tree:
         for action in declarations.actions:
             self.servers[identity.service(action.action.name)].append(where)
         known = declarations.table.values
-        for name in sorted(set(child.parameters) - set(known)):
+        for name in sorted(child.parameters.keys() - known.keys() - OPTIONAL_PARAMETERS.keys()):
             self.found.append(
                 Finding(
                     where,

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.graph.mismatch import mismatch_of
 from actors.graph.servers import ActionEntry, ServerEntry, ServiceEntry
-from actors.graph.watching import GraphWatcher, KnownElsewhere, KnownLink
+from actors.graph.watching import GraphWatcher, KnownElsewhere, KnownLink, TopicBorder
+from actors.inbox.border import outside
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
@@ -95,8 +96,16 @@ class TopicEntry:
         """Return the function that `publisher` calls to reach `subscription`: its target, wrapped by the interceptor if there is one and
         the subscription belongs to this process."""
         target, intercept = subscription.target(publisher), self.graph.intercept
+        for border in self.graph.borders:
+            target = border.inward(publisher, subscription, target)
         # Subscriptions of other processes share one target, by which a message is sent once for all of them.
         return target if intercept is None or not subscription.here else intercept(subscription, target)
+
+    def outward(self, publisher: PublisherPeer, targets: tuple[Target, ...]) -> tuple[Target, ...]:
+        """Return the functions that `publisher` calls with each message: `targets`, unless a journal of its node is kept."""
+        for border in self.graph.borders:
+            targets = border.outward(publisher, targets)
+        return targets
 
     def add_publisher(self, publisher: PublisherPeer) -> None:
         """Add `publisher` and match it with the topic's subscriptions."""
@@ -204,6 +213,8 @@ class Graph:
         self.version = 0
         """Increases with each call of `changed`."""
         self.taps: list[Tap] = []
+        self.borders: list[TopicBorder] = []
+        """The borders of the nodes of which a journal is kept."""
         self.watchers: list[GraphWatcher] = []
         """Told of every endpoint that joins or leaves."""
         self.elsewhere: Callable[[], Iterable[KnownElsewhere]] = tuple
@@ -260,8 +271,10 @@ class Graph:
     def changed(self) -> None:
         """Increase `version` and call the listeners."""
         self.version += 1
-        for listener in tuple(self._listeners):
-            listener()
+        if self._listeners:
+            with outside():
+                for listener in tuple(self._listeners):
+                    listener()
 
     def on_change(self, listener: Callable[[], None]) -> Callable[[], None]:
         """Call `listener` after every change. The returned function removes it; calling that twice is harmless."""

@@ -36,12 +36,14 @@ class LevelTree:
     unless another one is given. The empty name stands for the default.
     """
 
-    __slots__ = ("_effective", "_levels", "default")
+    __slots__ = ("_effective", "_levels", "default", "version")
 
     default: Level
 
     def __init__(self, default: Level = Level.INFO) -> None:
         self.default = default
+        self.version = 0
+        """How often a level has been set: who keeps an effective level looks here whether it still holds."""
         self._levels: dict[str, Level] = {}
         self._effective: dict[str, Level] = {}
 
@@ -52,6 +54,7 @@ class LevelTree:
         except ValueError:
             raise ValueError(f"{level} is not a log level; use one of {', '.join(map(repr, Level))}") from None
         self._effective.clear()
+        self.version += 1
         if not logger:
             self.default = level or Level.INFO
         elif level:

@@ -8,7 +8,8 @@ from textwrap import indent
 from typing import IO, TYPE_CHECKING, Any, Final, TypeAlias, cast
 
 from actors.errors import described
-from actors.logs.levels import CallSites, Level, NanosecondClock
+from actors.logs.levels import CallSites, Level, LevelTree, NanosecondClock
+from actors.names.names import logger_name
 from actors.places import Place, place_of, traceback_of, users_trace
 from actors.time.values import stamp_of
 
@@ -115,7 +116,18 @@ class NodeLog:
     It has no public constructor: `Node.log` is one.
     """
 
-    __slots__ = ("_clock", "_incarnation", "_level", "_levels", "_node", "_sink", "_sites", "_throttle_clock")
+    __slots__ = (
+        "_clock",
+        "_incarnation",
+        "_level",
+        "_levels",
+        "_logger",
+        "_node",
+        "_sink",
+        "_sites",
+        "_throttle_clock",
+        "_version",
+    )
 
     def __init__(
         self,
@@ -123,31 +135,36 @@ class NodeLog:
         incarnation: int,
         clock: Clock,
         sink: LogSink,
-        level: int = INFO,
-        *,
-        levels: dict[str, int] | None = None,
+        levels: LevelTree,
         throttle_clock: NanosecondClock | None = None,
     ) -> None:
         self._node = node
+        self._logger = logger_name(node)
         self._incarnation = incarnation
         self._clock = clock
         self._throttle_clock: NanosecondClock = throttle_clock or clock
         self._sink = sink
-        self._levels: dict[str, int] = {} if levels is None else levels
-        self._level = self._levels.get(node, level)
+        self._levels = levels
+        self._level, self._version = levels.effective(self._logger), levels.version
         self._sites: CallSites | None = None
 
     @property
     def level(self) -> int:
-        """The lowest level that is written. It can be changed at any time, and holds for later incarnations too."""
+        """The lowest level that is written. It can be changed at any time, and holds for later incarnations too.
+
+        ``UNSET`` takes back what was set, so that the level of the logger above, or else that of the system, applies again.
+        """
+        levels = self._levels
+        if levels.version != self._version:
+            self._level, self._version = levels.effective(self._logger), levels.version
         return self._level
 
     @level.setter
     def level(self, level: int) -> None:
-        self._level = self._levels[self._node] = level
+        self._levels.set(self._logger, level)
 
     def set_level(self, level: int | str) -> None:
-        """Write lines of this level and above from now on: ``node.log.set_level("debug")``. Raises `ValueError` for an unknown name."""
+        """Write lines of this level and above from now on: ``node.log.set_level("debug")``. Raises `ValueError` for what is no level."""
         self.level = Level.parse(level) if isinstance(level, str) else level
 
     def debug(
@@ -196,7 +213,7 @@ class NodeLog:
         self, level: int, event: str, fields: dict[str, Any], error: BaseException | None = None, times: int = 1
     ) -> None:
         """Write a line without filtering or formatting, with the error that it reports."""
-        if level >= self._level:
+        if level >= self.level:
             self._sink(LogRecord(self._clock.now(), level, self._node, self._incarnation, event, fields, error, times))
 
     def _say(
@@ -208,7 +225,7 @@ class NodeLog:
         filters: tuple[bool, bool, float],
         error: BaseException | None = None,
     ) -> None:
-        if level < self._level:
+        if level < (self._level if self._levels.version == self._version else self.level):
             return
         if (filters != _NO_FILTERS or "throttle_time_source_type" in fields) and not self._passes(
             level, fields, filters
@@ -255,7 +272,7 @@ def log_message(record: LogRecord, nanoseconds: int) -> Log:
     return Log(
         stamp=stamp_of(nanoseconds),
         level=int(record.level),
-        name=record.node.lstrip("/").replace("/", "."),
+        name=logger_name(record.node),
         msg=printable(
             "\n".join(filter(None, (f"{record.event}{fields}", record.traceback if record.times == 1 else "")))
         ),

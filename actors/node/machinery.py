@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from actors.actions.client import Goal
     from actors.contracts.contracts import Action, Service, Topic
     from actors.graph.graph import Graph
+    from actors.inbox.inbox import Inbox
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
     from actors.names.identity import Identity
@@ -52,6 +53,8 @@ class Host(Protocol):
     @property
     def graph(self) -> Graph: ...
     @property
+    def placement(self) -> int: ...
+    @property
     def offload(self) -> Offloading: ...
 
 
@@ -83,6 +86,8 @@ class Machinery(Protocol):
     def fqn(self) -> str: ...
     @property
     def identity(self) -> Identity: ...
+    @property
+    def inbox(self) -> Inbox: ...
     @property
     def log(self) -> NodeLog: ...
     @property

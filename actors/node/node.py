@@ -17,6 +17,7 @@ from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
 from actors.errors import DeclarationError, NotStarted
+from actors.inbox.border import INSIDE
 from actors.node.callables import is_async, name_of
 from actors.node.declarations import Declarations
 from actors.node.habits import Habits
@@ -173,6 +174,15 @@ class Node(Habits):
     def incarnation(self) -> int:
         """1 for the node's first life, 2 after its first restart, and so on."""
         return _life_of(self).incarnation
+
+    @property
+    def fencing_token(self) -> int:
+        """A number that is larger in each life of the node than in all lives before, on whatever machines of its tree they were.
+
+        Who gets a number with each command can refuse those of an older life that is still on its way, or does not know that it is over.
+        """
+        life = _life_of(self)
+        return life.runtime.placement << 32 | life.incarnation
 
     @property
     def clock(self) -> Clock:
@@ -359,6 +369,9 @@ class Node(Habits):
             )
         life = _life_of(self)
         life.check_thread()
+        border = life.inbox.border
+        if border is not None and INSIDE.get() is not border:
+            return border.enter("parameters", (dict(values),), life.parameters.set_values, values)
         return life.parameters.set_values(values)
 
     def declare_parameter(

@@ -322,12 +322,23 @@ def _introspection(name: str, whose: str) -> ParameterDeclaration[str]:
     return parameter("off", name=name, choices=("off", "disabled", "metadata", "contents"), description=description)
 
 
-OPTIONAL_PARAMETERS: Final[Mapping[str, ParameterDeclaration[str]]] = {
-    name: _introspection(name, whose)
-    for name, whose in (
-        ("service_configure_introspection", "the services of this node"),
-        ("client_configure_introspection", "the service clients of this node"),
-        ("action_server_configure_introspection", "the actions of this node"),
-    )
+INTROSPECTION: Final = (
+    "service_configure_introspection",
+    "client_configure_introspection",
+    "action_server_configure_introspection",
+)
+"""The parameters that say what services, clients and actions tell of their calls. Their names are those of the demos of ROS 2."""
+
+LOGGER_SERVICE: Final = "enable_logger_service"
+"""The parameter that says whether a node serves the levels of loggers. In ROS 2 it is a node option of this name."""
+
+OPTIONAL_PARAMETERS: Final[Mapping[str, ParameterDeclaration[Any]]] = {
+    **{
+        name: _introspection(name, f"the {whose} of this node")
+        for name, whose in zip(INTROSPECTION, ("services", "service clients", "actions"), strict=True)
+    },
+    LOGGER_SERVICE: parameter(
+        False, name=LOGGER_SERVICE, description="Serve the levels of the loggers of this process.", read_only=True
+    ),
 }
-"""The parameters that a node has if it declares them, or if they are given at its start. Their names are those of the demos of ROS 2."""
+"""The parameters that a node has if it declares them, or if they are given at its start."""

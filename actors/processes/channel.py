@@ -7,6 +7,7 @@ import struct
 from collections.abc import Callable
 from typing import Any, Final, cast
 
+from actors.processes.messages import Opaque
 from actors.processes.pickling import pack, unpack
 
 __all__ = ["HEAD", "Channel", "framed"]
@@ -17,19 +18,28 @@ HEAD: Final = struct.Struct("!I")
 
 def framed(value: object) -> bytes:
     """The value as a frame. Raises what `pack` raises."""
-    data = pack(value)
+    data = value.data if isinstance(value, Opaque) else pack(value)
     return HEAD.pack(len(data)) + data
 
 
 class Channel(asyncio.Protocol):
-    """One end of the connection. `take` is called with each value that arrives, in order, and `lost` once, when nothing more will arrive.
+    """One end of the connection. `take` is called with each value that arrives, in order, as `read` makes it from its bytes, and `lost` once,
+    when nothing more will arrive. `made` is called before with the connection.
 
     Invariant: `_waiting` holds less than one frame between two calls of `data_received`.
     """
 
-    def __init__(self, take: Callable[[Any], None], lost: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        take: Callable[[Any], None],
+        lost: Callable[[], None],
+        read: Callable[[bytes], Any] = unpack,
+        made: Callable[[asyncio.Transport], None] = lambda transport: None,
+    ) -> None:
         self._take = take
         self._lost = lost
+        self._read = read
+        self._made = made
         self._waiting = bytearray()
         self._transport: asyncio.Transport | None = None
 
@@ -50,6 +60,7 @@ class Channel(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast("asyncio.Transport", transport)
+        self._made(self._transport)
 
     def data_received(self, data: bytes) -> None:
         waiting = self._waiting
@@ -58,7 +69,7 @@ class Channel(asyncio.Protocol):
             end = HEAD.size + HEAD.unpack_from(waiting)[0]
             if len(waiting) < end:
                 return
-            value = unpack(bytes(waiting[HEAD.size : end]))
+            value = self._read(bytes(waiting[HEAD.size : end]))
             del waiting[:end]
             self._take(value)
 

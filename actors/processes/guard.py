@@ -28,12 +28,18 @@ class Guard:
     """
 
     def __init__(
-        self, channel: int, notes: int, where: Callable[[], str], orphaned: Callable[[], None] = lambda: os._exit(1)
+        self,
+        channel: int,
+        notes: int,
+        where: Callable[[], str],
+        orphaned: Callable[[], None] = lambda: os._exit(1),
+        orphan_seconds: float = ORPHAN_SECONDS,
     ) -> None:
         self._channel = channel
         self._notes = notes
         self._where = where
         self._orphaned = orphaned
+        self._orphan_seconds = orphan_seconds
         self._turned: float | None = None
         self._noted = False
         self._over = threading.Event()
@@ -57,7 +63,7 @@ class Guard:
         poll.register(self._channel, 0)  # a channel whose other end is closed is reported without being asked for
         while not self._over.is_set():
             if poll.poll(_LOOK * 1000):
-                if not self._over.wait(ORPHAN_SECONDS):
+                if not self._over.wait(self._orphan_seconds):
                     self._orphaned()
                 return
             self._look(monotonic())

@@ -67,6 +67,7 @@ class TreeHome:
             domain_id=self._meeting.domain_id,
             nodes=tuple(self._facts_of(record) for record in runtime.directory.below(self._path) if record.incarnation),
             wall=runtime.clock.wall() - runtime.loop.time() if runtime.clock.virtual else None,
+            placement=runtime.placement,
         )
 
     def begin(self, process: Process) -> None:

@@ -69,7 +69,7 @@ class HostedTree:
         self._path = order.path
         self._tell = tell
         self._spec: Child | Supervisor = order.spec.replace(
-            process=False, hang=HANG_SECONDS, restart=temporary, significant=True, backoff=None
+            process=False, hosts=(), hang=HANG_SECONDS, restart=temporary, significant=True, backoff=None
         )
         self._reason: ExitReason | None = None
         self._told = {facts.path: _news(facts) for facts in order.nodes}
@@ -78,7 +78,12 @@ class HostedTree:
         self._stop_asked: str | None = None
         self._started = False
         self.system = system = System(
-            seed=order.seed, sinks=(self._line,), level=order.level, options=order.options, processes=processes
+            seed=order.seed,
+            sinks=(self._line,),
+            level=order.level,
+            options=order.options,
+            processes=processes,
+            placement=order.placement,
         )
         if order.wall is not None:
             system.clock.shift_wall(order.wall + system.loop.time() - system.clock.wall())

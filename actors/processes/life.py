@@ -11,7 +11,7 @@ from actors.processes.messages import Event, News, Order, Over, Ready, Request, 
 from actors.supervision.reasons import Failed, Killed, Leaked, Skip, Stop, Stopped
 from actors.supervision.refs import ChildState
 
-__all__ = ["LAST_SECONDS", "TERMINATION_SECONDS", "Home", "Process", "ProcessLife"]
+__all__ = ["LAST_SECONDS", "TERMINATION_SECONDS", "Home", "Launch", "Process", "ProcessLife"]
 
 TERMINATION_SECONDS: Final = 0.3
 """Seconds between SIGTERM and SIGKILL for a process that has not stopped in its time."""

@@ -1,4 +1,4 @@
-"""The program of a process of a tree: ``python -m actors.processes.main CHANNEL NOTES NAME``, started by `spawned.spawn`."""
+"""The program of a process of a tree: ``python -m actors.processes.main CHANNEL NOTES NAME [fenced]``, started by `spawned.start`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from msgspec import structs
 from actors.logs import WARN
 from actors.places import line_of
 from actors.processes.channel import HEAD, Channel, framed
-from actors.processes.guard import Guard
+from actors.processes.guard import ORPHAN_SECONDS, Guard
 from actors.processes.hosted import HostedTree
 from actors.processes.maker import Processes
 from actors.processes.messages import Beat, Event, Line, Order, Over, Request
@@ -40,7 +40,8 @@ def main(arguments: Sequence[str]) -> int:
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C reaches all processes of a terminal: the parent stops this one, in its turn
-    end_with_parent()
+    fenced = len(arguments) > 3
+    end_with_parent(signal.SIGKILL if fenced else signal.SIGHUP)
     with socket.socket(fileno=int(arguments[0])) as channel:
         try:
             prepare(read_frame(channel))
@@ -51,17 +52,17 @@ def main(arguments: Sequence[str]) -> int:
             channel.sendall(framed(Over(Failed(error))))
             return 1
         with asyncio.Runner(loop_factory=new_event_loop) as runner:
-            runner.run(serve(order, channel, int(arguments[1])))
+            runner.run(serve(order, channel, int(arguments[1]), fenced=fenced))
     return 0
 
 
-def end_with_parent() -> None:
-    """Have the system send SIGHUP to this process when its parent ends, where the system can do that.
+def end_with_parent(by: signal.Signals) -> None:
+    """Have the system send this signal to this process when its parent ends, where the system can do that.
 
     The closed channel tells the same, unless a process that the parent has forked holds its other end.
     """
     if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGHUP, 0, 0, 0)
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, by, 0, 0, 0)
 
 
 def read_frame(channel: socket.socket) -> Any:
@@ -84,7 +85,7 @@ class Served:
     Invariant: a log line is either sent or counted in `_lost`, and the count is sent as soon as the parent reads again.
     """
 
-    def __init__(self, order: Order, channel: socket.socket, notes: int) -> None:
+    def __init__(self, order: Order, channel: socket.socket, notes: int, *, fenced: bool = False) -> None:
         self._socket = channel
         self._path = order.path
         self._period = beat_seconds(order.spec.hang)
@@ -97,7 +98,7 @@ class Served:
         self._hosted = HostedTree(
             order, transport, self.tell, lambda runtime: Processes(runtime, transport, order.recorders)
         )
-        self._guard = Guard(channel.fileno(), notes, self.where)
+        self._guard = Guard(channel.fileno(), notes, self.where, orphan_seconds=0.0 if fenced else ORPHAN_SECONDS)
 
     async def run(self) -> None:
         """Run the order to its end, and return when the parent has been told of it."""
@@ -164,9 +165,9 @@ class Served:
         )
 
 
-async def serve(order: Order, channel: socket.socket, notes: int) -> None:
-    """Run an order to its end."""
-    await Served(order, channel, notes).run()
+async def serve(order: Order, channel: socket.socket, notes: int, *, fenced: bool = False) -> None:
+    """Run an order to its end; `fenced`: or until the parent is gone."""
+    await Served(order, channel, notes, fenced=fenced).run()
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import structs
 
+from actors.errors import DeclarationError
 from actors.processes.home import TreeHome
 from actors.processes.life import ProcessLife
 from actors.processes.meeting import Meeting
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.processes.flights import Recorder
-    from actors.processes.life import Process
+    from actors.processes.life import Launch, Process
     from actors.processes.messages import Event, Order
     from actors.runtime.runtime import Runtime
     from actors.supervision.declarations import Child, Supervisor
@@ -26,7 +27,8 @@ __all__ = ["Processes"]
 
 
 class Processes:
-    """The source of lives in processes of their own, of one system (`runtime.OtherProcesses`), and those that run.
+    """The source of lives in processes of their own, of one system (`runtime.OtherProcesses`), and those that run. `elsewhere` launches those
+    on other machines.
 
     Invariants: `running` has each process that runs, by the path of its child.
     """
@@ -36,8 +38,10 @@ class Processes:
         runtime: Runtime,
         transport: Transport | None = None,
         recorders: tuple[Callable[[], Recorder], ...] = (),
+        elsewhere: Launch | None = None,
     ) -> None:
         self._runtime = runtime
+        self._elsewhere = elsewhere
         self._recorders = recorders
         self._meeting = Meeting(runtime, transport)
         self.running: dict[tuple[str, ...], Process] = {}
@@ -68,8 +72,12 @@ class Processes:
             del self.running[path]
 
     async def _launch(self, order: Order, take: Callable[[Event], None]) -> Process:
-        await self._meeting.open()
         order = structs.replace(order, recorders=self._recorders)
+        if order.spec.hosts:
+            if self._elsewhere is None:
+                raise DeclarationError(f"{order.spec!r}: say where its hosts are: run(tree, hosts=..., transport=...)")
+            return await self._elsewhere(order, take)
+        await self._meeting.open()
         if self._runtime.clock.virtual:
             from actors.processes.simulated import simulate
 

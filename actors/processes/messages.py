@@ -26,6 +26,7 @@ __all__ = [
     "News",
     "NodeFacts",
     "Nodes",
+    "Opaque",
     "Order",
     "Over",
     "Packed",
@@ -63,11 +64,19 @@ class Packed(msgspec.Struct, frozen=True):
     data: bytes
 
 
+class Opaque(msgspec.Struct, frozen=True):
+    """What only passes through this process, as it was packed: this one need not understand it. `line`: it is a `Line`."""
+
+    data: bytes
+    line: bool = False
+
+
 class Order(msgspec.Struct, frozen=True):
     """What a process is to run: the child, its path in the tree, and what it shares with the rest of the tree.
 
     `nodes` is what earlier lives have left. `wall` is the time of day at loop time 0, for a simulated process; None on the real clock.
-    `recorders` make what records the process, and writes that down when the child fails.
+    `recorders` make what records the process, and writes that down when the child fails. `placement` is that of the runtime: above 0 on
+    another machine than that of the tree.
     """
 
     spec: Child | Supervisor
@@ -80,6 +89,7 @@ class Order(msgspec.Struct, frozen=True):
     nodes: tuple[NodeFacts, ...] = ()
     wall: float | None = None
     recorders: tuple[Callable[[], Recorder], ...] = ()
+    placement: int = 0
 
 
 class StopAsked(msgspec.Struct, frozen=True):

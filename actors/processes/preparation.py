@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import runpy
 import sys
+from contextlib import suppress
+from importlib import import_module
 from types import ModuleType
 from typing import Final
 
@@ -18,13 +20,15 @@ _ROOT: Final = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(_
 
 
 class Preparation(msgspec.Struct, frozen=True):
-    """`main` is the parent's main module, by name, or by path if it is a script; empty if nothing of it is needed."""
+    """`main` is the parent's main module, by name, or by path if it is a script; empty if nothing of it is needed. `modules` are imported at
+    once, those that can be, so that the order need not wait for them."""
 
     path: tuple[str, ...]
     argv: tuple[str, ...]
     python_path: str | None
     main: str = ""
     main_is_script: bool = False
+    modules: tuple[str, ...] = ()
 
 
 def environment() -> dict[str, str]:
@@ -32,11 +36,11 @@ def environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, (_ROOT, os.environ.get("PYTHONPATH", ""))))}
 
 
-def preparation(*, main: bool) -> Preparation:
-    """The preparation for a process of this one; `main` says whether it needs the main module."""
+def preparation(*, main: bool, modules: tuple[str, ...] = ()) -> Preparation:
+    """The preparation for a process of this one; `main` says whether it needs the main module, `modules` what else it will need."""
     common = tuple(sys.path), tuple(sys.argv), os.environ.get("PYTHONPATH")
     if not main:
-        return Preparation(*common)
+        return Preparation(*common, modules=modules)
     module = sys.modules["__main__"]
     sys.modules.setdefault(MAIN, module)  # so that what comes home from there is found here
     spec = module.__spec__
@@ -53,6 +57,9 @@ def prepare(given: Preparation) -> None:
         os.environ["PYTHONPATH"] = given.python_path
     sys.path[:] = given.path
     sys.argv[:] = given.argv
+    for name in given.modules:
+        with suppress(Exception):  # who needs it says why it cannot be imported
+            import_module(name)
     if given.main:
         run = runpy.run_path if given.main_is_script else runpy.run_module
         module = ModuleType(MAIN)

@@ -10,7 +10,7 @@ from msgspec import structs
 
 from actors.errors import described
 from actors.processes.errors import ProcessDied
-from actors.processes.messages import Event, Order, Request
+from actors.processes.messages import Event, Opaque, Order, Request
 from actors.processes.pickling import pack, unpack
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ class SimulatedProcess:
     def id(self) -> int:
         return self._number
 
-    def send(self, request: Request) -> None:
+    def send(self, request: Request | Opaque) -> None:
         """Send a request; it is lost if the process has ended."""
         self._loop.call_soon(self._receive, request)
 
@@ -101,9 +101,9 @@ class SimulatedProcess:
             self._killed = True
             self._crash()
 
-    def _receive(self, request: Request) -> None:
+    def _receive(self, request: Request | Opaque) -> None:
         if not self._task.done():
-            self._hosted.take(request)
+            self._hosted.take(unpack(request.data) if isinstance(request, Opaque) else request)
 
     def _tell(self, event: Event) -> None:
         if not self._killed:

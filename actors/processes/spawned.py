@@ -10,15 +10,16 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 from actors.logs import WARN
 from actors.processes.channel import Channel, framed
 from actors.processes.errors import ProcessDied, ProcessHung
-from actors.processes.messages import BEATS, Beat, Event, Line, Order, Request
+from actors.processes.messages import BEATS, Beat, Event, Line, Opaque, Order, Request
+from actors.processes.pickling import unpack
 from actors.processes.preparation import environment, preparation
 
-__all__ = ["NAMED_SECONDS", "SpawnedProcess", "beat_seconds", "spawn"]
+__all__ = ["NAMED_SECONDS", "SpawnedProcess", "Started", "beat_seconds", "employ", "spawn", "start"]
 
 NAMED_SECONDS: Final = 0.3
 """An event loop that has not turned for so many seconds is logged, with what it is doing;"""
@@ -39,14 +40,34 @@ def beat_seconds(hang: float) -> float:
     return min(MOST_BEAT_SECONDS, hang / BEATS)
 
 
+class Started(NamedTuple):
+    """An interpreter that waits for its preparation and its order at the other end of `channel`; `notes` is our end of its pipe."""
+
+    popen: subprocess.Popen[bytes]
+    channel: socket.socket
+    notes: int
+
+
 async def spawn(order: Order, take: Callable[[Event], None]) -> SpawnedProcess:
     """Launch an interpreter for `order`; `take` gets what it tells. Raises OSError if the system cannot start it."""
+    frame = framed(order)
+    started = start("/".join(order.path), fenced=order.placement > 0)
+    return await employ(
+        started, order.path, order.spec.hang, framed(preparation(main=b"__main__" in frame)) + frame, take
+    )
+
+
+def start(name: str, *, fenced: bool) -> Started:
+    """Start an interpreter, which `ps` shows with this name. `fenced`: it is killed with this process, where otherwise its nodes have time to
+    end. Raises OSError."""
     ours, theirs = socket.socketpair()
     notes, noting = os.pipe()
-    frame = framed(order)
     try:
-        popen = subprocess.Popen(  # noqa: ASYNC220  # in this thread, with whose end the system ends the process
-            [sys.executable, "-m", "actors.processes.main", str(theirs.fileno()), str(noting), "/".join(order.path)],
+        popen = subprocess.Popen(  # in this thread, with whose end the system ends the process
+            [
+                *(sys.executable, "-m", "actors.processes.main", str(theirs.fileno()), str(noting), name),
+                *(("fenced",) if fenced else ()),
+            ],
             pass_fds=(theirs.fileno(), noting),
             stdin=subprocess.DEVNULL,
             env=environment(),
@@ -58,13 +79,25 @@ async def spawn(order: Order, take: Callable[[Event], None]) -> SpawnedProcess:
     finally:
         theirs.close()
         os.close(noting)
-    process = SpawnedProcess(popen, order, take, notes)
-    await process.connect(ours, framed(preparation(main=b"__main__" in frame)) + frame)
+    return Started(popen, ours, notes)
+
+
+async def employ(
+    started: Started,
+    path: tuple[str, ...],
+    hang: float,
+    frames: bytes,
+    take: Callable[[Any], None],
+    read: Callable[[bytes], Any] = unpack,
+) -> SpawnedProcess:
+    """Send an interpreter what it waits for; `take` gets what it tells, as `read` makes it. `path` and `hang` are those of its child."""
+    process = SpawnedProcess(started.popen, path, hang, take, started.notes, read)
+    await process.connect(started.channel, frames)
     return process
 
 
 class SpawnedProcess:
-    """A process that `spawn` has launched (`life.Process`).
+    """A process that `employ` has given an order (`life.Process`).
 
     Invariants:
 
@@ -72,17 +105,25 @@ class SpawnedProcess:
     - `_silent` is how long no beat has come, counted by the ticks of this loop: a loop of the parent that stands still blames nobody.
     """
 
-    def __init__(self, popen: subprocess.Popen[bytes], order: Order, take: Callable[[Event], None], notes: int) -> None:
+    def __init__(
+        self,
+        popen: subprocess.Popen[bytes],
+        path: tuple[str, ...],
+        hang: float,
+        take: Callable[[Any], None],
+        notes: int,
+        read: Callable[[bytes], Any] = unpack,
+    ) -> None:
         self._popen = popen
-        self._path = order.path
-        self._hang = order.spec.hang
+        self._path = path
+        self._hang = hang
         self._take = take
         self._notes = notes
         self._where = ""
         """What the process was doing when its loop stood still, as it noted itself."""
         self._loop = loop = asyncio.get_running_loop()
         self.ended: asyncio.Future[Exception] = loop.create_future()
-        self._channel = Channel(self._told, self._lost)
+        self._channel = Channel(self._told, self._lost, read)
         self._silent = 0.0
         self._named = False
         """Whether it has been logged that the loop stands still."""
@@ -106,7 +147,7 @@ class SpawnedProcess:
     def id(self) -> int:
         return self._popen.pid
 
-    def send(self, request: Request) -> None:
+    def send(self, request: Request | Opaque) -> None:
         """Send a request; it is lost if the process has ended."""
         self._channel.send(request)
 
@@ -161,7 +202,7 @@ class SpawnedProcess:
 
     # -- its end ------------------------------------------------------------------------------------------------------------
 
-    def _told(self, event: Event | Beat) -> None:
+    def _told(self, event: Event | Opaque | Beat) -> None:
         if isinstance(event, Beat):
             self._beaten()
         else:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Coroutine, Mapping, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 
-from actors.errors import NotRunning
+from actors.errors import DeclarationError, NotRunning
 from actors.logs import INFO, LogSink, structlog_sink
 from actors.node.node import Node
 from actors.running.options import ParameterSources, options_of, overruled, with_arguments
@@ -20,6 +20,7 @@ from actors.supervision.declarations import Child, Spec, temporary
 from actors.system import System, system_here
 
 if TYPE_CHECKING:
+    from actors.hosts.placing import Hosts
     from actors.runtime.runtime import OtherProcesses, Runtime
     from actors.transport.protocol import Transport
 
@@ -45,6 +46,7 @@ def run(
     parameters: ParameterSources | None = None,
     argv: Sequence[str] | None = None,
     transport: Transport | None = None,
+    hosts: Hosts | None = None,
 ) -> Run:
     """Run a tree in this event loop: ``async with run(tree) as system: await system.wait()``.
 
@@ -69,10 +71,12 @@ def run(
     With a `transport` the nodes take part in the graph of ROS_DOMAIN_ID, together with the nodes of other processes. It is opened beside the
     start of the tree, and closed after its stop; if it cannot be opened, that is logged, and the tree runs alone. Without one, nothing is
     opened.
+
+    `hosts`, such as `TlsHosts`, says where the hosts of ``Child(host=...)`` are; it needs a `transport`, by which their nodes are reached.
     """
     return Run(
         tree, *more, seed=seed, signals=signals, sinks=sinks, level=level, observers=observers, parameters=parameters, argv=argv,
-        transport=transport,
+        transport=transport, hosts=hosts,
     )  # fmt: skip
 
 
@@ -99,8 +103,14 @@ class Run:
         parameters: ParameterSources | None,
         argv: Sequence[str] | None,
         transport: Transport | None,
+        hosts: Hosts | None,
     ) -> None:
         self._tree = tree_of("run(...)", tree, *more)
+        if hosts is not None and transport is None:
+            raise DeclarationError(
+                "run(hosts=...): nodes on other machines are reached by a transport: add transport=..."
+            )
+        self._hosts = hosts
         options = options_of("run(parameters=...)", self._tree, parameters, argv, level)
         if options is not None:
             level, sinks = options.levels.default, sinks if options.stdout_logs else ()
@@ -171,7 +181,12 @@ class Run:
         from actors.processes.flights import makers  # late: few trees have other processes
         from actors.processes.maker import Processes
 
-        return Processes(runtime, self._transport, makers(self._observers))
+        launch = None
+        if self._hosts is not None:
+            from actors.hosts.placing import elsewhere
+
+            launch = elsewhere(self._hosts, runtime)
+        return Processes(runtime, self._transport, makers(self._observers), launch)
 
     def _signaled(self, number: signal.Signals) -> bool:
         """Stop the tree; if it has ended already, interrupt the block, once. Returns False if neither is possible any more."""

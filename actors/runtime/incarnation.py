@@ -17,7 +17,9 @@ from actors.logs import WARN
 from actors.qos import resolve_publisher, resolve_subscription
 from actors.qos.policies import QoS
 from actors.runtime import answers, endpoints, introspection, life, owned_tasks, timers
+from actors.runtime.ids import uuid_of
 from actors.runtime.node_parameters import check_store, make_store
+from actors.runtime.qos_overrides import overridden
 from actors.services.client import Client
 from actors.services.introspection import caller_id
 from actors.supervision.reasons import Stop
@@ -74,6 +76,7 @@ class Incarnation:
     """
 
     __slots__ = (
+        "_ids",
         "_log",
         "_parameters",
         "_rng",
@@ -135,6 +138,7 @@ class Incarnation:
         self._parameters: ParameterStore | None = None
         self._log: NodeLog | None = None
         self._rng: Random | None = None
+        self._ids: Random | None = None
         node.__machinery__ = self
 
     def __repr__(self) -> str:
@@ -208,7 +212,13 @@ class Incarnation:
         return caller_id(self.fqn, service), number
 
     def new_id(self) -> bytes:
-        return self.runtime.new_id()
+        """A new id of 16 bytes in the form of a random UUID, from a stream of this incarnation's own."""
+        if self._ids is None:
+            self._ids = self.runtime.ids(f"{self.fqn}#{self.incarnation}")
+        drawn = uuid_of(self._ids)
+        if self.inbox.border is not None:
+            self.inbox.border.send("id", "", drawn)
+        return drawn
 
     def warn(self, event: str, **fields: object) -> None:
         self.log.write(WARN, event, fields)
@@ -235,6 +245,7 @@ class Incarnation:
     def publisher(self, topic: Topic[M], qos: QoS) -> Publisher[M]:
         self.check_use()
         entry = self.runtime.graph.topic(self.identity.topic(topic.name))
+        qos = overridden(self, entry.name, "publisher", qos)
         offered = resolve_publisher(qos, [one.qos for one in entry.subscriptions])
         publisher = publisher_for(self, entry, topic.type, offered)
         self.publishers.append(publisher)
@@ -246,6 +257,7 @@ class Incarnation:
     def subscribe(self, topic: Topic[M], qos: QoS) -> Stream[M]:
         self.check_use()
         entry = self.runtime.graph.topic(self.identity.topic(topic.name))
+        qos = overridden(self, entry.name, "subscription", qos)
         requested = resolve_subscription(qos, [one.qos for one in entry.publishers])
         subscription = StreamSubscription(self, entry, topic.type, requested, self._stream_closed)
         self.streams.append(subscription)
@@ -270,6 +282,8 @@ class Incarnation:
             self.record.note(one.entry for one in self.clients.values())
             self.clients.clear()
         entry = self.runtime.graph.service(self.identity.service(service.name))
+        if self.inbox.border is not None:
+            self.inbox.border.uses(entry)
         client = self.clients[service] = Client(self, entry, service)
         introspection.watch_client(self, client)
         entry.clients[self.fqn] = entry.clients.get(self.fqn, 0)
@@ -279,6 +293,8 @@ class Incarnation:
         entry = self.runtime.graph.action(self.identity.service(action.name))
         entry.clients[self.fqn] = entry.clients.get(self.fqn, 0) + 1
         self.record.note((entry,))
+        if self.inbox.border is not None:
+            self.inbox.border.uses(entry)
         return Goal(self, entry, action, message, timeout)
 
     def handle(self, topic: Topic[M], qos: QoS, handler: Handler[M], label: str) -> None:

@@ -8,36 +8,27 @@ the topics of its services `<action>/_action/send_goal` and `.../get_result`. Wh
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.interfaces import derived
-from actors.parameters.declare import OPTIONAL_PARAMETERS
+from actors.parameters.declare import INTROSPECTION
 from actors.services.introspection import CallStep, caller_id
 
 if TYPE_CHECKING:
     from actors.actions.goals import GoalRecord
     from actors.actions.requests import GoalRequest
     from actors.actions.server import ActionServer
-    from actors.parameters import ParameterStore
     from actors.runtime.incarnation import Incarnation
     from actors.services.client import Client
     from actors.services.introspection import CallId, IdentifiedCall
     from actors.services.server import Server
     from actors.topics.publisher import Publisher
 
-__all__ = ["PARAMETERS", "apply", "declare", "watch_action", "watch_client", "watch_server"]
+__all__ = ["PARAMETERS", "apply", "watch_action", "watch_client", "watch_server"]
 
-SERVICE, CLIENT, ACTION = PARAMETERS = tuple(OPTIONAL_PARAMETERS)
+SERVICE, CLIENT, ACTION = PARAMETERS = INTROSPECTION
 
 EVENT: Final = "/_service_event"
-
-
-def declare(overrides: Mapping[str, object], store: ParameterStore) -> None:
-    """Declare those of the parameters that are given and that the node does not declare itself. Raises `ParameterError`."""
-    for name, declaration in OPTIONAL_PARAMETERS.items():
-        if name in overrides and not store.has(name):
-            store.declare(name, declaration.default.value, declaration.descriptor)
 
 
 def apply(life: Incarnation) -> None:

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections import deque
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from actors.logs import DEBUG, LogRecord, NodeLog
+from actors.inbox.border import INSIDE, outside
+from actors.logs import DEBUG, LEVEL_NAMES, LogRecord, NodeLog
 from actors.places import place_of
 from actors.supervision.log_lines import log_line
 from actors.supervision.reasons import cause_of
 
 if TYPE_CHECKING:
-    from actors.logs.levels import NanosecondClock
+    from actors.logs.levels import LevelTree, NanosecondClock
     from actors.runtime.observers import Observers
-    from actors.runtime.options import RunOptions
     from actors.supervision.report import Report
     from actors.time.clock import Clock
 
 __all__ = ["Journal"]
+
+_ADDRESS: Final = re.compile(r" at 0x[0-9a-f]+")
+"""Where an object lies in memory, in its representation: it differs from run to run."""
 
 
 class Journal:
@@ -35,43 +39,39 @@ class Journal:
         self,
         loop: asyncio.AbstractEventLoop,
         clock: Clock,
-        level: int,
+        levels: LevelTree,
         observers: Observers,
-        options: RunOptions | None,
     ) -> None:
-        self.level = level
-        """The least level that is written, unless a node's log has a level of its own."""
+        self.levels = levels
         self.records: deque[LogRecord] = deque(maxlen=1000)
         self.reports: deque[Report] = deque(maxlen=10_000)
         self._loop = loop
         self._clock = clock
         self._observers = observers
-        self._options = options
-        self._levels: dict[str, int] = {}
         self._errors: dict[tuple[type[BaseException], str], int] = {}
         self._last_error: BaseException | None = None
 
     def log(self, node: str, incarnation: int, throttle_clock: NanosecondClock | None = None) -> NodeLog:
         """A log for one life of a node, with the level that was last set for that node."""
-        return NodeLog(
-            node,
-            incarnation,
-            self._clock,
-            self.write,
-            self.level if self._options is None else self._options.level(node),
-            levels=self._levels,
-            throttle_clock=throttle_clock,
-        )
+        return NodeLog(node, incarnation, self._clock, self.write, self.levels, throttle_clock)
+
+    @property
+    def level(self) -> int:
+        """The least level that is written, unless a logger has a level of its own."""
+        return self.levels.default
 
     def write(self, record: LogRecord) -> None:
         """Keep a line and give it to all sinks. If a sink raises, the event loop's exception handler is called, and the others get it."""
         self.records.append(record)
-        for sink in self._observers.sinks:
-            try:
-                sink(record)
-            except Exception as error:  # a broken pipe or a full disk must not stop a robot
-                message = f"the log sink {getattr(sink, '__qualname__', sink)} failed; the line is lost: {record!r}"
-                self._loop.call_exception_handler({"message": message, "exception": error})
+        if (border := INSIDE.get()) is not None:
+            border.send("log", LEVEL_NAMES.get(record.level, ""), (record.event, _ADDRESS.sub("", repr(record.fields))))
+        with outside():
+            for sink in self._observers.sinks:
+                try:
+                    sink(record)
+                except Exception as error:  # a broken pipe or a full disk must not stop a robot
+                    message = f"the log sink {getattr(sink, '__qualname__', sink)} failed; the line is lost: {record!r}"
+                    self._loop.call_exception_handler({"message": message, "exception": error})
         record.let_go()
 
     def new_error(self, error: BaseException) -> tuple[BaseException | None, int]:

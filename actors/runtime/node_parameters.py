@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from actors.inbox.border import outside
+from actors.parameters.declare import LOGGER_SERVICE, OPTIONAL_PARAMETERS
 from actors.parameters.hooks import attach_hooks
 from actors.parameters.rates import guard_rates
 from actors.runtime import introspection
@@ -13,7 +16,7 @@ if TYPE_CHECKING:
     from actors.parameters import ParameterChange, ParameterStore
     from actors.runtime.incarnation import Incarnation
 
-__all__ = ["check_store", "make_store"]
+__all__ = ["check_store", "make_store", "serves_loggers"]
 
 
 def make_store(life: Incarnation, *, announce: bool) -> ParameterStore:
@@ -35,8 +38,21 @@ def make_store(life: Incarnation, *, announce: bool) -> ParameterStore:
         on_event=changed,
         announce=announce,
     )
-    introspection.declare(life.identity.overrides, store)
+    _declare_optional(life.identity.overrides, store)
     return store
+
+
+def _declare_optional(overrides: Mapping[str, object], store: ParameterStore) -> None:
+    """Declare the optional parameters that are given and that the node does not declare itself. Raises `ParameterError`."""
+    for name, declaration in OPTIONAL_PARAMETERS.items():
+        if name in overrides and not store.has(name):
+            store.declare(name, declaration.default.value, declaration.descriptor)
+
+
+def serves_loggers(life: Incarnation) -> bool:
+    """Whether a node is told to serve the levels of the loggers of its process."""
+    given = LOGGER_SERVICE in life.identity.overrides or LOGGER_SERVICE in life.declarations.table.values
+    return given and life.parameters.value(LOGGER_SERVICE) is True
 
 
 def check_store(life: Incarnation, store: ParameterStore) -> None:
@@ -57,5 +73,6 @@ def _changed(life: Incarnation, change: ParameterChange) -> None:
             retime(life, parameter.name, parameter.value)
         elif parameter.name in introspection.PARAMETERS:
             introspection.apply(life)
-    for observer in life.runtime.observers.parameters:
-        observer(life, change)
+    with outside():
+        for observer in life.runtime.observers.parameters:
+            observer(life, change)

@@ -5,8 +5,11 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import Callable
+from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING, Any
+
+from actors.inbox.border import INSIDE
 
 if TYPE_CHECKING:
     from anyio import CapacityLimiter
@@ -32,10 +35,16 @@ class Offload:
 
     async def run(self, function: Callable[..., Any], arguments: tuple[Any, ...], takes: float, *, thread: bool) -> Any:
         """See `Node.offload`."""
+        border = INSIDE.get()
         if self._clock.virtual:
-            result = function(*arguments)
+            result = function(*arguments) if border is None else border.compute(function, arguments)
             await self._clock.sleep(takes)
             return result
+        if border is not None:
+            return await border.elsewhere("offload", partial(self._away, function, arguments, thread))
+        return await self._away(function, arguments, thread)
+
+    async def _away(self, function: Callable[..., Any], arguments: tuple[Any, ...], thread: bool) -> Any:
         if thread:
             from anyio import CapacityLimiter, to_thread
 

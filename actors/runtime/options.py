@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from actors.names.identity import Identity
-from actors.names.names import fully_qualified, logger_name, normalize_namespace, validate_node_name
+from actors.names.names import fully_qualified, normalize_namespace, validate_node_name
 
 if TYPE_CHECKING:
     from actors.logs.levels import LevelTree
@@ -44,10 +44,6 @@ class RunOptions(NamedTuple):
         """The names in `overrides` that only patterns such as ``/**`` set. They do not apply to a node without such a parameter."""
         by_name = own.keys() | self.arguments.named(fqn) | self.parameters.named(fqn)
         return frozenset(self.overrides(fqn, own).keys() - by_name)
-
-    def level(self, fqn: str) -> int:
-        """The least level that the log of the node `fqn` writes."""
-        return self.levels.effective(logger_name(fqn))
 
 
 def identity_of(child: Child, path: tuple[str, ...], options: RunOptions | None = None) -> Identity:

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.errors import DeclarationError
 from actors.graph.graph import Graph
+from actors.inbox.border import outside
 from actors.logs import structlog_sink
+from actors.logs.levels import Level, LevelTree
 from actors.runtime.directory import Directory
 from actors.runtime.incarnation import Incarnation
 from actors.runtime.journal import Journal
@@ -55,18 +57,26 @@ class OtherProcesses(Protocol):
         ...
 
 
+class Gate(Protocol):
+    """Stands between a supervisor and the lives of nodes."""
+
+    def life(self, record: NodeRecord, make: Callable[[], Incarnation], /) -> Life | None:
+        """The next life of a node for its supervisor, made of what `make()` returns; None for a node that is let through."""
+        ...
+
+
 class Runtime:
     """The parts of one system that all its nodes share: clock, graph, logs, random numbers and tree. It is a `supervision.seam.Runtime`.
 
     `options` are those of the run. `processes` makes the source of lives in other processes, at its first use; without it the system has
-    none. `make_graph` and `incarnations` make the graph and the lives of nodes; a simulation passes a graph that
+    none. `placement` counts how often the tree of which this system is a part had given a part to another machine before, this part included;
+    0 for a part that was not given away. `make_graph` and `incarnations` make the graph and the lives of nodes; a simulation passes a graph that
     loses messages, and lives that end on demand.
 
     Invariants:
 
     - It belongs to the event loop and the thread in which it was made.
-    - The numbers of `random` depend on `seed` and the key only; the ids of `new_id` on `seed`, the number of ids before, and
-      the process, if `distinguish` was called.
+    - The numbers of `random` depend on `seed` and the key only; those of `ids` also on the process, if `distinguish` was called.
     - `close` is called once, after the tree and the nodes beside it have ended.
     """
 
@@ -78,22 +88,26 @@ class Runtime:
         level: int,
         options: RunOptions | None = None,
         processes: Callable[[Runtime], OtherProcesses] | None = None,
+        placement: int = 0,
         make_graph: Callable[..., Graph] = Graph,
         incarnations: Callable[[Runtime, NodeRecord, Node], Incarnation] = Incarnation,
     ) -> None:
         self.loop = loop = asyncio.get_running_loop()
         self.thread = get_ident()
         self.seed = seed
+        self.placement = placement
         self.clock = Clock(loop, virtual=bool(getattr(loop, "virtual", False)))
         self.ticker = Ticker(loop)
         self.deadlines = Deadlines(loop)
         self.threads = CallsFromThreads(loop)
         self.offload = Offload(self.clock)
         self.rng = self.random("supervision")
-        self._ids = self.random("ids")
+        self._process = ""
         self.observers = Observers(sinks)
         self.options = options
-        self.journal = Journal(loop, self.clock, level, self.observers, options)
+        self.journal = Journal(
+            loop, self.clock, LevelTree(Level(level)) if options is None else options.levels, self.observers
+        )
         self.log = self.journal.log("system", 1)
         standard = StandardEndpoints(self)
         self.graph = make_graph(
@@ -106,6 +120,8 @@ class Runtime:
         self.starts = StartWatch(loop, virtual=self.clock.virtual)
         self.openings: tuple[asyncio.Task[None], ...] = ()
         """What runs beside the start; see `Observers.opening`."""
+        self.gates: list[Gate] = []
+        """What stands between supervisors and the lives of some nodes: the journals of nodes."""
         self.stalls: StallWatch | None = None
         """Finds the handlers that block the event loop; None on the virtual clock, and while the system is not open."""
         self.dead_letters = 0
@@ -167,7 +183,7 @@ class Runtime:
         """Make a new life of `child`, which takes over inbox and waiting messages of the last one. Raises what `incarnate` raises."""
         if child.process or isinstance(child, Supervisor):
             return self.processes.life(child, path, incarnation)
-        return self.incarnate(child, self.enter(child, path))
+        return self.new_life(child, self.enter(child, path))
 
     @property
     def processes(self) -> OtherProcesses:
@@ -204,32 +220,43 @@ class Runtime:
         """The record for a life of the child at `path`. Raises what `Directory.enter` raises."""
         return self.directory.enter(child, path, self.stalls)
 
+    def new_life(self, child: Child, record: NodeRecord) -> Life:
+        """A new life of this node, behind the first of `gates` that wants it. Raises what `incarnate` raises."""
+        for gate in self.gates:
+            life = gate.life(record, lambda: self.incarnate(child, record))
+            if life is not None:
+                return life
+        return self.incarnate(child, record)
+
     def incarnate(self, child: Child, record: NodeRecord) -> Incarnation:
         """Make the node object of `child` and its incarnation, which does not run yet. Raises what the child's factory raises."""
         return self._incarnations(self, record, made(self, child, record.identity.fqn))
 
     def ready(self, life: Incarnation) -> None:
         """Note that an incarnation is ready, and tell the observers."""
-        self.starts.end(life)
-        if not life.ended:  # else it was abandoned, and another one may run in its place
-            life.record.node_class = type(life.node)
-            for observer in self.observers.ready:
-                observer(life)
+        with outside():
+            self.starts.end(life)
+            if not life.ended:  # else it was abandoned, and another one may run in its place
+                life.record.node_class = type(life.node)
+                for observer in self.observers.ready:
+                    observer(life)
 
     def cleans_up(self, life: Incarnation) -> None:
         """Limit the time of a clean-up that begins now, if the end was not asked for: else it has a limit already."""
         if life.asked is None and (child := self.child_of(life)) is not None:
-            child.bound()
+            with outside():
+                child.bound()
 
     def ended(self, life: Incarnation) -> None:
         """Note that an incarnation has ended, and tell the observers. If the system stops, close its record as well."""
-        self.starts.end(life)
-        record = life.record
-        record.ended_at = self.loop.time()
-        if self.stop_reason is not None:
-            self._dismiss(record)
-        for observer in self.observers.ended:
-            observer(life)
+        with outside():
+            self.starts.end(life)
+            record = life.record
+            record.ended_at = self.loop.time()
+            if self.stop_reason is not None:
+                self._dismiss(record)
+            for observer in self.observers.ended:
+                observer(life)
 
     def child_of(self, life: Incarnation) -> ChildTask | None:
         """The supervisor's task of an incarnation; None if it was abandoned, since another one may run in its place."""
@@ -262,11 +289,8 @@ class Runtime:
 
     def distinguish(self, process: str) -> None:
         """Draw ids that differ from those of another process with the same seed. To be called before the first id is drawn."""
-        self._ids = self.random(f"ids of {process}")
+        self._process = process
 
-    def new_id(self) -> bytes:
-        """A new id of 16 bytes in the form of a random UUID, drawn from the system's seeded generator."""
-        raw = bytearray(self._ids.randbytes(16))
-        raw[6] = raw[6] & 0x0F | 0x40
-        raw[8] = raw[8] & 0x3F | 0x80
-        return bytes(raw)
+    def ids(self, key: str) -> Random:
+        """The generator of the ids of `key`: it depends on the system's seed, on `key`, and on the process after `distinguish`."""
+        return self.random(f"ids of {self._process} {key}")

@@ -1,6 +1,7 @@
 """The standard services and topics that every ROS 2 node and action has. They are opened when they are first asked for.
 
-Services: `<node>/get_parameters` and the five other parameter services; `<node>/get_type_description`; `<action>/_action/send_goal`,
+Services: `<node>/get_parameters` and the five other parameter services; `<node>/get_type_description`; `<node>/get_logger_levels` and
+`.../set_logger_levels` where the parameter `enable_logger_service` says so; `<action>/_action/send_goal`,
 `.../get_result`, `.../cancel_goal`. Topics: `<action>/_action/status`, `<action>/_action/feedback`, `/parameter_events`, `/rosout`. They
 behave as if they had been open since the node's start: messages that a transient-local topic would have kept are published on opening. Kinds
 of nodes, such as lifecycle nodes, add services by `Node.__standard_service__`.
@@ -13,6 +14,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.runtime.endpoints import event_publisher
+from actors.runtime.node_parameters import serves_loggers
 from actors.runtime.standard_actions import ACTION_SERVICES, ACTION_TOPICS, AT_ONCE, serve_standard
 
 if TYPE_CHECKING:
@@ -168,12 +170,30 @@ def _type_description_service(life: Incarnation, name: str, last: str) -> tuple[
     return GetTypeDescription, answer
 
 
+def _logger_service(life: Incarnation, name: str, last: str) -> tuple[Any, Any] | None:
+    """The type and the handler of one of the two services for the levels of loggers, or None for a node that is not told to have them."""
+    if not serves_loggers(life):
+        return None
+    from actors.logs.services import LOGGER_SERVICES
+
+    kind, answered = LOGGER_SERVICES[last]
+
+    async def answer(request: Any) -> Any:
+        return answered(life.runtime.journal.levels, request)
+
+    return kind, answer
+
+
 def _own_service(life: Incarnation, name: str, last: str) -> tuple[Any, Any] | None:
     """The type and the handler of a service that this kind of node adds, or None."""
     return life.node.__standard_service__(last)
 
 
 _OF_NODES: Final[Mapping[str, Callable[[Incarnation, str, str], tuple[Any, Any] | None]]] = MappingProxyType(
-    {**dict.fromkeys(PARAMETER_SERVICES, _parameter_service), TYPE_DESCRIPTION: _type_description_service}
+    {
+        **dict.fromkeys(PARAMETER_SERVICES, _parameter_service),
+        TYPE_DESCRIPTION: _type_description_service,
+        **dict.fromkeys(("get_logger_levels", "set_logger_levels"), _logger_service),
+    }
 )
-"""What offers each service of every node, by the last part of its name."""
+"""What offers each service that every node may have, by the last part of its name."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
+from actors.inbox.border import outside
 from actors.places import awaited_in
 
 if TYPE_CHECKING:
@@ -50,9 +51,10 @@ class StartWatch:
 
     def begin(self, life: Incarnation) -> None:
         """Note that the start phase of this incarnation begins."""
-        self._begun[life] = now = self._loop.time()
-        if self._timer is None:
-            self._timer = self._loop.call_at(now + HUNG_SECONDS, self._look)
+        with outside():
+            self._begun[life] = now = self._loop.time()
+            if self._timer is None:
+                self._timer = self._loop.call_at(now + HUNG_SECONDS, self._look)
 
     def end(self, life: Incarnation) -> None:
         """Note that the start phase has ended, in whichever way. Calling it twice is fine."""

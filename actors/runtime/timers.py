@@ -14,6 +14,7 @@ from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.errors import ActorError
+from actors.inbox.border import outside
 
 if TYPE_CHECKING:
     from actors.inbox.inbox import Inbox
@@ -204,7 +205,8 @@ class NodeTimer:
 
     def begin(self, ticker: TickSource, start: float | None = None) -> None:
         """Start ticking. The first tick is due one period from now, or from `start`, seconds on the clock of `ticker`."""
-        self.handle = ticker.add(self.hz, self.on_tick, start)
+        border = self.inbox.border
+        self.handle = ticker.add(self.hz, self.on_tick if border is None else border.tick(self.on_tick), start)
         self.record.since = self.loop_time()
 
     def stop(self) -> None:
@@ -359,7 +361,8 @@ def _begin(life: Incarnation, timer: NodeTimer) -> None:
 
 def _tell_late(stalls: StallWatch, node: str, timer: NodeTimer, seconds: float, lost: int) -> None:
     """Report to the stall watch that the event loop was late for a tick by a period or more."""
-    stalls.delayed(node, 1.0 / timer.hz, seconds, lost)
+    with outside():
+        stalls.delayed(node, 1.0 / timer.hz, seconds, lost)
 
 
 def retime(life: Incarnation, name: str, hz: float) -> None:

@@ -195,7 +195,7 @@ class UnsupervisedNodes:
 
     def make_life(self, incarnation: ChildTask, /) -> Life:
         node = self._of(incarnation)
-        return self._runtime.incarnate(node.record.child, node.record)
+        return self._runtime.new_life(node.record.child, node.record)
 
     def grace_of(self, life: Life | None, /) -> float:
         return GRACE

@@ -76,7 +76,11 @@ class Client(Generic[Req, Resp]):
         exclusive = inbox.waiter is None and inbox.task is current_task(inbox.loop) and not server.concurrent
         if exclusive:
             refuse_cycle(node, server.node)
-        call = server.submit(message, node, timeout)
+        call = (
+            server.submit(message, node, timeout)
+            if inbox.border is None
+            else inbox.border.call(server, self.entry.name, message, node, timeout)
+        )
         if self.events is not None:
             _tell(self.events, call, message)
         if not exclusive:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, cast
 import msgspec
 
 from actors.errors import CallTimeout, ServiceFailed, WrongType
+from actors.inbox.border import INSIDE
 from actors.inbox.control import blame
 from actors.services.cycles import cycle_of
 from actors.services.introspection import CallStep
@@ -101,6 +102,9 @@ class Server:
     def submit(self, message: Any, caller: Requester, timeout: float) -> Request:
         """Queue a request. Its future is completed within `timeout` seconds in every case."""
         inbox = self.inbox
+        if inbox.border is not None and INSIDE.get() is not inbox.border:
+            taken: Request = inbox.border.request(self.submit, self.entry.name, message, caller, timeout)
+            return taken
         self.calls += 1
         request = Request(self, message, inbox.loop.create_future(), caller, self.calls)
         self.deadlines.watch(request, timeout)

@@ -17,7 +17,7 @@ from actors.checks import (
     is_number,
 )
 from actors.errors import DeclarationError
-from actors.supervision.crossing import HANG_SECONDS, check_crossing, check_process
+from actors.supervision.crossing import HANG_SECONDS, check_crossing, check_process, checked_hosts, why_crossing
 from actors.supervision.declaration import Declaration
 from actors.supervision.policy import Backoff, Kind, Restart, StopTimeout, permanent
 
@@ -34,6 +34,8 @@ class Child(Declaration):
     `auto_shutdown`.
     With `process` the node runs in an interpreter of its own, which is killed when its event loop has not turned for `hang`
     seconds (`math.inf`: never). Factory, arguments and parameters are then copied to it by `pickle`.
+    With `host`, that process is on another machine, which `run(hosts=...)` knows by this name; with `hosts`, on the first of them that can
+    be reached.
     Raises `DeclarationError`, which names the option that is wrong, or the argument that cannot be copied.
     """
 
@@ -42,6 +44,7 @@ class Child(Declaration):
         "backoff",
         "factory",
         "hang",
+        "hosts",
         "name",
         "namespace",
         "parameters",
@@ -64,6 +67,7 @@ class Child(Declaration):
     significant: bool
     process: bool
     hang: float
+    hosts: tuple[str, ...]
 
     def __init__(
         self,
@@ -80,6 +84,8 @@ class Child(Declaration):
         significant: bool = False,
         process: bool = False,
         hang: float = HANG_SECONDS,
+        host: str | None = None,
+        hosts: Sequence[str] = (),
     ) -> None:
         where = f"Child({factory_name(factory)})"
         if not callable(factory):
@@ -87,6 +93,8 @@ class Child(Declaration):
                 f"{where}: factory must be a class or a callable that makes the node, not {factory!r}"
             )
         check_policy(where, restart, stop, backoff, significant)
+        away = checked_hosts(where, host, hosts)
+        process = process or bool(away)
         check_process(where, process, hang)
         self._set(
             factory=factory,
@@ -101,10 +109,11 @@ class Child(Declaration):
             significant=checked_flag(where, "significant", significant),
             process=process,
             hang=hang,
+            hosts=away,
         )
         check_place(where, self.name, namespace, self.remap)
         if process:
-            check_crossing(where, factory, self.args, self.parameters)
+            check_crossing(where, factory, self.args, self.parameters, why_crossing(away), away=bool(away))
 
     @property
     def kind(self) -> Kind:

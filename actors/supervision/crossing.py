@@ -1,19 +1,20 @@
-"""The checks of `process=True`: whether a declaration can be copied to another process, and the options that go with it."""
+"""The checks of `process=True` and `host=`: whether a declaration can be copied to another process, and the options that go with it."""
 
 from __future__ import annotations
 
 import pickle
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Final, cast
 
-from actors.checks import checked_flag, factory_name, is_number
+from actors.checks import checked_flag, checked_sequence, factory_name, is_number
 from actors.errors import DeclarationError, described
 
-__all__ = ["HANG_SECONDS", "check_crossing", "check_process"]
+__all__ = ["HANG_SECONDS", "check_crossing", "check_process", "checked_hosts", "why_crossing"]
 
 HANG_SECONDS: Final = 5.0
 """How long the event loop of a process may stand still before the process is killed, unless declared otherwise; seconds."""
+_SCRIPT: Final = "another machine does not have this script"
 
 
 def check_process(where: str, process: object, hang: object) -> None:
@@ -27,11 +28,40 @@ def check_process(where: str, process: object, hang: object) -> None:
         )
 
 
+def checked_hosts(where: str, host: object, hosts: object) -> tuple[str, ...]:
+    """The hosts of a child, by name; none if it runs on this one. Raises `DeclarationError`."""
+    if host is not None:
+        if hosts:
+            raise DeclarationError(f"{where}: host={host!r} is short for hosts=[{host!r}]: give one of the two")
+        hosts = (host,)
+    names = checked_sequence(where, "hosts", hosts)
+    for name in names:
+        if not isinstance(name, str) or not name.strip():
+            raise DeclarationError(f"{where}: a host must be the name of a machine, not {name!r}")
+    if len(set(names)) < len(names):
+        raise DeclarationError(f"{where}: hosts={list(names)} names a host twice")
+    return cast("tuple[str, ...]", names)
+
+
+def why_crossing(hosts: Sequence[str]) -> str:
+    """The option that has a child run in another process."""
+    return f"it is to run on {' or '.join(hosts)}" if hosts else "process=True"
+
+
 def check_crossing(
-    where: str, factory: object, args: Sequence[object], parameters: Mapping[str, object], why: str = "process=True"
+    where: str,
+    factory: object,
+    args: Sequence[object],
+    parameters: Mapping[str, object],
+    why: str = "process=True",
+    *,
+    away: bool = False,
 ) -> None:
-    """Raise `DeclarationError` unless the parts of a child can be copied to another process; `why` says what demands it."""
-    if problem := _problem_of(factory):
+    """Raise `DeclarationError` unless the parts of a child can be copied to another process; `why` says what demands it. `away`: that
+    process is on another machine, which has the modules that are installed there, but not the script that this program is."""
+    if problem := _problem_of(factory) or (
+        _SCRIPT if away and getattr(factory, "__module__", "") == "__main__" else ""
+    ):
         raise DeclarationError(
             f"{where}: {why}, and its factory {factory_name(factory)} cannot be found by another process: {problem}; define it at the "
             "top level of a module"

@@ -20,7 +20,7 @@ from actors.checks import (
 )
 from actors.errors import DeclarationError
 from actors.supervision.child import Child, check_policy
-from actors.supervision.crossing import HANG_SECONDS, check_crossing, check_process
+from actors.supervision.crossing import HANG_SECONDS, check_crossing, check_process, checked_hosts, why_crossing
 from actors.supervision.declaration import Declaration
 from actors.supervision.policy import (
     AutoShutdown,
@@ -72,7 +72,8 @@ class Supervisor(Declaration):
     children are restarted with one that failed, `intensity` how often before the supervisor gives up, `auto_shutdown`
     whether the end of significant children ends it. `restart`, `stop`, `backoff` and `significant` are for its own
     supervisor, as those of a `Child`; `stop=None` waits for its children without limit. With `process` it runs with all its
-    children in an interpreter of its own, as a `Child` does; its children cannot be changed by requests from outside then.
+    children in an interpreter of its own, as a `Child` does, and with `host` or `hosts` on another machine; its children cannot be changed by
+    requests from outside then.
     Raises `DeclarationError`, which names the option, or the options that do not go together.
     """
 
@@ -81,6 +82,7 @@ class Supervisor(Declaration):
         "backoff",
         "children",
         "hang",
+        "hosts",
         "intensity",
         "name",
         "process",
@@ -101,6 +103,7 @@ class Supervisor(Declaration):
     significant: bool
     process: bool
     hang: float
+    hosts: tuple[str, ...]
 
     def __init__(
         self,
@@ -116,12 +119,16 @@ class Supervisor(Declaration):
         significant: bool = False,
         process: bool = False,
         hang: float = HANG_SECONDS,
+        host: str | None = None,
+        hosts: Sequence[str] = (),
     ) -> None:
         where = f"Supervisor({name!r})"
         stop = math.inf if stop is None else stop
         checked_choice(where, "strategy", strategy, Strategy)
         _check_own_options(where, intensity, auto_shutdown)
         check_policy(where, restart, stop, backoff, significant)
+        away = checked_hosts(where, host, hosts)
+        process = process or bool(away)
         check_process(where, process, hang)
         self._set(
             name=checked_name(where, name),
@@ -135,9 +142,11 @@ class Supervisor(Declaration):
             significant=checked_flag(where, "significant", significant),
             process=process,
             hang=hang,
+            hosts=away,
         )
         if process:
-            _check_crossing(f"{where} has process=True", self)
+            why = why_crossing(away) if away else f"{where} has process=True"
+            _check_crossing(why, self, away=bool(away))
 
     @property
     def kind(self) -> Kind:
@@ -236,7 +245,12 @@ class DynamicSupervisor(Declaration):
             object.__setattr__(instance, "parameters", {**template.parameters, **parameters})
         if template.process:
             check_crossing(
-                f"DynamicSupervisor({self.name!r}): instance {name!r}", template.factory, args, parameters or {}
+                f"DynamicSupervisor({self.name!r}): instance {name!r}",
+                template.factory,
+                args,
+                parameters or {},
+                why_crossing(template.hosts),
+                away=bool(template.hosts),
             )
         return instance
 
@@ -281,11 +295,16 @@ def _check_own_options(where: str, intensity: object, auto_shutdown: object) -> 
     checked_choice(where, "auto_shutdown", auto_shutdown, AutoShutdown)
 
 
-def _check_crossing(why: str, spec: Supervisor) -> None:
-    """Raise `DeclarationError` unless all nodes below can be copied to another process."""
+def _check_crossing(why: str, spec: Supervisor, *, away: bool) -> None:
+    """Raise `DeclarationError` unless all nodes below can be copied to another process, and may stay there."""
     for child in spec.children:
-        if isinstance(child, Supervisor):
-            _check_crossing(why, child)
+        one = child.template if isinstance(child, DynamicSupervisor) else child
+        if one.hosts:
+            raise DeclarationError(
+                f"{one!r}: {why}, and only the process in which a tree is run gives parts of it to other machines: move this child up"
+            )
+        if isinstance(one, Supervisor):
+            _check_crossing(why, one, away=away)
         else:
-            node = child.template if isinstance(child, DynamicSupervisor) else child
-            check_crossing(f"Child({factory_name(node.factory)})", node.factory, node.args, node.parameters, why)
+            where = f"Child({factory_name(one.factory)})"
+            check_crossing(where, one.factory, one.args, one.parameters, why, away=away)

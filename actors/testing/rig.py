@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from actors.actions.client import Goal
     from actors.check.checker import Finding
     from actors.contracts.contracts import Action, Service, Topic
+    from actors.hosts.placing import Hosts
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
     from actors.running.options import ParameterSources
@@ -104,6 +105,7 @@ class Rig:
         seed: int = 0,
         parameters: ParameterSources | None = None,
         transport: Transport | None = None,
+        hosts: Hosts | None = None,
         clock_offset: float = 0.0,
     ) -> System:
         """Start a tree, or several nodes under a plain supervisor, and return when all of it is ready. Accepts what `actors.run`
@@ -121,7 +123,12 @@ class Rig:
         def processes(runtime: Runtime) -> OtherProcesses:
             from actors.processes.maker import Processes  # late: few trees have other processes
 
-            return Processes(runtime, transport)
+            launch = None
+            if hosts is not None:
+                from actors.hosts.placing import elsewhere
+
+                launch = elsewhere(hosts, runtime)
+            return Processes(runtime, transport, elsewhere=launch)
 
         system = self._make_system(
             seed=seed, sinks=(self.logs.append,), level=DEBUG, options=options, processes=processes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from actors.time.values import stamp_of
 from actors.waiting import wake
@@ -27,11 +27,11 @@ class Clock:
     It has no public constructor: `Node.clock` and `System.clock` are one.
     """
 
-    __slots__ = ("_epoch", "_future_at", "_loop", "_origin", "virtual")
+    __slots__ = ("_epoch", "_has_cheap_sleep", "_loop", "_origin", "virtual")
 
     def __init__(self, loop: asyncio.AbstractEventLoop, *, virtual: bool) -> None:
         self._loop = loop
-        self._future_at: Callable[[float], asyncio.Future[None]] | None = getattr(loop, "sleep_until", None)
+        self._has_cheap_sleep = hasattr(loop, "sleep_until")
         self._origin = loop.time()
         self._epoch = 0.0 if virtual else time.time()
         self.virtual = virtual
@@ -93,13 +93,13 @@ class Clock:
         """Wait until `now()` reaches `instant`; for one turn of the loop if it has passed. Returns what `sleep` returns."""
         if not math.isfinite(instant):
             raise ValueError(f"clock.sleep_until({instant}): the instant must be a finite number of seconds")
-        loop = self._loop
+        loop: Any = self._loop
         when = self._origin + instant
         if when <= loop.time():
             await asyncio.sleep(0)
             return True
-        if self._future_at is not None:  # on a virtual loop, which has a cheaper way
-            await self._future_at(when)
+        if self._has_cheap_sleep:  # on a virtual loop
+            await loop.sleep_until(when)
             return True
         future: asyncio.Future[None] = loop.create_future()
         timer = loop.call_at(when, wake, future, None)

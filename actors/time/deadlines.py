@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import deque
+from contextvars import copy_context
 from itertools import chain, islice
 from typing import Any, Protocol
 
@@ -57,13 +58,15 @@ class Deadlines:
     Invariants:
 
     * Each timeout in use has one queue, ordered by deadline, and one loop timer for its first entry.
+    * The timers run in the context in which this was made, not in that of the call that happens to be the first of its timeout.
     * An entry whose future is completed is ignored, and removed at the latest when its deadline passes.
     """
 
-    __slots__ = ("_loop", "_queues", "_time")
+    __slots__ = ("_context", "_loop", "_queues", "_time")
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
+        self._context = copy_context()
         self._time = loop.time
         self._queues: dict[float, _Queue] = {}
 
@@ -97,7 +100,7 @@ class Deadlines:
         return queue
 
     def _timer(self, timeout: float, due: float) -> asyncio.TimerHandle:
-        return self._loop.call_at(due, self._expire, timeout)
+        return self._loop.call_at(due, self._expire, timeout, context=self._context)
 
     def _expire(self, timeout: float) -> None:
         queue = self._queues[timeout]

@@ -10,6 +10,7 @@ import asyncio
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from contextvars import copy_context
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
@@ -46,15 +47,17 @@ class EndpointEvents:
 
     * A timer is set only while there is a listener and the endpoint's `due` returns a time. Without listeners no timer runs.
     * After `close` there are no listeners and no timer, and none are added; the counters keep their values.
+    * The timer runs in the context of the node that the endpoint belongs to, whoever sets it.
     * No counter ever decreases.
     """
 
     __slots__ = (
-        "_due", "_loop", "_thread", "_timer", "closed", "deadline", "incompatible_qos", "incompatible_type", "last_policy", "lease", "listeners",
+        "_context", "_due", "_loop", "_thread", "_timer", "closed", "deadline", "incompatible_qos", "incompatible_type", "last_policy", "lease", "listeners",
     )  # fmt: skip
 
     def __init__(self, due: Callable[[int], int | None]) -> None:
         self._due = due
+        self._context = copy_context()
         self._loop = asyncio.get_running_loop()
         self._thread = get_ident()
         self._timer: asyncio.TimerHandle | None = None
@@ -94,7 +97,7 @@ class EndpointEvents:
             self._timer = None
         due = self._due(self.now()) if self.listeners else None
         if due is not None:
-            self._timer = self._loop.call_at(due / 1e9, self._look, due)
+            self._timer = self._loop.call_at(due / 1e9, self._look, due, context=self._context)
 
     def close(self) -> None:
         """End all listeners, because the endpoint has ended. Their tasks are woken."""

@@ -227,6 +227,10 @@ class TopicRegistry(Protocol):
         """Return the function that `publisher` calls to reach `subscription`: its target, possibly wrapped by the graph."""
         ...
 
+    def outward(self, publisher: PublisherPeer, targets: tuple[Target, ...]) -> tuple[Target, ...]:
+        """Return the functions that `publisher` calls with each message: `targets`, unless a journal of its node is kept."""
+        ...
+
     def add_publisher(self, publisher: PublisherPeer) -> None:
         """Add `publisher` and match it with the topic's subscriptions; both sides of each match are joined."""
         ...

@@ -221,7 +221,7 @@ class Publisher(Endpoint, Generic[M]):
         self._outdated = False
         targets = dict.fromkeys(self.entry.target(self, peer) for peer in self.peers)  # peers may share a target
         targets.update(dict.fromkeys(self.attached))
-        self.targets = both = (*targets, *self.taps)
+        self.targets = both = self.entry.outward(self, (*targets, *self.taps))
         for deliver in both:
             deliver(message)
 

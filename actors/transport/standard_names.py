@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from actors.qos import PARAMETER_EVENTS, PARAMETERS, ROSOUT, SERVICES, TRANSITION_EVENT
+from actors.runtime.node_parameters import serves_loggers
 
 if TYPE_CHECKING:
     from actors.qos.policies import QoS
@@ -23,7 +24,7 @@ class Standard(NamedTuple):
 
 
 def standard_services(life: Incarnation) -> Iterator[Standard]:
-    """The services of a node besides those that it declares: those of its parameters, of its types, and of its kind."""
+    """The services of a node besides those that it declares: those of its parameters, types, loggers and kind."""
     from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
     from actors.parameters.messages import PARAMETER_SERVICES
 
@@ -31,6 +32,11 @@ def standard_services(life: Incarnation) -> Iterator[Standard]:
         yield Standard(f"{life.fqn}/{service.name}", service.type, PARAMETERS)
     if life.parameters.value("start_type_description_service"):
         yield Standard(f"{life.fqn}/get_type_description", GetTypeDescription, SERVICES)
+    if serves_loggers(life):
+        from actors.logs.services import LOGGER_SERVICES
+
+        for name, (kind, _) in LOGGER_SERVICES.items():
+            yield Standard(f"{life.fqn}/{name}", kind, SERVICES)
     for name in type(life.node).__standard_services__:
         offered = cast("tuple[Any, Any]", life.node.__standard_service__(name))
         yield Standard(f"{life.fqn}/{name}", offered[0], SERVICES)

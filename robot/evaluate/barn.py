@@ -18,7 +18,7 @@ from typing import Any
 from robot.evaluate.barn_run import Backend, Ended, Outcome, run
 from robot.evaluate.barn_worlds import BarnWorld, find_worlds
 from robot.evaluate.levels import Metric, machine
-from robot.run.options import Parser, parse_seed
+from robot.run.arguments import Parser, parse_seed
 from robot.sim.physics import BackendMissing
 
 __all__ = ["evaluate", "main", "show"]

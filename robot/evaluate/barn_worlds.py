@@ -12,7 +12,7 @@ from pathlib import Path
 import msgspec
 
 from robot.geometry.planar import Pose2
-from robot.run.options import UsageError
+from robot.run.errands import UsageError
 from robot.scenes.scene import Cylinder, Scene
 
 __all__ = ["BarnWorld", "find_worlds", "read_world"]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from actors.suggest import did_you_mean
-from robot.run.options import UsageError
+from robot.run.errands import UsageError
 
 __all__ = ["main"]
 

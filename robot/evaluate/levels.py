@@ -20,7 +20,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any, TypeAlias
 
-from robot.run.options import Parser, UsageError, parse_seed
+from robot.run.arguments import Parser, parse_seed
+from robot.run.errands import UsageError
 from robot.run.status import Part, StatusLine
 
 __all__ = ["Bounds", "Metric", "conclude", "machine", "measure", "parser", "table"]

@@ -25,7 +25,8 @@ from robot.evaluate.levels import machine
 from robot.planning.errors import NavigationError
 from robot.planning.grid import Cell
 from robot.planning.path import pull
-from robot.run.options import Parser, UsageError
+from robot.run.arguments import Parser
+from robot.run.errands import UsageError
 
 __all__ = ["MapReport", "Question", "evaluate", "main", "read_map", "read_questions"]
 

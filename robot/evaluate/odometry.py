@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from robot.evaluate import odometry_measures as take
 from robot.evaluate import walk_measures
 from robot.evaluate.levels import Metric, conclude, measure, parser
-from robot.run.options import within
+from robot.run.arguments import within
 from robot.sim.physics import BackendMissing
 
 __all__ = ["main", "metrics"]

@@ -15,7 +15,8 @@ from typing import Any
 from robot.evaluate.levels import Metric, conclude, measure, parser
 from robot.evaluate.rates_run import STREAMS, TIMERS, Punctuality, Run, run_loop, run_robot
 from robot.evaluate.rates_split import run_split
-from robot.run.options import UsageError, seconds, whole
+from robot.run.arguments import seconds, whole
+from robot.run.errands import UsageError
 from robot.sim.physics import BackendMissing
 
 __all__ = ["ENOUGH", "main", "metrics", "side_by_side"]

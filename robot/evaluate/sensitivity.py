@@ -24,7 +24,8 @@ from robot.control.unmapped import SHEET
 from robot.evaluate.barn_run import LIMIT, Outcome, run
 from robot.evaluate.field_worlds import PASSAGE, field_world
 from robot.evaluate.levels import machine
-from robot.run.options import Parser, UsageError, whole
+from robot.run.arguments import Parser, whole
+from robot.run.errands import UsageError
 
 __all__ = ["LEFT_OUT", "THRESHOLDS", "difference", "main", "scaled", "show", "value_of", "vary", "wilson"]
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from robot.evaluate import walk_gaits as gaits
 from robot.evaluate import walk_measures as take
 from robot.evaluate.levels import Metric, conclude, measure, parser
-from robot.run.options import within
+from robot.run.arguments import within
 from robot.sim.physics import BackendMissing
 
 __all__ = ["main", "metrics"]

@@ -214,6 +214,7 @@ class Gait(Node):
             self.targets(
                 MotorTargetsMessage(
                     stamp=stamp,
+                    fence=self.fencing_token,
                     position=targets.position,
                     velocity=targets.velocity,
                     effort=targets.effort,
@@ -227,6 +228,7 @@ class Gait(Node):
         self.drive(
             BodyDrive(
                 stamp=stamp,
+                fence=self.fencing_token,
                 vx=vx,
                 vy=vy,
                 wz=wz,

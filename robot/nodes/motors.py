@@ -2,6 +2,8 @@
 
 It owns the body's drives. While targets keep coming it passes them on; 100 ms after the last one, whatever has become of the gait
 controller or its supervisor, it sits the robot down by itself. When it is stopped it does the same, and only then ends.
+
+It follows the newest life of who commands it, on whatever machine that is: what an older life sends, however late, is refused.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from actors import Node, Stopped, every, publishes
 from robot.contracts import BODY_DRIVE, MOTOR_POWER, MOTOR_TARGETS
+from robot.control.fence import Fence
 from robot.control.safe_stop import SafeStop
 from robot.hardware import body as hardware
 from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorPower
@@ -41,9 +44,13 @@ class Motors(Node):
         self._body = body
         self._stepping: hardware.SteppingBody | None = body if isinstance(body, hardware.SteppingBody) else None
         self._safe: SafeStop | None = None
+        self._fence = Fence()
         self._heard = 0.0
         self._energy = 0.0
         self._counted = 0
+
+    def resume(self, state: int) -> None:
+        self._fence = Fence(state)
 
     async def on_start(self) -> None:
         # The robot lies in its sitting pose: silence before the first target is no reason for a safe stop.
@@ -64,10 +71,14 @@ class Motors(Node):
         """Report the mean electrical power since the last report."""
         mean = self._energy / self._counted if self._counted else 0.0
         self._energy, self._counted = 0.0, 0
-        self.power(MotorPower(stamp=self.clock.stamp(), mean=mean, charger=self._body.charger))
+        self.power(
+            MotorPower(stamp=self.clock.stamp(), mean=mean, charger=self._body.charger, refused=self._fence.refused)
+        )
 
     @MOTOR_TARGETS.on()
     def follow(self, message: MotorTargetsMessage) -> None:
+        if not self._admits(message.fence):
+            return
         self._listen()
         self._body.command(
             hardware.MotorTargets(message.position, message.velocity, message.effort, message.kp, message.kd)
@@ -75,7 +86,7 @@ class Motors(Node):
 
     @BODY_DRIVE.on()
     def follow_drive(self, message: BodyDrive) -> None:
-        if self._stepping is None:
+        if self._stepping is None or not self._admits(message.fence):
             return
         self._listen()
         self._stepping.drive(message.vx, message.vy, message.wz, message.height, message.mode)
@@ -94,6 +105,18 @@ class Motors(Node):
             await self.clock.sleep_until(begun + tick / RATE)
             self._body.advance(self.clock.now())
             self._sit_down(1.0 / RATE)
+
+    def _admits(self, token: int) -> bool:
+        """Whether a command with this token counts; the first one that does not is reported, all are counted."""
+        newest = self._fence.newest
+        if not self._fence.admits(token):
+            self.log.warning(
+                "commands of an older life are refused", once=True, token=f"{token:x}", newest=f"{newest:x}"
+            )
+            return False
+        if token > newest:
+            self.checkpoint(token)  # the next life of this node has to know it before the first command comes
+        return True
 
     def _listen(self) -> None:
         now = self.clock.now()

@@ -19,7 +19,7 @@ from robot.picture.camera import Camera
 from robot.picture.recording import Recording
 from robot.picture.viewpoint import viewpoint
 from robot.png import Image
-from robot.run.options import UsageError
+from robot.run.errands import UsageError
 from robot.sim.ground import Ground
 from robot.sim.mjcf import write_model
 

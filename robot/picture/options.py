@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Literal
 
-from robot.run.options import Fetch, Goal, Parser, UsageError, parse_fetch, parse_goal, parse_seed
+from robot.run.arguments import Parser, parse_seed
+from robot.run.errands import Fetch, Goal, UsageError, parse_fetch, parse_goal
 from robot.scenes.worlds import WORLDS
 
 __all__ = ["Options", "UsageError", "parse"]

@@ -11,21 +11,26 @@ from dataclasses import asdict
 from math import cos, sin
 from typing import TYPE_CHECKING, Any
 
-from robot.run.options import Crash, Hang, Options, Push, UsageError, parse
+from robot.run.errands import Crash, Hang, UsageError
+from robot.run.hardships import Push
+from robot.run.options import Options, parse
 
 if TYPE_CHECKING:
+    import asyncio
+
     from actors import Child, Supervisor, System
     from actors.transport import Transport
     from robot.assembly import Robot
     from robot.hardware.body import Body
     from robot.run.flight import Flight
     from robot.run.judge import Score
+    from robot.run.web import ServeWeb
 
 __all__ = ["main"]
 
 
-def main(argv: Sequence[str]) -> int:
-    """The exit code.
+def main(argv: Sequence[str], serve_web: ServeWeb | None = None) -> int:
+    """The exit code. `serve_web` starts the web server beside the robot, if there is to be one.
 
     0: ended as asked. 1: the robot fell, what `--goal` or `--fetch` asked for was not done when the run ended, or the last try of a goal of
     the patrol failed. 2: cannot be run as asked. 3: a supervisor gave up. 130 and 143: SIGINT and SIGTERM.
@@ -34,7 +39,7 @@ def main(argv: Sequence[str]) -> int:
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
     try:
-        return Session(parse(argv)).run()
+        return Session(parse(argv), serve_web).run()
     except UsageError as error:
         print(f"robot run: {error}", file=sys.stderr)
         return 2
@@ -43,8 +48,9 @@ def main(argv: Sequence[str]) -> int:
 class Session:
     """One run: what it needs is made and checked first, then the tree is started."""
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: Options, serve_web: ServeWeb | None = None) -> None:
         self.options = options
+        self._serve_web = serve_web
         self.robot = self._robot()
         self.body: Body = self.robot.body
 
@@ -117,6 +123,8 @@ class Session:
     # -- the run ------------------------------------------------------------------------------------------------------------
 
     async def _main(self) -> int:
+        import asyncio
+
         from actors import Child, run
         from actors.logs import Level, console_sink, json_sink
         from robot.run.flight import Flight
@@ -124,6 +132,7 @@ class Session:
         from robot.run.mission import failure
         from robot.run.report import last_sample, make_report
         from robot.run.status import Status, StatusLine, final_parts
+        from robot.run.web import start
 
         options, began = self.options, time.monotonic()
         line, score = StatusLine(), Score()
@@ -146,9 +155,11 @@ class Session:
                 await system.join(Child(Judge, args=(self.body, score)))
                 await system.join(Child(Status, args=(line, self.body.backend)))
                 self._announce(system)
+                web = asyncio.ensure_future(start(system, options, self._serve_web))
                 try:
-                    await self._until_over(system, flight, score)
+                    await self._until_over(system, flight, score, web)
                 finally:
+                    web.cancel()
                     report = make_report(system, self.body, score, self._header())
         finally:
             line.end(final_parts(self.body.truth(), score, report.get("simulated_seconds", 0.0)))
@@ -184,8 +195,11 @@ class Session:
             raise UsageError("--fetch: it is the carrier who fetches, and --only leaves it out")
         return chosen
 
-    async def _until_over(self, system: System, flight: Flight, score: Score) -> None:
-        """Let the time pass: crashes that were ordered, the end of the mission, the end of the duration, or the end of the tree."""
+    async def _until_over(self, system: System, flight: Flight, score: Score, web: asyncio.Future[None]) -> None:
+        """Let the time pass: crashes that were ordered, the end of the mission, the end of the duration, or the end of the tree.
+
+        Raises what `web`, the start of the web server, raises.
+        """
         import asyncio
 
         from robot.nodes.carrier import Carrier
@@ -207,6 +221,8 @@ class Session:
                     break
                 await asyncio.wait([ended], timeout=left)
                 flight.look()
+                if web.done():
+                    web.result()
                 if self.robot.process is not None:
                     self.robot.process.check()
                 missions = (record.node for record in system.nodes.values())

@@ -16,7 +16,8 @@ from robot.nodes.carrier import Delivery
 from robot.planning.errors import NavigationError
 from robot.planning.grasp import Spot, stands
 from robot.planning.grid import Grid, signed_distance
-from robot.run.options import Fetch, Goal, Options, UsageError
+from robot.run.errands import Fetch, Goal, UsageError
+from robot.run.options import Options
 from robot.scenes.scene import Scene, Thing
 from robot.scenes.worlds import WORLDS, get_world
 

@@ -4,37 +4,33 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite, nan
-from typing import Any, Literal, NoReturn
+from typing import Literal
 
-from actors.suggest import did_you_mean
+from robot.run.arguments import Parser
 from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, checked, parse_fault, parse_fetch, parse_goal
 from robot.run.hardships import Push, parse_ground, parse_push
-from robot.scenes.worlds import WORLDS
+from robot.run.words import declare
 from robot.sim.ground import Ground
 
-__all__ = [
-    "LEVELS", "VIRTUAL_DURATION", "Crash", "Fetch", "Goal", "Hang", "Options", "Parser", "Push", "UsageError", "parse", "parse_fetch", "parse_goal",
-    "parse_seed", "seconds", "whole", "within",
-]  # fmt: skip
+__all__ = ["VIRTUAL_DURATION", "Options", "Web", "parse"]
 
-LEVELS = ("debug", "info", "warn", "error", "fatal")
-"""What may be said for `--log-level`."""
 VIRTUAL_DURATION = 120.0
 """A run on the virtual clock needs an end; this is its default, seconds."""
 
 
-class Parser(argparse.ArgumentParser):
-    """argparse, but a mistake is one `UsageError` that says where the help is, instead of a page; a misspelt option is told the closest one."""
+@dataclass(frozen=True, slots=True)
+class Web:
+    """Where the web server listens."""
 
-    def error(self, message: str) -> NoReturn:
-        if message.startswith("unrecognized arguments: "):
-            known = [option for action in self._actions for option in action.option_strings]
-            near = (did_you_mean(word.partition("=")[0], known, quoted=False) for word in message.split()[2:])
-            message += next(filter(None, near), "")
-        raise UsageError(f"{message} (see {self.prog} --help)")
+    host: str = "127.0.0.1"
+    port: int | None = None
+    """None: the usual one, or the next that is free."""
+    origins: tuple[str, ...] = ()
+    """Pages of other places that may connect."""
+    wanted: bool = False
+    """Whether it was asked for, so that the run ends if it cannot be had."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +69,8 @@ class Options:
     ground: Ground | None = None
     """What the physical body stands on and carries, if it was said."""
     pushes: tuple[Push, ...] = ()
+    web: Web | None = None
+    """The web server beside the robot; None: there is none."""
 
 
 def parse(argv: Sequence[str]) -> Options:
@@ -127,7 +125,20 @@ def parse(argv: Sequence[str]) -> Options:
         security=given.security,
         ground=ground,
         pushes=tuple(parse_push(text, duration) for text in given.push),
+        web=_web(given),
     )
+
+
+def _web(given: argparse.Namespace) -> Web | None:
+    """What is said of the web server. There is one on the real clock unless it is switched off."""
+    wanted = given.web is not None or given.web_host is not None or bool(given.web_origin)
+    if given.no_web and wanted:
+        raise UsageError("--no-web: leave out the other options of the web server, or this one")
+    if given.clock == "virtual" and wanted:
+        raise UsageError("--web: browsers live in real time; leave out --clock virtual")
+    if given.no_web or given.clock == "virtual":
+        return None
+    return Web(given.web_host or "127.0.0.1", given.web, tuple(given.web_origin), wanted)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -135,208 +146,8 @@ def _parser() -> argparse.ArgumentParser:
         prog="python -m robot run",
         description="Run the whole robot in a world: it stands up, walks its patrol, reports battery and pose, docks when low, and sits when told to stop.",
     )
-    _add_circumstances(parser.add_argument)
-    _add_ground(parser.add_argument)
-    _add_network(parser.add_argument)
-    _add_errand(parser.add_argument)
-    _add_output(parser.add_argument)
+    declare(parser.add_argument)
     return parser
-
-
-def _add_circumstances(add: Any) -> None:
-    """How long, where and with what body."""
-    add(
-        "--duration",
-        type=seconds,
-        metavar="S",
-        help="end after S seconds (default: run until Ctrl-C; 120 on the virtual clock)",
-    )
-    add("--battery", type=float, default=90.0, metavar="PERCENT", help="charge at the start (default 90)")
-    add(
-        "--crash",
-        action="append",
-        default=[],
-        metavar="NODE@T",
-        help="make NODE fail at T seconds; may be given several times",
-    )
-    add(
-        "--hang",
-        action="append",
-        default=[],
-        metavar="NODE@T",
-        help="with --processes: make the process of NODE stand still at T seconds; may be given several times",
-    )
-    add(
-        "--processes",
-        action="store_true",
-        help="run the body and each concern of the robot (control, safety, perception, ...) in a process of its own; a process that dies is "
-        "restarted",
-    )
-    add(
-        "--clock",
-        choices=("real", "virtual"),
-        default="real",
-        help="real time, or as fast as the machine can (default real)",
-    )
-    add("--world", default=WORLDS[0], metavar="NAME", help=f"{', '.join(WORLDS)} (default {WORLDS[0]})")
-    add(
-        "--backend",
-        choices=("physics", "kinematic"),
-        default="physics",
-        help="MuJoCo, or numpy only, which cannot fall",
-    )
-    add("--seed", type=parse_seed, default=0, metavar="N", help="of all noise and randomness (default 0)")
-
-
-def _add_ground(add: Any) -> None:
-    """What the robot stands on and carries, and what hits it: in physics, and told to no controller."""
-    add("--friction", type=float, metavar="MU", help="between feet and floor (default 0.8; wet tiles 0.4, ice 0.1)")
-    add(
-        "--payload",
-        type=float,
-        nargs="+",
-        metavar="KG",
-        help="KG [X Y]: a load on the back, its centre X and Y metres forward and left of the body's",
-    )
-    add("--slope", type=float, nargs="+", metavar="DEG", help="X [Y]: the floor rises by so many degrees along x and y")
-    add(
-        "--push",
-        action="append",
-        default=[],
-        metavar="FORWARD,LEFT@T",
-        help="push the body by so many newton seconds along its heading at T seconds, such as 0,40@10 or (with =) --push=-30,0@10; may be given several times",
-    )
-
-
-def _add_network(add: Any) -> None:
-    """Where other processes are."""
-    add(
-        "--connect",
-        action="append",
-        default=[],
-        metavar="ENDPOINT",
-        help="take part in the graph of another machine, tcp/HOST:7447; processes of this one find each other by themselves",
-    )
-    add(
-        "--listen",
-        action="append",
-        default=[],
-        metavar="ENDPOINT",
-        help="let other machines connect to tcp/0.0.0.0:PORT",
-    )
-    add("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
-
-
-def _add_errand(add: Any) -> None:
-    """What is to be done, and by which nodes."""
-    add(
-        "--goal",
-        type=float,
-        nargs="+",
-        metavar="X",
-        help="X Y [THETA]: walk there once (m, m, rad) instead of the patrol, then sit and end",
-    )
-    add(
-        "--only",
-        nargs="+",
-        metavar="NODE",
-        help="run just these nodes of the robot (names divided by spaces or commas). Each one starts without the others and takes "
-        "up work with those that come later, in this process or another",
-    )
-    add("--arm", action="store_true", help="carry an arm of 6.2 kg, and all that belongs to it")
-    add(
-        "--fetch",
-        nargs="+",
-        metavar="NAME",
-        help="NAME [X Y [Z]]: fetch that thing of the world instead of walking the patrol, and carry it to X Y Z (m; Z is 0 unless "
-        "given); with an arm, of course. In the kitchen: --world kitchen --fetch cup 1.9 -1 0.4",
-    )
-
-
-def _add_output(add: Any) -> None:
-    """Parameters, and what is written down."""
-    add("--params", metavar="FILE", help="a ROS 2 parameter file (YAML)")
-    add("--log-format", choices=("console", "json"), default="console")
-    add("--log-level", type=str.lower, choices=LEVELS, default="info")
-    add("--report", metavar="FILE", help="write a report of the run as JSON")
-    add(
-        "--flight-record",
-        metavar="FILE",
-        help="keep the last 30 s of all messages, log lines and supervisor events, and write them to FILE (MCAP) when the "
-        "run ends or a supervisor gives up; after a fall, those that led to it",
-    )
-    add(
-        "--trace",
-        action="store_true",
-        help="print one hash over all messages, log lines and supervisor events: equal for equal runs on the virtual clock",
-    )
-    add(
-        "--publish-clock",
-        type=float,
-        nargs="?",
-        const=40.0,
-        metavar="HZ",
-        help="publish the run's time on /clock for nodes with use_sim_time, HZ times a second (default 40)",
-    )
-    add(
-        "--motor-delay",
-        type=float,
-        default=4.0,
-        metavar="MS",
-        help="delay of the motor drives in milliseconds, 0 to 20 (default 4)",
-    )
-
-
-def parse_seed(text: str) -> int:
-    """A seed of random numbers, for argparse: a whole number that is not negative."""
-    try:
-        value = int(text)
-    except ValueError:
-        value = -1
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"{text} is no seed: give a whole number of at least 0")
-    return value
-
-
-def within(low: float, high: float, unit: str) -> Callable[[str], float]:
-    """A number within bounds, for argparse."""
-
-    def parse(text: str) -> float:
-        try:
-            value = float(text)
-        except ValueError:
-            value = nan
-        if not low <= value <= high:  # also true for NaN
-            raise argparse.ArgumentTypeError(f"{text}: give {low:g} to {high:g} {unit}")
-        return value
-
-    return parse
-
-
-def whole(low: int, high: int) -> Callable[[str], int]:
-    """A whole number within bounds, for argparse."""
-
-    def parse(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            value = low - 1
-        if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text}: give a whole number from {low} to {high}")
-        return value
-
-    return parse
-
-
-def seconds(text: str) -> float:
-    """A positive number of seconds, for argparse."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not isfinite(value) or value <= 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is not a positive number of seconds")
-    return value
 
 
 def _names(words: Sequence[str] | None) -> tuple[str, ...]:

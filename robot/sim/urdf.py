@@ -14,10 +14,11 @@ from xml.etree.ElementTree import Element, SubElement
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Triple
 from robot.model.arm import JOINTS
-from robot.model.parameters import KNEE_TORQUE, TORQUE_LIMIT
+from robot.model.parameters import KNEE_TORQUE, TORQUE_LIMIT, TRUNK
 from robot.scenes.scene import Scene
 from robot.sim.arm_mjcf import TORQUES
-from robot.sim.mjcf import Ground, write_model
+from robot.sim.ground import Ground
+from robot.sim.mjcf import write_model
 
 __all__ = ["ROOT", "write_urdf"]
 
@@ -27,6 +28,10 @@ FASTEST = 30.0
 """rad/s. URDF wants a limit of speed for every joint; the model has none, and its joints stay below this."""
 LINK_RADIUS = 0.045
 """m, of the rod that stands for a link without a shape of its own."""
+FACE, OUTSIDE = 0.03, 0.006
+"""m: how thick the plate at the front is, and how far it stands out."""
+SHARE = 0.7
+"""of the trunk's width and height that it covers."""
 COLORS = {"shell": "0.96 0.73 0.16 1", "limb": "0.16 0.18 0.22 1"}
 _KNEE = max(torque for _, torque in KNEE_TORQUE)
 _ARM: dict[str, float] = dict(zip(JOINTS, TORQUES, strict=True))
@@ -40,7 +45,7 @@ def write_urdf(*, arm: bool = False) -> str:
     for name, color in COLORS.items():
         SubElement(SubElement(robot, "material", name=name), "color", rgba=color)
     trunk = _found(model, "worldbody/body[@name='body']")
-    _link(robot, trunk, ROOT, "shell")
+    _link(robot, trunk, ROOT, "shell").insert(2, _face())
     for child in trunk.findall("body"):
         _branch(robot, child, ROOT)
     ElementTree.indent(robot)
@@ -75,7 +80,7 @@ def _joint(
         SubElement(joint, "limit", lower=low, upper=high, effort=f"{effort:g}", velocity=f"{FASTEST:g}")
 
 
-def _link(robot: Element, body: Element, name: str, material: str) -> None:
+def _link(robot: Element, body: Element, name: str, material: str) -> Element:
     link = SubElement(robot, "link", name=name)
     mass = _found(body, "inertial")
     inertial = SubElement(link, "inertial")
@@ -90,6 +95,18 @@ def _link(robot: Element, body: Element, name: str, material: str) -> None:
     if body.find("geom") is None:
         for rod in _rods(body):
             _shape(link, "visual", rod).append(Element("material", name=material))
+    return link
+
+
+def _face() -> Element:
+    """A dark plate on the trunk, so that one sees where ahead is."""
+    length, width, height = TRUNK
+    half = (FACE / 2, SHARE * width / 2, SHARE * height / 2)
+    place = ((length - FACE) / 2 + OUTSIDE, 0.0, 0.0)
+    plate = Element("geom", type="box", size=_text(half), pos=_text(place))
+    face = _shape(Element("link"), "visual", plate)
+    face.append(Element("material", name="limb"))
+    return face
 
 
 def _rods(body: Element) -> Iterator[Element]:

@@ -31,8 +31,9 @@ from actors import (
 from actors.logs import Level, LogRecord, console_sink
 from actors.transport import WireUnavailable, transport_from_environment
 from actors.typing import Spec
+from robot.run.arguments import LEVELS, Parser, seconds
 from robot.run.choice import UnknownNode, only
-from robot.run.options import LEVELS, Parser, UsageError, seconds
+from robot.run.errands import UsageError
 
 if TYPE_CHECKING:
     from actors.transport import Transport

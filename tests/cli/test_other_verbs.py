@@ -5,11 +5,12 @@ from __future__ import annotations
 import asyncio
 import json
 import sys
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
 
-from actors import Child, Node, Service
+from actors import Child, Node, Service, every
 from actors.interfaces.composition_interfaces.srv import (
     ListNodes,
     ListNodes_Request,
@@ -168,7 +169,7 @@ async def test_a_package_of_interfaces_is_made_and_a_bad_name_is_not(command: Co
     assert not (tmp_path / "Garden").exists()
 
 
-async def test_R_01_the_graph_is_drawn_as_text_for_graphviz_and_for_mermaid(
+async def test_R_01_the_graph_is_drawn_as_text_for_graphviz_for_mermaid_and_as_a_picture(
     system_of: SystemOf, command: Command, tmp_path: Path
 ) -> None:
     async with system_of(Talker, Base, Adder):
@@ -177,6 +178,7 @@ async def test_R_01_the_graph_is_drawn_as_text_for_graphviz_and_for_mermaid(
         path = tmp_path / "graph.mmd"
         written = await command("graph", "--format", "mermaid", "-o", str(path))
         everything = (await command("graph", "--all")).out
+        picture = (await command("graph", "--format", "svg")).out
     assert (text.code, text.err) == (0, "")
     assert "  /cmd_vel [geometry_msgs/msg/Twist]\n    (nobody) -> /base\n" in text.out
     assert "  /add_two_ints [example_interfaces/srv/AddTwoInts]\n    (nobody) -> /adder\n" in text.out
@@ -185,6 +187,8 @@ async def test_R_01_the_graph_is_drawn_as_text_for_graphviz_and_for_mermaid(
     assert '  "node /talker" -> "topic /chatter";\n' in dot
     assert (written.code, written.out) == (0, "")
     assert path.read_text().startswith("flowchart LR\n")
+    arrows = {each.text for each in ElementTree.fromstring(picture).iter("{http://www.w3.org/2000/svg}title")}
+    assert {"/talker -> /chatter", "/cmd_vel -> /base", "/add_two_ints -> /adder"} <= arrows
 
 
 class Speaker(Node):
@@ -298,3 +302,33 @@ async def test_the_words_that_may_come_next_are_the_names_of_the_graph(system_of
     assert (
         "std_msgs/msg/String" in (await command("completion", "words", "--", "interface", "show", "std_msgs/msg/S")).out
     )
+
+
+class Chatty(Node):
+    @every(hz=50)
+    def speak(self) -> None:
+        self.log.debug("thinking")
+
+
+async def test_log_shows_and_sets_the_levels_of_nodes_that_serve_them(system_of: SystemOf, command: Command) -> None:
+    told = {"enable_logger_service": True}
+    tree = (Child(Chatty, name="arm", parameters=told), Child(Chatty, name="left", namespace="legs"))
+    async with system_of(*tree) as system:
+        assert (await command("log", "--levels")).out == "/arm: info (that of its process)\n"
+        assert "thinking" not in (await command("log", "--past")).out
+        done = await command("log", "--set", "/legs/left:=debug")
+        assert done.code == 1
+        assert done.err == ("/legs/left: no logger service; start it with --ros-args -p enable_logger_service:=true\n")
+        done = await command("log", "--set", "arm:=debug")
+        assert (done.code, done.err, done.out) == (0, "", "arm of the process of /arm: debug\n")
+        assert system.node("/arm").log.level == 10
+        assert system.node("/legs/left").log.level == 20
+        assert json.loads((await command("log", "--levels", "--json")).out) == {"/arm": {"": "info", "arm": "debug"}}
+        assert " [arm]: thinking" in (await command("log", "--past", "--level", "debug", "--node", "arm")).out
+        done = await command("log", "--set", "error", "--set", "arm:=unset")
+        assert done.out == "all loggers of the process of /arm: error\narm of the process of /arm: unset\n"
+        assert system.node("/legs/left").log.level == system.node("/arm").log.level == 40
+        unknown = await command("log", "--set", "arm:=loud")
+        assert (unknown.code, unknown.err.split(";")[0]) == (1, "--set arm:=loud: 'loud' is not a log level")
+        absent = await command("log", "--set", "leg:=debug")
+        assert (absent.code, absent.err) == (1, "Node not found: leg\n")

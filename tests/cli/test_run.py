@@ -13,7 +13,7 @@ from tests.cli.conftest import ROOT, Command, Finished
 
 MODULE = """
 import asyncio
-from actors import Node, background, every, parameter, publishes, Topic
+from actors import Child, Node, Supervisor, background, every, parameter, publishes, Topic
 from actors.interfaces.std_msgs.msg import String
 
 class Greeter(Node):
@@ -44,6 +44,9 @@ class Falls(Node):
     def fall(self):
         raise ValueError("tripped")
 
+def guarded():
+    return Supervisor("guard", children=[Child(Falls)])
+
 class Exits(Node):
     @background
     async def leave(self):
@@ -54,6 +57,7 @@ class Exits(Node):
 @pytest.fixture
 def here(tmp_path: Path, environment: dict[str, str]) -> Path:
     (tmp_path / "garden.py").write_text(MODULE)
+    (tmp_path / "shed.py").write_text("import ladder")
     environment["PYTHONPATH"] = f"{ROOT}:{tmp_path}"
     return tmp_path
 
@@ -69,6 +73,35 @@ async def test_a_node_of_the_user_ends_with_the_code_of_its_end(here: Path, robo
     assert "ValueError: tripped" in fell.err
     assert fell.out.count("born") == 1, "a program is not started again"
     assert (await robot("run", "garden:Exits")).code == 7
+
+
+async def test_H_09_a_node_that_crashes_is_told_with_its_error_its_name_and_how_often(
+    here: Path, robot: Command
+) -> None:
+    fell = await robot("run", "garden:guarded")
+    ends = [line for line in fell.out.splitlines() if "child terminated" in line]
+    assert len(ends) == 4
+    assert all("child=guard/falls" in line and "it raised ValueError: tripped" in line for line in ends)
+    assert [line.partition("times=")[2] for line in ends] == ["", "2", "3", "4"]
+    assert [f"restarted falls (life {life})" in fell.out for life in (2, 3, 4, 5)] == [True, True, True, False]
+    assert 'raise ValueError("tripped")' in fell.out + fell.err, "the line of the user is shown"
+    assert fell.code == 1
+
+
+async def test_H_09_an_import_that_fails_names_the_module_and_the_line(here: Path, robot: Command) -> None:
+    refused = await robot("run", "shed:Node")
+    assert (refused.code, refused.out) == (1, "")
+    assert refused.err == f"shed cannot be imported: No module named 'ladder' (at {here / 'shed.py'}:1)\n"
+
+
+async def test_G_06_what_is_not_installed_is_answered_with_what_there_is(here: Path, robot: Command) -> None:
+    refused = await robot("run", "my_robot_pkg", "fibonacci_server")
+    assert refused.code == 1
+    assert refused.err == (
+        "No executable found: package 'my_robot_pkg' has no executable 'fibonacci_server'; did you mean 'fibonacci_action_server'? "
+        "(there are: distance_service, fibonacci_action_client, fibonacci_action_server, minimal_client, minimal_service, "
+        "service_client, service_server)\n"
+    )
 
 
 async def test_M_10_ros_arguments_rename_and_set(here: Path, environment: dict[str, str], robot: Command) -> None:

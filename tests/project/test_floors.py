@@ -19,6 +19,7 @@ FLOORS = (
     "tf2",
     "message_filters",
     "running",
+    "hosts",
     "processes",
     "lifecycle",
     "system",

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
+from textwrap import dedent
 
 import pytest
 
+from tests import twice as suite_twice
 from tests.mutants.__main__ import killed_share, score
 from tests.suites import run_pytest
+from tests.twice import main as main_twice
 
 ROOT = Path(__file__).parents[2]
 
@@ -23,7 +27,8 @@ def test_the_steps_are_listed() -> None:
     done = nightly("--list")
     steps = [line.split()[0] for line in done.stdout.splitlines()]
     assert steps == [
-        "realtime", "slow", "interop", "coverage", "coverage-robot", "order", "python-3.12", "python-3.13", "eager", "chaos", "fuzz", "mutants",
+        "contracts", "realtime", "slow", "interop", "browser", "coverage", "coverage-robot", "order", "twice", "python-3.12", "python-3.13",
+        "eager", "chaos", "fuzz", "mutants",
     ]  # fmt: skip
     assert done.returncode == 0
 
@@ -31,7 +36,7 @@ def test_the_steps_are_listed() -> None:
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["--only", "slwo"], "there is no step slwo; there are: realtime slow"),
+        (["--only", "slwo"], "there is no step slwo; there are: contracts realtime slow"),
         (["--only"], "--only needs the name of a step"),
         (["--seed", "x"], "--seed needs a whole number"),
         (["fast"], "unknown argument fast"),
@@ -69,6 +74,63 @@ def test_another_order_is_drawn_from_its_seed(pytester: pytest.Pytester) -> None
     assert sorted(first) == sorted(second) == sorted(plain)
     words = [line.split()[0] for line in first]
     assert words in (["ran"] * 12 + ["other"] * 12, ["other"] * 12 + ["ran"] * 12)
+
+
+STEADY = """
+    def test_one(): pass
+    def test_two(): assert False
+"""
+BY_HASH = """
+    import pytest
+
+    @pytest.mark.parametrize("number", range(40))
+    def test_that_rests_on_the_order_of_a_set(number):
+        assert hash(f"word {number}") % 2
+"""
+
+
+def twice(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
+    (folder / "test_it.py").write_text(dedent(text), encoding="utf-8")
+    code = main_twice(["-o", "addopts=", "--rootdir", str(folder), str(folder / "test_it.py")])
+    return code, capsys.readouterr().out.splitlines()
+
+
+def test_Z_06_the_suite_is_run_twice_and_what_ends_otherwise_the_second_time_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, lines = twice(tmp_path, BY_HASH, capsys)
+    assert code == 1
+    assert any(re.match(r"first test_it.py::test_that_rests_\S+ call (passed|failed); then ", line) for line in lines)
+    assert re.match(r"40 tests, \d+ failed, [1-9]\d* ended differently; at most 0\.\d\d GB in a process", lines[-1])
+
+
+def test_Z_06_two_equal_runs_that_pass_are_told_so_and_failures_are_failures(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert twice(tmp_path, "def test_one(): pass", capsys)[0] == 0
+    code, lines = twice(tmp_path, STEADY, capsys)
+    assert (code, lines[-1].partition(";")[0]) == (1, "2 tests, 1 failed, 0 ended differently")
+    assert twice(tmp_path, "", capsys)[0] == 1  # nothing was run
+
+
+def test_U_05_a_suite_that_takes_more_than_4_gb_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert suite_twice.LIMIT == 4 * 10**9
+    monkeypatch.setattr(suite_twice, "LIMIT", 10**6)
+    assert twice(tmp_path, "def test_one(): pass", capsys)[0] == 1
+
+
+@pytest.mark.slow
+def test_Z_06_scenarios_of_topics_services_and_actions_end_alike_in_two_runs(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert (
+        main_twice(
+            [str(ROOT / "tests/robot/tutorials/test_topics.py"), str(ROOT / "tests/actors/actions/test_actions.py")]
+        )
+        == 0
+    )
 
 
 EAGER = """

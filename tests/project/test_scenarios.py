@@ -30,3 +30,18 @@ def test_a_range_of_rows_stands_for_each_of_them() -> None:
     assert read_rows()["Y-07"].rows == ("N-10", "N-11", "S-20", "S-21", "X-23")
     assert read_rows()["Y-12"].rows[:2] == ("X-05", "H-05")
     assert "Q-20" in read_rows()["Y-04"].rows
+
+
+def test_every_row_is_shown_by_tests_in_the_end_or_has_a_reason_and_few_have() -> None:
+    rows = read_rows()
+
+    def shown(name: str, above: tuple[str, ...] = ()) -> bool:
+        row = rows[name]
+        return bool(row.tests or row.reason) or (
+            bool(row.rows)
+            and name not in above
+            and all(shown(other, (*above, name)) for other in row.rows if other != name)
+        )
+
+    assert [name for name in rows if not shown(name)] == []
+    assert sum(bool(row.reason) for row in rows.values()) <= 15

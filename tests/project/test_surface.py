@@ -29,6 +29,7 @@ FACES = (
     "actors",
     "actors.bag",
     "actors.blocking",
+    "actors.hosts",
     "actors.interfaces",
     "actors.interfaces.types",
     "actors.launch",

@@ -6,7 +6,17 @@ from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Point, Vector3
 from actors.interfaces.message import Message
 from actors.interfaces.std_msgs.msg import Header
-from actors.interfaces.types import Exactly, bool_array, default, float64, float64_array, string, string_array, uint32
+from actors.interfaces.types import (
+    Exactly,
+    bool_array,
+    default,
+    float64,
+    float64_array,
+    string,
+    string_array,
+    uint32,
+    uint64,
+)
 
 __all__ = [
     "ArmState",
@@ -65,6 +75,8 @@ class BodyDrive(Message, frozen=True, kw_only=True):
     """
 
     stamp: Time = default()
+    fence: uint64 = 0
+    """Node.fencing_token of the sender: what an older life of it sends late is refused"""
     vx: float64 = 0.0
     """forward [m/s]"""
     vy: float64 = 0.0
@@ -224,7 +236,7 @@ class ImuCalibration(Message, frozen=True, kw_only=True):
 class MotorPower(Message, frozen=True, kw_only=True):
     """robactor_msgs/msg/MotorPower
 
-    Electrical power that the joint motors took since the last message, and whether charging contacts are closed.
+    Electrical power that the joint motors took since the last message, whether charging contacts are closed, and what was refused.
     """
 
     stamp: Time = default()
@@ -232,6 +244,8 @@ class MotorPower(Message, frozen=True, kw_only=True):
     """[W]"""
     charger: bool = False
     """the dock's contacts touch"""
+    refused: uint64 = 0
+    """commands of older lives of their sender so far, which were not followed"""
 
 
 class MotorTargets(Message, frozen=True, kw_only=True):
@@ -242,6 +256,8 @@ class MotorTargets(Message, frozen=True, kw_only=True):
     """
 
     stamp: Time = default()
+    fence: uint64 = 0
+    """Node.fencing_token of the sender: what an older life of it sends late is refused"""
     position: Annotated[float64_array, Exactly(12)] = default()
     """[rad]"""
     velocity: Annotated[float64_array, Exactly(12)] = default()

@@ -30,11 +30,11 @@ from actors import (
     StartFailed,
     Steps,
     Stop,
-    System,
     WrongType,
     every,
     parallel,
     queue,
+    run,
     temporary,
     transient,
 )
@@ -185,14 +185,32 @@ async def test_an_outcome_can_be_had_as_a_value(rig: Rig) -> None:
     assert (outcome.status, outcome.result, outcome.reason) == (GoalStatus.CANCELED, None, "changed my mind")
 
 
-async def test_goal_ids_come_from_the_seed(rig: Rig) -> None:
-    await rig.start(serving(Counter.count, "parallel", note=lambda self, what: None), seed=7)
-    ids = [(await rig.start_goal(COUNT, order(1))).goal_id for _ in range(3)]
+async def goal_ids(seed: int, *others: type[Node]) -> list[bytes]:
+    """The ids of three goals that one node starts, in a system with `others`."""
+    ids: list[bytes] = []
+
+    class Starter(Node):
+        async def on_start(self) -> None:
+            for _ in range(3):
+                goal = self.start(COUNT, order(1))
+                await goal.send()
+                ids.append(goal.goal_id)
+
+    server = serving(Counter.count, "parallel", note=lambda self, what: None)
+    async with run(server, *others, Starter, seed=seed, sinks=()):
+        return ids
+
+
+async def test_the_goal_ids_of_a_node_come_from_the_seed_and_depend_on_no_other_node() -> None:
+    class Eager(Node):
+        async def on_start(self) -> None:
+            await self.start(COUNT, order(1)).send()
+
+    ids = await goal_ids(7)
+    assert await goal_ids(7, Eager) == ids
+    assert not set(ids) & set(await goal_ids(8))
     assert len(set(ids)) == 3
-    again = System(seed=7)
-    assert ids == [again.runtime.new_id() for _ in range(3)]
     assert all(uuid.UUID(bytes=goal_id).version == 4 for goal_id in ids)
-    assert System(seed=8).runtime.new_id() not in ids
 
 
 async def test_A_60_and_A_64_while_a_goal_runs_its_node_answers_and_ticks(rig: Rig) -> None:

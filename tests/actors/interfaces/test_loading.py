@@ -9,6 +9,7 @@ from unittest.mock import patch
 
 import pytest
 
+from actors import Node, Service, Topic, publishes
 from actors.interfaces import (
     BadDeclaration,
     DefinitionError,
@@ -21,6 +22,7 @@ from actors.interfaces import (
     registry,
 )
 from actors.interfaces.std_msgs.msg import Header
+from actors.testing import Rig
 
 
 @pytest.fixture(autouse=True)
@@ -50,6 +52,10 @@ def write(folder: Path, name: str, text: str) -> Path:
     return path
 
 
+def files(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.rglob("*") if path.is_file())
+
+
 def test_I_50_a_folder_is_loaded_in_whatever_order_its_types_need_each_other(folder: Path) -> None:
     loaded = load_folder(folder)
     assert {cls.__ros_type__ for cls in loaded} == {
@@ -74,6 +80,29 @@ def test_a_file_added_later_is_found_when_its_name_is_asked_for(folder: Path) ->
     write(folder, "my_pkg/msg/Late", "Sample[2] samples\n")
     late: Any = get_message("my_pkg/msg/Late")
     assert len(late().samples) == 2
+
+
+async def test_U_04_V_51_a_new_definition_is_published_and_served_without_a_build(tmp_path: Path, rig: Rig) -> None:
+    report: Any = load(write(tmp_path, "fresh_msgs/msg/Report", "string text\nfloat32[3] where\n"))
+    ask: Any = load(write(tmp_path, "fresh_msgs/srv/Ask", "string what\n---\nReport report\n"))
+    asked = Service(ask, "ask")
+
+    class Reporter(Node):
+        out = publishes(Topic(report, "reports", 10))
+
+        @asked.serve()
+        async def answer(self, request: Any) -> Any:
+            told = report(text=request.what, where=[1.0, 2.0, 3.0])
+            self.out(told)
+            return ask.Response(report=told)
+
+    await rig.start(Reporter)
+    heard = rig.probe(Topic(report, "reports", 10))
+    answer = await rig.me.call(asked, ask.Request(what="all is well"))
+    await rig.quiet()
+    assert answer.report == heard.newest == report(text="all is well", where=[1.0, 2.0, 3.0])
+    assert heard.newest.where.dtype == "float32"
+    assert files(tmp_path) == ["Ask.srv", "Report.msg"]
 
 
 def test_loading_again_gives_the_same_classes(folder: Path) -> None:

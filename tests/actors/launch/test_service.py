@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from actors import Node, Stop, Supervisor, every
+from actors import Node, Stop, Supervisor, Topic, every, qos
+from actors.interfaces.sensor_msgs.msg import Image
 from actors.launch import Packages
 from actors.launch.packages import NodeTarget
 from actors.testing import Rig
@@ -120,6 +121,19 @@ async def test_the_lab_of_the_tutorial_is_launched_in_any_order(
 
     assert names(rig) == ["/launch", "/motor_controller", "/planner", "/sensor_simulator"]
     assert "Received trajectory with 10 waypoints" in said(rig, "/motor_controller")
+
+
+async def test_G_02_V_23_the_camera_of_the_tutorials_launch_file_publishes_where_it_was_remapped_to(rig: Rig) -> None:
+    await started(rig, Packages(environment={}).file("camera_driver", "camera.launch.xml"))
+    moved, original = (
+        rig.probe(Topic(Image, name, qos.SENSOR_DATA)) for name in ("/perception/camera/rgb", "/camera/image")
+    )
+
+    await rig.advance(1.0)
+
+    assert names(rig) == ["/camera", "/launch"]
+    assert len(moved) > 0
+    assert len(original) == 0
 
 
 async def test_names_namespaces_parameters_and_remappings_reach_the_nodes(rig: Rig, tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ from actors.logs import (
     json_sink,
     structlog_sink,
 )
+from actors.logs.levels import LevelTree
 from actors.supervision.report import Report
 from actors.testing import Rig, VirtualLoop
 from actors.time.clock import Clock
@@ -40,7 +41,7 @@ def test_a_record_reads_as_one_line() -> None:
 def test_a_nodes_log_has_five_levels_and_writes_from_its_own_upwards() -> None:
     loop = VirtualLoop()
     written: list[LogRecord] = []
-    log = NodeLog("/gait", 2, Clock(loop, virtual=True), written.append, level=WARN)
+    log = NodeLog("/gait", 2, Clock(loop, virtual=True), written.append, LevelTree(WARN))
     for write in (log.debug, log.info, log.warning, log.warn, log.error, log.fatal):
         write("said", word="x")
     assert [line.level for line in written] == [WARN, WARN, ERROR, FATAL]

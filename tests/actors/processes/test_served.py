@@ -160,7 +160,7 @@ class Unknown(Node):
 
 def run_main(frames: bytes, monkeypatch: pytest.MonkeyPatch) -> tuple[int, list[Any]]:
     """Run the program with these frames in its channel; its exit code, and what it tells."""
-    monkeypatch.setattr("actors.processes.main.end_with_parent", lambda: None)
+    monkeypatch.setattr("actors.processes.main.end_with_parent", lambda by: None)
     before = signal.getsignal(signal.SIGINT)
     ours, theirs = socket.socketpair()
     notes, noting = os.pipe()
@@ -210,10 +210,10 @@ def test_the_system_is_asked_to_tell_of_the_parents_end(monkeypatch: pytest.Monk
 
     before = asked()
     try:
-        mains.end_with_parent()
+        mains.end_with_parent(signal.SIGHUP)
         assert asked() == signal.SIGHUP
     finally:
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, before, 0, 0, 0)
     monkeypatch.setattr(sys, "platform", "darwin")
-    mains.end_with_parent()
+    mains.end_with_parent(signal.SIGHUP)
     assert asked() == before

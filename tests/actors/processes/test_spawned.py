@@ -38,11 +38,9 @@ class Program:
 
     def __init__(self, program: str, hang: float = 5.0) -> None:
         self.events: list[Any] = []
-        child = Child(Quiet, process=True, hang=hang)
-        self.order = Order(child, ("top", "quiet"), 0, 20, None, ZenohTransport, 0)
         popen = subprocess.Popen(["/bin/sh", "-c", program])
         self.notes, self.noting = os.pipe()
-        self.process = SpawnedProcess(popen, self.order, self.events.append, self.notes)
+        self.process = SpawnedProcess(popen, ("top", "quiet"), hang, self.events.append, self.notes)
         self.ours, self.theirs = socket.socketpair()
 
     async def open(self) -> SpawnedProcess:

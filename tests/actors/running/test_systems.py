@@ -348,7 +348,7 @@ def test_the_same_seed_gives_the_same_trace_and_another_one_another() -> None:
 
 
 @pytest.mark.realtime
-def test_B_10_the_same_program_runs_on_the_real_clock() -> None:
+def test_the_same_program_runs_on_the_real_clock() -> None:
     """The one test here that waits: 0.3 s of ticks on the real clock, in a loop that the library was given."""
     ticks: list[int] = []
 

@@ -314,6 +314,31 @@ async def test_late_listeners_of_rosout_get_what_was_said_in_the_last_ten_second
     assert said(rig.probe(rosout)) == [f"it is {second}" for second in range(31, 41)]
 
 
+async def test_Q_07_a_reader_of_the_log_with_the_profile_for_logs_keeps_the_newest_20_lines_and_hears_nothing_old(
+    rig: Rig,
+) -> None:
+    class Chatty(Node):
+        async def on_start(self) -> None:
+            self.log.info("before anybody listens")
+
+        @every(hz=1)
+        def talk(self) -> None:
+            for line in range(30):
+                self.log.info(f"line {line}")
+
+    class Reader(Node):
+        async def on_start(self) -> None:
+            self.lines = self.subscribe(Topic(Log, "/rosout", qos.LOGS))
+
+    await rig.start(Chatty, Reader)
+    await rig.advance(1.0)
+    log = next(topic for topic in rig.system.snapshot().topics if topic.name == "/rosout")
+    assert [edge.qos for edge in log.subscriptions] == ["QoS(keep_last 20, best_effort, volatile, automatic)"]
+    lines = rig.node(Reader).lines
+    assert lines.dropped == 10
+    assert [(await lines.next()).msg for _ in range(20)] == [f"line {line}" for line in range(10, 30)]
+
+
 async def test_Q_25_a_sender_is_held_back_by_a_slow_keep_all_handler_and_nothing_is_lost(rig: Rig) -> None:
     everything = Topic(Int32, "everything", QoS(history=History.KEEP_ALL, limit=3))
 

@@ -17,6 +17,7 @@ WORK = 0.01
 """How long a callback blocks, s."""
 CALLBACKS = 4
 FRAMES = 150
+CALLS = 3000
 JOBS = Topic(Float64, "jobs", 100)
 ADD = Service(AddTwoInts, "add")
 
@@ -85,7 +86,7 @@ async def _round_trips() -> list[float]:
     found: list[float] = []
     async with run(Child(Adder), Child(Node, name="client"), sinks=(), signals=False) as system:
         client = system.node("client")
-        for number in range(3000):
+        for number in range(CALLS):
             begun = time.perf_counter()
             await client.call(ADD, AddTwoInts.Request(a=number, b=1))
             found.append((time.perf_counter() - begun) * 1e6)

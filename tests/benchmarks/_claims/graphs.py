@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import time
+import tracemalloc
 from itertools import pairwise
 
 from actors import Child, Node, Supervisor, Topic, every, publishes, qos, run
@@ -15,6 +17,9 @@ __all__ = ["rows"]
 
 VALUES = Topic(Float64, "values", 1)
 PICTURES = Topic(Image, "pictures", qos.SENSOR_DATA)
+SIZES = (10, 100, 300)
+LOOKED_AT = 3.0
+"""For how long the share of a core is measured, s."""
 HZ = 500
 SECONDS = 10.0
 
@@ -65,8 +70,21 @@ async def _graph(size: int) -> tuple[float, float]:
     async with run(Supervisor("graph", children=children), sinks=(), signals=False):
         started = time.perf_counter() - begun
         used = time.process_time()
-        await asyncio.sleep(3.0)
-        return started, (time.process_time() - used) / 3.0 * 100
+        await asyncio.sleep(LOOKED_AT)
+        return started, (time.process_time() - used) / LOOKED_AT * 100
+
+
+async def _memory(size: int) -> float:
+    """Kilobytes of Python objects that each of so many nodes takes."""
+    tracemalloc.start()
+    try:
+        before, _ = tracemalloc.get_traced_memory()
+        children = [Child(Member, name=f"member_{number}") for number in range(size)]
+        async with run(Supervisor("graph", children=children), sinks=(), signals=False):
+            gc.collect()
+            return (tracemalloc.get_traced_memory()[0] - before) / size / 1e3
+    finally:
+        tracemalloc.stop()
 
 
 async def _control(*others: type[Node]) -> tuple[float, float, float, int]:
@@ -80,15 +98,16 @@ async def _control(*others: type[Node]) -> tuple[float, float, float, int]:
 
 
 def rows() -> list[Row]:
-    """Graphs of 10, 100 and 300 nodes (their memory is measured by the benchmark `nodes`), and a control loop with and without a camera in the same process."""
+    """Graphs of 10, 100 and 300 nodes, and a control loop with and without a camera in the same process."""
     found: list[Row] = []
     asyncio.run(_graph(1))  # what the first system of a process imports is not of the nodes
-    for size in (10, 100, 300):
+    for size in SIZES:
         started, share = asyncio.run(_graph(size))
         work = "nodes that publish 10 times a second (hundreds of nodes)"
         found += [
             Row(work, f"{size} nodes", "ms to start", started * 1e3, "ours"),
             Row(work, f"{size} nodes", "% of a core", share, "ours"),
+            Row(work, f"{size} nodes", "kB each", asyncio.run(_memory(size)), "ours"),
         ]
     for name, others in (("alone", ()), ("beside a camera of 28 MB/s", (Camera, Viewer))):
         figures = asyncio.run(_control(*others))

@@ -15,7 +15,7 @@ from robot.evaluate import barn
 from robot.evaluate.barn_run import Walk, run, score
 from robot.evaluate.barn_worlds import find_worlds, read_world
 from robot.geometry.planar import Pose2
-from robot.run.options import UsageError
+from robot.run.errands import UsageError
 
 
 def write(folder: Path, index: int = 7, **changes: Any) -> Path:

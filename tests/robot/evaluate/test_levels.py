@@ -8,7 +8,7 @@ import pytest
 
 from robot.evaluate import walk
 from robot.evaluate.levels import Metric, conclude, machine, measure, table
-from robot.run.options import UsageError
+from robot.run.errands import UsageError
 
 
 def metric(name: str, bounds: tuple[float | None, float | None, float | None] = (3.0, 2.0, 1.0)) -> Metric:

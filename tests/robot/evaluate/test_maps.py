@@ -10,7 +10,7 @@ import pytest
 
 from robot.evaluate import maps
 from robot.evaluate.maps import Question, evaluate, read_map, read_questions
-from robot.run.options import UsageError
+from robot.run.errands import UsageError
 
 MAP = """type octile
 height 3

@@ -15,7 +15,7 @@ import pytest
 from robot.evaluate import odometry, rates
 from robot.evaluate.load import busy, family
 from robot.evaluate.rates_run import punctuality
-from robot.run.options import UsageError
+from robot.run.errands import UsageError
 
 ROOT = Path(__file__).parents[3]
 

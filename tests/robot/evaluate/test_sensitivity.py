@@ -18,7 +18,7 @@ from robot.evaluate import command, sensitivity
 from robot.evaluate.barn_run import Ended, Outcome, Walk
 from robot.evaluate.field_worlds import field_world
 from robot.evaluate.sensitivity import LEFT_OUT, THRESHOLDS, difference, main, scaled, value_of, wilson
-from robot.run.options import UsageError
+from robot.run.errands import UsageError
 
 stats: Any = importlib.import_module("scipy.stats")  # it has no types
 

@@ -21,7 +21,7 @@ from robot.planning.errors import GoalBlocked, StartBlocked, Unreachable
 from robot.planning.grid import Cell
 from robot.planning.path import line_cells, pull
 from robot.planning.wavefront import Wavefront
-from robot.run.options import UsageError
+from robot.run.errands import UsageError
 
 VECTORS = Path(__file__).parents[2] / "conformance" / "vectors" / "movingai"
 SHARED = Path(os.environ.get("ROBACTOR_SHARED", Path(__file__).parents[4] / "shared")) / "maps" / "movingai"

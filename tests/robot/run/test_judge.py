@@ -16,9 +16,10 @@ from robot.geometry.planar import Pose2
 from robot.hardware.body import Truth
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GoalReport, SafetyState
 from robot.run.command import Session, check_crashes
+from robot.run.errands import Crash, Fetch, UsageError
 from robot.run.judge import Judge, SafetyStop, Score, ScoredGoal
 from robot.run.mission import failure, get_mission
-from robot.run.options import Crash, Fetch, UsageError, parse
+from robot.run.options import parse
 from robot.run.report import last_sample, make_report
 from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import get_world

@@ -22,7 +22,8 @@ from robot.nodes import process_care
 from robot.nodes.process_care import ProcessCare
 from robot.run.choice import nodes_of
 from robot.run.command import with_hangs
-from robot.run.options import Hang, UsageError, parse
+from robot.run.errands import Hang, UsageError
+from robot.run.options import parse
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.tree import robot_tree

@@ -18,7 +18,8 @@ from robot.hardware.body import JOINT_NAMES
 from robot.model import arm as arm_model
 from robot.model.parameters import JOINT_LIMITS, MASS
 from robot.scenes.scene import Scene
-from robot.sim.mjcf import Ground, write_model
+from robot.sim.ground import Ground
+from robot.sim.mjcf import write_model
 from robot.sim.urdf import ROOT, write_urdf
 
 engine: Any = mujoco

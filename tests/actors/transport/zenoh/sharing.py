@@ -1,8 +1,12 @@
-"""A process with shared memory, for tests that end it: ``python -m tests.actors.transport.zenoh.sharing PORT put|take``. It ends with its input."""
+"""A process with shared memory if ROBACTOR_SHARED_MEMORY says so, for tests that end it: ``python -m tests.actors.transport.zenoh.sharing put|take``.
+
+It meets others at ROBACTOR_GOSSIP_PORT, and ends with its input.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import os
 import sys
 
 from actors.transport.protocol import Delivery
@@ -10,11 +14,12 @@ from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.transport.contract.parties import Changes, Party
 
 KEY = "7/image/T/H"
-IMAGE = bytes(range(256)) * 4096
+IMAGE = bytes(range(256)) * 3600
+"""921,600 bytes, a picture of 640 x 480 pixels."""
 
 
-async def main(port: int, what: str) -> None:
-    party = Party(ZenohTransport(ZenohConfig(gossip_port=port, shared_memory=16)), Changes())
+async def main(what: str) -> None:
+    party = Party(ZenohTransport(ZenohConfig.from_environment(os.environ)), Changes())
     await party.open()
     if what == "put":
         outlet = await party.outlet(KEY, Delivery())
@@ -30,4 +35,4 @@ async def main(port: int, what: str) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(main(int(sys.argv[1]), sys.argv[2]))
+    asyncio.run(main(sys.argv[1]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import fcntl
+import os
 import secrets
 import subprocess
 import sys
@@ -29,10 +30,11 @@ class Process:
         self._process = process
 
     @classmethod
-    async def start(cls, port: int, what: str) -> Process:
-        program = (sys.executable, "-m", "tests.actors.transport.zenoh.sharing", str(port), what)
+    async def start(cls, port: int, what: str, memory: int) -> Process:
+        program = (sys.executable, "-m", "tests.actors.transport.zenoh.sharing", what)
+        own = {"ROBACTOR_GOSSIP_PORT": str(port), "ROBACTOR_SHARED_MEMORY": str(memory)}
         pipe = asyncio.subprocess.PIPE
-        return cls(await asyncio.create_subprocess_exec(*program, stdin=pipe, stdout=pipe))
+        return cls(await asyncio.create_subprocess_exec(*program, stdin=pipe, stdout=pipe, env={**os.environ, **own}))
 
     async def says(self) -> str:
         assert self._process.stdout is not None
@@ -60,11 +62,11 @@ class Process:
 
 
 @asynccontextmanager
-async def two_that_share() -> AsyncIterator[tuple[Process, Process, set[Path]]]:
+async def two_that_share(memory: int = 16) -> AsyncIterator[tuple[Process, Process, set[Path]]]:
     """A process that has put an image, one that has got it, and their segments. They are killed in the end, unless they have ended."""
     port = free_port()
-    taker = await Process.start(port, "take")
-    putter = await Process.start(port, "put")
+    taker = await Process.start(port, "take", memory)
+    putter = await Process.start(port, "put", memory)
     try:
         assert [await taker.says(), await putter.says(), await taker.says()] == ["listens", "put", "complete"]
         yield putter, taker, putter.segments() | taker.segments()
@@ -75,6 +77,16 @@ async def two_that_share() -> AsyncIterator[tuple[Process, Process, set[Path]]]:
 
 def there(segments: set[Path]) -> list[str]:
     return sorted(f"{path.name}, {path.stat().st_size} bytes" for path in segments if path.exists())
+
+
+@on_linux
+@pytest.mark.realtime
+@pytest.mark.parametrize(("memory", "shared"), [(16, True), (0, False)])
+async def test_DDS_08_a_picture_of_921600_bytes_comes_by_shared_memory_if_the_environment_says_so(
+    memory: int, shared: bool
+) -> None:
+    async with two_that_share(memory) as (putter, taker, _):
+        assert bool(putter.segments() & taker.segments()) is shared
 
 
 @on_linux

@@ -1,0 +1,112 @@
+"""`SimulatedHosts`: agents on the machines of a simulated network."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from msgspec import structs
+
+from actors.hosts.agent import Agent, Running, Session
+from actors.hosts.lease import LEASE_SECONDS
+from actors.hosts.messages import Launch, Wire
+from actors.processes.messages import Event, Opaque
+from actors.processes.pickling import pack, unpack
+from actors.processes.simulated import simulate
+from actors.transport.simulated.link import Message, Stream
+from actors.transport.simulated.network import Network
+from actors.waiting import wake
+
+__all__ = ["SimulatedHosts"]
+
+
+class SimulatedHosts:
+    """The machines that a tree on host `here` of a simulated network may give its parts to, with an agent on each of them.
+
+    What an agent and the tree tell each other goes over the same links as all else, reliably: over one that is cut it arrives after it was healed.
+    """
+
+    def __init__(self, network: Network, here: str, names: tuple[str, ...], *, lease: float = LEASE_SECONDS) -> None:
+        self._network = network
+        self._here = here
+        self.names = names
+        self.lease = lease
+        self._agents = {name: Agent(partial(self._launch, name)) for name in names}
+        self._streams: dict[str, list[Stream]] = {name: [] for name in names}
+
+    def crash(self, host: str) -> None:
+        """Let a machine lose its power: what runs there ends without a word."""
+        for stream in self._streams[host]:
+            stream.open = False
+        self._streams[host] = []
+        self._agents.pop(host).kill()
+        self._network.crash(host)
+
+    def reboot(self, host: str) -> None:
+        """Let a machine that has crashed come up again, with its agent."""
+        self._network.reboot(host)
+        self._agents[host] = Agent(partial(self._launch, host))
+
+    async def dial(self, host: str, take: Callable[[Any], None], lost: Callable[[], None]) -> Wire:
+        """Open a connection with the agent of a host. Never returns while its machine is down or cannot be reached."""
+        there, back = Stream((self._network.link(self._here, host),)), Stream((self._network.link(host, self._here),))
+        answered: asyncio.Future[Session] = asyncio.get_running_loop().create_future()
+
+        def arrive() -> None:
+            if host in self._agents:
+                session = self._agents[host].session(_SimulatedWire(back, take, lost), self._here)
+                self._streams[host] += (there, back)
+                back.send(_Frame(back, 0, partial(wake, answered, session)))
+
+        there.send(_Frame(there, 0, arrive))
+        try:
+            session = await answered
+        except asyncio.CancelledError:
+            there.open = back.open = False
+            raise
+        return _SimulatedWire(there, session.take, session.lost)
+
+    async def _launch(self, host: str, message: Launch, take: Callable[[Event | Opaque], None]) -> Running:
+        order = structs.replace(unpack(message.order), transport=partial(self._network.transport, host))
+        return await simulate(order, take)
+
+
+class _SimulatedWire:
+    """One end of a connection (`messages.Wire`): what it sends arrives at `take` of the other end, and at last `lost` is called there."""
+
+    unsent = 0
+
+    def __init__(self, stream: Stream, take: Callable[[Any], None], lost: Callable[[], None]) -> None:
+        self._stream = stream
+        self._take = take
+        self._lost = lost
+        self._closed = False
+
+    def send(self, value: object) -> None:
+        if not self._closed:
+            data = pack(value)
+            self._stream.send(_Frame(self._stream, len(data), lambda: self._take(unpack(data))))
+
+    def close(self) -> None:
+        if not self._closed:
+            self._closed = True
+            self._stream.send(_Frame(self._stream, 0, self._lost))
+
+
+class _Frame(Message):
+    """Something that happens at the other end."""
+
+    __slots__ = ("_act",)
+
+    def __init__(self, stream: Stream, size: int, act: Callable[[], None]) -> None:
+        super().__init__(stream, size, _PRIORITY)
+        self._act = act
+
+    def deliver(self) -> None:
+        self._act()
+
+
+_PRIORITY = 1
+"""Before what nodes tell each other."""

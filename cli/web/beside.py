@@ -1,0 +1,43 @@
+"""The web server beside a tree that runs in this process."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from actors import ActorError, Child
+from actors.transport import WireUnavailable
+from actors.transport.environment import security_from_environment
+from cli.web.settings import WebUnavailable, make_settings
+
+if TYPE_CHECKING:
+    from actors import System
+
+__all__ = ["NAME", "serve_beside"]
+
+NAME = "_robactor_web"
+
+
+async def serve_beside(
+    system: System, *, host: str, port: int | None, origins: tuple[str, ...], security: str | None
+) -> None:
+    """Start the server and log its address. Raises `WebUnavailable`."""
+    try:
+        settings = make_settings(
+            os.environ, host=host, port=port, origins=origins, security=security_from_environment(os.environ, security)
+        )
+        for module in ("websockets.asyncio.server", "cli.web.server"):
+            await asyncio.to_thread(import_module, module)  # the nodes that run go on meanwhile
+        from cli.web.server import WebServer
+
+        joined = await system.join(Child(WebServer, name=NAME, args=(settings,)))
+    except (WireUnavailable, ActorError) as error:
+        raise WebUnavailable(str(error)) from None
+    node = joined.node
+    assert isinstance(node, WebServer)
+    if settings.port in (0, node.port):
+        system.log.info("web page", url=node.url)
+    else:
+        system.log.info("web page", url=node.url, because=f"port {settings.port} is in use")

@@ -1,0 +1,73 @@
+"""What a Foxglove client publishes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from actors.interfaces import CdrError, decode
+from actors.interfaces.errors import InterfaceError
+from cli.web.conversion import message_of, object_of
+from cli.web.errors import BadRequest, Refused
+from cli.web.fields import entries, number, objects, text
+from cli.web.guests import Publications
+
+if TYPE_CHECKING:
+    from actors import Publisher
+    from cli.web.hub import Hub
+
+__all__ = ["Publishing"]
+
+ENCODINGS = ("cdr", "json")
+
+
+class ClientChannel(NamedTuple):
+    """A channel that a client has advertised."""
+
+    publisher: Publisher[Any]
+    encoding: str
+
+
+class Publishing:
+    """The channels of one client, by the numbers that it has given them."""
+
+    def __init__(self, hub: Hub) -> None:
+        self._hub = hub
+        self._publications = Publications(hub.guests)
+        self._channels: dict[int, ClientChannel] = {}
+
+    async def advertise(self, request: dict[str, Any]) -> None:
+        """Open channels. Raises `Refused` for one that cannot be had."""
+        for channel in objects(request, "channels"):
+            encoding = text(channel, "encoding")
+            if encoding not in ENCODINGS:
+                raise Refused(f"encoding {encoding!r:.40}: messages come in {' or '.join(ENCODINGS)}")
+            topic, name = text(channel, "topic"), text(channel, "schemaName")
+            entry = self._hub.system.graph.topics.get(topic)
+            ends: list[Any] = [] if entry is None else [*entry.publishers, *entry.subscriptions]
+            kind = await self._hub.types.message(name, [(end.node.fqn, end.type) for end in ends])
+            publisher = await self._publications.open(topic, kind)
+            self._channels[number(channel, "id")] = ClientChannel(publisher, encoding)
+
+    def unadvertise(self, request: dict[str, Any]) -> None:
+        """Close channels; those that are not open are ignored."""
+        for channel in entries(request, "channelIds", int):
+            self._channels.pop(channel, None)
+
+    def publish(self, channel: int, payload: bytes) -> None:
+        """Publish a message. Raises `Refused`."""
+        found = self._channels.get(channel)
+        if found is None:
+            raise BadRequest(f"client channel {channel} is not advertised")
+        publisher = found.publisher
+        if found.encoding == "json":
+            publisher.publish(message_of(publisher.type, object_of(payload), self._hub.system.clock.stamp()))
+            return
+        try:
+            message = decode(publisher.type, payload)
+        except (CdrError, InterfaceError) as error:
+            raise BadRequest(f"{publisher.entry.name}: {error}") from None
+        publisher.publish(message)
+
+    async def close(self) -> None:
+        """Stop publishing."""
+        await self._publications.close()

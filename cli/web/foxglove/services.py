@@ -1,0 +1,43 @@
+"""Calls of services by Foxglove clients."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from actors import ActorError, Service
+from actors.interfaces import InterfaceError, decode, encode
+from cli.web.conversion import message_of, object_of, to_json
+from cli.web.errors import BadRequest, Refused
+from cli.web.foxglove.frames import ServiceRequest, response_frame
+
+if TYPE_CHECKING:
+    from cli.web.foxglove.catalog import ServedService
+    from cli.web.hub import Hub
+
+__all__ = ["PATIENCE", "call"]
+
+PATIENCE = 30.0
+"""Seconds for an answer: a person waits for it."""
+
+
+async def call(hub: Hub, service: ServedService, request: ServiceRequest) -> bytes:
+    """The frame with the response, in the encoding of the request. Raises `Refused`."""
+    message = _decoded(service.type.Request, request, hub)
+    contract: Service[Any, Any] = Service(service.type, service.name)
+    try:
+        response = await hub.node.call(contract, message, timeout=PATIENCE)
+        payload = to_json(response) if request.encoding == "json" else encode(response)
+    except (ActorError, InterfaceError) as error:
+        raise Refused(f"{service.name}: {error}") from None
+    return response_frame(request.service, request.call, request.encoding, payload)
+
+
+def _decoded(kind: Any, request: ServiceRequest, hub: Hub) -> Any:
+    if request.encoding == "json":
+        return message_of(kind, object_of(request.payload), hub.system.clock.stamp())
+    if request.encoding != "cdr":
+        raise Refused(f"encoding {request.encoding!r:.40}: requests come in cdr or json")
+    try:
+        return decode(kind, request.payload)
+    except InterfaceError as error:
+        raise BadRequest(str(error)) from None

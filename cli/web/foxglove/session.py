@@ -1,0 +1,286 @@
+"""One Foxglove client: its subscriptions, calls and questions."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from actors import ActorError
+from cli.web.assets import read_asset
+from cli.web.conversion import object_of, write_json
+from cli.web.errors import BadRequest, Refused
+from cli.web.fields import entries, number, objects, text
+from cli.web.foxglove.connections import Connections
+from cli.web.foxglove.frames import (
+    ClientMessage,
+    ServiceRequest,
+    asset_failure,
+    asset_frame,
+    message_frame,
+    read_frame,
+    time_frame,
+)
+from cli.web.foxglove.publishing import ENCODINGS, Publishing
+from cli.web.foxglove.services import call
+from cli.web.foxglove.state import StateReports
+from cli.web.outbox import Frame
+from cli.web.parameters import event_values, split
+
+if TYPE_CHECKING:
+    from actors.graph.snapshot import Snapshot
+    from cli.web.client import Client
+    from cli.web.feeds import Arrival
+    from cli.web.foxglove.catalog import Changes
+    from cli.web.hub import Hub
+
+__all__ = ["SUBPROTOCOLS", "FoxgloveSession"]
+
+SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+CAPABILITIES: Final = (
+    "clientPublish", "parameters", "parametersSubscribe", "services", "connectionGraph", "assets", "time", "robactor",
+)  # fmt: skip
+MOST_SUBSCRIPTIONS: Final = 4096
+WARNING, ERROR = 1, 2
+
+Op = Callable[[dict[str, Any]], Awaitable[None] | None]
+
+
+class FoxgloveSession:
+    """The Foxglove WebSocket protocol with one client.
+
+    Invariants: `_subscriptions` holds the function that ends each subscription, by the client's number. The client has been told of exactly
+    the channels and services in `_channels` and `_services`.
+    """
+
+    def __init__(self, hub: Hub, client: Client) -> None:
+        self._hub = hub
+        self._client = client
+        self._subscriptions: dict[int, Callable[[], None]] = {}
+        self._channels: set[int] = set()
+        self._services: set[int] = set()
+        self._publishing = Publishing(hub)
+        self._connections: Connections | None = None
+        self._state: StateReports | None = None
+        self._watched: set[str] | None = None
+        """The parameters of which changes are told; empty for all, None for none."""
+        self._ops: dict[str, Op] = {
+            "subscribe": self._subscribe,
+            "unsubscribe": self._unsubscribe,
+            "advertise": self._publishing.advertise,
+            "unadvertise": self._publishing.unadvertise,
+            "getParameters": self._later(self._get_parameters),
+            "setParameters": self._later(self._set_parameters),
+            "subscribeParameterUpdates": self._watch_parameters,
+            "unsubscribeParameterUpdates": self._unwatch_parameters,
+            "subscribeConnectionGraph": self._watch_graph,
+            "unsubscribeConnectionGraph": self._unwatch_graph,
+            "fetchAsset": self._later(self._fetch_asset),
+            "robactor.subscribeSystem": self._watch_state,
+            "robactor.unsubscribeSystem": self._unwatch_state,
+            "robactor.killNode": self._kill_node,
+        }
+
+    # -- what the connection tells --------------------------------------------------------------------------------------------
+
+    def opened(self) -> None:
+        catalog, system = self._hub.catalog, self._hub.system
+        self._say(
+            "serverInfo", name="robactor", capabilities=CAPABILITIES, supportedEncodings=ENCODINGS, metadata={"ROS_DISTRO": "lyrical"},
+            sessionId=f"{id(system):x}",
+        )  # fmt: skip
+        self._announce(list(catalog.channels.values()), list(catalog.services.values()))
+
+    async def received(self, frame: Frame) -> None:
+        if isinstance(frame, bytes):
+            await self._binary(frame)
+            return
+        request = object_of(frame)
+        op = self._ops.get(text(request, "op"))
+        if op is None:
+            raise BadRequest(f"there is no op {request['op']!r:.60}")
+        waited = op(request)
+        if waited is not None:
+            await waited
+
+    def refuse(self, error: Refused) -> None:
+        self._status(ERROR, str(error))
+
+    async def closed(self) -> None:
+        for end in self._subscriptions.values():
+            end()
+        self._subscriptions.clear()
+        await self._publishing.close()
+
+    # -- what the server tells ------------------------------------------------------------------------------------------------
+
+    def changed(self, changes: Changes) -> None:
+        """Tell of channels and services that have come or gone."""
+        gone = [one for one in changes.gone_channels if one in self._channels]
+        if gone:
+            self._channels.difference_update(gone)
+            self._say("unadvertise", channelIds=gone)
+        gone = [one for one in changes.gone_services if one in self._services]
+        if gone:
+            self._services.difference_update(gone)
+            self._say("unadvertiseServices", serviceIds=gone)
+        self._announce(changes.channels, changes.services)
+
+    def graph_changed(self, snapshot: Snapshot) -> None:
+        """Tell of connections, if the client wants to know."""
+        if self._connections is not None and (difference := self._connections.difference(snapshot)) is not None:
+            self._client.answer(write_json(difference))
+
+    def report(self, snapshot: Snapshot) -> None:
+        """Tell the state of the system, if the client wants to know."""
+        if self._state is not None:
+            self._client.outbox.offer("state", write_json(self._state.report(snapshot)), 1)
+
+    def time(self, at_ns: int) -> None:
+        """Tell the time of the simulation."""
+        self._client.outbox.offer("time", time_frame(at_ns), 1)
+
+    def parameters_changed(self, event: Any) -> None:
+        """Tell of an event of `/parameter_events`, if the client wants to know."""
+        if self._watched is None:
+            return
+        values = [one for one in event_values(event) if not self._watched or one["name"] in self._watched]
+        if values:
+            self._say("parameterValues", parameters=values)
+
+    @property
+    def wants_graph(self) -> bool:
+        """Whether `graph_changed` tells this client anything."""
+        return self._connections is not None
+
+    @property
+    def wants_state(self) -> bool:
+        """Whether `report` tells this client anything."""
+        return self._state is not None
+
+    # -- topics ---------------------------------------------------------------------------------------------------------------
+
+    def _subscribe(self, request: dict[str, Any]) -> None:
+        for one in objects(request, "subscriptions"):
+            id, wanted = number(one, "id"), number(one, "channelId")
+            channel = self._hub.catalog.channels.get(wanted)
+            if channel is None:
+                raise Refused(f"channel {wanted} is not advertised any more")
+            if id in self._subscriptions:
+                raise Refused(f"subscription {id} is in use: give the new one another number")
+            if len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
+                raise Refused(f"a client has at most {MOST_SUBSCRIPTIONS} subscriptions")
+            self._subscriptions[id] = self._hub.feeds.open(channel.topic, channel.type, partial(self._message, id))
+
+    def _message(self, id: int, arrival: Arrival) -> None:
+        self._client.outbox.offer(id, message_frame(id, arrival.at_ns, arrival.cdr))
+
+    def _unsubscribe(self, request: dict[str, Any]) -> None:
+        for id in entries(request, "subscriptionIds", int):
+            end = self._subscriptions.pop(id, None)
+            if end is not None:
+                end()
+                self._client.outbox.forget(id)
+
+    # -- services, assets -----------------------------------------------------------------------------------------------------
+
+    async def _binary(self, data: bytes) -> None:
+        frame = read_frame(data)
+        if isinstance(frame, ClientMessage):
+            self._publishing.publish(frame.channel, frame.payload)
+            return
+        self._client.spawn(self._call(frame), self)
+
+    async def _call(self, request: ServiceRequest) -> None:
+        service = self._hub.catalog.services.get(request.service)
+        try:
+            if service is None:
+                raise Refused(f"service {request.service} is not advertised any more")
+            self._client.answer(await call(self._hub, service, request))
+        except Refused as error:
+            self._say("serviceCallFailure", serviceId=request.service, callId=request.call, message=str(error))
+
+    async def _fetch_asset(self, request: dict[str, Any]) -> None:
+        id = number(request, "requestId")
+        try:
+            data = await asyncio.to_thread(read_asset, request.get("uri"))
+        except Refused as error:
+            self._client.answer(asset_failure(id, str(error)))
+        else:
+            self._client.answer(asset_frame(id, data))
+
+    # -- parameters -----------------------------------------------------------------------------------------------------------
+
+    async def _get_parameters(self, request: dict[str, Any]) -> None:
+        values = await self._hub.parameters.described(entries(request, "parameterNames", str))
+        self._say("parameterValues", parameters=values, **_id_of(request))
+
+    async def _set_parameters(self, request: dict[str, Any]) -> None:
+        wanted = {text(one, "name"): one.get("value") for one in objects(request, "parameters")}
+        for name, value in wanted.items():
+            try:
+                refusal = await self._hub.parameters.put(*split(name), value)
+            except Refused as error:
+                refusal = str(error)
+            if refusal is not None:
+                self._status(ERROR, f"{name} is not set: {refusal}", str(request.get("id") or "parameter"))
+        values = await self._hub.parameters.described(wanted) if wanted else []
+        self._say("parameterValues", parameters=values, **_id_of(request))
+
+    def _watch_parameters(self, request: dict[str, Any]) -> None:
+        names = set(entries(request, "parameterNames", str))
+        self._watched = names | (self._watched or set()) if names else set()
+
+    def _unwatch_parameters(self, request: dict[str, Any]) -> None:
+        names = set(entries(request, "parameterNames", str))
+        left = (self._watched or set()) - names
+        self._watched = left if left and names else None
+
+    # -- the graph and the system ---------------------------------------------------------------------------------------------
+
+    def _watch_graph(self, request: dict[str, Any]) -> None:
+        self._connections = Connections()
+        self.graph_changed(self._hub.system.snapshot())
+
+    def _unwatch_graph(self, request: dict[str, Any]) -> None:
+        self._connections = None
+
+    def _watch_state(self, request: dict[str, Any]) -> None:
+        self._state = StateReports(self._hub.system)
+        self.report(self._hub.system.snapshot())
+
+    def _unwatch_state(self, request: dict[str, Any]) -> None:
+        self._state = None
+
+    def _kill_node(self, request: dict[str, Any]) -> None:
+        name, problem = text(request, "node"), None
+        try:
+            self._hub.system.crash(name, RuntimeError(f"killed on the web page, by {self._client.address}"))
+        except (LookupError, ActorError) as error:
+            problem = str(error.args[0] if error.args else error)
+        self._say("robactor.done", id=request.get("id"), error=problem)
+
+    # -- words ----------------------------------------------------------------------------------------------------------------
+
+    def _later(self, work: Callable[[dict[str, Any]], Any]) -> Op:
+        return lambda request: self._client.spawn(work(request), self)
+
+    def _announce(self, channels: list[Any], services: list[Any]) -> None:
+        if channels:
+            self._channels.update(one.id for one in channels)
+            self._say("advertise", channels=[one.advertised for one in channels])
+        if services:
+            self._services.update(one.id for one in services)
+            self._say("advertiseServices", services=[one.advertised for one in services])
+
+    def _say(self, op: str, **fields: Any) -> None:
+        self._client.answer(write_json({"op": op, **fields}))
+
+    def _status(self, level: int, message: str, id: str | None = None) -> None:
+        self._say("status", level=level, message=message[:1000], **({} if id is None else {"id": id}))
+
+
+def _id_of(request: dict[str, Any]) -> dict[str, Any]:
+    id = request.get("id")
+    return {"id": id} if isinstance(id, str) else {}

@@ -1,0 +1,43 @@
+"""What the page shows of a system beside topics: nodes, supervisors, rates, mismatches. An extension of the Foxglove protocol."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import msgspec
+
+if TYPE_CHECKING:
+    from actors import System
+    from actors.graph.snapshot import Snapshot
+
+__all__ = ["StateReports"]
+
+ROUNDED: Final = 3
+
+
+class StateReports:
+    """The reports to one client. Rates are those since its last report."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self._messages: dict[str, int] = {}
+        self._at: float | None = None
+
+    def report(self, snapshot: Snapshot) -> dict[str, Any]:
+        """The present state."""
+        seconds = snapshot.at - self._at if self._at is not None else 0.0
+        plain: dict[str, Any] = msgspec.to_builtins(snapshot)
+        for topic in plain["topics"]:
+            before = self._messages.get(topic["name"])
+            if before is not None and seconds > 0:
+                topic["rate"] = round(max(0, topic["messages"] - before) / seconds, ROUNDED)
+        self._messages = {topic.name: topic.messages for topic in snapshot.topics}
+        self._at = snapshot.at
+        records = self._system.nodes.values()
+        return {
+            "op": "robactor.system",
+            **plain,
+            "clock": "virtual" if self._system.clock.virtual else "real",
+            "restarts": {record.identity.fqn: record.restart_count for record in records},
+            "canKill": self._system.supervisor is not None,
+        }

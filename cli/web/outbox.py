@@ -1,0 +1,155 @@
+"""What waits to be sent to one client: answers, which are never dropped, and messages of topics, of which the oldest are dropped."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Hashable
+from typing import Final, TypeAlias
+
+from actors.waiting import wake
+
+__all__ = ["Frame", "Outbox", "OutboxFull", "Packet", "frames_of"]
+
+Frame: TypeAlias = "str | bytes"
+
+Packet: TypeAlias = "Frame | tuple[Frame, ...]"
+"""One message: a frame, or several that belong together, of which all are sent or none."""
+
+MOST_ANSWERS: Final = 4096
+MOST_ANSWER_BYTES: Final = 32 * 1024 * 1024
+MOST_BYTES: Final = 16 * 1024 * 1024
+DEPTH: Final = 256
+
+
+class OutboxFull(Exception):
+    """A client asks for more answers than it reads; it must be disconnected."""
+
+
+def frames_of(packet: Packet) -> tuple[Frame, ...]:
+    """The frames of a message, in order."""
+    return packet if isinstance(packet, tuple) else (packet,)
+
+
+def size_of(packet: Packet) -> int:
+    """The size of a message: bytes, or characters of a text."""
+    return sum(len(frame) for frame in packet) if isinstance(packet, tuple) else len(packet)
+
+
+class _Lane:
+    """The messages of one subscription that wait, oldest first."""
+
+    __slots__ = ("bytes", "depth", "packets")
+
+    def __init__(self, depth: int) -> None:
+        self.packets: deque[Packet] = deque()
+        self.bytes = 0
+        self.depth = depth
+
+    def drop(self) -> int:
+        """Drop the oldest message; returns its size."""
+        size = size_of(self.packets.popleft())
+        self.bytes -= size
+        return size
+
+
+class Outbox:
+    """The queue of one client. Nothing that is put here waits for the client.
+
+    Invariants:
+
+    * Answers leave in the order in which they came, before any message; messages of one subscription leave in their order, and the
+      subscriptions take turns, so that a large topic does not hold up a small one.
+    * A subscription keeps at most the newest `depth` messages, all of them together at most `MOST_BYTES` and one message. What is dropped for
+      that is counted in `dropped`.
+    """
+
+    def __init__(self) -> None:
+        self._answers: deque[Packet] = deque()
+        self._answer_bytes = 0
+        self._lanes: dict[Hashable, _Lane] = {}
+        """Each subscription with messages that wait, that whose turn it is first."""
+        self._bytes = 0
+        self._reader: asyncio.Future[None] | None = None
+        self.dropped = 0
+        self.sent = 0
+        self.sent_bytes = 0
+
+    @property
+    def waiting(self) -> int:
+        """The number of messages that wait."""
+        return len(self._answers) + sum(len(lane.packets) for lane in self._lanes.values())
+
+    @property
+    def waiting_bytes(self) -> int:
+        """Their size in bytes; that of texts in characters."""
+        return self._answer_bytes + self._bytes
+
+    def answer(self, packet: Packet) -> None:
+        """Send what must not be lost. Raises `OutboxFull` if too many of them wait."""
+        size = size_of(packet)
+        if len(self._answers) >= MOST_ANSWERS or self._answer_bytes + size > MOST_ANSWER_BYTES:
+            raise OutboxFull(f"{len(self._answers)} answers wait to be read")
+        self._answers.append(packet)
+        self._answer_bytes += size
+        self._wake()
+
+    def offer(self, lane: Hashable, packet: Packet, depth: int = DEPTH) -> None:
+        """Send a message of the subscription `lane`, of which at most `depth` messages wait."""
+        size = size_of(packet)
+        queue = self._lanes.get(lane)
+        if queue is None:
+            queue = self._lanes[lane] = _Lane(depth)
+        while len(queue.packets) >= depth:
+            self._bytes -= queue.drop()
+            self.dropped += 1
+        queue.packets.append(packet)
+        queue.bytes += size
+        self._bytes += size
+        while self._bytes > MOST_BYTES and self.waiting > 1:
+            self._drop_from_largest()
+        self._wake()
+
+    def forget(self, lane: Hashable) -> None:
+        """Drop what waits for a subscription that has ended."""
+        queue = self._lanes.pop(lane, None)
+        if queue is not None:
+            self._bytes -= queue.bytes
+
+    async def next(self) -> Packet:
+        """Take the next message out, waiting until there is one. One task may wait."""
+        while not self._answers and not self._lanes:
+            self._reader = asyncio.get_running_loop().create_future()
+            try:
+                await self._reader
+            finally:
+                self._reader = None
+        packet = self._take()
+        self.sent += 1
+        self.sent_bytes += size_of(packet)
+        return packet
+
+    def _take(self) -> Packet:
+        if self._answers:
+            packet = self._answers.popleft()
+            self._answer_bytes -= size_of(packet)
+            return packet
+        lane = next(iter(self._lanes))
+        queue = self._lanes.pop(lane)
+        packet = queue.packets.popleft()
+        queue.bytes -= size_of(packet)
+        self._bytes -= size_of(packet)
+        if queue.packets:
+            self._lanes[lane] = queue  # behind the others
+        return packet
+
+    def _drop_from_largest(self) -> None:
+        lane, queue = max(self._lanes.items(), key=lambda item: item[1].bytes)
+        self._bytes -= queue.drop()
+        self.dropped += 1
+        if not queue.packets:
+            del self._lanes[lane]
+
+    def _wake(self) -> None:
+        if self._reader is not None:
+            wake(self._reader, None)

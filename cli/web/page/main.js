@@ -1,0 +1,95 @@
+// The frame around the panes: connection, tabs, theme, the stop button, and one loop that draws what is shown.
+
+import { h, recall, remember, writing } from "./core/dom.js";
+import { Foxglove } from "./core/foxglove.js";
+import { Rosbridge } from "./core/rosbridge.js";
+import { startReport } from "./core/report.js";
+import { watchSafety } from "./core/safety.js";
+
+const PANES = { robot: "Robot", graph: "Graph", plot: "Plot", console: "Console", parameters: "Parameters", goals: "Goals", doctor: "Doctor" };
+const here = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/${location.search}`;
+const main = document.querySelector("#main");
+const status = document.querySelector("#status");
+
+const link = new Foxglove(here);
+const bridge = new Rosbridge(here);
+const panes = new Map(); // name -> promise of {element, show, hide, frame}
+const app = { link, bridge, palette, go };
+let shown = null;
+let wanted = "";
+
+/** Colours for what is drawn on a canvas. */
+function palette() {
+  const style = getComputedStyle(document.documentElement);
+  const names = ["ground", "panel", "text", "muted", "line", "accent", "sky", "grid", "floor", "wall", "scan", "path", "trail", "force", "good", "warn", "bad"];
+  return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
+}
+
+/** Open a pane: "plot", or "plot?series=/odom.pose.pose.position.x". What is shown is in the address, so it can be sent to somebody. */
+function go(address, replace = false) {
+  if (replace) {
+    history.replaceState(null, "", `#${address}`);
+    remember("address", address);
+  } else location.hash = address;
+}
+
+async function route() {
+  const address = location.hash.slice(1) || recall("address", "robot");
+  const [asked, query = ""] = address.split("?");
+  const name = asked in PANES ? asked : "robot";
+  wanted = name;
+  remember("address", address);
+  for (const tab of document.querySelectorAll("#tabs a")) {
+    if (tab.dataset.pane === name) tab.setAttribute("aria-current", "page");
+    else tab.removeAttribute("aria-current");
+  }
+  document.title = `${PANES[name]} · robactor`;
+  if (!panes.has(name)) panes.set(name, import(`./panes/${name}.js`).then((module) => module.make(app)));
+  const pane = await panes.get(name);
+  if (wanted !== name) return;
+  if (shown !== pane) {
+    shown?.hide?.();
+    main.replaceChildren(pane.element);
+    shown = pane;
+  }
+  pane.show?.(new URLSearchParams(query));
+}
+
+function theme(choice) {
+  const dark = choice ? choice === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+  document.documentElement.dataset.theme = dark ? "dark" : "light";
+  dispatchEvent(new Event("theme"));
+}
+
+function toggleTheme() {
+  const next = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
+  remember("theme", next);
+  theme(next);
+}
+
+function showStatus() {
+  status.className = `status ${link.connected ? "on" : "off"}`;
+  status.textContent = link.connected ? "connected" : "not connected";
+}
+
+for (const [name, title] of Object.entries(PANES)) {
+  const tab = h("a", { href: `#${name}` }, title);
+  tab.dataset.pane = name;
+  document.querySelector("#tabs").append(tab);
+}
+theme(recall("theme", ""));
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => theme(recall("theme", "")));
+document.querySelector("#theme").onclick = toggleTheme;
+addEventListener("hashchange", route);
+addEventListener("keydown", (event) => {
+  if (writing(event) || event.ctrlKey || event.metaKey || event.altKey) return;
+  const number = Number(event.key) - 1;
+  if (number in Object.keys(PANES)) go(Object.keys(PANES)[number]);
+  else if (event.key === "t") toggleTheme();
+});
+link.addEventListener("open", showStatus);
+link.addEventListener("close", showStatus);
+link.watchSystem();
+watchSafety(link);
+startReport(link, () => shown?.frame?.());
+route();

@@ -1,0 +1,78 @@
+// Poses {p: [x, y, z], q: [x, y, z, w]}, and the tree of frames of /tf and /tf_static: the latest of each.
+
+export const ORIGIN = { p: [0, 0, 0], q: [0, 0, 0, 1] };
+
+export function turned([x, y, z, w], [a, b, c]) {
+  const tx = 2 * (y * c - z * b), ty = 2 * (z * a - x * c), tz = 2 * (x * b - y * a);
+  return [a + w * tx + y * tz - z * ty, b + w * ty + z * tx - x * tz, c + w * tz + x * ty - y * tx];
+}
+
+export function times([ax, ay, az, aw], [bx, by, bz, bw]) {
+  return [
+    aw * bx + ax * bw + ay * bz - az * by,
+    aw * by - ax * bz + ay * bw + az * bx,
+    aw * bz + ax * by - ay * bx + az * bw,
+    aw * bw - ax * bx - ay * by - az * bz,
+  ];
+}
+
+/** First the inner pose, then the outer one. */
+export function compose(outer, inner) {
+  const [x, y, z] = turned(outer.q, inner.p);
+  return { p: [outer.p[0] + x, outer.p[1] + y, outer.p[2] + z], q: times(outer.q, inner.q) };
+}
+
+export function inverse({ p, q }) {
+  const back = [-q[0], -q[1], -q[2], q[3]];
+  const [x, y, z] = turned(back, p);
+  return { p: [-x, -y, -z], q: back };
+}
+
+export function yawOf([x, y, z, w]) {
+  return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+}
+
+/** The rotation of roll, pitch and yaw about fixed axes, as URDF means them. */
+export function fromRpy([roll, pitch, yaw]) {
+  const about = (axis, angle) => axis.map((one) => one * Math.sin(angle / 2)).concat(Math.cos(angle / 2));
+  return times(about([0, 0, 1], yaw), times(about([0, 1, 0], pitch), about([1, 0, 0], roll)));
+}
+
+export class FrameTree {
+  constructor() {
+    this.parents = new Map(); // child -> {parent, pose}
+  }
+
+  insert(message) {
+    for (const { header, child_frame_id: child, transform } of message.transforms) {
+      const { translation: t, rotation: r } = transform;
+      this.parents.set(child, { parent: header.frame_id, pose: { p: [t.x, t.y, t.z], q: [r.x, r.y, r.z, r.w] } });
+    }
+  }
+
+  /** The frame at the top of the chain that `frame` hangs from. */
+  root(frame) {
+    let here = frame;
+    for (let steps = 0; steps < 100 && this.parents.has(here); steps++) here = this.parents.get(here).parent;
+    return here;
+  }
+
+  /** The pose of `frame` in the root of its tree. */
+  inRoot(frame) {
+    let pose = ORIGIN;
+    let here = frame;
+    for (let steps = 0; steps < 100 && this.parents.has(here); steps++) {
+      const up = this.parents.get(here);
+      pose = compose(up.pose, pose);
+      here = up.parent;
+    }
+    return pose;
+  }
+
+  /** The pose of `frame` in `target`; null when nothing connects them. */
+  lookup(target, frame) {
+    if (target === frame) return ORIGIN;
+    if (this.root(target) !== this.root(frame)) return null;
+    return compose(inverse(this.inRoot(target)), this.inRoot(frame));
+  }
+}

@@ -1,0 +1,312 @@
+"""A tree over three simulated hosts, whose links are cut, slowed down and healed at random, and whose machines lose their power.
+
+Part of the tree belongs on the base, or else on the spare; it commands a drive on the robot. What must hold, for each of its nodes:
+
+- never do two incarnations act at the same time: once a newer one has acted, an older one never does again;
+- while nothing changes on the network and one of the two machines can be reached, the node acts again within the lease and a second;
+- the drive follows no command of an older incarnation after one of a newer one.
+
+A planted violation takes something away that is needed for that; the same checks find it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from itertools import pairwise
+from random import Random
+from types import MappingProxyType
+from unittest.mock import patch
+
+from actors import Child, Intensity, Node, Supervisor, Topic, every, publishes, rest_for_one
+from actors.hosts.agent import Session
+from actors.hosts.lease import LEASE_SECONDS, Granting, Holding
+from actors.hosts.placing import elsewhere
+from actors.hosts.simulated import SimulatedHosts
+from actors.interfaces.std_msgs.msg import UInt64
+from actors.processes.maker import Processes
+from actors.system import System
+from actors.time.virtual_loop import VirtualLoop
+from actors.transport.bridge import connect
+from actors.transport.simulated.conditions import Conditions
+from actors.transport.simulated.network import Network
+from robot.control.fence import Fence
+
+__all__ = ["PLANTED", "Outcome", "run_hosts", "run_seed"]
+
+SECONDS = 60.0
+"""Of faults in each run; afterwards everything is healed."""
+TAKEN_OVER = LEASE_SECONDS + 1.0
+"""The longest time without an act, seconds."""
+RESENT = 1.0
+"""For what is lost on a slow link and sent again, seconds."""
+MACHINES = ("base", "spare")
+COMMAND = Topic(UInt64, "command")
+ACTORS = ("near", "far")
+
+
+@dataclass(slots=True)
+class Journal:
+    """What was done, with the true time and the token of who did it."""
+
+    acts: dict[str, list[tuple[float, int]]] = field(default_factory=lambda: {name: [] for name in ACTORS})
+    followed: list[int] = field(default_factory=lambda: [])
+    refused: int = 0
+
+
+_journal = Journal()
+"""That of the present run: simulated processes share the memory, but not what they are given."""
+
+
+class Actor(Node):
+    """Acts 20 times a second, and commands the drive."""
+
+    out = publishes(COMMAND)
+
+    @every(hz=20)
+    def act(self) -> None:
+        _journal.acts[self.name].append((asyncio.get_running_loop().time(), self.fencing_token))
+        if self.name == "near":
+            self.out(UInt64(data=self.fencing_token))
+
+
+class Drive(Node):
+    """Follows the commands that its fence admits."""
+
+    async def on_start(self) -> None:
+        self._fence = Fence()
+
+    @COMMAND.on()
+    def follow(self, message: UInt64) -> None:
+        if self._fence.admits(message.data):
+            _journal.followed.append(message.data)
+        _journal.refused = self._fence.refused
+
+
+def tree() -> Supervisor:
+    away = Supervisor(
+        "away",
+        hosts=MACHINES,
+        strategy=rest_for_one,
+        children=[Child(Actor, name="near"), Child(Actor, name="far", process=True)],
+    )
+    return Supervisor("robot", intensity=Intensity(1000, within=1.0), children=[Child(Drive), away])
+
+
+# What goes wrong ---------------------------------------------------------------------------------------------------------
+
+
+class Weather:
+    """The faults of one run. Invariant: `_cut` and `_slow` have the directions of links, and `_down` the machines, that do not work."""
+
+    def __init__(self, network: Network, hosts: SimulatedHosts, seed: int) -> None:
+        self._network, self._hosts, self._rng = network, hosts, Random(f"weather/{seed}")
+        self._cut: set[tuple[str, str]] = set()
+        self._slow: dict[tuple[str, str], float] = {}
+        """With the longest delay of a message, seconds."""
+        self._down: set[str] = set()
+        self._since = self._drained = 0.0
+        """When it changed last, and when all has arrived that was on its way then."""
+        self.calm: list[tuple[float, float, bool]] = []
+        """Times between two changes, from when all has arrived that was on its way, and whether a machine could be reached all the time."""
+
+    async def blow(self) -> None:
+        loop = asyncio.get_running_loop()
+        end = loop.time() + SECONDS
+        while loop.time() < end:
+            await asyncio.sleep(
+                self._rng.uniform(0.1, 1.0) if self._rng.random() < 0.4 else self._rng.uniform(1.0, 9.0)
+            )
+            self._note(loop.time())
+            self._rng.choice((self._cut_link, self._slow_link, self._slow_link, self._mend, self._mend, self._power))()
+        self._note(loop.time())
+        for machine in MACHINES:
+            self._clear(machine)
+        await asyncio.sleep(max(self._drained - loop.time(), 0.0) + 2 * TAKEN_OVER)
+        self._note(loop.time())
+
+    def _note(self, now: float) -> None:
+        """It is about to change."""
+        begun = max(self._since, self._drained)
+        if begun < now:
+            self.calm.append((begun, now, self._reachable()))
+        self._since = now
+        self._drained = max(self._drained, now + max(self._slow.values(), default=0.0))
+
+    def _reachable(self) -> bool:
+        return any(
+            machine not in self._down and not {("robot", machine), (machine, "robot")} & (self._cut | self._slow.keys())
+            for machine in MACHINES
+        )
+
+    def _direction(self) -> tuple[str, str]:
+        machine = self._rng.choice(MACHINES)
+        return self._rng.choice((("robot", machine), (machine, "robot")))
+
+    def _cut_link(self) -> None:
+        one, other = self._direction()
+        both = self._rng.random() < 0.7
+        self._network.cut(one, other, one_way=not both)
+        self._cut |= {(one, other), (other, one)} if both else {(one, other)}
+
+    def _slow_link(self) -> None:
+        one, other = self._direction()
+        delay = self._rng.choice(
+            (self._rng.uniform(0.01, 1.0), self._rng.uniform(1.0, 2.0), self._rng.uniform(2.0, 6.0))
+        )
+        self._network.impair(one, other, Conditions(delay=delay, jitter=delay / 4, loss=0.1), one_way=True)
+        self._slow[one, other] = 1.25 * delay + RESENT
+
+    def _mend(self) -> None:
+        self._clear(self._rng.choice(MACHINES))
+
+    def _power(self) -> None:
+        machine = self._rng.choice(MACHINES)
+        if machine in self._down:
+            self._clear(machine)
+        else:
+            self._hosts.crash(machine)
+            self._down.add(machine)
+
+    def _clear(self, machine: str) -> None:
+        self._network.heal("robot", machine)
+        self._network.repair("robot", machine)
+        for link in (("robot", machine), (machine, "robot")):
+            self._cut.discard(link)
+            self._slow.pop(link, None)
+        if machine in self._down:
+            self._down.discard(machine)
+            self._hosts.reboot(machine)
+
+
+# What must hold ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What came of one run."""
+
+    faults: list[str]
+    incarnations: int
+    refused: int
+    longest: float
+    """The longest time without an act while a machine could be reached and nothing changed, seconds."""
+
+
+def judge(journal: Journal, calm: list[tuple[float, float, bool]]) -> Outcome:
+    """Read the journal as an outsider: by true time, without a word of the tree or the agents."""
+    faults: list[str] = []
+    longest = 0.0
+    for name, acts in journal.acts.items():
+        for (at, token), (later, other) in pairwise(acts):
+            if other < token:
+                faults.append(f"{name}: life {other:x} acts at {later:.3f} s, after life {token:x} at {at:.3f} s")
+                break
+        for begun, ended, reachable in calm:
+            if reachable:
+                inside = [begun, *(at for at, _ in acts if begun <= at <= ended), ended]
+                gap = max(later - at for at, later in pairwise(inside))
+                longest = max(longest, gap)
+                if gap > TAKEN_OVER:
+                    faults.append(f"{name}: nobody acted for {gap:.2f} s between {begun:.2f} and {ended:.2f} s")
+    for token, other in pairwise(journal.followed):
+        if other < token:
+            faults.append(f"the drive followed life {other:x} after life {token:x}")
+            break
+    return Outcome(faults, len({token for _, token in journal.acts["near"]}), journal.refused, longest)
+
+
+# Planted violations ------------------------------------------------------------------------------------------------------
+
+
+def _never(self: Session, why: str) -> None: ...
+
+
+_grant = Granting.grant
+
+
+def _early(self: Granting, now: float, left: float) -> None:
+    _grant(self, now - 0.4 * self.seconds, left)
+
+
+def _from_the_answer(self: Holding, number: int) -> None:
+    self.until = asyncio.get_running_loop().time() + 0.75 * self.seconds
+
+
+def _anything(self: Fence, token: int) -> bool:
+    return True
+
+
+PLANTED: Mapping[str, tuple[type, str, Callable[..., object]]] = MappingProxyType(
+    {
+        "no-lease": (Session, "step_down", _never),
+        "early-spare": (Granting, "grant", _early),
+        "lease-from-answer": (Holding, "granted", _from_the_answer),
+        "no-fence": (Fence, "admits", _anything),
+    }
+)
+"""An agent that never steps down; a tree that gives up its hosts early; an agent that counts its lease from the answer; a drive without fence."""
+
+
+@contextmanager
+def planted(name: str | None) -> Iterator[None]:
+    """With this violation in place, or none."""
+    if name is None:
+        yield
+    else:
+        kind, method, instead = PLANTED[name]
+        with patch.object(kind, method, instead):
+            yield
+
+
+# Running -----------------------------------------------------------------------------------------------------------------
+
+
+async def _run(seed: int) -> Outcome:
+    global _journal
+    _journal = Journal()
+    network = Network(seed)
+    for name in ("robot", *MACHINES):
+        network.add_host(name)
+    hosts = SimulatedHosts(network, "robot", MACHINES)
+    transport = network.transport("robot")
+    system = System(
+        seed=seed,
+        sinks=(),
+        processes=lambda runtime: Processes(runtime, transport, elsewhere=elsewhere(hosts, runtime)),
+    )
+    connect(system.runtime, transport)
+    await system.start(tree())
+    weather = Weather(network, hosts, seed)
+    await weather.blow()
+    await system.stop()
+    return judge(_journal, weather.calm)
+
+
+def run_seed(seed: int, plant: str | None = None) -> Outcome:
+    """One run, which is the same each time."""
+    with planted(plant), asyncio.Runner(loop_factory=VirtualLoop) as runner:
+        return runner.run(_run(seed))
+
+
+def run_hosts(seeds: int, first: int = 0, plant: str | None = None) -> int:
+    """So many runs; 0 if everything held. With a planted violation: 0 if it was found."""
+    found, longest, incarnations, refused = 0, 0.0, 0, 0
+    for seed in range(first, first + seeds):
+        outcome = run_seed(seed, plant)
+        longest = max(longest, outcome.longest)
+        incarnations += outcome.incarnations
+        refused += outcome.refused
+        for fault in outcome.faults:
+            print(f"seed {seed}: DID NOT HOLD: {fault}", flush=True)
+        found += bool(outcome.faults)
+        if found and plant is not None:
+            print(f"{plant}: found after {seed - first + 1} seeds")
+            return 0
+    print(
+        f"{seeds} seeds, {incarnations} incarnations, {refused} late commands refused, longest time without an act {longest:.2f} s: "
+        + (f"{found} seeds did not hold" if found else "everything held")
+    )
+    return 1 if found or plant is not None else 0

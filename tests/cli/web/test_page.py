@@ -1,0 +1,330 @@
+"""The page in a browser, each pane used as a person would, with a robot behind it. Run by `.ci/nightly --only browser`."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from urllib.parse import urlsplit
+
+import anyio
+import pytest
+from playwright.async_api import Locator, Page, expect
+
+from tests.cli.web.browsing import AXE, PHONE, WIDE, browsing, until
+
+pytestmark = [pytest.mark.browser]
+
+PANES = ("robot", "graph", "plot", "console", "parameters", "goals", "doctor")
+
+
+def button(page: Page, name: str) -> Locator:
+    return page.get_by_role("button", name=name, exact=True)
+
+
+# -- robot ------------------------------------------------------------------------------------------------------------------------
+
+
+async def test_a_click_on_the_floor_makes_the_true_body_go_there() -> None:
+    async with browsing() as visit:
+        await visit.open("robot")
+        page = visit.page
+        await expect(page.locator(".chip", has_text="place")).to_contain_text("0.00, 0.00 m")
+        stage = await page.locator(".view3d").bounding_box()
+        assert stage is not None
+        metre = min(stage["width"], stage["height"]) / 6  # the flat view shows 3 m around the robot
+        x, y = stage["x"] + stage["width"] / 2, stage["y"] + stage["height"] / 2
+
+        await button(page, "Go to…").click()
+        await page.mouse.move(x + 1.5 * metre, y - 1.0 * metre)
+        await page.mouse.down()
+        await page.mouse.move(x + 1.5 * metre, y - 2.0 * metre, steps=4)  # to look along +y there
+        await page.mouse.up()
+        await expect(page.get_by_text("m left")).to_be_visible(timeout=20_000)
+        await expect(page.get_by_text("Arrived")).to_be_visible(timeout=60_000)
+
+        truth = visit.robot.body.truth()
+        assert truth.position[:2].tolist() == pytest.approx([1.5, 1.0], abs=0.2)
+        w, _x, _y, z = truth.quaternion.tolist()
+        assert (w, z) == pytest.approx((0.707, 0.707), abs=0.1)
+
+
+async def test_the_robot_is_driven_by_keys_and_by_the_stick_and_stands_still_when_they_are_let_go() -> None:
+    async with browsing() as visit:
+        await visit.open("robot")
+        page = visit.page
+        await page.keyboard.down("w")
+        await expect(page.get_by_text("The robot does not walk: press Walk.")).to_be_visible()
+        await page.keyboard.up("w")
+        await button(page, "Walk").click()
+        await expect(page.locator(".chip", has_text="mode")).to_contain_text("walk", timeout=15_000)
+
+        await page.keyboard.down("w")
+        await until(lambda: visit.robot.body.truth().position[0] > 0.3)
+        await page.keyboard.up("w")
+        driven = float(visit.robot.body.truth().position[0])
+
+        stick = await page.locator(".stick").bounding_box()
+        assert stick is not None
+        x, y = stick["x"] + stick["width"] / 2, stick["y"] + stick["height"] / 2
+        await page.mouse.move(x, y)
+        await page.mouse.down()
+        await page.mouse.move(x - 40, y, steps=3)
+        await until(lambda: abs(visit.robot.body.truth().quaternion[3]) > 0.2)
+        await page.mouse.up()
+
+        await expect(page.locator(".chip", has_text="driver")).to_contain_text("nobody")
+        assert driven < 1.5
+
+
+async def test_one_tap_stops_the_robot_on_a_phone_from_every_pane_and_it_can_be_cleared() -> None:
+    async with browsing(size=PHONE) as visit:
+        for pane in PANES:
+            await visit.open(pane)
+            stop = visit.page.get_by_role("button", name="STOP")
+            box = await stop.bounding_box()
+            assert box is not None and box["width"] > 340 and box["height"] > 55, pane
+            await stop.tap()
+            await expect(visit.page.get_by_role("alert")).to_contain_text("Stopped: emergency stop requested")
+            await button(visit.page, "Clear the stop").tap()
+            await expect(visit.page.get_by_role("alert")).to_be_hidden()
+
+
+async def test_escape_stops_the_robot_and_is_the_writers_own_while_somebody_writes() -> None:
+    async with browsing() as visit:
+        await visit.open("console")
+        page = visit.page
+        await page.get_by_label("Text").press("Escape")
+        await page.get_by_label("Text").blur()
+        await expect(page.get_by_role("alert")).to_be_hidden()
+        await page.keyboard.press("Escape")
+        await expect(page.get_by_role("alert")).to_contain_text("Stopped")
+
+
+async def test_with_webgl_it_is_drawn_in_three_dimensions_with_the_camera_beside_it() -> None:
+    async with browsing(size=(640, 480), webgl=True) as visit:
+        await visit.open("robot")
+        page = visit.page
+        assert (await visit.report())["view"] == "canvas"  # where WebGL is a program on the processor
+        await button(page, "3D").click()
+        await page.wait_for_function("robactorReport().view !== 'canvas'")
+        await button(page, "Camera").click()
+        picture = page.get_by_alt_text("What the robot's camera sees")
+        await expect(picture).to_have_js_property("naturalWidth", 640, timeout=20_000)
+        assert (await visit.report())["errors"] == 0
+
+
+# -- graph, doctor ----------------------------------------------------------------------------------------------------------------
+
+
+async def test_a_node_that_is_killed_begins_its_next_life_before_ones_eyes() -> None:
+    async with browsing() as visit:
+        await visit.open("graph?node=/lidar")
+        page = visit.page
+        leaf = page.locator(".leaf", has=page.get_by_role("button", name="lidar", exact=True))
+        await expect(leaf).to_contain_text("#1")
+
+        await leaf.get_by_role("button", name="Kill /lidar").click()
+        await leaf.get_by_text("Sure?").click()
+
+        await expect(leaf).to_contain_text("#2", timeout=10_000)
+        await expect(leaf).to_contain_text("1 restart")
+        assert visit.system.nodes["/lidar"].incarnation == 2
+        await visit.open("doctor")
+        await expect(page.get_by_text("/lidar was restarted 1 time")).to_be_visible()
+
+
+async def test_a_topic_that_is_clicked_shows_who_publishes_and_takes_it() -> None:
+    async with browsing() as visit:
+        await visit.open("graph")
+        page = visit.page
+        await page.get_by_role("button", name="topic /odom").press("Enter")
+        details = page.locator(".side .card").nth(1)
+        await expect(details).to_contain_text("nav_msgs/msg/Odometry")
+        await expect(details.get_by_role("button", name="/gait")).to_be_visible()
+        await expect(details.get_by_role("button", name="/localizer")).to_be_visible()
+        assert page.url.endswith("#graph?topic=%2Fodom")
+
+
+async def test_the_doctor_shows_the_robots_diagnostics() -> None:
+    async with browsing() as visit:
+        await visit.open("doctor")
+        rows = visit.page.locator("tbody tr")
+        await expect(rows).to_have_count(7)
+        await expect(rows.filter(has_text="battery")).to_contain_text("good, 90 %")
+
+
+# -- plot -------------------------------------------------------------------------------------------------------------------------
+
+
+async def test_a_field_is_plotted_by_its_path_and_saved_as_csv() -> None:
+    async with browsing() as visit:
+        await visit.open("plot")
+        page = visit.page
+        entry = page.get_by_label("Topic and field")
+        await entry.fill("/imu/data/angular_velocity/z")
+        await entry.press("Enter")
+        await entry.fill("/joint_states.position[2]")
+        await entry.press("Enter")
+        knee = page.locator(".legend li", has_text="position[2]")
+        await expect(knee).to_contain_text("-2.")
+        await expect(page.locator(".legend li", has_text="angular_velocity")).not_to_contain_text("–")
+        await page.wait_for_function("robactorReport().received > 200")
+
+        async with page.expect_download() as saved:
+            await button(page, "CSV").click()
+
+        text = await anyio.Path(await (await saved.value).path()).read_text(encoding="utf-8")
+        rows = list(csv.reader(io.StringIO(text)))
+        assert rows[0] == ["series", "time_s", "value"]
+        knees = [float(value) for name, _, value in rows[1:] if name == "/joint_states.position[2]"]
+        angle = float(visit.robot.body.joints().position[2])
+        assert len(knees) > 50 and knees[-1] == pytest.approx(angle, abs=0.02)
+        times = [float(time) for name, time, _ in rows[1:] if name.startswith("/imu")]
+        assert times == sorted(times)
+
+
+async def test_a_plot_is_paused_zoomed_and_goes_on() -> None:
+    async with browsing() as visit:
+        await visit.open("plot?series=/odom.pose.pose.position.z")
+        page = visit.page
+        chart = page.locator(".u-over")
+        await chart.wait_for()
+        await page.wait_for_function("robactorReport().received > 60")
+        box = await chart.bounding_box()
+        assert box is not None
+        y = box["y"] + box["height"] / 2
+        await page.mouse.move(box["x"] + 0.9 * box["width"], y)
+        await page.mouse.down()
+        await page.mouse.move(box["x"] + 0.99 * box["width"], y, steps=4)
+        await page.mouse.up()
+        pause = button(page, "Pause")
+        await expect(pause).to_have_attribute("aria-pressed", "true")
+        await pause.click()
+        await expect(pause).to_have_attribute("aria-pressed", "false")
+
+
+async def test_a_path_without_a_topic_is_refused_with_the_reason() -> None:
+    async with browsing() as visit:
+        await visit.open("plot")
+        await visit.page.get_by_label("Topic and field").fill("nonsense")
+        await button(visit.page, "Add").click()
+        await expect(visit.page.get_by_text("nonsense: there is no topic of this name")).to_be_visible()
+
+
+# -- parameters, console, goals ---------------------------------------------------------------------------------------------------
+
+
+async def test_a_speed_beyond_its_range_is_refused_and_the_reason_stands_beside_it() -> None:
+    async with browsing() as visit:
+        await visit.open("parameters?node=/navigation")
+        page = visit.page
+        card = page.locator(".parameter", has=page.get_by_label("max_speed", exact=True))
+        await expect(card).to_contain_text("from 0.1 to 1.6; unit: m/s")
+        speed = page.get_by_label("max_speed", exact=True)
+        await speed.fill("9")
+        await speed.press("Enter")
+        await expect(card.get_by_role("status")).to_contain_text("1.6")
+        assert visit.system.nodes["/navigation"].running.node.max_speed == 0.7  # type: ignore[union-attr]
+
+        await speed.fill("1.1")
+        await speed.press("Enter")
+        await expect(card.get_by_role("status")).to_have_text("changed")
+        assert visit.system.nodes["/navigation"].running.node.max_speed == 1.1  # type: ignore[union-attr]
+
+
+async def test_a_choice_is_chosen_from_those_that_there_are() -> None:
+    async with browsing() as visit:
+        await visit.open("parameters?node=/gait")
+        await visit.page.get_by_label("gait", exact=True).select_option("crawl")
+        await until(lambda: visit.system.nodes["/gait"].running.node.gait == "crawl")  # type: ignore[union-attr]
+
+
+async def test_the_console_shows_lines_by_level_node_and_text() -> None:
+    async with browsing() as visit:
+        await visit.open("console")
+        page = visit.page
+        await page.keyboard.press("Escape")
+        lines = page.locator(".log tbody tr")
+        await expect(lines.filter(has_text="safety stop")).to_have_count(1)
+        await page.get_by_label("Text").fill("no such words")
+        await expect(lines).to_have_count(0)
+        await page.get_by_label("Text").fill("SAFETY")
+        await expect(lines.first).to_contain_text("safety_monitor")
+        await page.get_by_label("Least level").select_option("fatal")
+        await expect(lines).to_have_count(0)
+
+
+async def test_a_goal_of_any_action_is_sent_watched_and_canceled() -> None:
+    async with browsing() as visit:
+        await visit.open("goals?action=/move_to_position")
+        page = visit.page
+        goal = page.get_by_label("Goal, as JSON")
+        await expect(goal).to_have_value(re.compile("target_x"), timeout=15_000)
+        await goal.fill('{"target_x": 6.0, "target_y": 0.0}')
+        await button(page, "Send goal").click()
+        card = page.locator(".run")
+        await expect(card).to_contain_text("distance_remaining", timeout=15_000)
+        await card.get_by_role("button", name="Cancel").click()
+        await expect(card).to_contain_text("canceled", timeout=15_000)
+
+
+# -- all of it --------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [WIDE, PHONE], ids=["wide", "phone"])
+async def test_nothing_is_wider_than_the_window_and_nothing_comes_from_elsewhere(size: tuple[int, int]) -> None:
+    async with browsing(size=size) as visit:
+        for pane in PANES:
+            await visit.open(pane)
+            await visit.page.locator(f".{pane}").wait_for()
+            wide = await visit.page.evaluate("document.scrollingElement.scrollWidth")
+            assert wide <= size[0], pane
+        assert {urlsplit(address).netloc for address in visit.asked if address.startswith("http")} == {
+            urlsplit(visit.url).netloc
+        }
+
+
+async def test_the_pane_and_what_it_shows_are_in_the_address_and_remembered() -> None:
+    async with browsing() as visit:
+        await visit.open("plot?series=/odom.pose.pose.position.z")
+        page = visit.page
+        await expect(page.locator(".legend li")).to_have_count(1)
+        await page.keyboard.press("4")
+        await expect(page.locator('nav a[aria-current="page"]')).to_have_text("Console")
+        await page.keyboard.press("t")
+        await expect(page.locator("html")).to_have_attribute("data-theme", "dark")
+        await page.goto(visit.url)
+        await expect(page.locator('nav a[aria-current="page"]')).to_have_text("Console")
+        await expect(page.locator("html")).to_have_attribute("data-theme", "dark")
+        await page.keyboard.press("3")
+        await expect(page.locator(".legend li")).to_have_count(1)
+
+
+@pytest.mark.skipif(not AXE.is_file(), reason=f"there is no axe-core at {AXE}: npm pack axe-core")
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+async def test_axe_finds_nothing_serious(dark: bool) -> None:
+    async with browsing(dark=dark) as visit:
+        await visit.page.add_init_script(path=AXE)
+        for pane in PANES:
+            await visit.open(f"{pane}?node=/navigation&action=/dock&series=/odom.pose.pose.position.z")
+            await visit.page.locator(f".{pane}").wait_for()
+            await visit.page.wait_for_function("robactorReport().work.count > 30")
+            found = await visit.page.evaluate("axe.run()")
+            serious = [
+                f"{pane}: {one['id']}: {node['html'][:120]} {node.get('failureSummary', '')[:160]}"
+                for one in found["violations"]
+                if one["impact"] in ("serious", "critical")
+                for node in one["nodes"]
+            ]
+            assert serious == []
+
+
+async def test_what_it_costs_is_counted_and_printed() -> None:
+    async with browsing() as visit:
+        await visit.open("robot")
+        await visit.page.wait_for_function("robactorReport().work.count >= 300", timeout=60_000)
+        report = await visit.report()
+        print(report)
+        assert report["errors"] == 0
+        assert report["received"] > 300

@@ -1,0 +1,132 @@
+"""The benchmarks beside the tutorials' claims measure what they say: each is run for a moment, and its figures add up. How fast it was is no matter."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TypeAlias
+
+import pytest
+
+from tests.benchmarks import Row, wire
+from tests.benchmarks._claims import callbacks, graphs, latency
+from tests.benchmarks._wire import IMAGE, Work
+
+Figures: TypeAlias = dict[tuple[str, str, str], float]
+CLAIMS = (Path(__file__).parents[2] / "docs" / "claims.md").read_text(encoding="utf-8")
+
+
+def figures(rows: Sequence[Row]) -> Figures:
+    """(workload without its claim, name, unit) -> value; every row has one."""
+    found: Figures = {}
+    for row in rows:
+        assert row.value is not None
+        found[row.workload.partition(" (")[0], row.name, row.unit] = row.value
+    assert len(found) == len(rows)
+    return found
+
+
+@pytest.fixture
+def latencies(monkeypatch: pytest.MonkeyPatch) -> Figures:
+    """The figures of `latency`, measured for a moment."""
+    monkeypatch.setattr(latency, "ROUNDS", 50)
+    monkeypatch.setattr(latency, "SECONDS", 0.1)
+    return figures(latency.rows())
+
+
+@pytest.fixture
+def graph_figures(monkeypatch: pytest.MonkeyPatch) -> Figures:
+    """Those of `graphs`."""
+    assert graphs.SIZES == (10, 100, 300)
+    monkeypatch.setattr(graphs, "SIZES", (10, 100))
+    monkeypatch.setattr(graphs, "LOOKED_AT", 0.3)
+    monkeypatch.setattr(graphs, "SECONDS", 0.5)
+    return figures(graphs.rows())
+
+
+def test_B_01_latency_has_a_median_and_a_tail_for_small_and_for_large_messages(latencies: Figures) -> None:
+    for size in ("64 B", "921,600 B"):
+        work = f"publisher to callback in one process, {size}"
+        median, tail = (latencies[work, "one message at a time", unit] for unit in ("us p50", "us p99"))
+        assert 0 < median <= tail
+
+
+def test_B_02_megabytes_are_messages_times_their_size_and_a_cameras_load_is_named_beside_them(
+    latencies: Figures,
+) -> None:
+    load = f"{921_600 / 0.033 / 1e6:.1f} MB/s"
+    for text, size in (("64 B", 64), ("921,600 B", 921_600)):
+        work = f"one process, {text}"
+        messages, megabytes = (latencies[work, "as fast as possible", unit] for unit in ("messages/s", "MB/s"))
+        assert megabytes == pytest.approx(messages * size / 1e6, rel=0.1)  # what the last turn sent may be under way
+    assert load == "27.9 MB/s"
+    assert "27.9 MB/s" in CLAIMS
+
+
+def test_B_09_four_callbacks_that_block_are_timed_one_after_another_and_in_threads() -> None:
+    found = figures(callbacks.rows())
+    work = "four callbacks that block for 10 ms each"
+    in_turn, side_by_side = (found[work, name, "ms"] for name in ("one after another", "in worker threads"))
+    assert in_turn >= callbacks.CALLBACKS * callbacks.WORK * 1e3
+    assert side_by_side >= callbacks.WORK * 1e3
+
+
+def test_B_12_round_trips_have_median_tail_and_the_share_below_a_millisecond(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(callbacks, "FRAMES", 3)
+    monkeypatch.setattr(callbacks, "CALLS", 100)
+    found = figures(callbacks.rows())
+    work = "a service's round trip in one process"
+    median, tail, share = (found[work, "one at a time", unit] for unit in ("us p50", "us p99", "% below 1 ms"))
+    assert 0 < median <= tail
+    assert 0 <= share <= 100
+    assert (median < 1000) == (share >= 50) or share == 50
+
+
+def test_B_13_graphs_of_10_100_and_300_nodes_have_a_start_a_load_and_a_size_in_memory(graph_figures: Figures) -> None:
+    for size in (10, 100):
+        name = f"{size} nodes"
+        assert graph_figures["nodes that publish 10 times a second", name, "ms to start"] > 0
+        assert graph_figures["nodes that publish 10 times a second", name, "% of a core"] > 0
+        assert graph_figures["nodes that publish 10 times a second", name, "kB each"] > 1.0
+    (row,) = (line for line in CLAIMS.splitlines() if line.startswith("| hundreds of nodes"))
+    assert "10, 100 and 300 nodes" in row
+    assert all(unit in row for unit in ("ms", "% of a core", "kB"))
+
+
+def test_B_10_a_loop_of_500_hz_has_its_jitter_and_its_missed_ticks_alone_and_beside_a_camera(
+    graph_figures: Figures,
+) -> None:
+    for name in ("alone", "beside a camera of 28 MB/s"):
+        median, tail, worst, missed = (
+            graph_figures["a control loop of 500 Hz, 0.5 s", name, unit]
+            for unit in ("us p50", "us p99", "us worst", "ticks missed")
+        )
+        assert 0 <= median <= tail <= worst
+        assert missed == int(missed)
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("work", ["latency", "images", "shared", "calls"])
+def test_B_01_B_02_B_07_B_12_between_two_processes_each_has_its_figures(work: Work) -> None:
+    measured = wire.measured("ours", work)
+    assert len(measured) == len(wire.WORKS[work][1])
+    assert all(value > 0 for value in measured)
+    if work == "latency":
+        assert measured[0] <= measured[1]
+
+
+def test_B_07_images_by_shared_memory_stand_beside_the_same_images_without() -> None:
+    plain, shared = (wire.WORKS[work] for work in ("images", "shared"))
+    assert plain[0] == "wire: images of 921,600 bytes" == shared[0].removesuffix(", by shared memory")
+    assert plain[1] == shared[1] == ("images per second",)
+    assert IMAGE == 921_600
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["latency", "throughput", "depth", "burst", "executor", "services", "shared memory", "compression", "500 Hz"],
+)
+def test_Y_44_every_claim_of_the_tutorials_has_its_measurement_beside_it(words: str) -> None:
+    rows = [line.split("|")[1:3] for line in CLAIMS.splitlines() if line.startswith("| ")]
+    assert any(words in claim and re.search(r"\d", measured) for claim, measured in rows), words

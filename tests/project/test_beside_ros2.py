@@ -1,0 +1,193 @@
+"""What the documents say of ROS 2's own words, tools and platforms is so."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from actors import Node, Publisher
+from actors.actions.client import Goal
+from actors.interfaces import encode, type_hash
+from actors.interfaces.std_msgs.msg import String
+from actors.topics.subscription import Subscription
+from actors.transport.format.attachments import ATTACHMENT_SIZE
+from actors.transport.format.keys import DataKey, write_key
+from actors.transport.format.tokens import NodeToken, write_token
+from cli.command import GROUPS, module_of
+from robot import contracts
+from tests.project.test_packaging import imported, names_in
+from tests.robot.nodes.test_contract_tables import contracts_of, described
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+OF_ONE_SYSTEM = {
+    "fcntl", "termios", "tty", "pty", "resource", "pwd", "grp", "posix", "curses", "readline", "syslog", "crypt", "spwd", "nis", "msvcrt", "winreg",
+}  # fmt: skip
+"""Modules of the standard library that some systems lack."""
+
+
+def page(name: str) -> str:
+    return (ROOT / "docs" / name).read_text(encoding="utf-8")
+
+
+def sources() -> list[Path]:
+    return [path for folder in ("actors", "robot", "cli") for path in (ROOT / folder).rglob("*.py")]
+
+
+def table(text: str, heading: str) -> list[list[str]]:
+    """The cells of the first table behind a heading, row by row, without the line under its head."""
+    _, found, rest = text.partition(f"\n{heading}\n")
+    assert found, heading
+    lines = re.search(r"(?:^\|.*\n)+", rest, re.MULTILINE)
+    assert lines is not None
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[0].splitlines()]
+    return [rows[0], *rows[2:]]
+
+
+# -- patterns -----------------------------------------------------------------------------------------------------------------
+
+
+def test_K_01_a_table_says_what_topics_services_and_actions_are_and_only_actions_can_be_canceled() -> None:
+    head, *rows = table(page("concepts.md"), "### Topic, service or action")
+    said = {row[0]: dict(zip(head[1:], row[1:], strict=True)) for row in rows}
+    assert head[1:] == ["topic", "service", "action"]
+    assert said["cancel"]["topic"] == "no"
+    assert said["cancel"]["action"].startswith("yes")
+    assert said["feedback"] == {"topic": "every message", "service": "none", "action": "while it runs"}
+    assert said["in ROS"] == {
+        "topic": "`/scan`, `/cmd_vel`",
+        "service": "`/get_map`, `/set_mode`",
+        "action": "`/navigate_to_pose`",
+    }
+    assert "docs/concepts.md#topic-service-or-action" in README
+    assert inspect.iscoroutinefunction(Goal.cancel)
+    for kind in (Publisher, Subscription):
+        assert not hasattr(kind, "cancel")
+    answer = inspect.signature(Node.call).return_annotation  # awaited: there is no handle that could be canceled
+    assert answer == "Coroutine[Any, Any, Resp]"
+
+
+def test_K_02_every_endpoint_of_the_robot_stands_under_its_pattern_with_a_reason() -> None:
+    _, *rows = table(page("robot.md"), "## Topic, service or action")
+    listed = [(name, pattern) for pattern, _, names in rows for name in re.findall(r"`([^`]+)`", names)]
+    assert len(dict(listed)) == len(listed)
+    assert dict(listed) == {kind[1]: kind[0] for kind in map(described, contracts_of(contracts).values())}
+    assert all(len(reason.split()) >= 5 for _, reason, _ in rows)
+
+
+# -- tools --------------------------------------------------------------------------------------------------------------------
+
+
+def test_R_05_the_readme_names_a_command_that_exists_for_each_tool_of_rqt() -> None:
+    replaced = dict(re.findall(r"`(?:python -m robot )?(\w+)` replaces\s+`(rqt_\w+)`", README))
+    assert set(replaced.values()) == {"rqt_graph", "rqt_console", "rqt_plot", "rqt_reconfigure"}
+    for command in replaced:
+        assert command in GROUPS
+        assert import_module(module_of(command))
+
+
+def test_U_03_the_top_level_has_our_folders_and_no_workspace() -> None:
+    done = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if done.returncode:
+        pytest.skip("this is no clone")
+    top = {line.partition("/")[0] for line in done.stdout.splitlines() if "/" in line}
+    assert {folder for folder in top if not folder.startswith(".")} == {"actors", "robot", "cli", "tests", "docs"}
+    definitions = {
+        Path(line).suffix for line in done.stdout.splitlines() if "/interfaces/" in line and "/share/" in line
+    }
+    assert {".msg", ".srv", ".action"} <= definitions
+
+
+def test_Z_01_nothing_of_ros_2_is_imported_and_nothing_but_the_package_is_needed() -> None:
+    assert {"pyproject.toml", "README.md"} <= {path.name for path in ROOT.iterdir()}
+    of_ros = {
+        name for name in imported("actors", "robot", "cli") if name.startswith(("rcl", "ros", "rmw", "ament", "rosidl"))
+    }
+    assert of_ros == set()
+    check = "import sys, actors, robot, cli; print([name for name in sys.modules if name.startswith(('rclpy', 'rosidl', 'ament'))])"
+    done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout == "[]\n"
+
+
+@pytest.mark.slow
+def test_Z_01_it_is_installed_into_a_fresh_environment_and_runs(tmp_path: Path) -> None:
+    """As the README's first command does it; needs the package index."""
+    subprocess.run([sys.executable, "-m", "venv", tmp_path / "venv"], check=True)
+    python = tmp_path / "venv" / "bin" / "python"
+    installed = subprocess.run([python, "-m", "pip", "install", ROOT], capture_output=True, text=True, check=False)
+    if "No matching distribution" in installed.stderr or "Connection" in installed.stderr:
+        pytest.skip("there is no package index here")
+    assert installed.returncode == 0, installed.stderr
+    words = ("-m", "robot", "run", "--clock", "virtual", "--duration", "1", "--backend", "kinematic")
+    ran = subprocess.run([python, *words], capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert (ran.returncode, ran.stderr) == (0, "")
+
+
+# -- layers and platforms -----------------------------------------------------------------------------------------------------
+
+
+def test_DDS_06_the_framework_imports_neither_the_robot_nor_the_command_line_and_the_robot_no_transport() -> None:
+    for path in (ROOT / "actors").rglob("*.py"):
+        names = set(names_in(ast.parse(path.read_text(encoding="utf-8")), True))
+        assert not names & {"robot", "cli", "tests"}, path
+    for path in (ROOT / "robot" / "nodes").rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        assert "actors.transport" not in text and "import zenoh" not in text, path
+
+
+def at_the_top(tree: ast.Module) -> Iterator[str]:
+    """What a module imports whenever it is imported: not in functions, and not under an `if` or `try`."""
+    for node in tree.body:
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module is not None:
+            yield node.module.partition(".")[0]
+
+
+def test_ROS_04_no_module_needs_what_only_one_system_has_and_the_tested_platforms_are_said() -> None:
+    for path in sources():
+        needs = set(at_the_top(ast.parse(path.read_text(encoding="utf-8")))) & OF_ONE_SYSTEM
+        assert needs == set(), path
+    platforms = next(line for line in README.splitlines() if line.startswith("- **Platforms**"))
+    assert "tested on Linux (x86-64) with CPython 3.11, 3.12 and 3.13" in platforms
+    assert "macOS and Windows have\n  not been tried" in README
+
+
+def test_DDS_10_the_documents_say_that_the_wire_is_not_dds_and_describe_the_one_that_it_is() -> None:
+    wire = next(line for line in README.splitlines() if line.startswith("- **Wire**"))
+    assert "not DDS" in wire and "docs/wire.md#the-format" in wire
+    _, *rows = table(page("wire.md"), "## The format")
+    written = {what.partition(":")[0]: how for what, how in rows}
+    key = DataKey(0, "/chatter", String.__ros_type__, type_hash(String))
+    assert write_key(key) in written["a message's key"]
+    assert encode(String(data="x"))[:4].hex(" ") in written["its payload"]
+    assert f"{ATTACHMENT_SIZE} bytes" in written["its attachment"]
+    node = NodeToken(0, "0" * 32, 3, "talker", "/")
+    pattern = re.search(r"`(@ros2_lv/[^`]+)`", written["who is there"])
+    assert pattern is not None
+    assert pattern[1].replace("SESSION", "0" * 32).replace("NODE", "3") == write_token(node)
+
+
+# -- figures ------------------------------------------------------------------------------------------------------------------
+
+
+def test_E_10_the_readme_tells_the_jitter_of_a_control_loop_as_it_was_measured() -> None:
+    (row,) = (line for line in page("claims.md").splitlines() if line.startswith("| real-time control at 500 Hz"))
+    measured = row.split("|")[2].partition(";")[0]
+    told = " ".join(README.partition("**Python, and real time**")[2].partition("- **")[0].split())
+    for figure in ("0.12 ms", "0.9 ms", "3.2 ms", "3 of 5,000 ticks"):
+        assert figure in measured and figure in told, figure
+    assert "C++" in told
+
+
+def test_U_05_the_versions_that_are_needed_are_declared() -> None:
+    assert 'requires-python = ">=3.11"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    assert "Python 3.11 or newer is all it takes" in README

@@ -1,0 +1,120 @@
+"""The motors follow one life of who commands them: the newest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from actors import Child, Supervisor
+from actors.logs import WARN
+from actors.testing import Rig
+from robot.contracts import BODY_DRIVE, MOTOR_POWER, MOTOR_TARGETS
+from robot.hardware import body as hardware
+from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorTargets
+from robot.nodes.gait import Gait
+from robot.nodes.motors import Motors
+from robot.nodes.proprioception import Proprioception
+from robot.sim.kinematic import KinematicBody
+from tests.robot.nodes.test_sensors import ROOM
+
+OLD, NEW = (1 << 32) + 9, (2 << 32) + 1
+"""Of the ninth life on one machine, and of the first one on the next."""
+
+
+class Noting(KinematicBody):
+    """A body that notes the stiffness of what it is commanded, and the speed with which it is driven."""
+
+    def __init__(self) -> None:
+        super().__init__(ROOM, seed=1)
+        self.commanded: list[float] = []
+        self.driven: list[float] = []
+
+    def command(self, targets: hardware.MotorTargets) -> None:
+        self.commanded.append(float(targets.kp[0]))
+        super().command(targets)
+
+    def drive(self, vx: float, vy: float, wz: float, height: float, mode: str) -> None:
+        self.driven.append(vx)
+        super().drive(vx, vy, wz, height, mode)
+
+
+def targets(fence: int, stiffness: float) -> MotorTargets:
+    return MotorTargets(fence=fence, kp=np.full(12, stiffness))
+
+
+async def motors(rig: Rig) -> Noting:
+    body = Noting()
+    await rig.start(Supervisor("robot", children=[Child(Motors, args=(body,))]))
+    return body
+
+
+async def test_a_late_command_of_an_old_incarnation_is_refused_counted_and_reported_once(rig: Rig) -> None:
+    body = await motors(rig)
+    power = rig.probe(MOTOR_POWER)
+
+    for fence, stiffness in ((OLD, 1.0), (NEW, 2.0), (OLD, 3.0), (OLD, 4.0), (NEW, 5.0)):
+        rig.publish(MOTOR_TARGETS, targets(fence, stiffness))
+        await rig.quiet()
+    await rig.advance(0.2)
+
+    assert body.commanded[:3] == [1.0, 2.0, 5.0]
+    assert power[-1].refused == 2
+    warned = [line.fields for line in rig.logs if line.level == WARN and "refused" in line.event]
+    assert warned == [{"token": "100000009", "newest": "200000001"}]
+
+
+async def test_a_body_that_steps_by_itself_is_not_driven_by_an_old_incarnation(rig: Rig) -> None:
+    body = await motors(rig)
+
+    for fence, speed in ((NEW, 0.1), (OLD, 0.2), (NEW, 0.3)):
+        rig.publish(BODY_DRIVE, BodyDrive(fence=fence, vx=speed, height=0.5, mode="stand"))
+        await rig.quiet()
+
+    assert body.driven[:2] == [0.1, 0.3]
+
+
+async def test_commands_that_are_refused_do_not_hold_up_the_safe_stop(rig: Rig) -> None:
+    await motors(rig)
+    rig.publish(MOTOR_TARGETS, targets(NEW, 1.0))
+    await rig.quiet()
+
+    for _ in range(30):
+        rig.publish(MOTOR_TARGETS, targets(OLD, 1.0))
+        await rig.advance(0.01)
+
+    assert [line.event for line in rig.logs if "sitting down" in line.event] == ["no motor targets: sitting down"]
+
+
+async def test_the_next_life_of_the_motors_knows_whom_to_refuse(rig: Rig) -> None:
+    body = await motors(rig)
+    rig.publish(MOTOR_TARGETS, targets(NEW, 1.0))
+    await rig.quiet()
+    rig.crash("motors")
+    await rig.settled()
+
+    rig.publish(MOTOR_TARGETS, targets(OLD, 2.0))
+    rig.publish(MOTOR_TARGETS, targets(NEW, 3.0))
+    await rig.quiet()
+
+    assert rig.incarnation("motors") == 2
+    assert 2.0 not in body.commanded
+    assert 3.0 in body.commanded
+
+
+@pytest.mark.parametrize("backend", ["physics", "kinematic"])
+async def test_the_gait_says_with_each_command_which_life_of_it_gives_it(rig: Rig, backend: str) -> None:
+    body = KinematicBody(ROOM, seed=1)
+    children = [
+        Child(Motors, args=(body,)),
+        Child(Proprioception, args=(body,)),
+        Child(Gait, parameters={"backend": backend}),
+    ]
+    await rig.start(Supervisor("robot", children=children))
+    commands = rig.probe(MOTOR_TARGETS if backend == "physics" else BODY_DRIVE)
+    await rig.advance(0.1)
+    first = {message.fence for message in commands}
+    rig.crash("gait")
+    await rig.advance(0.2)
+
+    assert first == {1}
+    assert {message.fence for message in commands} == {1, 2}

@@ -1,0 +1,52 @@
+"""`python -m tests.twice [ARGUMENTS OF PYTEST]`: the suite twice, with other hashes of strings. Every test must end in the same way, within 4 GB.
+
+Exit code 0 if it did, 1 if something differs, if a test failed, or if a process of the suite took more memory. The memory is the most that a single
+process had in RAM at a time, and a test may start several.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from itertools import zip_longest
+from pathlib import Path
+
+__all__ = ["LIMIT", "differences", "main"]
+
+LIMIT = 4 * 10**9
+"""Bytes."""
+SHOWN = 20
+"""How many differences are printed."""
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run the suite twice and compare."""
+    with tempfile.TemporaryDirectory() as folder:
+        runs = [_outcomes(Path(folder) / f"run {number}", number, arguments) for number in (1, 2)]
+    differing = differences(*runs)
+    print("\n".join(differing[:SHOWN]))
+    failed = sum(line.endswith("failed") for line in runs[0])
+    most = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024
+    print(
+        f"{len(runs[0])} tests, {failed} failed, {len(differing)} ended differently; at most {most / 1e9:.2f} GB in a process"
+    )
+    return int(bool(differing) or bool(failed) or not runs[0] or most > LIMIT)
+
+
+def differences(first: Sequence[str], second: Sequence[str]) -> list[str]:
+    """Where two runs differ, in their outcomes or in their order."""
+    return [f"first {one}; then {other}" for one, other in zip_longest(first, second) if one != other]
+
+
+def _outcomes(path: Path, hashes: int, arguments: Sequence[str]) -> list[str]:
+    words = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "tests.outcomes", "--outcomes", str(path))
+    subprocess.run([sys.executable, *words, *arguments], env={**os.environ, "PYTHONHASHSEED": str(hashes)}, check=False)
+    return path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
