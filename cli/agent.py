@@ -88,8 +88,13 @@ async def _until_signal() -> int:
     loop = asyncio.get_running_loop()
     came: asyncio.Future[int] = loop.create_future()
     for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, lambda number=number: came.done() or came.set_result(128 + number))
+        loop.add_signal_handler(number, _answer, came, 128 + number)
     return await came
+
+
+def _answer(came: asyncio.Future[int], code: int) -> None:
+    if not came.done():  # a second signal while the first is obeyed
+        came.set_result(code)
 
 
 def _say(line: str) -> None:

@@ -57,9 +57,9 @@ def prepare(given: Preparation) -> None:
         os.environ["PYTHONPATH"] = given.python_path
     sys.path[:] = given.path
     sys.argv[:] = given.argv
-    for module in given.modules:
+    for name in given.modules:
         with suppress(Exception):  # who needs it says why it cannot be imported
-            import_module(module)
+            import_module(name)
     if given.main:
         run = runpy.run_path if given.main_is_script else runpy.run_module
         module = ModuleType(MAIN)

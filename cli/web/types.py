@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors.interfaces import InterfaceError, UnknownInterface, get_action, get_message, get_service
 from actors.interfaces.foreign import ForeignType
-from cli.describing import fetch
-from cli.types import action_parts
+from actors.node.remote_types import action_parts, fetch
 from cli.web.errors import Refused
 
 if TYPE_CHECKING:
@@ -58,12 +57,7 @@ class Types:
         if not name and not users:
             raise Refused(f"nobody serves the action {action}")
         name = name or users[0][1].__ros_type__
-        return await self._get(get_action, name, users, lambda _: action_parts(self._seen(), action, name))
-
-    def _seen(self) -> Any:
-        from cli.graph import Seen
-
-        return Seen(self._system, self._node)
+        return await self._get(get_action, name, users, lambda _: action_parts(self._system.graph, action, name))
 
     async def _get(
         self,

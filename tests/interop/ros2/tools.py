@@ -59,6 +59,7 @@ def checks() -> Iterator[tuple[str, Check]]:
     yield "ros2 service call", call
     yield "ros2 action send_goal --feedback", send_goal
     yield "the twenty programs of docs/coming-from-rclpy.md", twenty
+    yield "ros2 service call of our logger services", logger_levels
 
 
 async def nodes(bench: Bench) -> None:
@@ -207,3 +208,14 @@ async def twenty(bench: Bench) -> None:
             await process.wait()
     lines = told.decode().splitlines()
     assert (process.returncode, lines[-1:]) == (0, ["all of them"]), "\n".join(lines[-20:])
+
+
+async def logger_levels(bench: Bench) -> None:
+    log = bench.ours.system.node(Ticker).log
+    before, kind = log.level, "rcl_interfaces/srv/SetLoggerLevels"
+    wanted = "{levels: [{name: ours.ticker, level: 40}]}"
+    await bench.shows("service", "call", "/ours/ticker/set_logger_levels", kind, wanted, parts=("successful=True",))
+    assert (before, log.level) == (20, 40)
+    kind = "rcl_interfaces/srv/GetLoggerLevels"
+    parts = ("name='ours.ticker', level=40",)
+    await bench.shows("service", "call", "/ours/ticker/get_logger_levels", kind, "{names: [ours.ticker]}", parts=parts)
