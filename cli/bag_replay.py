@@ -51,10 +51,17 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("path", type=Path, metavar="FILE", help="a bag with a journal, or the file of a journal")
     parser.add_argument("--node", metavar="NODE", help="whose journal, by its name; needed with a bag")
     parser.add_argument(
-        "--set", action="append", default=[], metavar="PARAM=VALUE", help="start the node with this value, and go on behind differences"
+        "--set",
+        action="append",
+        default=[],
+        metavar="PARAM=VALUE",
+        help="start the node with this value, and go on behind differences",
     )
     parser.add_argument(
-        "--with", dest="node_class", metavar="MODULE:NODE", help="play to this class instead, and go on behind differences"
+        "--with",
+        dest="node_class",
+        metavar="MODULE:NODE",
+        help="play to this class instead, and go on behind differences",
     )
     parser.add_argument(
         "--break", dest="pause", metavar="TOPIC[N]", help="stop in a debugger where message N (from 0) is sent on TOPIC"
@@ -104,8 +111,17 @@ def _place(text: str) -> tuple[str, int]:
 
 def _tell(verdict: Verdict, as_json: bool, seconds: float) -> None:
     if as_json:
-        facts = {"node": verdict.node, "equal": verdict.equal, "compared": verdict.compared, "seconds": round(seconds, 3)}
-        facts |= {"lacking": verdict.lacking, "failure": verdict.failure, "differences": [*map(str, verdict.differences)]}
+        facts = {
+            "node": verdict.node,
+            "equal": verdict.equal,
+            "compared": verdict.compared,
+            "seconds": round(seconds, 3),
+        }
+        facts |= {
+            "lacking": verdict.lacking,
+            "failure": verdict.failure,
+            "differences": [*map(str, verdict.differences)],
+        }
         print(json.dumps(facts))
         return
     for difference in verdict.differences:
@@ -115,7 +131,9 @@ def _tell(verdict: Verdict, as_json: bool, seconds: float) -> None:
     if verdict.failure:
         print(f"the node ended with {verdict.failure}")
     word = "equal" if verdict.equal else "not equal"
-    print(f"{verdict.node}: {word}; {verdict.compared} messages, calls, answers and log lines compared in {seconds:.1f} s")
+    print(
+        f"{verdict.node}: {word}; {verdict.compared} messages, calls, answers and log lines compared in {seconds:.1f} s"
+    )
 
 
 def _cost(tape: Tape) -> int:
@@ -126,5 +144,7 @@ def _cost(tape: Tape) -> int:
     for kind, count in sorted(kinds.items(), key=lambda one: -one[1]):
         print(f"{count:>9}  {kind}")
     seconds = tape.seconds
-    print(f"{sum(kinds.values())} entries, {size} bytes uncompressed, for {seconds:.1f} s of {tape.node}: {size / max(seconds, 1e-9) / 1e3:.1f} kB/s")
+    print(
+        f"{sum(kinds.values())} entries, {size} bytes uncompressed, for {seconds:.1f} s of {tape.node}: {size / max(seconds, 1e-9) / 1e3:.1f} kB/s"
+    )
     return 0
