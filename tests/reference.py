@@ -87,6 +87,8 @@ INTERNAL: Mapping[str, Sequence[str]] = {
         "join", "leave", "open", "start",
     ),
     "Clock": ("loop_time", "call_at"),
+    "Journal": ("life",),
+    "Tape": ("entries", "start"),
     "Rig": ("leaks",),
     "Node": ("__machinery__", "declarations", "managed"),
     "NodeRecord": (

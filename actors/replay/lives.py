@@ -84,7 +84,8 @@ class PlayedNode:
             edge.begin(task)
             await self.present.run(started_outside(started))
         except BaseException as error:
-            self.failure = described(error)
+            if not edge.over:  # else it is the end of the replay that ends it
+                self.failure = described(error)
             edge.send("end", type(error).__name__, described(error))
             raise
         else:

@@ -108,9 +108,10 @@ class Tape:
     Invariants: the first entry is a ``start``.
     """
 
-    def __init__(self, node: str, entries: Iterable[Entry] = ()) -> None:
+    def __init__(self, node: str, entries: Iterable[Any] = ()) -> None:
         self.node = node
         self.entries: list[Entry] = list(entries)
+        """What is on it, in order; see `actors.replay.tape`."""
 
     def __repr__(self) -> str:
         return f"<journal of {self.node}: {len(self.entries)} entries>"
