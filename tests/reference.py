@@ -68,6 +68,7 @@ SECTIONS: Mapping[str, str] = {
     "Faults": "actors.testing.faults",
     "Blocking programs": "actors.blocking",
     "Recording": "actors.bag",
+    "Replay": "actors.replay",
     "Nodes that come with it": "actors.nodes",
     "Transforms": "actors.tf2",
     "Message filters": "actors.message_filters",

@@ -14,6 +14,7 @@ FLOORS = (
     "check",
     "blocking",
     "launch",
+    "replay",
     "bag",
     "nodes",
     "diagnostics",

@@ -43,6 +43,7 @@ FACES = (
     "actors.parameters.files",
     "actors.parameters.messages",
     "actors.qos",
+    "actors.replay",
     "actors.testing",
     "actors.testing.faults",
     "actors.tf2",
