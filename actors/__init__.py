@@ -17,6 +17,7 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     tf2          transforms between frames over time
     message_filters  messages that belong together, by their stamps
     running      `run`, `open_node`, `execute`; signals and the arguments of a program
+    hosts        children on other machines
     processes    children in processes of their own
     lifecycle    managed nodes, and the state machine behind them
     system       one running tree

@@ -86,7 +86,8 @@ class StreamSubscription(Subscription[M]):
 
 def _deliver_taken(filter: ContentFilter, deliver: Target, message: Any) -> None:
     """Deliver a message, or the one in a wrapper, if the filter takes it."""
-    if filter.takes(message.message if isinstance(message, ExpiringMessage) else message):
+    wrapped: Any = message
+    if filter.takes(wrapped.message if isinstance(message, ExpiringMessage) else message):
         deliver(message)
 
 
