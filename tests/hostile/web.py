@@ -135,7 +135,8 @@ async def attack(count: int, seed: int) -> WebOutcome:
         assert isinstance(server, WebServer)
         await _beside_an_honest_client(system, server, count, seed, outcome)
         async with asyncio.timeout(60):
-            while outcome.left and await asyncio.sleep(0.02, result=True):
+            while outcome.left:
+                await asyncio.sleep(0.02)
                 outcome.left = [path[-1] for path in system.nodes if path[-1].startswith("_web_client")]
     return outcome
 
