@@ -20,7 +20,13 @@ from tests.interop.environment import FOLDER
 
 pytestmark = pytest.mark.interop
 
-PACKAGES = ("roslib@2.1.0", "@foxglove/ws-protocol@0.8.0", "@foxglove/rosmsg@5", "@foxglove/rosmsg2-serialization@3", "ws@8")
+PACKAGES = (
+    "roslib@2.1.0",
+    "@foxglove/ws-protocol@0.8.0",
+    "@foxglove/rosmsg@5",
+    "@foxglove/rosmsg2-serialization@3",
+    "ws@8",
+)
 PROGRAMS = Path(__file__).parent / "programs"
 
 

@@ -48,7 +48,9 @@ def main() -> None:
 
     seen["feedback"] = []
     client = library.ActionClient(ros, "/count", "example_interfaces/Fibonacci")
-    client.send_goal(library.Goal({"order": 4}), result, lambda feedback: seen["feedback"].append(dict(feedback)), print)
+    client.send_goal(
+        library.Goal({"order": 4}), result, lambda feedback: seen["feedback"].append(dict(feedback)), print
+    )
     ended.wait(15)
 
     speed = library.Param(ros, "/talker:speed")
