@@ -85,13 +85,13 @@ def patient(child: Child) -> Child:
 async def browsing(
     robot: Robot | None = None, *, size: tuple[int, int] = WIDE, dark: bool = False, webgl: bool = False
 ) -> AsyncIterator[Browsing]:
-    """A robot that waits in an empty world, on the real clock, its server on a free port, and a browser of this size.
+    """A robot that waits in the warehouse, on the real clock, its server on a free port, and a browser of this size.
 
     At the end the browser must not have complained of anything in its console.
     """
     if CHROMIUM is None:
         pytest.skip("there is no chromium: apt-get install chromium")
-    robot = robot or Robot("empty", body="kinematic", seed=1)
+    robot = robot or Robot("warehouse", body="kinematic", seed=1)
     async with run(changed(robot.tree, patient), sinks=()) as system, async_playwright() as playwright:
         server = (await system.join(Child(WebServer, name="_robactor_web", args=(WebSettings(port=0),)))).node
         assert isinstance(server, WebServer)

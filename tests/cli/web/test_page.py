@@ -44,15 +44,15 @@ async def test_a_click_on_the_floor_makes_the_true_body_go_there() -> None:
         x, y = stage["x"] + stage["width"] / 2, stage["y"] + stage["height"] / 2
 
         await button(page, "Go to…").click()
-        await page.mouse.move(x + 1.5 * metre, y - 1.0 * metre)
+        await page.mouse.move(x + 0.9 * metre, y - 0.7 * metre)
         await page.mouse.down()
-        await page.mouse.move(x + 1.5 * metre, y - 2.0 * metre, steps=4)  # to look along +y there
+        await page.mouse.move(x + 0.9 * metre, y - 1.5 * metre, steps=4)  # to look along +y there
         await page.mouse.up()
         await expect(page.get_by_text("m left")).to_be_visible(timeout=20_000)
         await expect(page.get_by_text("Arrived")).to_be_visible(timeout=60_000)
 
         truth = visit.robot.body.truth()
-        assert truth.position[:2].tolist() == pytest.approx([1.5, 1.0], abs=0.2)
+        assert truth.position[:2].tolist() == pytest.approx([0.9, 0.7], abs=0.2)
         w, _x, _y, z = truth.quaternion.tolist()
         assert (w, z) == pytest.approx((0.707, 0.707), abs=0.1)
 
@@ -271,7 +271,7 @@ async def test_a_goal_of_any_action_is_sent_watched_and_canceled() -> None:
         page = visit.page
         goal = page.get_by_label("Goal, as JSON")
         await expect(goal).to_have_value(re.compile("target_x"), timeout=15_000)
-        await goal.fill('{"target_x": 6.0, "target_y": 0.0}')
+        await goal.fill('{"target_x": 3.0, "target_y": 0.0}')
         await button(page, "Send goal").click()
         card = page.locator(".run")
         await expect(card).to_contain_text("distance_remaining", timeout=15_000)
