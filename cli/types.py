@@ -81,30 +81,15 @@ async def _found(graph: Seen, get: Callable[[str], T], name: str, asked: str, us
         same = [(node, kind) for node, kind in uses if isinstance(kind, ForeignType) and kind.__ros_type__ == asked]
         if not same:
             raise
-        from cli.describing import fetch
+        from actors.node.remote_types import action_parts, fetch
 
-        parts = action_parts(graph, name, asked) if get is get_action else [(asked, same[0][1].type_hash)]
+        parts = action_parts(graph.system.graph, name, asked) if get is get_action else [(asked, same[0][1].type_hash)]
         if await fetch(graph.node, asked, parts, (node for node, _ in same)):
             return get(asked)
         nodes = ", ".join(dict.fromkeys(node for node, _ in same))
         raise CommandFailed(
             f"{error} {nodes} did not describe it either: give the folder of its definition with --interfaces DIR"
         ) from None
-
-
-def action_parts(graph: Seen, name: str, kind: str) -> list[tuple[str, str]]:
-    """The types of an action's services and feedback with their hashes, which its server announces."""
-    found = graph.system.graph
-    ends: list[Any] = [
-        end
-        for part in ("send_goal", "get_result")
-        if (service := found.services.get(f"{name}/_action/{part}")) is not None
-        for end in service.remotes
-    ]
-    feedback = found.topics.get(f"{name}/_action/feedback")
-    ends += [] if feedback is None else feedback.publishers
-    parts = {end.type.__ros_type__: end.type for end in ends if end.type.__ros_type__.startswith(f"{kind}_")}
-    return [(each, used.type_hash) for each, used in parts.items() if isinstance(used, ForeignType)]
 
 
 def _warn(name: str, kind: Any, uses: list[tuple[str, Any]]) -> None:

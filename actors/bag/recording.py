@@ -14,6 +14,7 @@ from actors.bag.offers import Offer, offers
 from actors.bag.options import RecordOptions
 from actors.bag.outbox import Outbox, Taken
 from actors.bag.recorder_services import serve_recorder
+from actors.bag.remote_types import RemoteTypes
 from actors.bag.ring import Channel, Entry, Ring, Source, placed
 from actors.bag.weight import weight_of
 from actors.bag.writer import BagWriter, Split
@@ -42,7 +43,8 @@ class Recorder(Node):
     """Records what `options` say into a new bag at `path`, from its start until its stop.
 
     It subscribes to each topic as soon as there is a publisher, with what fits the offers, so that what is published only while somebody
-    listens is recorded, too. Each message has the time at which it was sent and that of its arrival here; with `use_sim_time` that of
+    listens is recorded, too. A type that is not known here is asked of the nodes that use it, by `get_type_description`; a type that
+    nobody describes is named in the log. Each message has the time at which it was sent and that of its arrival here; with `use_sim_time` that of
     arrival is the time of `/clock`, and nothing is recorded before the first one. Encoding, compression and writing are done in a thread;
     on the virtual clock in the event loop, so that the run waits for the disk.
 
@@ -71,8 +73,9 @@ class Recorder(Node):
         self._ring = Ring(self.options.max_cache_bytes)
         self._captures: dict[Channel, Capture] = {}
         self._channels: dict[tuple[str, str], Channel] = {}
+        self._remote_types = RemoteTypes()
         self._unknown: set[str] = set()
-        """The types that cannot be recorded, because they are not known here."""
+        """The types that cannot be recorded, because nobody describes them. Each has been told of once."""
         self._lost = 0
         """What was lost by captures that have been closed."""
         self._listening = True
@@ -180,13 +183,24 @@ class Recorder(Node):
             return False
         if not self.options.leaf_topics and not offer.used:
             return False
-        if offer.type is None and offer.type_name not in self._unknown:
+        if offer.type is None and (owners := self._remote_types.owners(offer)):
+            self.spawn(self._learn(offer, owners))
+        return offer.type is not None
+
+    async def _learn(self, offer: Offer, owners: list[str]) -> None:
+        """Fetch a type that is not known here from the nodes that use it, and subscribe to its topics."""
+        life = incarnation_of(self)
+        graph = life.runtime.graph
+        if await self._remote_types.fetch(self, graph, offer, owners):
+            for known in offers(graph, life, unpublished=self.options.unpublished):
+                if self._listening and known.type_name == offer.type_name and self._wanted(known):
+                    self._follow(known)
+        elif offer.type_name not in self._unknown:
             self._unknown.add(offer.type_name)
             self.log.warning(
                 "not recorded: its type is not known here", topic=offer.entry.name, type=offer.type_name,
                 remedy="load the folder of its definition: --interfaces DIR, or actors.interfaces.load_folder",
             )  # fmt: skip
-        return offer.type is not None
 
     def _follow(self, offer: Offer) -> None:
         """Subscribe to a topic, or again with less if what is requested now is more than is offered."""

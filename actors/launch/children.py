@@ -16,6 +16,7 @@ from actors.launch.stand_ins import StandIn
 from actors.names.names import fully_qualified
 from actors.node.members import has_fixed_parameters
 from actors.node.node import Node
+from actors.qos.overriding import QOS_OVERRIDES
 from actors.running.options import with_arguments
 from actors.running.target import Unusable, find, grown
 from actors.supervision.declarations import (
@@ -130,7 +131,8 @@ def known_parameters(child: Child, given: Mapping[str, Any], fqn: str, warn: War
     if not (isinstance(kind, type) and issubclass(kind, Node) and has_fixed_parameters(kind)):
         return dict(given)
     table = kind.declarations.table
-    unknown = [name for name in given if name not in table.values]
+    overrides = QOS_OVERRIDES if kind.declarations.overridable else ()
+    unknown = [name for name in given if name not in table.values and not name.startswith(overrides)]
     if unknown:
         from actors.suggest import did_you_mean
 

@@ -208,6 +208,7 @@ class Declarations:
         "clean",
         "hooks",
         "labels",
+        "overridable",
         "owner",
         "parameter_hooks",
         "parameters",
@@ -242,6 +243,9 @@ class Declarations:
         for name, value in members_of(owner).items():
             self._take(name, value)
         self._check_names()
+        profiles = (one.qos for them in (self.publishers, self.streams, self.topics) for one in them)
+        self.overridable = any(qos.overriding is not None for qos in profiles)
+        """Whether parameters may override the quality of service of an endpoint."""
         self.table = ParameterTable(self.parameters) if self.parameters else NO_PARAMETERS
 
     def _take(self, name: str, value: object) -> None:

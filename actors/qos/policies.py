@@ -5,8 +5,11 @@ Use them through ``actors.qos``, which adds the profiles and the rules of matchi
 
 import math
 import warnings
+from collections.abc import Callable
 from enum import StrEnum
 from typing import Final, NoReturn, Self, TypedDict, TypeVar, Unpack, cast
+
+from actors.qos.overriding import DEFAULT_POLICIES, POLICIES, Overriding
 
 __all__ = [
     "BEST_AVAILABLE_DURATION",
@@ -134,6 +137,7 @@ class QoS:
         "limit",
         "liveliness",
         "liveliness_lease",
+        "overriding",
         "reliability",
         "reliable",
         "transient_local",
@@ -152,6 +156,8 @@ class QoS:
     keep_all: bool
     reliable: bool
     transient_local: bool
+    overriding: Overriding | None
+    """What parameters may change of it; see `overridable`."""
     _hash: int
 
     def __init__(
@@ -185,6 +191,7 @@ class QoS:
         put(self, "keep_all", keep_all)
         put(self, "reliable", reliability not in (Reliability.BEST_EFFORT, Reliability.UNKNOWN))
         put(self, "transient_local", durability is Durability.TRANSIENT_LOCAL)
+        put(self, "overriding", None)
         put(self, "_hash", hash(self._fields()))
         self._warn_about_surprises()
 
@@ -201,7 +208,24 @@ class QoS:
         keywords.update(changes)
         if "limit" not in changes and keywords.get("history") != History.KEEP_ALL:
             keywords.pop("limit", None)
-        return QoS(**keywords)
+        changed = QoS(**keywords)
+        object.__setattr__(changed, "overriding", self.overriding)
+        return changed
+
+    def overridable(self, *policies: str, validate: Callable[["QoS"], str | None] | None = None, id: str = "") -> "QoS":
+        """Return an equal profile whose endpoints let parameters of their node override these policies when they are opened.
+
+        Without `policies` these are history, depth and reliability. The parameters are ROS 2's, read-only, and named
+        ``qos_overrides.<topic>.publisher.<policy>`` or ``...subscription...``, with ``_<id>`` after the kind if there is an `id`; durations
+        are whole nanoseconds. `validate` gets the overridden profile and returns None, or why the endpoint cannot have it; its node then
+        does not start. Raises ``InvalidQoS`` for a policy that there is not.
+        """
+        unknown = [policy for policy in policies if policy not in POLICIES]
+        if unknown:
+            raise InvalidQoS(f"{unknown[0]!r} is no policy that can be overridden; there are {', '.join(POLICIES)}")
+        allowed = self.replace()
+        object.__setattr__(allowed, "overriding", Overriding(policies or DEFAULT_POLICIES, validate, id))
+        return allowed
 
     def _fields(self) -> tuple[_Field, ...]:
         """The constructor arguments that give an equal QoS, in the order of ``_KEYWORDS``."""
@@ -247,8 +271,8 @@ class QoS:
     def __delattr__(self, name: str) -> NoReturn:
         raise AttributeError("a QoS never changes; use qos.replace(...) to make another")
 
-    def __reduce__(self) -> tuple[object, tuple[object]]:
-        return _rebuild, (self._fields(),)
+    def __reduce__(self) -> tuple[object, tuple[object, object]]:
+        return _rebuild, (self._fields(), self.overriding)
 
     def __copy__(self) -> "QoS":
         return self
@@ -270,10 +294,12 @@ _KEYWORDS: Final = (
 )
 
 
-def _rebuild(fields: tuple[_Field, ...]) -> QoS:
+def _rebuild(fields: tuple[_Field, ...], overriding: Overriding | None = None) -> QoS:
     with warnings.catch_warnings():  # the warnings were given when the original was created
         warnings.simplefilter("ignore", QoSWarning)
-        return QoS(**cast(Changes, dict(zip(_KEYWORDS, fields, strict=True))))
+        rebuilt = QoS(**cast(Changes, dict(zip(_KEYWORDS, fields, strict=True))))
+    object.__setattr__(rebuilt, "overriding", overriding)
+    return rebuilt
 
 
 def _history_and_depth(history: History | None, depth: int | None) -> tuple[History, int]:

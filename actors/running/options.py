@@ -13,6 +13,7 @@ from actors.names.names import logger_name
 from actors.node.members import has_fixed_parameters
 from actors.node.node import Node
 from actors.parameters.declare import OPTIONAL_PARAMETERS
+from actors.qos.overriding import QOS_OVERRIDES
 from actors.runtime.options import RunOptions, identity_of
 from actors.suggest import did_you_mean
 from actors.supervision.declarations import Child, DynamicSupervisor, Spec
@@ -148,7 +149,7 @@ def parameters_by_node(where: str, tree: Spec, parameters: ParameterSources) -> 
             values = {
                 name: value
                 for name, value in values.items()
-                if name in node.table.values or name in OPTIONAL_PARAMETERS
+                if name in node.table.values or name in OPTIONAL_PARAMETERS or node.overridden(name)
             }
         if values:
             taken[node.fqn] = values
@@ -166,6 +167,13 @@ class _Declared(NamedTuple):
     table: ParameterTable | None
     fixed: bool
     """Whether the node has no other parameters than those in `table`."""
+
+    def overridden(self, name: str) -> bool:
+        """Whether a parameter may be one for the quality of service of the node's endpoints."""
+        kind = self.child.factory
+        assert isinstance(kind, type)
+        assert issubclass(kind, Node)
+        return kind.declarations.overridable and name.startswith(QOS_OVERRIDES)
 
     @property
     def known(self) -> bool:
@@ -205,6 +213,8 @@ def _check_overrides(overrides: ParameterOverrides, nodes: Sequence[_Declared]) 
                 continue
             if name in OPTIONAL_PARAMETERS:
                 continue  # every node has it if it is given
+            if name.startswith(QOS_OVERRIDES):
+                continue  # which topics a node has is known when it has started
             holders = [node for node in reached if node.table is not None and name in node.table.values]
             if not holders and all(node.fixed for node in reached):
                 known = {one for node in reached if node.table is not None for one in node.table.values}

@@ -18,6 +18,7 @@ from actors.qos import (
 )
 from actors.qos.policies import QoS
 from actors.runtime import introspection
+from actors.runtime.qos_overrides import overridden
 from actors.services.server import Server
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 from actors.topics.timed_publisher import publisher_for
@@ -53,12 +54,14 @@ def open_declared_endpoints(life: Incarnation) -> None:
     A setting that nobody has made costs a start nothing: without overrides and observers the parameters are opened at their first use.
     """
     node, declarations = life.node, life.declarations
+    if declarations.overridable:
+        _open_parameters(life)
     for published in declarations.publishers:
         setattr(node, published.attribute, life.publisher(published.topic, published.qos))
     for stream in declarations.streams:
         setattr(node, stream.attribute, life.subscribe(stream.topic, stream.qos))
-    if declarations.parameters and (life.identity.overrides or life.runtime.observers.parameters):
-        life.open_parameters(announce=True)  # overrides have to be checked, observers told
+    if not declarations.overridable:
+        _open_parameters(life)
     if "use_sim_time" in life.identity.overrides and life.parameters.value("use_sim_time"):
         life.ros_time().use(True)
     labels = declarations.labels
@@ -77,6 +80,12 @@ def open_declared_endpoints(life: Incarnation) -> None:
         )
 
 
+def _open_parameters(life: Incarnation) -> None:
+    """Open the parameters if their overrides have to be checked, or observers to be told."""
+    if life.declarations.parameters and (life.identity.overrides or life.runtime.observers.parameters):
+        life.open_parameters(announce=True)
+
+
 def handle(
     life: Incarnation,
     topic: Topic[M],
@@ -88,6 +97,7 @@ def handle(
     """Subscribe `handler` to `topic`. A subscription of the last incarnation is taken over, with the messages that wait in it."""
     life.check_use()
     entry = life.runtime.graph.topic(life.identity.topic(topic.name))
+    qos = overridden(life, entry.name, "subscription", qos)
     subscription = _left_over(life, entry, topic.type, label, concurrent)
     if subscription is not None:
         subscription.take_over(life, handler)

@@ -19,6 +19,7 @@ from actors.qos.policies import QoS
 from actors.runtime import answers, endpoints, introspection, life, owned_tasks, timers
 from actors.runtime.ids import uuid_of
 from actors.runtime.node_parameters import check_store, make_store
+from actors.runtime.qos_overrides import overridden
 from actors.services.client import Client
 from actors.services.introspection import caller_id
 from actors.supervision.reasons import Stop
@@ -244,6 +245,7 @@ class Incarnation:
     def publisher(self, topic: Topic[M], qos: QoS) -> Publisher[M]:
         self.check_use()
         entry = self.runtime.graph.topic(self.identity.topic(topic.name))
+        qos = overridden(self, entry.name, "publisher", qos)
         offered = resolve_publisher(qos, [one.qos for one in entry.subscriptions])
         publisher = publisher_for(self, entry, topic.type, offered)
         self.publishers.append(publisher)
@@ -255,6 +257,7 @@ class Incarnation:
     def subscribe(self, topic: Topic[M], qos: QoS) -> Stream[M]:
         self.check_use()
         entry = self.runtime.graph.topic(self.identity.topic(topic.name))
+        qos = overridden(self, entry.name, "subscription", qos)
         requested = resolve_subscription(qos, [one.qos for one in entry.publishers])
         subscription = StreamSubscription(self, entry, topic.type, requested, self._stream_closed)
         self.streams.append(subscription)

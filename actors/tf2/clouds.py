@@ -31,17 +31,21 @@ def transformed(cloud: PointCloud2, transform: Transform) -> NDArray[np.uint8]:
             f"a cloud needs fields x, y and z, each one FLOAT32 or FLOAT64, to be transformed; its fields: {there}"
         )
     row = cloud.row_step or cloud.width * cloud.point_step
-    if cloud.width * cloud.point_step > row or cloud.height * row > len(cloud.data):
+    order = ">" if cloud.is_bigendian else "<"
+    kinds = {name: np.dtype(order + FLOATS[places[name].datatype]) for name in "xyz"}
+    too_wide = any(places[name].offset + kind.itemsize > cloud.point_step for name, kind in kinds.items())
+    if too_wide or cloud.width * cloud.point_step > row or cloud.height * row > len(cloud.data):
         raise InvalidArgumentException(
             f"a cloud of {cloud.height} x {cloud.width} points of {cloud.point_step} bytes, {row} bytes a row, "
             f"does not fit into its {len(cloud.data)} bytes of data"
         )
     data = np.array(cloud.data, dtype=np.uint8)  # a copy
-    order = ">" if cloud.is_bigendian else "<"
+    if not cloud.width * cloud.height:
+        return data
     axes = [
         np.ndarray(
             shape=(cloud.height, cloud.width),
-            dtype=order + FLOATS[places[name].datatype],
+            dtype=kinds[name],
             buffer=data,
             offset=places[name].offset,
             strides=(row, cloud.point_step),

@@ -36,9 +36,6 @@ class Track:
         self._instants: list[int] = []
         self._steps: list[Step] = []
 
-    def __repr__(self) -> str:
-        return f"<transforms of {self.child}: {'static' if self.static else len(self)}>"
-
     def __len__(self) -> int:
         return len(self._steps)
 

@@ -104,7 +104,7 @@ def examined(seen: Observation) -> list[Result]:
 
 def checks(word: str | None) -> list[Check]:
     """The questions about everything, or about a topic, a service or a node."""
-    from cli.doctor import delays, services, surroundings, topics
+    from cli.doctor import clocks, delays, services, surroundings, topics
 
     of_place = [
         Check("package on the path", surroundings.packages),
@@ -130,6 +130,8 @@ def checks(word: str | None) -> list[Check]:
         Check("age of messages", delays.ages),
         Check("timers", delays.timers),
         Check("event loops", delays.blocked),
+        Check("simulated time", clocks.simulated_time),
+        Check("clocks of machines", clocks.offsets),
     ]
     if word == "topic":
         return [*of_place, *of_topics, *sent, *commands, *of_time]

@@ -55,6 +55,8 @@ class Listened:
 
     messages: int
     seconds: float
+    lag: float | None = None
+    """The least time from sending to arrival, by the clocks of both, seconds; negative if that of the sender is ahead."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,8 @@ class Observation:
     told: tuple[Told, ...] = ()
     processes: tuple[ProcessFigures, ...] = ()
     """The last report of each process that has told at least once."""
+    lags: Mapping[str, float] = field(default_factory=dict[str, float])
+    """By the session of a process: the same of its reports."""
     listened: Mapping[str, Listened] = field(default_factory=dict[str, Listened])
     """By topic."""
     implementation: str = ""

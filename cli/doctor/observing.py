@@ -6,8 +6,9 @@ import argparse
 import asyncio
 import os
 import sys
+import time
 from collections.abc import Generator, Iterable
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import Final
 
@@ -15,6 +16,7 @@ from actors.interfaces.cdr import decode
 from actors.interfaces.errors import InterfaceError
 from actors.transport.environment import domain_from_environment, security_from_environment
 from actors.transport.figures import FIGURES, PERIOD, ProcessFigures
+from actors.transport.format.attachments import parse_attachment
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.keys import DataKey, write_key
 from actors.transport.format.tokens import ALL_GRAPHS, EndpointToken, NodeToken, parse_token
@@ -74,6 +76,8 @@ class Reports:
         """Set when a process has told its figures."""
         self.first: dict[str, ProcessFigures] = {}
         self.last: dict[str, ProcessFigures] = {}
+        self.lags: dict[str, float] = {}
+        """By the session of a process: the least time from sending to arrival, seconds; negative if its clock is ahead."""
 
     def take(self, sample: Sample) -> None:
         """A process has told its figures. What cannot be read is no report."""
@@ -83,6 +87,9 @@ class Reports:
             return
         self.first.setdefault(figures.session, figures)
         self.last[figures.session] = figures
+        with suppress(WireFormatError):
+            lag = _lag(parse_attachment(sample.attachment).source_time)
+            self.lags[figures.session] = min(lag, self.lags.get(figures.session, lag), key=abs)
         self.news.set()
 
     def twice(self) -> tuple[Told, ...]:
@@ -114,6 +121,7 @@ async def observe(options: argparse.Namespace, asked: tuple[Word, str] | None, w
             ends=ends,
             told=reports.twice(),
             processes=tuple(reports.last.values()),
+            lags=reports.lags,
             listened=listened,
             implementation=os.environ.get("RMW_IMPLEMENTATION", ""),
             security=security,
@@ -142,12 +150,18 @@ async def _listen(view: GraphView, transport: Transport, name: str | None, secon
     if name is None or not ends:
         await asyncio.sleep(seconds)
         return {}
-    arrived: list[int] = []
+    lags: list[float] = []
     ear = Ear(view, transport, f"_robactor_cli_{os.getpid()}")
     begun = asyncio.get_running_loop().time()
-    with ear.node(), ear.subscribe(name, ends, _any_quality(), lambda arrival: arrived.append(len(arrival.payload))):
+    with ear.node(), ear.subscribe(name, ends, _any_quality(), lambda arrival: lags.append(_lag(arrival.source_time))):
         await asyncio.sleep(seconds)
-        return {name: Listened(len(arrived), asyncio.get_running_loop().time() - begun)}
+        lag = min(lags, key=abs, default=None)
+        return {name: Listened(len(lags), asyncio.get_running_loop().time() - begun, lag)}
+
+
+def _lag(source_time: int) -> float:
+    """Seconds since this time of sending, in nanoseconds since 1970, by the clock of this machine."""
+    return (time.time_ns() - source_time) / 1e9
 
 
 def _any_quality() -> argparse.Namespace:

@@ -7,7 +7,7 @@ from collections.abc import Coroutine
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cli.web.errors import BadRequest, Refused
-from cli.web.outbox import Frame, Outbox, OutboxFull
+from cli.web.outbox import Frame, Outbox, OutboxFull, Packet, frames_of
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
@@ -70,10 +70,10 @@ class Client:
         address: Any = self._socket.remote_address
         return f"{address[0]}:{address[1]}" if isinstance(address, tuple) and len(address) >= 2 else str(address)  # pyright: ignore[reportUnknownArgumentType]
 
-    def answer(self, frame: Frame) -> None:
+    def answer(self, packet: Packet) -> None:
         """Send what must not be lost. A client that does not read its answers is disconnected."""
         try:
-            self.outbox.answer(frame)
+            self.outbox.answer(packet)
         except OutboxFull as error:
             self.end(OVERLOADED, str(error))
 
@@ -122,7 +122,8 @@ class Client:
 
     async def _write(self) -> None:
         while True:
-            await self._socket.send(await self.outbox.next())
+            for frame in frames_of(await self.outbox.next()):
+                await self._socket.send(frame)
 
     async def _read(self, session: Session) -> None:
         loop = asyncio.get_running_loop()

@@ -7,7 +7,7 @@ from typing import Any, TypeVar, cast
 
 from cli.web.errors import BadRequest
 
-__all__ = ["entries", "flag", "number", "objects", "optional_number", "text"]
+__all__ = ["by_name", "entries", "flag", "number", "objects", "optional_number", "text"]
 
 T = TypeVar("T")
 
@@ -51,14 +51,24 @@ def entries(request: dict[str, Any], key: str, kind: type[T]) -> list[T]:
     value = request.get(key)
     if not isinstance(value, list) or not all(type(item) is kind for item in cast("Iterable[Any]", value)):
         raise BadRequest(f"{_what(request)}: {key!r} must be a list of {kind.__name__}, not {value!r:.60}")
-    found: list[Any] = value
-    return found
+    return cast("list[T]", value)
 
 
 def objects(request: dict[str, Any], key: str) -> list[dict[str, Any]]:
     """A list of objects."""
     found: list[dict[str, Any]] = entries(request, key, dict)
     return found
+
+
+def by_name(fields: Iterable[str], arguments: Any) -> dict[str, Any]:
+    """The arguments of a request, which are an object or a list in the order of the fields."""
+    if arguments is None:
+        return {}
+    if isinstance(arguments, list):
+        return dict(zip(fields, cast("Iterable[Any]", arguments), strict=False))
+    if isinstance(arguments, dict):
+        return cast("dict[str, Any]", arguments)
+    raise BadRequest(f"arguments are an object or a list, not {arguments!r:.60}")
 
 
 def _what(request: dict[str, Any]) -> str:

@@ -9,9 +9,12 @@ from typing import Final, TypeAlias
 
 from actors.waiting import wake
 
-__all__ = ["Frame", "Outbox", "OutboxFull"]
+__all__ = ["Frame", "Outbox", "OutboxFull", "Packet", "frames_of"]
 
 Frame: TypeAlias = "str | bytes"
+
+Packet: TypeAlias = "Frame | tuple[Frame, ...]"
+"""One message: a frame, or several that belong together, of which all are sent or none."""
 
 MOST_ANSWERS: Final = 4096
 MOST_ANSWER_BYTES: Final = 32 * 1024 * 1024
@@ -23,19 +26,29 @@ class OutboxFull(Exception):
     """A client asks for more answers than it reads; it must be disconnected."""
 
 
+def frames_of(packet: Packet) -> tuple[Frame, ...]:
+    """The frames of a message, in order."""
+    return packet if isinstance(packet, tuple) else (packet,)
+
+
+def size_of(packet: Packet) -> int:
+    """The size of a message: bytes, or characters of a text."""
+    return sum(len(frame) for frame in packet) if isinstance(packet, tuple) else len(packet)
+
+
 class _Lane:
     """The messages of one subscription that wait, oldest first."""
 
-    __slots__ = ("bytes", "depth", "frames")
+    __slots__ = ("bytes", "depth", "packets")
 
     def __init__(self, depth: int) -> None:
-        self.frames: deque[Frame] = deque()
+        self.packets: deque[Packet] = deque()
         self.bytes = 0
         self.depth = depth
 
     def drop(self) -> int:
         """Drop the oldest message; returns its size."""
-        size = len(self.frames.popleft())
+        size = size_of(self.packets.popleft())
         self.bytes -= size
         return size
 
@@ -52,7 +65,7 @@ class Outbox:
     """
 
     def __init__(self) -> None:
-        self._answers: deque[Frame] = deque()
+        self._answers: deque[Packet] = deque()
         self._answer_bytes = 0
         self._lanes: dict[Hashable, _Lane] = {}
         """Each subscription with messages that wait, that whose turn it is first."""
@@ -64,33 +77,35 @@ class Outbox:
 
     @property
     def waiting(self) -> int:
-        """The number of frames that wait."""
-        return len(self._answers) + sum(len(lane.frames) for lane in self._lanes.values())
+        """The number of messages that wait."""
+        return len(self._answers) + sum(len(lane.packets) for lane in self._lanes.values())
 
     @property
     def waiting_bytes(self) -> int:
         """Their size in bytes; that of texts in characters."""
         return self._answer_bytes + self._bytes
 
-    def answer(self, frame: Frame) -> None:
-        """Send a frame that must not be lost. Raises `OutboxFull` if too many of them wait."""
-        if len(self._answers) >= MOST_ANSWERS or self._answer_bytes + len(frame) > MOST_ANSWER_BYTES:
+    def answer(self, packet: Packet) -> None:
+        """Send what must not be lost. Raises `OutboxFull` if too many of them wait."""
+        size = size_of(packet)
+        if len(self._answers) >= MOST_ANSWERS or self._answer_bytes + size > MOST_ANSWER_BYTES:
             raise OutboxFull(f"{len(self._answers)} answers wait to be read")
-        self._answers.append(frame)
-        self._answer_bytes += len(frame)
+        self._answers.append(packet)
+        self._answer_bytes += size
         self._wake()
 
-    def offer(self, lane: Hashable, frame: Frame, depth: int = DEPTH) -> None:
+    def offer(self, lane: Hashable, packet: Packet, depth: int = DEPTH) -> None:
         """Send a message of the subscription `lane`, of which at most `depth` messages wait."""
+        size = size_of(packet)
         queue = self._lanes.get(lane)
         if queue is None:
             queue = self._lanes[lane] = _Lane(depth)
-        while len(queue.frames) >= depth:
+        while len(queue.packets) >= depth:
             self._bytes -= queue.drop()
             self.dropped += 1
-        queue.frames.append(frame)
-        queue.bytes += len(frame)
-        self._bytes += len(frame)
+        queue.packets.append(packet)
+        queue.bytes += size
+        self._bytes += size
         while self._bytes > MOST_BYTES and self.waiting > 1:
             self._drop_from_largest()
         self._wake()
@@ -101,38 +116,38 @@ class Outbox:
         if queue is not None:
             self._bytes -= queue.bytes
 
-    async def next(self) -> Frame:
-        """Take the next frame out, waiting until there is one. One task may wait."""
+    async def next(self) -> Packet:
+        """Take the next message out, waiting until there is one. One task may wait."""
         while not self._answers and not self._lanes:
             self._reader = asyncio.get_running_loop().create_future()
             try:
                 await self._reader
             finally:
                 self._reader = None
-        frame = self._take()
+        packet = self._take()
         self.sent += 1
-        self.sent_bytes += len(frame)
-        return frame
+        self.sent_bytes += size_of(packet)
+        return packet
 
-    def _take(self) -> Frame:
+    def _take(self) -> Packet:
         if self._answers:
-            frame = self._answers.popleft()
-            self._answer_bytes -= len(frame)
-            return frame
+            packet = self._answers.popleft()
+            self._answer_bytes -= size_of(packet)
+            return packet
         lane = next(iter(self._lanes))
         queue = self._lanes.pop(lane)
-        frame = queue.frames.popleft()
-        queue.bytes -= len(frame)
-        self._bytes -= len(frame)
-        if queue.frames:
+        packet = queue.packets.popleft()
+        queue.bytes -= size_of(packet)
+        self._bytes -= size_of(packet)
+        if queue.packets:
             self._lanes[lane] = queue  # behind the others
-        return frame
+        return packet
 
     def _drop_from_largest(self) -> None:
         lane, queue = max(self._lanes.items(), key=lambda item: item[1].bytes)
         self._bytes -= queue.drop()
         self.dropped += 1
-        if not queue.frames:
+        if not queue.packets:
             del self._lanes[lane]
 
     def _wake(self) -> None:

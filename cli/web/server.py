@@ -29,6 +29,7 @@ from cli.web.guests import Guests
 from cli.web.http import Files, answer, refusal
 from cli.web.hub import Hub
 from cli.web.parameters import Parameters
+from cli.web.rosbridge.session import RosbridgeSession
 from cli.web.settings import WebSettings, WebUnavailable
 from cli.web.types import Types
 
@@ -165,7 +166,7 @@ class WebServer(Node):
     async def _connected(self, socket: ServerConnection) -> None:
         protocol = "foxglove" if socket.subprotocol else "rosbridge"
         client = Client(socket, protocol, next(self._numbers), self.log)
-        session: Session = FoxgloveSession(self._hub, client)
+        session: Session = (FoxgloveSession if socket.subprotocol else RosbridgeSession)(self._hub, client)
         self._hub.clients[client.number] = client
         self._sessions[client.number] = session
         try:

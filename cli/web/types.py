@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors.interfaces import InterfaceError, UnknownInterface, get_action, get_message, get_service
 from actors.interfaces.foreign import ForeignType
-from cli.describing import fetch
-from cli.types import action_parts
+from actors.node.remote_types import action_parts, fetch
 from cli.web.errors import Refused
 
 if TYPE_CHECKING:
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 __all__ = ["Types"]
 
 T = TypeVar("T")
+
+_NAME = re.compile(r"[A-Za-z]\w{0,80}/(msg|srv|action)/[A-Za-z]\w{0,120}", re.ASCII)
+"""What may be looked for in the folders of definitions."""
 
 
 class Types:
@@ -54,12 +57,7 @@ class Types:
         if not name and not users:
             raise Refused(f"nobody serves the action {action}")
         name = name or users[0][1].__ros_type__
-        return await self._get(get_action, name, users, lambda _: action_parts(self._seen(), action, name))
-
-    def _seen(self) -> Any:
-        from cli.graph import Seen
-
-        return Seen(self._system, self._node)
+        return await self._get(get_action, name, users, lambda _: action_parts(self._system.graph, action, name))
 
     async def _get(
         self,
@@ -68,6 +66,8 @@ class Types:
         users: Iterable[tuple[str, Any]],
         parts: Callable[[Any], list[tuple[str, str]]],
     ) -> T:
+        if not _NAME.fullmatch(name):
+            raise Refused(f"{name!r:.80} is not the name of a type")
         try:
             return get(name)
         except UnknownInterface as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import signal
 import sys
 from collections.abc import AsyncGenerator
 from pathlib import Path
@@ -10,10 +11,11 @@ from pathlib import Path
 import pytest
 import pytest_asyncio
 
+from actors.bag import BagReader
 from actors.interfaces import encode, get_message, load, type_hash
 from actors.interfaces.describing import described
+from actors.interfaces.learning import define
 from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
-from cli.describing import define
 from tests.cli.conftest import ROOT, Command
 
 PROGRAM = """
@@ -166,3 +168,33 @@ async def test_a_type_that_ships_is_written_when_it_is_asked_for_and_one_that_no
     assert "nav_msgs" in unknown.err
     two = await command("interface", "generate", "a", "b")
     assert (two.code, two.err.count("\n")) == (1, 1)
+
+
+async def test_a_recorder_asks_for_the_types_that_it_does_not_know(
+    garden: None, environment: dict[str, str], robot: Command, tmp_path: Path
+) -> None:
+    bag = tmp_path / "walk"
+    words = (sys.executable, "-m", "robot", "bag", "record", "--all", "-o", str(bag))
+    process = await asyncio.create_subprocess_exec(*words, env=environment, stderr=-1)
+    try:
+        async with asyncio.timeout(60):
+            while "Subscription count: 1\n" not in (await robot("topic", "info", "/dig/_action/feedback")).out:
+                assert process.returncode is None
+            dug = await robot("action", "send_goal", "/dig", "garden_msgs/action/Dig", "{depth: 2}")
+            process.send_signal(signal.SIGINT)
+            _, error = await process.communicate()
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+    assert (dug.code, process.returncode) == (0, 0)
+    assert b"not recorded" not in error
+    with BagReader(bag) as read:
+        counts = {topic.name: count for topic, count in read.metadata.topics.items()}
+        types = {topic.name: topic.type for topic in read.topics}
+        first = next(iter(read.messages(["/gnomes"]))).data
+    assert types["/gnomes"] == "garden_msgs/msg/Gnome"
+    assert b"Ann" in first
+    assert counts["/gnomes"] > 5
+    assert types["/dig/_action/feedback"] == "garden_msgs/action/Dig_FeedbackMessage"
+    assert counts["/dig/_action/feedback"] == 1

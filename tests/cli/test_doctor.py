@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from actors import QoS, qos
 from actors.interfaces import encode
+from actors.transport.format.attachments import attachment_writer
 from actors.transport.format.tokens import write_token
 from actors.transport.protocol import Sample
 from cli.doctor import Result, examined, lines, tally
+from cli.doctor.clocks import offsets, simulated_time
 from cli.doctor.delays import ages, blocked, queues, restarts, timers
 from cli.doctor.observation import Finding, Listened, Observation
 from cli.doctor.observing import AllDomains, Reports, packages_named
@@ -470,6 +474,61 @@ def test_the_report_says_what_is_well_and_counts_what_is_not() -> None:
 def test_figures_of_hidden_nodes_are_not_examined() -> None:
     told = process([figures("/_tool", inbox_age=9.0)], [figures("/_tool", inbox_age=9.0)])
     assert list(ages(Observation(told=(told,)))) == []
+
+
+# -- clocks -------------------------------------------------------------------------------------------------------------
+
+
+def test_simulated_time_that_nobody_gives_is_told_with_the_nodes_that_wait_for_it() -> None:
+    (found,) = simulated_time(graph(end("/gait", SUBSCRIPTION, "/clock"), end("/planner", SUBSCRIPTION, "/clock")))
+    assert (found.level, found.subject) == ("problem", "/clock")
+    assert found.cause.startswith("/gait, /planner: use_sim_time is set, and nobody publishes the time")
+    assert found.measured == "0 publishers of /clock, 2 nodes that take their time from it"
+    assert "robactor param set /gait use_sim_time false" in found.remedy
+
+
+def test_a_clock_with_two_publishers_and_nodes_that_do_not_use_it_are_told() -> None:
+    given = end("/simulator", PUBLISHER, "/clock"), end("/gait", SUBSCRIPTION, "/clock")
+    assert list(simulated_time(graph(*given))) == []
+    (twice,) = simulated_time(graph(*given, end("/player", PUBLISHER, "/clock")))
+    assert (twice.level, twice.cause) == ("problem", "/player, /simulator publish it: the time jumps between theirs")
+    (mixed,) = simulated_time(graph(*given, end("/camera", PUBLISHER, "/image")))
+    assert (mixed.level, mixed.cause.split(":")[0]) == ("note", "/camera")
+    assert (
+        list(simulated_time(graph(end("/simulator", PUBLISHER, "/clock"), end("/camera", PUBLISHER, "/image")))) == []
+    )
+
+
+@pytest.mark.parametrize(
+    ("lag", "level"), [(0.02, None), (0.3, "note"), (-0.3, "note"), (2.0, "problem"), (-40.0, "problem")]
+)
+def test_a_machine_whose_clock_differs_is_told_with_the_measured_time(lag: float, level: str | None) -> None:
+    told = process([figures("/a")], [figures("/a")])
+    found = list(offsets(graph(told=(told,), processes=(told.last,), lags={told.last.session: lag})))
+    assert [one.level for one in found] == ([] if level is None else [level])
+    for one in found:
+        assert one.subject == "process 7 of base"
+        assert one.measured.startswith(f"at least {abs(lag):.3f} s between sending and arrival")
+        assert ("ahead" in one.cause) == (lag < 0)
+
+
+def test_the_times_in_the_messages_of_a_topic_are_compared_unless_they_are_kept_for_who_comes_late() -> None:
+    heard = {"/sensor/data": Listened(10, 2.0, 5.0)}
+    (found,) = offsets(graph(end("/eye", PUBLISHER, "/sensor/data"), listened=heard))
+    assert (found.level, found.subject) == ("problem", "/sensor/data")
+    assert list(offsets(graph(end("/eye", PUBLISHER, "/sensor/data", qos.LATCHED), listened=heard))) == []
+    assert (
+        list(offsets(graph(end("/eye", PUBLISHER, "/sensor/data"), listened={"/sensor/data": Listened(0, 1.0)}))) == []
+    )
+
+
+async def test_the_least_difference_of_the_reports_of_a_process_counts() -> None:
+    told, reports = process([figures("/a")], [figures("/a")]), Reports()
+    write = attachment_writer(b"g" * 16)
+    for seconds in (7, 3, 90):
+        sent = time.time_ns() - seconds * 10**9
+        reports.take(Sample("key", encode(told.last), write(1, sent)))
+    assert reports.lags == {told.last.session: pytest.approx(3.0, abs=0.5)}
 
 
 async def test_what_cannot_be_read_is_neither_a_node_nor_a_report() -> None:

@@ -188,3 +188,14 @@ async def test_C_36_an_unknown_rmw_implementation_is_one_clear_line(
     assert said.err.startswith(
         "RMW_IMPLEMENTATION is rmw_cyclonedds_cpp: this library speaks rmw_zenoh_cpp, the default"
     )
+
+
+@pytest.mark.realtime
+async def test_nodes_that_wait_for_a_clock_that_nobody_publishes_are_a_problem(
+    system_of: SystemOf, robot: Command
+) -> None:
+    async with system_of(Child(Battery, parameters={"use_sim_time": True})):
+        found = await robot("doctor", "--json")
+    assert found.code == 1
+    ((finding,),) = findings(found.out).values()
+    assert finding["cause"].startswith("/battery: use_sim_time is set, and nobody publishes the time")

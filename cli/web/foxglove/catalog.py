@@ -138,19 +138,25 @@ class Catalog:
                 found[name, kind.__ros_type__] = kind
         return found
 
-    async def _services(self) -> dict[tuple[str, str], Any]:
-        found: dict[tuple[str, str], Any] = {}
+    def all_services(self) -> list[tuple[str, str]]:
+        """The names and types of all services but hidden ones and those of actions, also of those that are opened when they are called."""
+        found: dict[str, str] = {}
         for record in list(self._system.nodes.values()):
             if record.life is not None and not is_hidden(record.identity.fqn):
-                found |= {(one.name, one.type.__ros_type__): one.type for one in standard_services(record.life)}
+                found |= {one.name: one.type.__ros_type__ for one in standard_services(record.life)}
         for name, entry in list(self._system.graph.services.items()):
             if entry.server is not None and not is_hidden(name):
-                kind = await _or_none(self._types.service(name))
+                found[name] = entry.server.type.__ros_type__
+        return list(found.items())
+
+    async def _services(self) -> dict[tuple[str, str], Any]:
+        found: dict[tuple[str, str], Any] = {}
+        for name, type_name in self.all_services():
+            if name.rpartition("/")[2] not in PARAMETERS:
+                kind = await _or_none(self._types.service(name, type_name))
                 if kind is not None:
                     found[name, kind.__ros_type__] = kind
-        return {
-            key: kind for key, kind in found.items() if not key[0].endswith(tuple(f"/{name}" for name in PARAMETERS))
-        }
+        return found
 
 
 async def _or_none(get: Coroutine[Any, Any, Any]) -> Any:

@@ -7,11 +7,16 @@ from math import pi
 
 import pytest
 
-from actors import Child, Node, Supervisor, every
+from actors import Child, Node, Supervisor, Topic, every
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import TransformStamped
+from actors.interfaces.rosgraph_msgs.msg import Clock
+from actors.interfaces.tf2_msgs.msg import TFMessage
+from actors.interfaces.tf2_msgs.srv import FrameGraph
+from actors.nodes import CLOCK
 from actors.testing import Rig
 from actors.tf2 import (
+    FRAMES,
     TF,
     TF_STATIC,
     Buffer,
@@ -134,7 +139,72 @@ async def test_static_transforms_are_one_latched_message_of_each_broadcaster(rig
     assert [[one.child_frame_id for one in message.transforms] for message in probe] == [["arm", "head"], ["lamp"]]
 
 
-def _message(*transforms: TransformStamped):  # type: ignore[no-untyped-def]
-    from actors.interfaces.tf2_msgs.msg import TFMessage
+async def test_what_comes_too_late_to_be_kept_is_told_once(rig: Rig) -> None:
+    system = await rig.start(lab(Eyes))
+    for second in (30, 5, 6):
+        rig.publish(TF, _message(stamped("map", "odom", ARM, Time(sec=second))))
+    await rig.quiet()
+    told = [record.fields["reason"] for record in system.records if record.event == "a transform was left out"]
+    assert told == ["it is older than what the buffer keeps"]
 
+
+async def test_when_time_is_set_back_what_moves_is_forgotten_and_what_is_static_stays(rig: Rig) -> None:
+    """As when a bag is played again."""
+    children = [Child(Eyes, parameters={"use_sim_time": True}), Child(Mounts)]
+    await rig.start(Supervisor("lab", children=children))
+    rig.publish(CLOCK, Clock(clock=Time(sec=100)))
+    rig.publish(TF, _message(stamped("world", "table", ARM, Time(sec=100))))
+    await rig.quiet()
+    tf = rig.node(Eyes).tf
+    assert tf.can_transform("world", "arm")
+    rig.publish(CLOCK, Clock(clock=Time(sec=10)))
+    await rig.quiet()
+    assert not tf.can_transform("world", "arm")
+    assert tf.can_transform("table", "arm")
+    rig.publish(TF, _message(stamped("world", "table", ARM, Time(sec=10))))
+    await rig.quiet()
+    assert tf.lookup_transform("world", "arm").header.stamp == Time(sec=10)
+
+
+async def test_topics_and_qos_may_be_others(rig: Rig) -> None:
+    class Elsewhere(Node):
+        async def on_start(self) -> None:
+            self.tf = Buffer(node=self)
+            self.listener = TransformListener(
+                self.tf,
+                self,
+                tf_topic="/robot1/tf",
+                tf_static_topic="/robot1/tf_static",
+                qos=5,
+                static_qos=TF_STATIC.qos,
+            )
+            TransformBroadcaster(self, qos=5)
+            StaticTransformBroadcaster(self, qos=TF_STATIC.qos)
+
+    await rig.start(lab(Elsewhere))
+    rig.publish(Topic(TFMessage, "/robot1/tf", TF.qos), _message(stamped("map", "odom", ARM, Time(sec=1))))
+    await rig.quiet()
+    elsewhere = rig.node(Elsewhere)
+    assert repr(elsewhere.listener) == "<TransformListener of /elsewhere: <Buffer of map, odom>>"
+    answer = await rig.call(FRAMES, FrameGraph.Request())
+    assert answer.frame_yaml == elsewhere.tf.all_frames_as_yaml()
+    assert answer.frame_yaml.startswith("'odom':\n  parent: 'map'\n  broadcaster: 'default_authority'\n")
+
+
+async def test_broadcasters_say_what_they_are(rig: Rig) -> None:
+    class Teller(Node):
+        async def on_start(self) -> None:
+            moving, fixed = TransformBroadcaster(self), StaticTransformBroadcaster(self)
+            assert repr(moving) == "<TransformBroadcaster of /teller>"
+            assert repr(fixed) == "<StaticTransformBroadcaster of /teller: nothing told>"
+            fixed.sendTransform([stamped("a", "b", ARM, Time()), stamped("a", "c", ARM, Time())])
+            fixed.sendTransform(stamped("a", "b", HEAD, Time()))
+            assert repr(fixed) == "<StaticTransformBroadcaster of /teller: b, c>"
+
+    await rig.start(lab(Teller, Eyes))
+    await rig.quiet()
+    assert Transform.from_msg(rig.node(Eyes).tf.lookup_transform("a", "b")) == HEAD  # the later one
+
+
+def _message(*transforms: TransformStamped) -> TFMessage:
     return TFMessage(transforms=transforms)

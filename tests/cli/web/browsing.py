@@ -18,6 +18,7 @@ from actors import Child, System, run
 from cli.web.server import WebServer
 from cli.web.settings import WebSettings
 from robot import Robot
+from robot.run.choice import changed
 
 __all__ = ["AXE", "CHROMIUM", "PHONE", "WIDE", "Browsing", "browsing", "until"]
 
@@ -25,7 +26,8 @@ CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 AXE = Path(os.environ.get("ROBACTOR_AXE", "axe.min.js"))
 """axe-core's script, which `.ci/nightly` fetches."""
 WIDE, PHONE = (1280, 800), (390, 844)
-FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader"]
+FLAT, SOLID = ["--no-sandbox", "--disable-gpu"], ["--no-sandbox", "--enable-unsafe-swiftshader"]
+"""Without WebGL, and with one that is a program on the processor."""
 
 
 @dataclass
@@ -58,9 +60,16 @@ async def until(condition: Callable[[], bool], within: float = 30.0) -> None:
             await asyncio.sleep(0.02)
 
 
+def patient(child: Child) -> Child:
+    """A gait that does not sit down when the machine, which has a browser to carry too, stands still for half a second."""
+    if child.name != "gait":
+        return child
+    return child.replace(parameters={**child.parameters, "sensor_timeout": 1.0, "command_timeout": 2.0})
+
+
 @asynccontextmanager
 async def browsing(
-    robot: Robot | None = None, *, size: tuple[int, int] = WIDE, dark: bool = False
+    robot: Robot | None = None, *, size: tuple[int, int] = WIDE, dark: bool = False, webgl: bool = False
 ) -> AsyncIterator[Browsing]:
     """A robot that waits in an empty world, on the real clock, its server on a free port, and a browser of this size.
 
@@ -69,10 +78,10 @@ async def browsing(
     if CHROMIUM is None:
         pytest.skip("there is no chromium: apt-get install chromium")
     robot = robot or Robot("empty", body="kinematic", seed=1)
-    async with run(robot.tree, sinks=()) as system, async_playwright() as playwright:
+    async with run(changed(robot.tree, patient), sinks=()) as system, async_playwright() as playwright:
         server = (await system.join(Child(WebServer, name="_robactor_web", args=(WebSettings(port=0),)))).node
         assert isinstance(server, WebServer)
-        browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=SOLID if webgl else FLAT)
         width, height = size
         context = await browser.new_context(
             viewport={"width": width, "height": height},

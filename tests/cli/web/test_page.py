@@ -102,7 +102,7 @@ async def test_escape_stops_the_robot_and_is_the_writers_own_while_somebody_writ
 
 
 async def test_with_webgl_it_is_drawn_in_three_dimensions_with_the_camera_beside_it() -> None:
-    async with browsing(size=(640, 480)) as visit:
+    async with browsing(size=(640, 480), webgl=True) as visit:
         await visit.open("robot")
         page = visit.page
         assert (await visit.report())["view"] == "canvas"  # where WebGL is a program on the processor

@@ -11,7 +11,7 @@ import pytest
 from robot.run.arguments import parse_seed, seconds, whole, within
 from robot.run.errands import Crash, Fetch, UsageError, parse_fetch, parse_goal
 from robot.run.hardships import Push
-from robot.run.options import parse
+from robot.run.options import Web, parse
 from robot.sim.ground import Ground
 
 
@@ -22,7 +22,7 @@ def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
         "goal": None, "params": None, "log_format": "console", "log_level": "info", "report": None, "motor_delay": 0.004,
         "flight_record": None, "trace": False, "publish_clock": None, "only": (), "arm": False, "fetch": None,
         "listen": (), "connect": (), "processes": False, "hangs": (), "security": None,
-        "ground": None, "pushes": (),
+        "ground": None, "pushes": (), "web": Web(),
     }  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 import { h, svg } from "../core/dom.js";
 
 const ZOOM = 0.0012; // for each unit of the wheel
+const LEAST = 1.7; // units of the drawing for a px, at most, at first: text must be read, and what is outside can be dragged in
 const STILL = 4; // px that a click may move
 
 export class Canvas {
@@ -64,7 +65,7 @@ export class Canvas {
     const { width, height } = this.drawing ?? { width: 1, height: 1 };
     const { clientWidth, clientHeight } = this.element;
     if (!clientWidth || !clientHeight) return;
-    const scale = Math.max(width / clientWidth, height / clientHeight, 0.7) * 1.04;
+    const scale = Math.min(LEAST, Math.max(width / clientWidth, height / clientHeight, 0.7) * 1.04);
     this.box = [width / 2 - (clientWidth * scale) / 2, height / 2 - (clientHeight * scale) / 2, clientWidth * scale, clientHeight * scale];
     this.apply();
   }

@@ -37,7 +37,9 @@ class ConsolePane {
   }
 
   take(line) {
-    this.lines.push(line);
+    let place = this.lines.length; // lines that were kept for newcomers come node by node, not in the order of time
+    while (place > 0 && later(this.lines[place - 1], line)) place--;
+    this.lines.splice(place, 0, line);
     if (this.lines.length > KEPT) this.lines.splice(0, this.lines.length - KEPT);
     this.choose(line.name, false);
     if (!this.paused) this.dirty = true;
@@ -82,6 +84,10 @@ class ConsolePane {
     this.count.textContent = `${found.length} of ${this.lines.length} lines`;
     if (atEnd) this.view.scrollTop = this.view.scrollHeight;
   }
+}
+
+function later({ stamp: a }, { stamp: b }) {
+  return a.sec > b.sec || (a.sec === b.sec && a.nanosec > b.nanosec);
 }
 
 function row(line) {

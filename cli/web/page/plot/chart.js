@@ -33,7 +33,7 @@ export class Chart {
       ...this.size,
       ms: 1e-3,
       scales: { x: { time: false } },
-      axes: [{ ...axis, values: (_, values) => values.map((value) => brief(value - this.last, 3)) }, { ...axis, size: 64 }],
+      axes: [{ ...axis, splits: (_, __, low, high) => this.ticks(low, high), values: (_, values) => values.map((value) => brief(value - this.last, 3)) }, { ...axis, size: 64 }],
       series: [{ label: "time", value: (_, value) => (value === null ? "–" : `${(value - this.last).toFixed(3)} s`) }, ...series.map(({ text, color }) => ({ label: text, stroke: color, width: 1.5, spanGaps: true, points: { show: false } }))],
       cursor: { drag: { x: true, y: true, uni: 30 } },
       hooks: { setSelect: [(plot) => plot.select.width > 0 && this.zoomTo(plot)] },
@@ -41,6 +41,16 @@ export class Chart {
     this.plot = new uPlot(options, [[], ...series.map(() => [])], this.element);
     this.plot.over.ondblclick = () => this.reset();
     this.drawn = 0;
+  }
+
+  /** Whole steps back from the newest value. */
+  ticks(low, high) {
+    const rough = (high - low) / 6;
+    const ten = 10 ** Math.floor(Math.log10(rough));
+    const step = [1, 2, 5, 10].map((one) => one * ten).find((one) => one >= rough);
+    const found = [];
+    for (let k = Math.floor((this.last - low) / step); this.last - k * step <= high; k--) found.push(this.last - k * step);
+    return found;
   }
 
   restyle() {

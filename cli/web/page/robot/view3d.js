@@ -17,7 +17,7 @@ export class View3D {
     this.element = host.appendChild(this.renderer.domElement);
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(50, 1, 0.05, 200);
-    this.camera.position.set(-2.2, -1.9, 1.6);
+    this.camera.position.set(1.7, -1.9, 1.1);
     this.controls = new THREE.OrbitControls(this.camera, this.element);
     this.controls.maxPolarAngle = 1.54;
     this.controls.minDistance = 0.7;

@@ -1,54 +1,22 @@
-"""Types that only other processes know: fetched by the type description service of a node that uses them, and defined here."""
+"""Types that are defined here by the descriptions that other processes give of them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
-from actors import ActorError, Service
-from actors.interfaces import InterfaceError, load
+from actors.interfaces.errors import InterfaceError
 from actors.interfaces.hashes import ARRAY_OFFSETS, BOUNDED_STRING, NESTED, TYPE_IDS
+from actors.interfaces.loading import load
 from actors.interfaces.registry import find
-from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
+from actors.interfaces.text import PARTS
 
-if TYPE_CHECKING:
-    from actors import Node
+__all__ = ["define"]
 
-__all__ = ["define", "fetch"]
-
-PATIENCE = 2.0
-"""Seconds for the answer of one node."""
-
-PLACEHOLDER = "structure_needs_at_least_one_member"
+PLACEHOLDER: Final = "structure_needs_at_least_one_member"
 """The field that ROS 2 puts into an empty type."""
 
 _PRIMITIVES: Final = {number: name for name, number in TYPE_IDS.items() if name != "char"}
-_PARTS: Final = {"srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
-
-
-async def fetch(node: Node, name: str, parts: Iterable[tuple[str, str]], owners: Iterable[str]) -> bool:
-    """Ask the nodes `owners`, one after the other, for a type, and define it here. Returns whether one of them knew it.
-
-    `parts` are the types to ask for, with their hashes: the type itself, or for an action those of its services and feedback.
-    """
-    wanted = list(parts)
-    for owner in dict.fromkeys(owners):
-        answers = [await _asked(node, owner, part, type_hash) for part, type_hash in wanted]
-        described = [answer for answer in answers if answer is not None]
-        if described and len(described) == len(wanted):
-            define(name, described)
-            return True
-    return False
-
-
-async def _asked(node: Node, owner: str, type_name: str, type_hash: str) -> Any:
-    service = Service(GetTypeDescription, f"{owner}/get_type_description")
-    request = GetTypeDescription.Request(type_name=type_name, type_hash=type_hash, include_type_sources=True)
-    try:
-        answer = await node.call(service, request, timeout=PATIENCE)
-    except ActorError:
-        return None
-    return answer if answer.successful else None
 
 
 def define(name: str, answers: Iterable[Any]) -> None:
@@ -71,7 +39,7 @@ def _define(name: str, described: Mapping[str, Any], texts: Mapping[str, str]) -
     if find(name) is not None:
         return
     kind = name.split("/")[1]
-    parts = [f"{name}_{part}" for part in _PARTS.get(kind, ())] or [name]
+    parts = [f"{name}_{part}" for part in PARTS.get(kind, ())] or [name]
     if not any(part in described for part in parts):
         return
     for part in parts:

@@ -1,0 +1,75 @@
+"""Goals that a rosbridge client has sent."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from actors import ActorError, Goal, GoalRejected, GoalStatus
+from actors.contracts.contracts import Action
+from cli.web.conversion import message_of, plain
+from cli.web.errors import Refused
+from cli.web.fields import flag, optional_number, text
+from cli.web.rosbridge.names import absolute, interface
+
+if TYPE_CHECKING:
+    from cli.web.hub import Hub
+    from cli.web.rosbridge.serving import Say
+
+__all__ = ["Goals"]
+
+PATIENCE: Final = 10.0
+"""Seconds for the acceptance of a goal."""
+
+
+class Goals:
+    """The goals of one client that run, by the ids that it has given them. They are canceled when it goes."""
+
+    def __init__(self, hub: Hub, say: Say) -> None:
+        self._hub = hub
+        self._say = say
+        self._goals: dict[str, Goal[Any, Any]] = {}
+
+    async def send(self, request: dict[str, Any]) -> None:
+        """Send a goal, and tell the client what becomes of it."""
+        name, id = absolute(text(request, "action")), str(request.get("id"))
+        told = {"id": id, "action": text(request, "action")}
+        try:
+            await self._follow(name, id, told, request)
+        except GoalRejected as error:
+            why = f"Action goal was rejected{f': {error.reason}' if error.reason else ''}"
+            self._say("action_result", **told, values=why, status=GoalStatus.UNKNOWN.value, result=False)
+        except (ActorError, Refused) as error:
+            self._say("action_result", **told, values=str(error), status=GoalStatus.UNKNOWN.value, result=False)
+
+    async def cancel(self, request: dict[str, Any]) -> None:
+        """Ask for the end of a goal. Raises `Refused` if it does not run, or must not be canceled."""
+        id = str(request.get("id"))
+        goal = self._goals.get(id)
+        if goal is None:
+            raise Refused(f"there is no goal {id:.60} that runs")
+        try:
+            if not await goal.cancel("canceled by the web client"):
+                raise Refused(f"goal {id:.60} has ended, or its server does not let it be canceled")
+        except ActorError as error:
+            raise Refused(str(error)) from None
+
+    async def _follow(self, name: str, id: str, told: dict[str, Any], request: dict[str, Any]) -> None:
+        if id in self._goals:
+            raise Refused(f"goal {id:.60} runs already: give the new one another id")
+        named = text(request, "action_type", "")
+        kind = await self._hub.types.action(name, interface(named, "action") if named else "")
+        message = message_of(kind.Goal, request.get("args"), self._hub.system.clock.stamp())
+        patience = optional_number(request, "timeout") or PATIENCE
+        goal: Goal[Any, Any] = self._hub.node.start(Action(kind, name), message, timeout=patience)
+        async with goal:
+            self._goals[id] = goal
+            try:
+                async for feedback in goal:
+                    if flag(request, "feedback"):
+                        self._say("action_feedback", **told, values=plain(feedback))
+                outcome = await goal.ended()
+            finally:
+                del self._goals[id]
+        values = outcome.reason if outcome.result is None else plain(outcome.result)
+        status = outcome.status.value
+        self._say("action_result", **told, values=values, status=status, result=outcome.result is not None)

@@ -1,0 +1,247 @@
+"""Services and actions that a browser serves: a hidden node stands for each of them, and asks the browser.
+
+An action of a browser runs its goals side by side; the browser tells one from the other by their ids.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncGenerator, Awaitable, Callable
+from itertools import count
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from actors import Aborted, Done, GoalStatus, Node
+from cli.web.conversion import message_of, plain
+from cli.web.errors import BadRequest, Refused
+from cli.web.fields import flag, text
+from cli.web.guests import MOST
+from cli.web.rosbridge.names import absolute, interface
+
+if TYPE_CHECKING:
+    from actors import Action, Service
+    from actors.runtime.unsupervised import UnsupervisedNode
+    from cli.web.hub import Hub
+
+__all__ = ["ActionsServed", "ServicesServed"]
+
+PATIENCE: Final = 30.0
+"""Seconds that a browser has to answer a request, and to end a goal that is canceled."""
+CONCURRENT: Final = 64
+
+Say = Callable[..., None]
+"""Sends an op with its fields to the client."""
+
+
+class BrowserFailed(Exception):
+    """The browser has not done what it serves."""
+
+
+def service_node(service: Service[Any, Any], answer: Callable[[Any], Awaitable[Any]]) -> type[Node]:
+    """A node that serves `service` by `answer`."""
+
+    class ServiceOfBrowser(Node):
+        @service.serve(concurrent=CONCURRENT)
+        async def answered(self, request: Any) -> Any:
+            return await answer(request)
+
+    return ServiceOfBrowser
+
+
+def action_node(action: Action[Any, Any, Any], steps: Callable[[Any], AsyncGenerator[Any, None]]) -> type[Node]:
+    """A node that carries out the goals of `action` by `steps`."""
+
+    class ActionOfBrowser(Node):
+        @action.serve(arrivals="parallel")
+        async def carried_out(self, goal: Any) -> AsyncGenerator[Any, None]:
+            async for step in steps(goal):
+                yield step
+
+    return ActionOfBrowser
+
+
+class _Served(NamedTuple):
+    """A service that this client serves."""
+
+    node: UnsupervisedNode
+    type: Any
+
+
+class ServicesServed:
+    """The services of one client.
+
+    Invariant: `_open` holds the requests that the client has not answered, by their ids, each with the type of the answer.
+    """
+
+    def __init__(self, hub: Hub, say: Say) -> None:
+        self._hub = hub
+        self._say = say
+        self._numbers = count(1)
+        self._served: dict[str, _Served] = {}
+        self._open: dict[str, tuple[Any, asyncio.Future[Any]]] = {}
+
+    async def advertise(self, request: dict[str, Any]) -> None:
+        """Serve a service from now on. Raises `Refused`."""
+        from actors import Service
+
+        name = absolute(text(request, "service"))
+        if name in self._served:
+            raise Refused(f"this client serves {name} already")
+        if len(self._served) >= MOST:
+            raise Refused(f"a client serves at most {MOST} services")
+        kind = await self._hub.types.service(name, interface(text(request, "type"), "srv"))
+
+        async def answer(message: Any) -> Any:
+            return await self._ask(name, kind, message)
+
+        node = await self._hub.guests.join(service_node(Service(kind, name), answer))
+        self._served[name] = _Served(node, kind)
+
+    async def unadvertise(self, request: dict[str, Any]) -> None:
+        """Serve it no more. Raises `Refused` if it is not served."""
+        name = absolute(text(request, "service"))
+        served = self._served.pop(name, None)
+        if served is None:
+            raise Refused(f"this client does not serve {name}")
+        await self._hub.guests.leave(served.node)
+
+    def respond(self, request: dict[str, Any]) -> None:
+        """The client's answer to a request. Raises `BadRequest` if there is no such request."""
+        kind, waiting = self._open.pop(text(request, "id"), (None, None))
+        if waiting is None or kind is None:
+            raise BadRequest(f"there is no open request {request.get('id')!r:.60}")
+        if waiting.done():
+            return
+        values = request.get("values")
+        if request.get("result") is not True:
+            waiting.set_exception(BrowserFailed(f"{values}"[:1000]))
+            return
+        try:
+            waiting.set_result(message_of(kind.Response, values))
+        except Refused as error:
+            waiting.set_exception(BrowserFailed(str(error)))
+            raise
+
+    async def close(self) -> None:
+        """Serve nothing any more; requests that are open fail."""
+        for _, waiting in self._open.values():
+            if not waiting.done():
+                waiting.set_exception(BrowserFailed("the client that serves it has gone"))
+        served, self._served = list(self._served.values()), {}
+        for one in served:
+            await self._hub.guests.leave(one.node)
+
+    async def _ask(self, name: str, kind: Any, message: Any) -> Any:
+        id = f"service_request:{name}:{next(self._numbers)}"
+        waiting: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+        self._open[id] = (kind, waiting)
+        self._say("call_service", id=id, service=name, type=kind.__ros_type__, args=plain(message))
+        try:
+            async with asyncio.timeout(PATIENCE):
+                return await waiting
+        except TimeoutError:
+            raise BrowserFailed(f"the client that serves {name} has not answered for {PATIENCE:g} s") from None
+        finally:
+            self._open.pop(id, None)
+
+
+class _Execution(NamedTuple):
+    """A goal that the client carries out."""
+
+    type: Any
+    steps: asyncio.Queue[Any]
+
+
+class ActionsServed:
+    """The actions of one client.
+
+    Invariant: `_open` holds the goals that the client carries out, by their ids.
+    """
+
+    def __init__(self, hub: Hub, say: Say) -> None:
+        self._hub = hub
+        self._say = say
+        self._numbers = count(1)
+        self._served: dict[str, UnsupervisedNode] = {}
+        self._open: dict[str, _Execution] = {}
+
+    async def advertise(self, request: dict[str, Any]) -> None:
+        """Carry out the goals of an action from now on. Raises `Refused`."""
+        from actors import Action
+
+        name = absolute(text(request, "action"))
+        if name in self._served:
+            raise Refused(f"this client serves {name} already")
+        if len(self._served) >= MOST:
+            raise Refused(f"a client serves at most {MOST} actions")
+        kind = await self._hub.types.action(name, interface(text(request, "type"), "action"))
+        node = action_node(Action(kind, name), lambda goal: self._carry_out(name, kind, goal))
+        self._served[name] = await self._hub.guests.join(node)
+
+    async def unadvertise(self, request: dict[str, Any]) -> None:
+        """Carry out no more of them. Raises `Refused` if it is not served."""
+        name = absolute(text(request, "action"))
+        node = self._served.pop(name, None)
+        if node is None:
+            raise Refused(f"this client does not serve {name}")
+        await self._hub.guests.leave(node)
+
+    def feedback(self, request: dict[str, Any]) -> None:
+        """The client's feedback about a goal."""
+        goal = self._goal(request)
+        goal.steps.put_nowait(message_of(goal.type.Feedback, request.get("values")))
+
+    def result(self, request: dict[str, Any]) -> None:
+        """The client's result of a goal."""
+        goal = self._goal(request)
+        if not flag(request, "result"):
+            goal.steps.put_nowait(BrowserFailed(f"{request.get('values')}"[:1000]))
+            return
+        result, status = message_of(goal.type.Result, request.get("values")), request.get("status", 4)
+        goal.steps.put_nowait(Aborted(result) if status == GoalStatus.ABORTED else Done(result))
+
+    async def close(self) -> None:
+        """Carry out nothing any more; goals that run are aborted."""
+        for goal in self._open.values():
+            goal.steps.put_nowait(BrowserFailed("the client that serves it has gone"))
+        served, self._served = list(self._served.values()), {}
+        for node in served:
+            await self._hub.guests.leave(node)
+
+    def _goal(self, request: dict[str, Any]) -> _Execution:
+        goal = self._open.get(text(request, "id"))
+        if goal is None:
+            raise BadRequest(f"there is no open goal {request.get('id')!r:.60}")
+        return goal
+
+    async def _carry_out(self, name: str, kind: Any, goal: Any) -> AsyncGenerator[Any, None]:
+        id = f"action_goal:{name}:{next(self._numbers)}"
+        steps: asyncio.Queue[Any] = asyncio.Queue()
+        self._open[id] = _Execution(kind, steps)
+        self._say(
+            "send_action_goal", id=id, action=name, action_type=kind.__ros_type__, args=plain(goal), feedback=True
+        )
+        try:
+            while True:
+                try:
+                    step = await steps.get()
+                except asyncio.CancelledError:
+                    self._say("cancel_action_goal", id=id, action=name)
+                    yield await self._end_of(steps)
+                    return
+                if isinstance(step, BrowserFailed):
+                    raise step
+                yield step
+                if isinstance(step, (Done, Aborted)):
+                    return
+        finally:
+            del self._open[id]
+
+    async def _end_of(self, steps: asyncio.Queue[Any]) -> Any:
+        """What the client says at the end of a goal that is canceled."""
+        async with asyncio.timeout(PATIENCE):
+            while True:
+                step = await steps.get()
+                if isinstance(step, BrowserFailed):
+                    raise step
+                if isinstance(step, (Done, Aborted)):
+                    return step  # pyright: ignore[reportUnknownVariableType]

@@ -1,0 +1,211 @@
+"""What one rosbridge client reads."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from actors.interfaces import Message
+from cli.web.conversion import to_json, write_json
+from cli.web.errors import Refused
+from cli.web.fields import optional_number, text
+from cli.web.outbox import DEPTH, Packet
+from cli.web.rosbridge.cbor import cbor, cbor_joined, cbor_message
+from cli.web.rosbridge.fragments import fragments_of
+from cli.web.rosbridge.names import absolute, interface
+from cli.web.rosbridge.png import png_text
+
+if TYPE_CHECKING:
+    from cli.web.client import Client
+    from cli.web.feeds import Arrival
+    from cli.web.hub import Hub
+
+__all__ = ["Subscriptions"]
+
+COMPRESSIONS: Final = ("none", "png", "cbor", "cbor-raw")
+MOST: Final = 1024
+"""Subscriptions of one client."""
+NANOSECONDS: Final = 10**9
+
+
+class _Wish(NamedTuple):
+    """How a client wants the messages of a topic."""
+
+    throttle: float
+    """The least seconds between two messages."""
+    queue: int
+    """How many messages wait for their time, and for the client; 0: the last that fit."""
+    fragment: int | None
+    compression: str
+
+    @classmethod
+    def all_of(cls, wishes: list[_Wish]) -> _Wish:
+        """What serves several wishes for one topic: the shortest pause and the smallest queue and fragments; the densest form."""
+        return cls(
+            min(wish.throttle for wish in wishes),
+            min(wish.queue for wish in wishes),
+            min((wish.fragment for wish in wishes if wish.fragment is not None), default=None),
+            max((wish.compression for wish in wishes), key=COMPRESSIONS.index),
+        )
+
+
+class _Reading:
+    """One topic that a client reads, for one or several of its ids.
+
+    Invariants: messages leave at least `throttle` seconds apart; while `timer` is set, messages wait in `waiting` for that, the newest
+    `queue` of them. Without a queue, those that come too early are dropped.
+    """
+
+    def __init__(self, client: Client, topic: str, wish: _Wish) -> None:
+        self._client = client
+        self._topic = topic
+        self._last = -math.inf
+        """When the last message was sent, on the loop's clock."""
+        self._loop = asyncio.get_running_loop()
+        self._waiting: deque[Arrival] = deque()
+        self._timer: asyncio.TimerHandle | None = None
+        self.ids: dict[Any, _Wish] = {}
+        self.wish = wish
+        self.end: Callable[[], None] | None = None
+
+    def take(self, arrival: Arrival) -> None:
+        """Send a message now, later, or not at all."""
+        now = self._loop.time()
+        if self._timer is None and now >= self._next:
+            self._send(arrival, now)
+            return
+        if self.wish.queue == 0:
+            self._client.outbox.dropped += 1
+            return
+        while len(self._waiting) >= self.wish.queue:
+            self._waiting.popleft()
+            self._client.outbox.dropped += 1
+        self._waiting.append(arrival)
+        if self._timer is None:
+            self._timer = self._loop.call_at(self._next, self._due)
+
+    def close(self) -> None:
+        """Send nothing any more."""
+        if self.end is not None:
+            self.end()
+        if self._timer is not None:
+            self._timer.cancel()
+        self._client.outbox.forget(self._topic)
+
+    @property
+    def _next(self) -> float:
+        return self._last + self.wish.throttle
+
+    def _due(self) -> None:
+        self._timer = None
+        self._send(self._waiting.popleft(), self._loop.time())
+        if self._waiting:
+            self._timer = self._loop.call_at(self._next, self._due)
+
+    def _send(self, arrival: Arrival, now: float) -> None:
+        self._last = now
+        packet = _packet(self._topic, arrival, self.wish)
+        self._client.outbox.offer(self._topic, packet, min(self.wish.queue or DEPTH, DEPTH))
+
+
+class Subscriptions:
+    """The topics that one client reads.
+
+    Invariant: a topic is read once, however many ids the client has for it, as all of their wishes together have it.
+    """
+
+    def __init__(self, hub: Hub, client: Client) -> None:
+        self._hub = hub
+        self._client = client
+        self._readings: dict[str, _Reading] = {}
+
+    async def subscribe(self, request: dict[str, Any]) -> None:
+        """Read a topic, for one id of the client. Raises `Refused`."""
+        topic, wish = absolute(text(request, "topic")), _wish_of(request)
+        reading = self._readings.get(topic)
+        if reading is None:
+            if len(self._readings) >= MOST:
+                raise Refused(f"a client reads at most {MOST} topics")
+            kind = await self._type(topic, request)
+            reading = self._readings[topic] = _Reading(self._client, topic, wish)
+            reading.ids[_id_of(request)] = wish
+            reading.end = self._hub.feeds.open(topic, kind, reading.take)
+            return
+        if len(reading.ids) >= MOST:
+            raise Refused(f"a client has at most {MOST} ids for a topic")
+        reading.ids[_id_of(request)] = wish
+        reading.wish = _Wish.all_of(list(reading.ids.values()))
+
+    def unsubscribe(self, request: dict[str, Any]) -> None:
+        """Read a topic no more for one id, or for all of them if none is named."""
+        topic = absolute(text(request, "topic"))
+        reading = self._readings.get(topic)
+        if reading is None:
+            raise Refused(f"{topic} is not subscribed")
+        if request.get("id") is not None:
+            reading.ids.pop(_id_of(request), None)
+        else:
+            reading.ids.clear()
+        if reading.ids:
+            reading.wish = _Wish.all_of(list(reading.ids.values()))
+        else:
+            del self._readings[topic]
+            reading.close()
+
+    def close(self) -> None:
+        """Read nothing any more."""
+        for reading in self._readings.values():
+            reading.close()
+        self._readings.clear()
+
+    async def _type(self, topic: str, request: dict[str, Any]) -> Any:
+        entry = self._hub.system.graph.topics.get(topic)
+        ends: list[Any] = [] if entry is None else [*entry.publishers, *entry.subscriptions]
+        named = text(request, "type", "")
+        if not named and not ends:
+            raise Refused(f"nobody publishes {topic} yet: name its type to wait for it")
+        name = interface(named, "msg") if named else ends[0].type.__ros_type__
+        return await self._hub.types.message(name, [(end.node.fqn, end.type) for end in ends])
+
+
+def _wish_of(request: dict[str, Any]) -> _Wish:
+    compression = text(request, "compression", "none") if request.get("compression") is not None else "none"
+    if compression not in COMPRESSIONS:
+        raise Refused(f"compression {compression!r:.40}: there are {', '.join(COMPRESSIONS)}")
+    size = optional_number(request, "fragment_size")
+    return _Wish(
+        min(optional_number(request, "throttle_rate"), 1e9) / 1000,
+        int(min(optional_number(request, "queue_length"), DEPTH)),
+        int(min(size, 1e9)) if size else None,
+        compression,
+    )
+
+
+def _id_of(request: dict[str, Any]) -> Any:
+    id = request.get("id")
+    return id if isinstance(id, (str, int, float, type(None))) else str(id)
+
+
+def _packet(topic: str, arrival: Arrival, wish: _Wish) -> Packet:
+    if wish.compression == "cbor":
+        return cbor_joined({"op": cbor("publish"), "topic": cbor(topic), "msg": arrival.encoded(_cbor_part)})
+    if wish.compression == "cbor-raw":
+        seconds, nanoseconds = divmod(arrival.at_ns, NANOSECONDS)
+        raw = {"secs": seconds, "nsecs": nanoseconds, "bytes": arrival.cdr}
+        return cbor({"op": "publish", "topic": topic, "msg": raw})
+    head = write_json(topic)
+    whole = f'{{"op":"publish","topic":{head},"msg":{arrival.encoded(_json_part)}}}'
+    if wish.compression == "png":
+        whole = write_json({"op": "png", "data": png_text(whole)})
+    return whole if wish.fragment is None else fragments_of(whole, wish.fragment)
+
+
+def _json_part(message: Message) -> str:
+    return to_json(message).decode()
+
+
+def _cbor_part(message: Message) -> bytes:
+    return cbor(cbor_message(message))
