@@ -171,7 +171,7 @@ class _Declared(NamedTuple):
     def overridden(self, name: str) -> bool:
         """Whether a parameter may be one for the quality of service of the node's endpoints."""
         kind = self.child.factory
-        assert isinstance(kind, type)
+        assert isinstance(kind, type)  # it has a table
         assert issubclass(kind, Node)
         return kind.declarations.overridable and name.startswith(QOS_OVERRIDES)
 
