@@ -72,7 +72,7 @@ async def _run(options: argparse.Namespace) -> int:
             )
         os.environ[SECURITY] = str(Path(security.file).absolute())  # noqa: ASYNC240  # nothing waits yet
         os.environ[LISTEN], os.environ[CONNECT] = ",".join(options.listen), ",".join(options.connect)
-        transport_here()  # a mistake in it shows here, not when the first child comes
+        transport_here()  # what forbids it shows here, not when the first child comes
         address, port = address_of(options.at)
         agent = serve(address, port, owners=options.owner, security=security, say=_say, modules=options.modules)
         async with agent as (at, bound):

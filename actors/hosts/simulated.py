@@ -16,9 +16,9 @@ from actors.processes.messages import Event, Opaque
 from actors.processes.pickling import pack, unpack
 from actors.processes.simulated import simulate
 from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
+from actors.transport.protocol import Transport
 from actors.transport.simulated.link import Message, Stream
 from actors.transport.simulated.network import Network
-from actors.transport.simulated.session import SimulatedTransport
 from actors.waiting import wake
 
 __all__ = ["HERE", "SimulatedHosts", "hosts_of", "simulate_hosts"]
@@ -72,7 +72,7 @@ class SimulatedHosts:
         for other in self._others(host):
             self._network.heal(host, other)
 
-    def transport(self) -> SimulatedTransport:
+    def transport(self) -> Transport:
         """A transport for the tree itself."""
         return self._network.transport(self._here)
 

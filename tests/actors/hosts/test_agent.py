@@ -255,19 +255,19 @@ async def test_an_agent_that_ends_says_so_and_waits_for_its_processes() -> None:
 
 @virtual
 async def test_what_is_launched_while_the_session_ends_ends_with_it() -> None:
-    for end, asked in (
-        (lambda stage: stage.session.lost(), [StopAsked("the session ends")]),
-        (lambda stage: stage.agent.kill(), ["kill"]),
-    ):
+    for lost in (True, False):
         stage = Stage()
         stage.gate = asyncio.Event()
         stage.hello()
         await stage.launch()
-        end(stage)
+        if lost:
+            stage.session.lost()
+        else:
+            stage.agent.kill()
         stage.gate.set()
         await settle()
 
-        assert stage.processes[1].asked == asked
+        assert stage.processes[1].asked == ([StopAsked("the session ends")] if lost else ["kill"])
         stage.processes[1].kill()
         await settle()
         assert stage.session.ended.done()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import sys
 from collections.abc import Callable
 
 import pytest
@@ -51,7 +52,7 @@ def test_instances_of_a_template_are_where_it_is() -> None:
         (lambda: Child(Idle, hosts=[3]), "a host must be the name of a machine, not 3"),  # type: ignore[list-item]
         (lambda: Child(lambda: Idle(), name="idle", host="base"), "it is to run on base, and its factory"),
         (
-            lambda: Supervisor("arm", hosts=["base", "spare"], children=[Child(Idle, args=(print.__self__,))]),
+            lambda: Supervisor("arm", hosts=["base", "spare"], children=[Child(Idle, args=(sys.stdout,))]),
             "it is to run on base or spare, and args[0]",
         ),
         (

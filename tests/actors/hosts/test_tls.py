@@ -1,3 +1,4 @@
+# pyright: reportPrivateUsage=false
 """Agents over real sockets with real certificates, and the interpreter that they keep ready."""
 
 from __future__ import annotations
