@@ -10,6 +10,7 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     check        what is wrong with a tree, or will surprise, before it runs
     blocking     nodes for scripts and threads without an event loop
     launch       launch files of ROS 2 as supervisor trees; packages and their executables
+    replay       a recording into one node
     bag          flight recorder and trace
     nodes        nodes that come with the framework
     diagnostics  the updater of a node's diagnostics, the aggregator of all
