@@ -98,7 +98,8 @@ def _parameter(text: str) -> tuple[str, Any]:
     name, equals, value = text.partition("=")
     if not equals:
         raise CommandFailed(f"--set {text}: give it as PARAM=VALUE")
-    return name, yaml.safe_load(value)
+    reader: Any = yaml
+    return name, reader.safe_load(value)
 
 
 def _place(text: str) -> tuple[str, int]:
