@@ -19,13 +19,14 @@ from cli.bag_options import add_selection, add_writing, not_negative, positive, 
 from cli.bag_signals import until_signal
 from cli.command import CommandFailed
 from cli.graph import add_graph_options, seen
+from cli.parsing import parsed
 
 __all__ = ["run", "show"]
 
 
 def run(verb: str, argv: Sequence[str]) -> int:
     """Record until Ctrl-C, which is the usual end; the exit code is then 0, as with ros2."""
-    options = _parser().parse_args(argv)
+    options = parsed(_parser(), argv)
     options.topics += options.positional
     options.topics += [f"{node if node.startswith('/') else '/' + node}/_journal" for node in options.replay]
     told = _told(options)

@@ -12,9 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from actors import Node
+from actors.parameters.text import parse_parameter
 from actors.replay import Tape, Verdict, load, replay, tape_in
 from cli.command import CommandFailed
 
@@ -98,8 +97,10 @@ def _parameter(text: str) -> tuple[str, Any]:
     name, equals, value = text.partition("=")
     if not equals:
         raise CommandFailed(f"--set {text}: give it as PARAM=VALUE")
-    reader: Any = yaml
-    return name, reader.safe_load(value)
+    try:
+        return name, parse_parameter(name, value).value
+    except ValueError as error:
+        raise CommandFailed(f"--set {text}: {error}") from error
 
 
 def _place(text: str) -> tuple[str, int]:

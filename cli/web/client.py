@@ -85,6 +85,7 @@ class Client:
         task = asyncio.ensure_future(self._guarded(work, session))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+        task.add_done_callback(lambda _: work.close())  # in case it was canceled before its first step
 
     def end(self, code: int, why: str) -> None:
         """Close the connection. The first reason counts."""
@@ -110,7 +111,10 @@ class Client:
         if self._end is not None:
             code, why = self._end
             self._log.warning("web client disconnected", client=self.address, protocol=self.protocol, because=why)
+            # its frames are read to the end, or the farewell of the client would never be seen behind them
+            rest = asyncio.ensure_future(self._discard())
             await self._socket.close(code, why[:100])
+            await asyncio.gather(rest, return_exceptions=True)
 
     def _note(self, outcome: BaseException | None) -> None:
         from websockets.exceptions import ConnectionClosed
@@ -136,6 +140,10 @@ class Client:
                 self._refuse(error, session)
             free_at = max(free_at, loop.time() - BURST / FRAMES_A_SECOND) + 1 / FRAMES_A_SECOND
             await asyncio.sleep(max(0.0, free_at - loop.time()))
+
+    async def _discard(self) -> None:
+        async for _ in self._socket:
+            pass
 
     async def _guarded(self, work: Coroutine[Any, Any, None], session: Session) -> None:
         try:

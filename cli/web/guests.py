@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
-from actors import ActorError, Child, Node, Topic, qos
+from actors import ActorError, Child, DeclarationError, Node, Topic, qos
 from actors.interfaces import InterfaceError
 from cli.web.errors import Refused
 
@@ -33,7 +33,7 @@ class Guests:
         """A new node. Raises `Refused` if it cannot start."""
         try:
             return await self._system.join(Child(kind, name=f"_web_client_{next(self._numbers)}", args=arguments))
-        except (ActorError, InterfaceError) as error:
+        except (ActorError, DeclarationError, InterfaceError) as error:
             raise Refused(str(error)) from None
 
     async def leave(self, node: UnsupervisedNode) -> None:
@@ -63,7 +63,7 @@ class Publications:
             offered: QoS = LATCHED if latch else qos.DEFAULT.replace(depth=depth)
             try:
                 self._publishers[key] = self._node.node.publisher(Topic(kind, topic), qos=offered)
-            except (ActorError, ValueError) as error:
+            except (ActorError, DeclarationError, ValueError) as error:
                 raise Refused(f"{topic}: {error}") from None
         return self._publishers[key]
 

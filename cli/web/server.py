@@ -52,6 +52,9 @@ REPORT_EVERY: Final = 1.0
 OPENING: Final = 10.0
 """Seconds for the handshake of a connection."""
 
+CLOSING: Final = 2.0
+"""Seconds that a client has for its farewell."""
+
 QUIET: Final = logging.getLogger("cli.web.websockets")
 QUIET.addHandler(logging.NullHandler())
 QUIET.propagate = False
@@ -103,6 +106,11 @@ class WebServer(Node):
         port: int = next(iter(self._server.sockets)).getsockname()[1]
         return port
 
+    @property
+    def clients(self) -> tuple[Client, ...]:
+        """The clients that are connected."""
+        return tuple(self._hub.clients.values())
+
     async def _open(self) -> Server:
         settings, tls = self._settings, self._settings.tls()
         last = settings.port + (settings.tries if settings.port else 1)
@@ -123,7 +131,7 @@ class WebServer(Node):
 
         return await serve(
             self._connected, self._settings.host, port, process_request=self._requested, select_subprotocol=_select, ssl=tls,
-            compression=None, max_size=MOST_FRAME, open_timeout=OPENING, server_header=None, logger=QUIET,
+            compression=None, max_size=MOST_FRAME, open_timeout=OPENING, close_timeout=CLOSING, server_header=None, logger=QUIET,
         )  # fmt: skip
 
     # -- HTTP -----------------------------------------------------------------------------------------------------------------

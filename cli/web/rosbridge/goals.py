@@ -22,12 +22,16 @@ PATIENCE: Final = 10.0
 
 
 class Goals:
-    """The goals of one client that run, by the ids that it has given them. They are canceled when it goes."""
+    """The goals of one client, by the ids that it has given them. They are canceled when it goes.
+
+    Invariant: `_goals` holds an id from its request until its result is told.
+    """
 
     def __init__(self, hub: Hub, say: Say) -> None:
         self._hub = hub
         self._say = say
-        self._goals: dict[str, Goal[Any, Any]] = {}
+        self._goals: dict[str, Goal[Any, Any] | None] = {}
+        """None: it has not been accepted yet."""
 
     async def send(self, request: dict[str, Any]) -> None:
         """Send a goal, and tell the client what becomes of it."""
@@ -46,7 +50,7 @@ class Goals:
         id = str(request.get("id"))
         goal = self._goals.get(id)
         if goal is None:
-            raise Refused(f"there is no goal {id:.60} that runs")
+            raise Refused(f"no goal {id:.60} runs")
         try:
             if not await goal.cancel("canceled by the web client"):
                 raise Refused(f"goal {id:.60} has ended, or its server does not let it be canceled")
@@ -56,20 +60,24 @@ class Goals:
     async def _follow(self, name: str, id: str, told: dict[str, Any], request: dict[str, Any]) -> None:
         if id in self._goals:
             raise Refused(f"goal {id:.60} runs already: give the new one another id")
-        named = text(request, "action_type", "")
-        kind = await self._hub.types.action(name, interface(named, "action") if named else "")
-        message = message_of(kind.Goal, request.get("args"), self._hub.system.clock.stamp())
-        patience = optional_number(request, "timeout") or PATIENCE
-        goal: Goal[Any, Any] = self._hub.node.start(Action(kind, name), message, timeout=patience)
-        async with goal:
-            self._goals[id] = goal
-            try:
+        self._goals[id] = None
+        try:
+            goal = await self._made(name, request)
+            async with goal:
+                self._goals[id] = goal
                 async for feedback in goal:
                     if flag(request, "feedback"):
                         self._say("action_feedback", **told, values=plain(feedback))
                 outcome = await goal.ended()
-            finally:
-                del self._goals[id]
+        finally:
+            del self._goals[id]
         values = outcome.reason if outcome.result is None else plain(outcome.result)
         status = outcome.status.value
         self._say("action_result", **told, values=values, status=status, result=outcome.result is not None)
+
+    async def _made(self, name: str, request: dict[str, Any]) -> Goal[Any, Any]:
+        named = text(request, "action_type", "")
+        kind = await self._hub.types.action(name, interface(named, "action") if named else "")
+        message = message_of(kind.Goal, request.get("args"), self._hub.system.clock.stamp())
+        patience = optional_number(request, "timeout") or PATIENCE
+        return self._hub.node.start(Action(kind, name), message, timeout=patience)

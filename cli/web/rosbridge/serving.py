@@ -59,6 +59,16 @@ def action_node(action: Action[Any, Any, Any], steps: Callable[[Any], AsyncGener
     return ActionOfBrowser
 
 
+def _refuse_second(entry: Any) -> None:
+    if entry is not None and entry.local is not None:
+        raise Refused(f"{entry.local.host} serves {entry.name} already")
+
+
+def _reason(values: Any) -> str:
+    """Why a client has failed, as far as it says so."""
+    return f"{values}"[:1000] if values else "the client that serves it gives no reason"
+
+
 class _Served(NamedTuple):
     """A service that this client serves."""
 
@@ -88,6 +98,7 @@ class ServicesServed:
             raise Refused(f"this client serves {name} already")
         if len(self._served) >= MOST:
             raise Refused(f"a client serves at most {MOST} services")
+        _refuse_second(self._hub.system.graph.services.get(name))
         kind = await self._hub.types.service(name, interface(text(request, "type"), "srv"))
 
         async def answer(message: Any) -> Any:
@@ -113,7 +124,7 @@ class ServicesServed:
             return
         values = request.get("values")
         if request.get("result") is not True:
-            waiting.set_exception(BrowserFailed(f"{values}"[:1000]))
+            waiting.set_exception(BrowserFailed(_reason(values)))
             return
         try:
             waiting.set_result(message_of(kind.Response, values))
@@ -173,6 +184,7 @@ class ActionsServed:
             raise Refused(f"this client serves {name} already")
         if len(self._served) >= MOST:
             raise Refused(f"a client serves at most {MOST} actions")
+        _refuse_second(self._hub.system.graph.actions.get(name))
         kind = await self._hub.types.action(name, interface(text(request, "type"), "action"))
         node = action_node(Action(kind, name), lambda goal: self._carry_out(name, kind, goal))
         self._served[name] = await self._hub.guests.join(node)
@@ -194,7 +206,7 @@ class ActionsServed:
         """The client's result of a goal."""
         goal = self._goal(request)
         if not flag(request, "result"):
-            goal.steps.put_nowait(BrowserFailed(f"{request.get('values')}"[:1000]))
+            goal.steps.put_nowait(Aborted(goal.type.Result(), _reason(request.get("values"))))
             return
         result, status = message_of(goal.type.Result, request.get("values")), request.get("status", 4)
         goal.steps.put_nowait(Aborted(result) if status == GoalStatus.ABORTED else Done(result))
@@ -202,7 +214,7 @@ class ActionsServed:
     async def close(self) -> None:
         """Carry out nothing any more; goals that run are aborted."""
         for goal in self._open.values():
-            goal.steps.put_nowait(BrowserFailed("the client that serves it has gone"))
+            goal.steps.put_nowait(Aborted(goal.type.Result(), "the client that serves it has gone"))
         served, self._served = list(self._served.values()), {}
         for node in served:
             await self._hub.guests.leave(node)
@@ -228,8 +240,6 @@ class ActionsServed:
                     self._say("cancel_action_goal", id=id, action=name)
                     yield await self._end_of(steps)
                     return
-                if isinstance(step, BrowserFailed):
-                    raise step
                 yield step
                 if isinstance(step, (Done, Aborted)):
                     return
@@ -241,7 +251,5 @@ class ActionsServed:
         async with asyncio.timeout(PATIENCE):
             while True:
                 step = await steps.get()
-                if isinstance(step, BrowserFailed):
-                    raise step
                 if isinstance(step, (Done, Aborted)):
                     return step  # pyright: ignore[reportUnknownVariableType]

@@ -12,20 +12,22 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.async_api import Page, async_playwright
+from playwright.async_api import Page, async_playwright, expect
 
 from actors import Child, System, run
+from actors.runtime.record import NodeRecord
 from cli.web.server import WebServer
 from cli.web.settings import WebSettings
 from robot import Robot
 from robot.run.choice import changed
 
-__all__ = ["AXE", "CHROMIUM", "PHONE", "WIDE", "Browsing", "browsing", "until"]
+__all__ = ["AXE", "CHROMIUM", "PHONE", "WIDE", "Browsing", "browsing", "node", "until"]
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 AXE = Path(os.environ.get("ROBACTOR_AXE", "axe.min.js"))
 """axe-core's script, which `.ci/nightly` fetches."""
 WIDE, PHONE = (1280, 800), (390, 844)
+expect.set_options(timeout=30_000)  # a robot and a browser on one machine, which may have others to carry
 FLAT, SOLID = ["--no-sandbox", "--disable-gpu"], ["--no-sandbox", "--enable-unsafe-swiftshader"]
 """Without WebGL, and with one that is a program on the processor."""
 
@@ -47,10 +49,22 @@ class Browsing:
         await self.page.goto(f"{self.url}{query}#{fragment}")
         await self.page.locator("#status.on").wait_for()
 
+    async def counted(self, what: str, count: int, within: float = 60.0) -> None:
+        """Wait until the page has counted so many: ``received`` messages, or ``drawn`` pictures."""
+        async with asyncio.timeout(within):
+            while (await self.report())[what] < count:
+                await asyncio.sleep(0.1)
+
     async def report(self) -> dict[str, Any]:
         """What the page counts about itself."""
         found: dict[str, Any] = await self.page.evaluate("robactorReport()")
         return found
+
+
+def node(system: System, name: str) -> NodeRecord:
+    """The node of this name."""
+    (found,) = (record for record in system.nodes.values() if record.identity.name == name)
+    return found
 
 
 async def until(condition: Callable[[], bool], within: float = 30.0) -> None:
@@ -71,13 +85,13 @@ def patient(child: Child) -> Child:
 async def browsing(
     robot: Robot | None = None, *, size: tuple[int, int] = WIDE, dark: bool = False, webgl: bool = False
 ) -> AsyncIterator[Browsing]:
-    """A robot that waits in an empty world, on the real clock, its server on a free port, and a browser of this size.
+    """A robot that waits in the warehouse, on the real clock, its server on a free port, and a browser of this size.
 
     At the end the browser must not have complained of anything in its console.
     """
     if CHROMIUM is None:
         pytest.skip("there is no chromium: apt-get install chromium")
-    robot = robot or Robot("empty", body="kinematic", seed=1)
+    robot = robot or Robot("warehouse", body="kinematic", seed=1)
     async with run(changed(robot.tree, patient), sinks=()) as system, async_playwright() as playwright:
         server = (await system.join(Child(WebServer, name="_robactor_web", args=(WebSettings(port=0),)))).node
         assert isinstance(server, WebServer)

@@ -156,6 +156,18 @@ async def test_a_goal_is_canceled() -> None:
         assert (await client.find("action_result", id="g1"))["status"] == 5
 
 
+async def test_two_goals_of_one_id_are_not_confused() -> None:
+    async with serving() as stage, stage.rosbridge() as client:
+        for _ in range(2):
+            await client.say("send_action_goal", id="g1", action="/count", args={"order": 3})
+        refused, done = (
+            await client.find("action_result", result=False),
+            await client.find("action_result", result=True),
+        )
+        assert "runs already" in refused["values"] and done["values"] == {"sequence": [0, 1, 1, 2]}
+        assert (await client.call("/add", [1, 1]))["values"] == {"sum": 2}
+
+
 async def test_a_goal_of_a_client_that_goes_is_canceled() -> None:
     async with serving() as stage:
         async with stage.rosbridge() as client:

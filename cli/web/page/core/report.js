@@ -11,7 +11,9 @@ export function startReport(link, draw) {
     list.push(value);
     if (list.length > KEPT) list.shift();
   };
+  let pictures = 0;
   const frame = (now) => {
+    pictures++;
     keep(gaps, now - before);
     before = now;
     const begin = performance.now();
@@ -25,6 +27,7 @@ export function startReport(link, draw) {
   window.robactorReport = () => ({
     connected: link.connected,
     received: link.received,
+    drawn: pictures,
     errors: link.errors,
     work: quantiles(work),
     gaps: quantiles(gaps),

@@ -29,14 +29,14 @@ export class Rosbridge {
     return this.opening;
   }
 
-  /** The answer of a service, as a plain object. Rejects with its reason when it fails, or does not answer. */
-  async call(service, args = {}) {
+  /** The answer of a service, as a plain object; with its type, one that is opened only when it is asked. Rejects with the reason when there is none. */
+  async call(service, args = {}, type = undefined) {
     const socket = await this.connection();
     const id = `call:${++this.last}`;
     return new Promise((resolve, reject) => {
       const timer = setTimeout(() => this.calls.delete(id) && reject(new Error(`${service} does not answer`)), PATIENCE);
       this.calls.set(id, { resolve, reject, timer });
-      socket.send(JSON.stringify({ op: "call_service", id, service, args }));
+      socket.send(JSON.stringify({ op: "call_service", id, service, type, args }));
     });
   }
 

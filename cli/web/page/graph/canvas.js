@@ -30,7 +30,7 @@ export class Canvas {
 
   item(node) {
     const { x, y, width, height, kind, name } = node;
-    const rate = svg("text", { class: "rate", x: 0, y: height / 2 + 11, "text-anchor": "middle" });
+    const rate = svg("text", { class: "rate", "aria-hidden": "true", x: 0, y: height / 2 + 11, "text-anchor": "middle" });
     const group = svg(
       "g", { class: `item ${kind}${node.bad ? " badly" : ""}`, transform: `translate(${x} ${y})`, tabindex: 0, role: "button", "aria-label": `${kind} ${name}` },
       svg("rect", { x: -width / 2, y: -height / 2, width, height, rx: kind === "topic" ? height / 2 : 7 }),

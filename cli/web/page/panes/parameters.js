@@ -57,9 +57,9 @@ class ParametersPane {
     this.list.replaceChildren();
     this.note.say("asking the node …");
     try {
-      const { result } = await this.bridge.call(`${node}/list_parameters`, { prefixes: [], depth: 0 });
+      const { result } = await this.ask(node, "ListParameters", { prefixes: [], depth: 0 });
       const names = result.names;
-      const [{ descriptors }, { values }] = await Promise.all([this.bridge.call(`${node}/describe_parameters`, { names }), this.bridge.call(`${node}/get_parameters`, { names })]);
+      const [{ descriptors }, { values }] = await Promise.all([this.ask(node, "DescribeParameters", { names }), this.ask(node, "GetParameters", { names })]);
       if (this.node !== node) return;
       const rows = names.map((name, i) => this.row(descriptors[i], values[i]));
       this.list.replaceChildren(...rows);
@@ -68,6 +68,12 @@ class ParametersPane {
     } catch (error) {
       if (this.node === node) this.note.say(error.message, true);
     }
+  }
+
+  /** One of the services that every node has: "ListParameters" is `/node/list_parameters`. */
+  ask(node, type, request) {
+    const name = type.replace(/(?!^)[A-Z]/g, "_$&").toLowerCase();
+    return this.bridge.call(`${node}/${name}`, request, `rcl_interfaces/srv/${type}`);
   }
 
   sift() {
@@ -84,7 +90,7 @@ class ParametersPane {
     const said = note("p.note.reason");
     const input = this.editor(descriptor, value, async (changed) => {
       try {
-        const { results } = await this.bridge.call(`${this.node}${SUFFIX}`, { parameters: [{ name, value: changed }] });
+        const { results } = await this.ask(this.node, "SetParameters", { parameters: [{ name, value: changed }] });
         said.say(results[0].successful ? "changed" : results[0].reason || "refused", !results[0].successful);
         if (!results[0].successful) input.element.setAttribute("aria-invalid", "true");
         else input.element.removeAttribute("aria-invalid");

@@ -101,7 +101,7 @@ class RobotPane {
     if (power) say("power", `${power.mean.toFixed(0)} W`);
     if (drive) say("driver", drive.enabled ? drive.source || "nobody" : "disabled");
     const pose = this.world.pose;
-    if (pose) say("place", `${pose.p[0].toFixed(2)}, ${pose.p[1].toFixed(2)} m`);
+    if (pose) say("place", `${metres(pose.p[0])}, ${metres(pose.p[1])} m`);
     if (contacts) [...this.feet.children].forEach((foot, i) => foot.classList.toggle("down", contacts.contact[i] !== 0 && contacts.contact[i] !== false));
     if (drive && drive.enabled !== this.enabled) {
       this.enabled = drive.enabled;
@@ -142,6 +142,11 @@ class RobotPane {
     if (gait && gait.goal !== "walk") return "The robot does not walk: press Walk.";
     return "";
   }
+}
+
+/** To the centimetre, without a minus before nothing. */
+function metres(value) {
+  return (Math.round(100 * value) / 100 + 0).toFixed(2);
 }
 
 function toggle(title, on, changed) {

@@ -3,20 +3,32 @@
 const OCCUPIED = 50;
 
 /** The free cells of a grid on a canvas, with lines a metre apart; all others are left clear. The first row is at the bottom. */
-export function floorPicture(grid, { floor, grid: lines }) {
+export function floorPicture(grid, palette) {
   const { width, height, resolution, origin } = grid.info;
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [width, height];
   const pen = canvas.getContext("2d");
+  const [floor, line] = [palette.floor, palette.grid].map((color) => pixel(pen, color));
+  const picture = pen.createImageData(width, height);
+  const pixels = new Uint32Array(picture.data.buffer); // a large map has a million cells: one write for each
   const whole = (at) => Math.abs(at - Math.round(at)) < resolution / 2;
-  for (let i = 0; i < grid.data.length; i++) {
-    if (grid.data[i] < 0 || grid.data[i] >= OCCUPIED) continue;
-    const [column, row] = [i % width, Math.floor(i / width)];
-    const line = whole(origin.position.x + (column + 0.5) * resolution) || whole(origin.position.y + (row + 0.5) * resolution);
-    pen.fillStyle = line ? lines : floor;
-    pen.fillRect(column, height - 1 - row, 1, 1);
+  const lines = Array.from({ length: width }, (_, column) => whole(origin.position.x + (column + 0.5) * resolution));
+  for (let row = 0; row < height; row++) {
+    const across = whole(origin.position.y + (row + 0.5) * resolution);
+    for (let column = 0; column < width; column++) {
+      const value = grid.data[row * width + column];
+      if (value >= 0 && value < OCCUPIED) pixels[(height - 1 - row) * width + column] = across || lines[column] ? line : floor;
+    }
   }
+  pen.putImageData(picture, 0, 0);
   return canvas;
+}
+
+/** A colour as the four bytes of a pixel. */
+function pixel(pen, color) {
+  pen.fillStyle = color;
+  pen.fillRect(0, 0, 1, 1);
+  return new Uint32Array(pen.getImageData(0, 0, 1, 1).data.buffer)[0];
 }
 
 /** Occupied cells as few rectangles, in cells: {left, right, low, high}. Equal runs in rows above each other are one. */

@@ -6,6 +6,7 @@ import { goalOf } from "./goal.js";
 
 const FOLLOW = 0.12; // share of the way to the robot that the camera goes in one picture
 const NEWTON = 0.0015; // m of an arrow for each newton
+const PLACES = 2048; // of a path, at most
 const WALL = 0.5; // m, how high a cell of the map is drawn that something stands on
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
 
@@ -50,8 +51,8 @@ export class View3D {
     this.hits = points(0.05, 1024);
     this.scan = new THREE.Group();
     this.scan.add(this.hits);
-    this.path = line(0.03);
-    this.trail = line(0.02);
+    this.path = band(0.05, 0.012);
+    this.trail = band(0.03, 0.008);
     this.goal = arrow();
     this.arrows = [0, 1, 2, 3].map(() => {
       const shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.012, 0.012, 1), new THREE.MeshBasicMaterial());
@@ -249,18 +250,23 @@ function points(size, capacity) {
   return cloud;
 }
 
-function line(height) {
+/** A band on the floor along places that are set later: two corners for each place. */
+function band(width, height) {
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * 4096), 3));
-  const drawn = new THREE.Line(geometry, new THREE.LineBasicMaterial());
+  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(6 * PLACES), 3));
+  const corners = [];
+  for (let i = 0; i + 1 < PLACES; i++) corners.push(2 * i, 2 * i + 1, 2 * i + 2, 2 * i + 1, 2 * i + 3, 2 * i + 2);
+  geometry.setIndex(corners);
+  const drawn = flat(geometry, { transparent: true, side: THREE.DoubleSide });
   drawn.position.z = height;
   drawn.frustumCulled = false;
+  drawn.userData.half = width / 2;
   return drawn;
 }
 
 function arrow() {
   const group = new THREE.Group();
-  const ring = flat(new THREE.RingGeometry(0.2, 0.25, 40), { side: THREE.DoubleSide });
+  const ring = flat(new THREE.RingGeometry(0.2, 0.25, 40), { transparent: true });
   const tip = new THREE.Mesh(new THREE.ConeGeometry(0.09, 0.26, 20), new THREE.MeshBasicMaterial());
   tip.rotation.z = -Math.PI / 2;
   tip.position.set(0.38, 0, 0.02);
@@ -280,8 +286,16 @@ function fill(object, flatNumbers, step) {
 
 function strip(object, places) {
   const attribute = object.geometry.getAttribute("position");
-  const count = Math.min(places.length, attribute.count);
-  for (let i = 0; i < count; i++) attribute.setXYZ(i, places[i][0], places[i][1], 0);
+  const count = Math.min(places.length, PLACES);
+  for (let i = 0; i < count; i++) {
+    const [x, y] = places[i];
+    const [fromX, fromY] = places[Math.max(0, i - 1)];
+    const [toX, toY] = places[Math.min(count - 1, i + 1)];
+    const length = Math.hypot(toX - fromX, toY - fromY) || 1;
+    const aside = [(-(toY - fromY) / length) * object.userData.half, ((toX - fromX) / length) * object.userData.half];
+    attribute.setXYZ(2 * i, x + aside[0], y + aside[1], 0);
+    attribute.setXYZ(2 * i + 1, x - aside[0], y - aside[1], 0);
+  }
   attribute.needsUpdate = true;
-  object.geometry.setDrawRange(0, count);
+  object.geometry.setDrawRange(0, Math.max(0, 6 * (count - 1)));
 }

@@ -1,0 +1,184 @@
+"""What one client may cost the others and the robot."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+
+import numpy as np
+import pytest
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed
+
+from actors import Topic
+from actors.interfaces.sensor_msgs.msg import Image
+from actors.interfaces.std_msgs.msg import String
+from cli.web.outbox import MOST_ANSWERS, MOST_BYTES, Outbox, OutboxFull
+from tests.cli.web.stage import serving, until
+
+PICTURE = Topic(Image, "/picture")
+
+
+async def drained(outbox: Outbox) -> list[object]:
+    found: list[object] = []
+    while outbox.waiting:
+        found.append(await outbox.next())
+    return found
+
+
+async def test_answers_go_first_and_subscriptions_take_turns() -> None:
+    outbox = Outbox()
+    for lane, frame in (("a", "a1"), ("a", "a2"), ("a", "a3"), ("b", "b1"), ("b", "b2")):
+        outbox.offer(lane, frame)
+    outbox.answer("answer")
+    assert await drained(outbox) == ["answer", "a1", "b1", "a2", "b2", "a3"]
+
+
+async def test_a_subscription_keeps_the_newest_messages_and_counts_the_others() -> None:
+    outbox = Outbox()
+    for number in range(5):
+        outbox.offer("a", str(number), 2)
+    assert outbox.dropped == 3 and await drained(outbox) == ["3", "4"]
+
+
+async def test_where_memory_ends_the_largest_subscription_gives_way_and_the_small_one_does_not() -> None:
+    outbox = Outbox()
+    outbox.offer("small", "x")
+    for number in range(20):
+        outbox.offer("large", bytes([number]) * (MOST_BYTES // 8))
+    assert outbox.waiting_bytes <= MOST_BYTES
+    found = await drained(outbox)
+    assert found[1] == "x" or found[0] == "x"
+    assert [frame[:1] for frame in found if isinstance(frame, bytes)] == [bytes([number]) for number in range(13, 20)]
+    assert outbox.waiting_bytes == 0
+
+
+async def test_one_message_that_is_larger_than_all_room_still_goes() -> None:
+    outbox = Outbox()
+    outbox.offer("a", b"x" * (MOST_BYTES + 1))
+    assert len(await drained(outbox)) == 1
+
+
+async def test_frames_that_belong_together_are_dropped_together() -> None:
+    outbox = Outbox()
+    for number in range(3):
+        outbox.offer("a", (f"{number}a", f"{number}b"), 1)
+    assert await drained(outbox) == [("2a", "2b")]
+
+
+def test_answers_that_nobody_reads_end_somewhere() -> None:
+    outbox = Outbox()
+    for _ in range(MOST_ANSWERS):
+        outbox.answer("x")
+    with pytest.raises(OutboxFull):
+        outbox.answer("x")
+
+
+async def test_what_waits_for_a_subscription_that_has_ended_is_dropped() -> None:
+    outbox = Outbox()
+    outbox.offer("a", "1")
+    outbox.offer("b", "2")
+    outbox.forget("a")
+    assert await drained(outbox) == ["2"] and outbox.waiting_bytes == 0
+
+
+async def test_a_client_that_never_reads_loses_its_messages_and_nobody_else_does() -> None:
+    async with serving() as stage:
+        out = stage.talker.publisher(PICTURE)
+        async with stage.foxglove() as reader, stage.foxglove() as sleeper:
+            for client in (reader, sleeper):
+                channel = await client.channel("/picture")
+                await client.say("subscribe", subscriptions=[{"id": 1, "channelId": channel["id"]}])
+                await client.say("getParameters", parameterNames=["/talker.speed"], id="subscribed")
+                await client.find("parameterValues", id="subscribed")
+            sleeper.socket.transport.pause_reading()  # type: ignore[attr-defined]
+            for number in range(60):
+                out(Image(width=number, data=np.zeros(1024 * 1024, np.uint8)))
+                assert len(await reader.binary()) > 1024 * 1024
+            asleep = max(stage.server.clients, key=lambda one: one.outbox.dropped)
+            awake = min(stage.server.clients, key=lambda one: one.outbox.dropped)
+            assert asleep.outbox.dropped > 20 and asleep.outbox.waiting_bytes <= MOST_BYTES
+            assert awake.outbox.dropped == 0
+            sleeper.socket.transport.abort()
+
+
+async def test_a_client_that_sends_nothing_but_garbage_is_shown_the_door() -> None:
+    async with serving() as stage:
+        for opened in (stage.foxglove, stage.rosbridge):
+            async with opened() as client:
+                with pytest.raises(ConnectionClosed) as closed:
+                    for _ in range(200):
+                        await client.socket.send("garbage")
+                    while True:
+                        await client.next()
+                assert closed.value.rcvd is not None and closed.value.rcvd.code == 1008
+                assert "none of the protocol" in closed.value.rcvd.reason
+
+
+@pytest.mark.parametrize(
+    "frame",
+    ["", "7", "[]", '{"op": 5}', '{"op": "dance"}', '{"no": "op"}', "[" * 100_000, '{"op": NaN}', "\0", b"", b"\x01", b"\x02\0\0\0", b"\xff" * 30],
+    ids=repr,
+)  # fmt: skip
+async def test_a_malformed_frame_is_answered_and_the_connection_goes_on(frame: str | bytes) -> None:
+    async with serving() as stage:
+        async with stage.foxglove() as viewer, stage.rosbridge() as bridge:
+            for client in (viewer, bridge):
+                await client.socket.send(frame)
+                status = await client.find("status")
+                assert status["level"] in (2, "error") and (status.get("message") or status.get("msg"))
+            assert (await bridge.call("/add", {"a": 1, "b": 1}))["values"] == {"sum": 2}
+
+
+async def test_a_frame_that_is_too_large_ends_the_connection_with_its_code() -> None:
+    async with serving() as stage:
+        socket = await connect(stage.url)
+        with pytest.raises(ConnectionClosed) as closed:
+            await socket.send("x" * (5 * 1024 * 1024))
+            await socket.recv()
+        assert closed.value.rcvd is not None and closed.value.rcvd.code == 1009
+        await socket.wait_closed()
+
+
+async def test_too_many_requests_at_once_are_refused_and_the_others_answered() -> None:
+    async with serving() as stage, stage.rosbridge() as client:
+        for number in range(300):
+            await client.say(
+                "send_action_goal",
+                id=str(number),
+                action="/nowhere",
+                action_type="example_interfaces/Fibonacci",
+                timeout=5,
+            )
+        assert "256 requests" in (await client.find("status"))["msg"]
+        client.socket.transport.abort()
+
+
+async def test_more_clients_than_there_is_room_for_are_told_so() -> None:
+    async with serving() as stage:
+        sockets = [await asyncio.open_connection("127.0.0.1", stage.server.port) for _ in range(64)]
+        lines = (
+            f"GET / HTTP/1.1\r\nHost: localhost:{stage.server.port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+        )
+        for _, writer in sockets:
+            writer.write(lines.encode())
+        await until(lambda: len(stage.server.clients) == 64)
+        reader, writer = await asyncio.open_connection("127.0.0.1", stage.server.port)
+        writer.write(lines.encode())
+        assert b"503" in await reader.readline()
+        for one in (writer, *(writer for _, writer in sockets)):
+            one.close()
+
+
+async def test_messages_reach_every_client_of_a_topic_and_are_encoded_once() -> None:
+    async with serving() as stage:
+        async with stage.rosbridge() as first, stage.rosbridge() as second:
+            for client in (first, second):
+                await client.say("subscribe", topic="/chatter")
+                await client.call("/rosapi/get_time")
+            entry = stage.system.graph.topics["/chatter"]
+            assert len(entry.subscriptions) == 1  # the server's own, for both
+            stage.talker.chatter(String(data="all"))
+            for client in (first, second):
+                assert json.dumps((await client.find("publish"))["msg"]) == '{"data": "all"}'
