@@ -71,7 +71,7 @@ class PlayedNode:
         """One life of the node, from the moment at which the tape begins it."""
         self._gate = asyncio.get_running_loop().create_future()
         start = await self._gate
-        edge, self._gate, self.alive = self._edge, None, True
+        edge, self._gate, self.alive, self.failure = self._edge, None, True, ""
         if record.incarnation == 0:
             record.incarnation, record.saved = start.incarnation - 1, thawed(start.saved)
             record.asked_state = start.state
@@ -89,7 +89,6 @@ class PlayedNode:
             edge.send("end", type(error).__name__, described(error))
             raise
         else:
-            self.failure = ""
             edge.send("end", "", "")
         finally:
             INSIDE.reset(token)
