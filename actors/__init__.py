@@ -10,11 +10,14 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     check        what is wrong with a tree, or will surprise, before it runs
     blocking     nodes for scripts and threads without an event loop
     launch       launch files of ROS 2 as supervisor trees; packages and their executables
+    replay       journals of nodes, and their replay to one node alone
     bag          flight recorder and trace
     nodes        nodes that come with the framework
+    diagnostics  the updater of a node's diagnostics, the aggregator of all
     tf2          transforms between frames over time
     message_filters  messages that belong together, by their stamps
     running      `run`, `open_node`, `execute`; signals and the arguments of a program
+    hosts        children on other machines
     processes    children in processes of their own
     lifecycle    managed nodes, and the state machine behind them
     system       one running tree
@@ -31,6 +34,7 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     supervision  trees as values, the supervisor that runs one, reasons and reports
     logs         log lines, levels and sinks
     time         `Time`, `Duration`, clocks, tickers, event loops
+    images       images and point clouds as arrays
     interfaces   message, service and action types; CDR; type hashes
     checks       checks of arguments
     names        names of ROS, remapping
@@ -107,6 +111,7 @@ from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
 from actors.system import System, graph_of, system_of
 from actors.time.clock import Clock
+from actors.topics.content_filter import ContentFilter, InvalidFilter
 from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream
 
@@ -120,6 +125,7 @@ __all__ = [
     "CallTimeout",
     "Child",
     "Clock",
+    "ContentFilter",
     "DeclarationError",
     "Done",
     "DynamicSupervisor",
@@ -135,6 +141,7 @@ __all__ = [
     "GoalStatus",
     "HookResult",
     "Intensity",
+    "InvalidFilter",
     "Killed",
     "Leaked",
     "LifecycleNode",

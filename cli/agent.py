@@ -14,6 +14,7 @@ from actors.hosts.there import CONNECT, LISTEN, transport_here
 from actors.hosts.tls import PORT, address_of, serve
 from actors.transport.environment import SECURITY, security_from_environment
 from actors.transport.protocol import WireUnavailable
+from actors.waiting import wake
 from cli.command import CommandFailed
 
 __all__ = ["main"]
@@ -71,7 +72,7 @@ async def _run(options: argparse.Namespace) -> int:
             )
         os.environ[SECURITY] = str(Path(security.file).absolute())  # noqa: ASYNC240  # nothing waits yet
         os.environ[LISTEN], os.environ[CONNECT] = ",".join(options.listen), ",".join(options.connect)
-        transport_here()  # a mistake in it shows here, not when the first child comes
+        transport_here()  # what forbids it shows here, not when the first child comes
         address, port = address_of(options.at)
         agent = serve(address, port, owners=options.owner, security=security, say=_say, modules=options.modules)
         async with agent as (at, bound):
@@ -88,13 +89,8 @@ async def _until_signal() -> int:
     loop = asyncio.get_running_loop()
     came: asyncio.Future[int] = loop.create_future()
     for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, _answer, came, 128 + number)
+        loop.add_signal_handler(number, wake, came, 128 + number)
     return await came
-
-
-def _answer(came: asyncio.Future[int], code: int) -> None:
-    if not came.done():  # a second signal while the first is obeyed
-        came.set_result(code)
 
 
 def _say(line: str) -> None:

@@ -17,6 +17,7 @@ VERBS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "record": ("bag_record", "record topics, services and actions"),
         "play": ("bag_play", "publish what was recorded"),
         "burst": ("bag_play", "publish some messages at once, then wait"),
+        "replay": ("bag_replay", "play the journal of one node to that node alone"),
         "info": ("bag_info", "what a bag holds"),
         "echo": ("bag_echo", "print the messages of a bag, as YAML or JSON"),
         "convert": ("bag_rewrite", "write a bag anew, with other settings"),
@@ -44,10 +45,11 @@ def main(argv: Sequence[str]) -> int:
     module = import_module(f"cli.{VERBS[options.verb][0]}")
     from actors.bag import BagError
     from actors.qos import InvalidQoS
+    from actors.replay import ReplayError
 
     try:
         return int(module.run(options.verb, argv[1:]))
-    except (BagError, InvalidQoS) as error:
+    except (BagError, InvalidQoS, ReplayError) as error:
         raise CommandFailed(str(error)) from error
     except BrokenPipeError:
         raise

@@ -13,7 +13,7 @@ from actors.bag import BagReader, BagTopic, type_of
 from actors.interfaces import Message, decode
 from actors.interfaces.errors import CdrError
 from cli.bag_options import add_selection, not_negative, selection_of
-from cli.parsing import TRUNCATED
+from cli.parsing import TRUNCATED, parsed
 from cli.text import message_yaml, plain
 from cli.topic.echo import field_of
 
@@ -34,7 +34,7 @@ def run(verb: str, argv: Sequence[str]) -> int:
     group.add_argument(
         "--start-offset", type=not_negative, default=0.0, metavar="S", help="begin S seconds into the bag"
     )
-    options = parser.parse_args(argv)
+    options = parsed(parser, argv)
     options.topics += options.positional
     with BagReader(options.bag_path) as bag:
         return _echo(bag, options)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from actors.bag import BagReader, BagTopic
 from cli.bag_options import size
+from cli.parsing import parsed
 
 __all__ = ["run"]
 
@@ -37,7 +38,7 @@ def run(verb: str, argv: Sequence[str]) -> int:
     parser.add_argument("-v", "--verbose", action="store_true", help="also how much each topic contributes to the size")
     parser.add_argument("--sort", choices=("name", "type", "count"), default="name", help="the order of the topics")
     parser.add_argument("--json", action="store_true", help="as JSON")
-    options = parser.parse_args(argv)
+    options = parsed(parser, argv)
     with BagReader(options.bag_path) as bag:
         topics = _sorted(bag, options.sort)
         if options.json:
@@ -57,7 +58,7 @@ def _list(argv: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m robot bag list", description="What bags can be written in.")
     parser.add_argument("plugin_type", choices=PLUGINS)
     parser.add_argument("-v", "--verbose", action="store_true", help="accepted for ros2's sake")
-    print("\n".join(PLUGINS[parser.parse_args(argv).plugin_type]))
+    print("\n".join(PLUGINS[parsed(parser, argv).plugin_type]))
     return 0
 
 

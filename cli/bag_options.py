@@ -120,7 +120,9 @@ def add_writing(parser: argparse.ArgumentParser) -> None:
         "--compression-mode", choices=("none", "file", "message"), default=None,
         help="none: do not compress; otherwise chunks are compressed, which every reader of MCAP understands",
     )  # fmt: skip
-    group.add_argument("--storage-preset-profile", choices=PRESETS, help="the profiles of ros2: zstd, or none")
+    group.add_argument(
+        "--storage-preset-profile", choices=PRESETS, metavar="NAME", help=f"the profiles of ros2: {', '.join(PRESETS)}"
+    )
     group.add_argument(
         "--custom-data", nargs="*", default=[], metavar="KEY=VALUE", help="texts to keep in metadata.yaml"
     )

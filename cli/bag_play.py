@@ -20,13 +20,14 @@ from cli.bag_record import show
 from cli.bag_signals import until_signal
 from cli.command import CommandFailed, Exit
 from cli.graph import add_graph_options, seen
+from cli.parsing import parsed
 
 __all__ = ["run"]
 
 
 def run(verb: str, argv: Sequence[str]) -> int:
     """Play a bag to its end; the exit code."""
-    options = _parser(verb).parse_args(argv)
+    options = parsed(_parser(verb), argv)
     told = _told(options)
     with BagReader(options.bag_path):
         pass  # so that a bag that is none is said before anything else happens
@@ -42,7 +43,7 @@ def _parser(verb: str) -> argparse.ArgumentParser:
     group.add_argument(
         "--start-offset", type=not_negative, default=0.0, metavar="S", help="begin S seconds into the bag"
     )
-    group.add_argument("-m", "--remap", nargs="+", default=[], metavar="OLD:=NEW", help="play under another name")
+    group.add_argument("-m", "--remap", nargs="+", default=[], metavar="RULE", help="OLD:=NEW: play under another name")
     group.add_argument(
         "--qos-profile-overrides-path", type=Path, metavar="FILE", help="what to offer, by topic, in YAML"
     )
@@ -90,7 +91,8 @@ def _add_play(parser: argparse.ArgumentParser, group: Any) -> None:
     )
     group.add_argument(
         "--service-requests-source", choices=("service_introspection", "client_introspection"),
-        default="service_introspection", help="whose record of them",
+        default="service_introspection", metavar="SOURCE",
+        help="whose record of them: service_introspection (that of the server), or client_introspection",
     )  # fmt: skip
     group.add_argument("--disable-loan-message", action="store_true", help="accepted for ros2's sake")
 

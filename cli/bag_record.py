@@ -19,14 +19,16 @@ from cli.bag_options import add_selection, add_writing, not_negative, positive, 
 from cli.bag_signals import until_signal
 from cli.command import CommandFailed
 from cli.graph import add_graph_options, seen
+from cli.parsing import parsed
 
 __all__ = ["run", "show"]
 
 
 def run(verb: str, argv: Sequence[str]) -> int:
     """Record until Ctrl-C, which is the usual end; the exit code is then 0, as with ros2."""
-    options = _parser().parse_args(argv)
+    options = parsed(_parser(), argv)
     options.topics += options.positional
+    options.topics += [f"{node if node.startswith('/') else '/' + node}/_journal" for node in options.replay]
     told = _told(options)
     for folder in options.interfaces:
         load_folder(folder)
@@ -45,6 +47,13 @@ def _parser() -> argparse.ArgumentParser:
     add_selection(parser, "record", everything=False)
     add_writing(parser)
     group = parser.add_argument_group("recording")
+    group.add_argument(
+        "--replay",
+        action="append",
+        default=[],
+        metavar="NODE",
+        help="also the journal of NODE, for `bag replay`; its program must keep one",
+    )
     group.add_argument(
         "--start-paused", action="store_true", help="record nothing until the service ~/resume is called"
     )

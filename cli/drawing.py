@@ -32,7 +32,9 @@ STANDARD_SERVICES = frozenset(
 def main(argv: Sequence[str]) -> int | Exit:
     """Draw the graph once."""
     parser = argparse.ArgumentParser(
-        prog="python -m robot graph", description="Who talks with whom: nodes, topics, services and actions."
+        prog="python -m robot graph",
+        usage="python -m robot graph [options]",
+        description="Who talks with whom: nodes, topics, services and actions.",
     )
     parser.add_argument(
         "--format", choices=("text", "dot", "mermaid", "svg"), default="text", help="text is the default"

@@ -54,7 +54,7 @@ def main(argv: Sequence[str]) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m robot launch",
-        usage="%(prog)s [options] PACKAGE FILE [NAME:=VALUE ...]\n       %(prog)s [options] PATH [NAME:=VALUE ...]",
+        usage="%(prog)s [options] PACKAGE FILE\n       [NAME:=VALUE ...]\n       %(prog)s [options] PATH\n       [NAME:=VALUE ...]",
         description="Start what a launch file of ROS 2 says: Python, XML or YAML.",
         epilog="Ctrl-C stops everything in reverse order.",
     )

@@ -16,16 +16,19 @@ if TYPE_CHECKING:
 __all__ = ["main"]
 
 LEVELS: Final = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
+WORDS: Final = tuple(word.lower() for word in LEVELS.values())
 _COLOURS: Final = {10: "\x1b[32m", 30: "\x1b[33m", 40: "\x1b[31m", 50: "\x1b[31m"}
 
 
 def main(argv: Sequence[str]) -> int | Exit:
     """Print log lines until Ctrl-C, those of the last ten seconds first."""
     parser = argparse.ArgumentParser(
-        prog="python -m robot log", description="What the nodes log: that of the last ten seconds, and what comes."
+        prog="python -m robot log",
+        usage="python -m robot log [options]",
+        description="What the nodes log: that of the last ten seconds, and what comes.",
     )
     parser.add_argument(
-        "--level", choices=("debug", "info", "warn", "error", "fatal"), default="debug", help="and above"
+        "--level", choices=WORDS, default="debug", metavar="LEVEL", help=f"{', '.join(WORDS)}: that one and above"
     )
     parser.add_argument(
         "--node", action="append", default=[], metavar="NAME", help="only of this node, or of all in a namespace /NAME/"

@@ -25,6 +25,7 @@ __all__ = [
     "complain",
     "count",
     "natural",
+    "parsed",
     "positive",
     "positive_float",
     "until_signal",
@@ -75,6 +76,12 @@ class Verbs:
         import asyncio  # late, so that no help waits for it
 
         return asyncio.run(until_signal(ended))
+
+
+def parsed(parser: argparse.ArgumentParser, argv: Sequence[str]) -> argparse.Namespace:
+    """The options in these words. The usage is without the options, so that it fits into a narrow terminal."""
+    parser.usage = _usage(parser)
+    return parser.parse_args(list(argv))
 
 
 def actions_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:

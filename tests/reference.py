@@ -35,7 +35,7 @@ GROUPS: Mapping[str, Sequence[str]] = {
         "bring_up", "bring_down", "ErrorVerdict",
     ),
     "Parameters": ("Parameter", "SetResult"),
-    "Topics": ("Publisher", "Stream", "QoS", "qos"),
+    "Topics": ("Publisher", "Stream", "ContentFilter", "QoS", "qos"),
     "Actions": ("Steps", "Done", "Aborted", "Goal", "Outcome", "GoalStatus", "parallel", "queue", "retry"),
     "Supervision": (
         "Supervisor", "DynamicSupervisor", "Child", "Intensity", "Backoff", "one_for_one", "one_for_all", "rest_for_one", "permanent",
@@ -46,7 +46,7 @@ GROUPS: Mapping[str, Sequence[str]] = {
     "Errors": (
         "ActorError", "DeclarationError", "NotStarted", "Ended", "WrongType", "WrongThread", "ServiceUnavailable", "CallTimeout", "NotRunning",
         "NodeRestarting", "CallCycle", "ServiceFailed", "ActionUnavailable", "Reject", "GoalRejected", "GoalFailed", "GoalCanceled",
-        "GoalAborted", "TransitionRefused", "TickMissed", "StartFailed", "SupervisorGaveUp", "ProcessDied",
+        "GoalAborted", "TransitionRefused", "TickMissed", "InvalidFilter", "StartFailed", "SupervisorGaveUp", "ProcessDied",
         "ProcessHung", "RemoteError", "ProgramExit",
     ),
 }  # fmt: skip
@@ -62,10 +62,13 @@ SECTIONS: Mapping[str, str] = {
     "Parameters as messages": "actors.parameters.messages",
     "Launch files": "actors.launch",
     "Logs": "actors.logs",
+    "Diagnostics": "actors.diagnostics",
+    "Images and point clouds": "actors.images",
     "Testing": "actors.testing",
     "Faults": "actors.testing.faults",
     "Blocking programs": "actors.blocking",
     "Recording": "actors.bag",
+    "Replay": "actors.replay",
     "Nodes that come with it": "actors.nodes",
     "Transforms": "actors.tf2",
     "Message filters": "actors.message_filters",
@@ -84,6 +87,8 @@ INTERNAL: Mapping[str, Sequence[str]] = {
         "join", "leave", "open", "start",
     ),
     "Clock": ("loop_time", "call_at"),
+    "Journal": ("life",),
+    "Tape": ("entries", "start"),
     "Rig": ("leaks",),
     "Node": ("__machinery__", "declarations", "managed"),
     "NodeRecord": (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Generator
+from functools import partial
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar, cast
 
@@ -160,7 +161,10 @@ class Goal(Generic[R, F]):
     def _unanswered(self) -> str:
         """The text of the error for a goal that was neither accepted nor rejected in time."""
         if self._entry.server is not None:
-            return self._entry.server.unanswered(self._timeout)
+            border, server = self._node.inbox.border, self._entry.server
+            if border is not None:
+                return border.compute(server.unanswered, (self._timeout,))
+            return server.unanswered(self._timeout)
         return (
             f"nobody accepted or rejected a goal of {self._entry.name} within {self._timeout:g} s: start the action's node, or check the name "
             "and namespace"
@@ -242,10 +246,8 @@ class Goal(Generic[R, F]):
             refuse_cycle(node, server.node)
         sent: Following[F] = Following(server, node.new_id(), node.fqn)
         border = node.inbox.border
-        if border is None:
-            request = server.submit(sent.goal_id, self._message, sent)
-        else:
-            request = border.start_goal(server, entry.name, sent.goal_id, self._message, sent)
+        submit = server.submit if border is None else partial(border.start_goal, server, entry.name)
+        request = submit(sent.goal_id, self._message, sent)
         if exclusive:
             node.waits_for = request
         try:

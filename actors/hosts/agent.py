@@ -164,6 +164,8 @@ class Session:
     # -- the lease ----------------------------------------------------------------------------------------------------------
 
     def _ask(self, lease: Holding) -> None:
+        if self._asking is not None:
+            self._asking.cancel()
         now = self._loop.time()
         self._wire.send(Renew(lease.ask(now), now, lease.left(now)))
         self._asking = self._loop.call_later(ASKING * lease.seconds, self._ask, lease)
@@ -174,8 +176,7 @@ class Session:
         lease.granted(number)
         if self._expiry is not None:
             self._expiry.cancel()
-        elif self._asking is not None:  # the first one: tell the tree at once that it has arrived
-            self._asking.cancel()
+        else:  # the first one: tell the tree at once that it has arrived
             self._ask(lease)
         self._expiry = self._loop.call_at(lease.until, self.step_down, "the lease is over")
         self._agent.renewed()

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
+from typing import Any, Final
 
 from msgspec import structs
 
@@ -15,17 +15,43 @@ from actors.hosts.messages import Launch, Wire
 from actors.processes.messages import Event, Opaque
 from actors.processes.pickling import pack, unpack
 from actors.processes.simulated import simulate
+from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
+from actors.transport.protocol import Transport
 from actors.transport.simulated.link import Message, Stream
 from actors.transport.simulated.network import Network
 from actors.waiting import wake
 
-__all__ = ["SimulatedHosts"]
+__all__ = ["HERE", "SimulatedHosts", "hosts_of", "simulate_hosts"]
+
+HERE: Final = "(here)"
+"""The machine of a tree for which nobody has made a network."""
+
+
+def hosts_of(spec: Spec) -> Iterator[str]:
+    """The hosts that a declaration names, in order, some more than once."""
+    if isinstance(spec, DynamicSupervisor):
+        spec = spec.template
+    yield from spec.hosts
+    if isinstance(spec, Supervisor):
+        for child in spec.children:
+            yield from hosts_of(child)
+
+
+def simulate_hosts(tree: Spec, seed: int) -> SimulatedHosts | None:
+    """A network with all hosts that a tree names, and one for the tree; None if it names none."""
+    if not (names := tuple(dict.fromkeys(hosts_of(tree)))):
+        return None
+    network = Network(seed)
+    for name in (HERE, *names):
+        network.add_host(name)
+    return SimulatedHosts(network, HERE, names)
 
 
 class SimulatedHosts:
     """The machines that a tree on host `here` of a simulated network may give its parts to, with an agent on each of them.
 
-    What an agent and the tree tell each other goes over the same links as all else, reliably: over one that is cut it arrives after it was healed.
+    It has no public constructor: a `Rig` has one. What an agent and the tree tell each other goes over the same links as all else, reliably:
+    over one that is cut it arrives after it was healed.
     """
 
     def __init__(self, network: Network, here: str, names: tuple[str, ...], *, lease: float = LEASE_SECONDS) -> None:
@@ -35,6 +61,23 @@ class SimulatedHosts:
         self.lease = lease
         self._agents = {name: Agent(partial(self._launch, name)) for name in names}
         self._streams: dict[str, list[Stream]] = {name: [] for name in names}
+
+    def cut(self, host: str) -> None:
+        """Let nothing pass between a machine and the others, in either direction."""
+        for other in self._others(host):
+            self._network.cut(host, other)
+
+    def heal(self, host: str) -> None:
+        """Undo `cut`."""
+        for other in self._others(host):
+            self._network.heal(host, other)
+
+    def transport(self) -> Transport:
+        """A transport for the tree itself."""
+        return self._network.transport(self._here)
+
+    def _others(self, host: str) -> Iterator[str]:
+        return (name for name in (self._here, *self.names) if name != host)
 
     def crash(self, host: str) -> None:
         """Let a machine lose its power: what runs there ends without a word."""

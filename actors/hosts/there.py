@@ -63,7 +63,10 @@ class Launcher:
     async def launch(self, message: Launch, take: Callable[[Event | Opaque], None]) -> Running:
         """Launch a process. Raises OSError."""
         started, self._next = self._next, None
-        if started is None or started.popen.poll() is not None:
+        if started is not None and started.popen.poll() is not None:
+            _discard(started)
+            started = None
+        if started is None:
             started = self._started()
         self._timer.cancel()
         self._timer = self._loop.call_later(_REST, self._start)
@@ -74,10 +77,7 @@ class Launcher:
         """Start none any more, and end the one that waits."""
         self._timer.cancel()
         if self._next is not None:
-            self._next.popen.kill()
-            self._next.popen.wait()
-            self._next.channel.close()
-            os.close(self._next.notes)
+            _discard(self._next)
 
     def _start(self) -> None:
         with suppress(OSError):  # it is tried again when a child comes, who learns of it then
@@ -87,6 +87,14 @@ class Launcher:
         started = start("robactor-agent", fenced=True)
         started.channel.sendall(self._preparation)
         return started
+
+
+def _discard(started: Started) -> None:
+    """End an interpreter that has no order."""
+    started.popen.kill()
+    started.popen.wait()
+    started.channel.close()
+    os.close(started.notes)
 
 
 def _unread(data: bytes) -> Beat | Opaque:

@@ -12,9 +12,29 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 if TYPE_CHECKING:
     import asyncio
 
-__all__ = ["INSIDE", "Border", "outside"]
+__all__ = ["INSIDE", "Border", "Timed", "outside"]
 
 T = TypeVar("T")
+
+
+class Timed(Protocol):
+    """A timer of a node."""
+
+    hz: float
+
+    @property
+    def label(self) -> str:
+        """The handler's name, for reports."""
+        ...
+
+    @property
+    def handle(self) -> object | None:
+        """Its entry at the ticker; None after its end."""
+        ...
+
+    def on_tick(self, k: int, due: float) -> None:
+        """Take a tick."""
+        ...
 
 
 class Border(Protocol):
@@ -51,8 +71,8 @@ class Border(Protocol):
         """Let a request for a goal out, and note what its follower is told."""
         ...
 
-    def tick(self, callback: Callable[[int, float], None]) -> Callable[[int, float], None]:
-        """What a ticker shall call instead of `callback`, which takes the ticks of the node's next timer."""
+    def tick(self, timer: Timed) -> Callable[[int, float], None]:
+        """What a ticker shall call instead of the `on_tick` of the node's next timer."""
         ...
 
     def uses(self, entry: Any) -> None:

@@ -59,7 +59,6 @@ _REMEDIES: Final[dict[str, str]] = {
         (
             "get_parameters",
             "get_parameter_or",
-            "get_parameters_by_prefix",
             "get_parameter_type",
             "get_parameter_types",
             "describe_parameter",

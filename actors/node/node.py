@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
+    from actors.topics.content_filter import ContentFilter
     from actors.topics.handler import HandlerSubscription
     from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
@@ -219,9 +220,11 @@ class Node(Habits):
         """Publish on `topic` from now until the node's end. In a class body, `publishes(TOPIC)` does the same."""
         return _life_of(self).publisher(topic, topic.qos if qos is None else of(qos))
 
-    def subscribe(self, topic: Topic[M], *, qos: QoS | int | None = None) -> Stream[M]:
-        """Listen to `topic` from this moment on: ``async for message in node.subscribe(TOPIC)``."""
-        return _life_of(self).subscribe(topic, topic.qos if qos is None else of(qos))
+    def subscribe(
+        self, topic: Topic[M], *, qos: QoS | int | None = None, filter: ContentFilter | None = None
+    ) -> Stream[M]:
+        """Listen to `topic` from this moment on: ``async for message in node.subscribe(TOPIC)``. With a `filter`, to what it takes."""
+        return _life_of(self).subscribe(topic, topic.qos if qos is None else of(qos), filter)
 
     def subscription(self, topic: Topic[M]) -> HandlerSubscription[M]:
         """What feeds this node's handler of `topic`: its counts, its `status`, its `events()`. Raises `DeclarationError` without one."""
@@ -391,6 +394,10 @@ class Node(Habits):
         Raises `ParameterNotDeclared`, and `ParameterUninitialized` for one that was declared without a value and has not been set.
         """
         return _life_of(self).parameters.get(name)
+
+    def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
+        """The parameters of a group, by their names without it: ``group`` has those that begin with ``group.``"""
+        return _life_of(self).parameters.get_by_prefix(prefix)
 
     def has_parameter(self, name: str) -> bool:
         """Whether a parameter is declared, by the class or since."""

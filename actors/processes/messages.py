@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import msgspec
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BEATS",
+    "MOST_BEAT_SECONDS",
     "Beat",
     "CrashAsked",
     "Event",
@@ -38,6 +39,10 @@ __all__ = [
 
 BEATS = 5
 """How often a process must tell that its event loop turns while `hang` seconds pass, at least; and at least ten times a second."""
+
+
+MOST_BEAT_SECONDS: Final = 0.1
+"""The longest time between two beats."""
 
 
 class NodeFacts(msgspec.Struct, frozen=True):

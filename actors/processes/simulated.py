@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol, cast
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar, cast
 
 from msgspec import structs
 
 from actors.errors import described
 from actors.processes.errors import ProcessDied
-from actors.processes.messages import Event, Opaque, Order, Request
+from actors.processes.messages import MOST_BEAT_SECONDS, Event, Opaque, Order, Request
 from actors.processes.pickling import pack, unpack
 
 if TYPE_CHECKING:
+    from actors.processes.hosted import HostedTree
     from actors.transport.simulated.session import SimulatedTransport
 
 __all__ = ["Hosted", "SimulatedProcess", "simulate"]
@@ -37,21 +38,36 @@ class Hosted(Protocol):
         ...
 
 
-async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProcess:
-    """Launch a simulated process for `order`; `take` gets what it tells. Its declaration is copied, as that of a real one is."""
+H = TypeVar("H", bound=Hosted)
+
+
+async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProcess[HostedTree]:
+    """Launch a simulated process for `order`; `take` gets what it tells. Its declaration is copied, as that of a real one is.
+
+    On another machine it tells of its nodes as often as a real one does: that may end without a last word. Otherwise, when something changes.
+    """
     from actors.processes.hosted import HostedTree
     from actors.processes.maker import Processes
 
     transport = cast("SimulatedTransport", order.transport())
     copied = structs.replace(order, spec=unpack(pack(order.spec)))
 
-    def host(tell: Callable[[Event], None]) -> Hosted:
+    def host(tell: Callable[[Event], None]) -> HostedTree:
         return HostedTree(copied, transport, tell, lambda runtime: Processes(runtime, transport, order.recorders))
 
-    return SimulatedProcess(transport.process, host, take, transport.crash)
+    process = SimulatedProcess(transport.process, host, take, transport.crash)
+    if order.placement:
+        _beat(process)
+    return process
 
 
-class SimulatedProcess:
+def _beat(process: SimulatedProcess[HostedTree]) -> None:
+    if not process.ended.done():
+        process.hosted.tell_nodes()
+        asyncio.get_running_loop().call_later(MOST_BEAT_SECONDS, _beat, process)
+
+
+class SimulatedProcess(Generic[H]):
     """A process that is no process (`life.Process`). `host` makes what runs in it, with the function that tells events; `crash` is called
     when it is killed.
 
@@ -61,7 +77,7 @@ class SimulatedProcess:
     def __init__(
         self,
         number: int,
-        host: Callable[[Callable[[Event], None]], Hosted],
+        host: Callable[[Callable[[Event], None]], H],
         take: Callable[[Event], None],
         crash: Callable[[], None],
     ) -> None:
@@ -71,8 +87,8 @@ class SimulatedProcess:
         self._crash = crash
         self._killed = False
         self.ended: asyncio.Future[Exception] = loop.create_future()
-        self._hosted = host(self._tell)
-        self._task = loop.create_task(self._hosted.run(), name=f"simulated process {number}")
+        self.hosted = host(self._tell)
+        self._task = loop.create_task(self.hosted.run(), name=f"simulated process {number}")
         self._task.add_done_callback(lambda task: loop.call_soon(self.ended.set_result, self._end()))
 
     @property
@@ -92,18 +108,18 @@ class SimulatedProcess:
     def terminate(self) -> None:
         """Send SIGTERM, unless the process has ended."""
         if not self._task.done():
-            self._hosted.terminate()
+            self.hosted.terminate()
 
     def kill(self) -> None:
         """Send SIGKILL, unless the process has ended."""
         if not self._task.done() and not self._killed:
-            self._hosted.kill()
+            self.hosted.kill()
             self._killed = True
             self._crash()
 
     def _receive(self, request: Request | Opaque) -> None:
         if not self._task.done():
-            self._hosted.take(unpack(request.data) if isinstance(request, Opaque) else request)
+            self.hosted.take(unpack(request.data) if isinstance(request, Opaque) else request)
 
     def _tell(self, event: Event) -> None:
         if not self._killed:

@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple
 from actors.logs import WARN
 from actors.processes.channel import Channel, framed
 from actors.processes.errors import ProcessDied, ProcessHung
-from actors.processes.messages import BEATS, Beat, Event, Line, Opaque, Order, Request
+from actors.processes.messages import BEATS, MOST_BEAT_SECONDS, Beat, Event, Line, Opaque, Order, Request
 from actors.processes.pickling import unpack
 from actors.processes.preparation import environment, preparation
 
@@ -29,8 +29,6 @@ DRAINED_SECONDS: Final = 0.1
 """How long the channel of a process that has exited may stay open, because a process that it forked holds it; seconds."""
 CLOSED_SECONDS: Final = 1.0
 """How long a process may go on after it has closed its channel; then it is killed. Seconds."""
-MOST_BEAT_SECONDS: Final = 0.1
-"""The longest time between two beats."""
 EXIT_POLL: Final = 0.02
 """Seconds between two looks for the end of a process, where the system has no process descriptors."""
 

@@ -20,6 +20,7 @@ from actors.qos.events import (
     SubscriptionEvent,
     SubscriptionStatus,
 )
+from actors.qos.overriding import Overriding
 from actors.qos.policies import Changes
 from actors.qos.profiles import (
     ACTION_FEEDBACK,
@@ -95,6 +96,7 @@ __all__ = [
     "LivelinessLost",
     "Matched",
     "MessageLost",
+    "Overriding",
     "Policy",
     "PublisherEvent",
     "PublisherStatus",

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from actors.services.server import Server
     from actors.time.clock import Clock
     from actors.time.deadlines import Deadlines
+    from actors.topics.content_filter import ContentFilter
     from actors.topics.handler import Handler, HandlerSubscription
     from actors.topics.publisher import Publisher
 
@@ -254,12 +255,14 @@ class Incarnation:
             publisher.suspend()
         return publisher
 
-    def subscribe(self, topic: Topic[M], qos: QoS) -> Stream[M]:
+    def subscribe(self, topic: Topic[M], qos: QoS, filter: ContentFilter | None = None) -> Stream[M]:
         self.check_use()
+        if filter is not None:
+            filter.check(topic.type)
         entry = self.runtime.graph.topic(self.identity.topic(topic.name))
         qos = overridden(self, entry.name, "subscription", qos)
         requested = resolve_subscription(qos, [one.qos for one in entry.publishers])
-        subscription = StreamSubscription(self, entry, topic.type, requested, self._stream_closed)
+        subscription = StreamSubscription(self, entry, topic.type, requested, self._stream_closed, filter)
         self.streams.append(subscription)
         entry.add_subscription(subscription)
         return Stream(subscription, self.runtime.loop)

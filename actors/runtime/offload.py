@@ -41,7 +41,7 @@ class Offload:
             await self._clock.sleep(takes)
             return result
         if border is not None:
-            return await border.elsewhere("offload", partial(self._away, function, arguments, thread))
+            return await border.elsewhere("worker", partial(self._away, function, arguments, thread))
         return await self._away(function, arguments, thread)
 
     async def _away(self, function: Callable[..., Any], arguments: tuple[Any, ...], thread: bool) -> Any:

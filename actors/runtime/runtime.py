@@ -102,7 +102,8 @@ class Runtime:
         self.threads = CallsFromThreads(loop)
         self.offload = Offload(self.clock)
         self.rng = self.random("supervision")
-        self._process = ""
+        self.process = ""
+        """What makes the ids of this process differ from those of others with the same seed."""
         self.observers = Observers(sinks)
         self.options = options
         self.journal = Journal(
@@ -289,8 +290,8 @@ class Runtime:
 
     def distinguish(self, process: str) -> None:
         """Draw ids that differ from those of another process with the same seed. To be called before the first id is drawn."""
-        self._process = process
+        self.process = process
 
     def ids(self, key: str) -> Random:
         """The generator of the ids of `key`: it depends on the system's seed, on `key`, and on the process after `distinguish`."""
-        return self.random(f"ids of {self._process} {key}")
+        return self.random(f"ids of {self.process} {key}")

@@ -206,7 +206,7 @@ class NodeTimer:
     def begin(self, ticker: TickSource, start: float | None = None) -> None:
         """Start ticking. The first tick is due one period from now, or from `start`, seconds on the clock of `ticker`."""
         border = self.inbox.border
-        self.handle = ticker.add(self.hz, self.on_tick if border is None else border.tick(self.on_tick), start)
+        self.handle = ticker.add(self.hz, self.on_tick if border is None else border.tick(self), start)
         self.record.since = self.loop_time()
 
     def stop(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from actors.hosts.simulated import SimulatedHosts
     from actors.testing.lab import Lab
     from actors.testing.rig import ExpectedFailure, Leak, Probe, Rig, UnexpectedFailure
     from actors.testing.simulation.decorator import scenario
@@ -22,6 +23,7 @@ __all__ = [
     "Livelock",
     "Probe",
     "Rig",
+    "SimulatedHosts",
     "Stalled",
     "UnexpectedFailure",
     "VirtualLoop",
@@ -42,6 +44,10 @@ def __getattr__(name: str) -> Any:
         from actors.transport.simulated.conditions import Conditions
 
         return Conditions
+    if name == "SimulatedHosts":
+        from actors.hosts.simulated import SimulatedHosts
+
+        return SimulatedHosts
     if name == "Lab":
         from actors.testing.lab import Lab
 

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from actors.check.checker import Finding
     from actors.contracts.contracts import Action, Service, Topic
     from actors.hosts.placing import Hosts
+    from actors.hosts.simulated import SimulatedHosts
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
     from actors.running.options import ParameterSources
@@ -93,6 +94,7 @@ class Rig:
         self._system: System | None = None
         self._me: UnsupervisedNode | None = None
         self._tree: Spec | None = None
+        self._hosts: SimulatedHosts | None = None
         self.leaks = LeakWatch(loop)
         """Remembers what ran before the rig was created; that is not reported as left over."""
 
@@ -109,7 +111,8 @@ class Rig:
         clock_offset: float = 0.0,
     ) -> System:
         """Start a tree, or several nodes under a plain supervisor, and return when all of it is ready. Accepts what `actors.run`
-        accepts. The time of day begins at `clock_offset` seconds."""
+        accepts. The time of day begins at `clock_offset` seconds. The machines that the tree names are simulated, see `hosts`, unless `hosts`
+        and a `transport` are given."""
         if self._system is not None:
             raise RuntimeError("this rig runs a system already: one rig, one system")
         if asyncio.get_running_loop() is not self.loop:
@@ -119,6 +122,11 @@ class Rig:
             )
         whole = tree_of("rig.start(...)", tree, *more)
         options = options_of("rig.start(parameters=...)", whole, parameters, None, DEBUG)
+        if hosts is None and transport is None:
+            from actors.hosts.simulated import simulate_hosts
+
+            self._hosts = hosts = simulate_hosts(whole, seed)
+            transport = None if self._hosts is None else self._hosts.transport()
 
         def processes(runtime: Runtime) -> OtherProcesses:
             from actors.processes.maker import Processes  # late: few trees have other processes
@@ -170,6 +178,13 @@ class Rig:
         if self._system is None:
             raise NotStarted("the rig runs no system yet: await rig.start(tree) first")
         return self._system
+
+    @property
+    def hosts(self) -> SimulatedHosts:
+        """The simulated machines of ``Child(host=...)``, to be cut off and crashed. Raises `NotStarted` if the tree names none."""
+        if self._hosts is None:
+            raise NotStarted("the rig has started no tree that names hosts")
+        return self._hosts
 
     @property
     def me(self) -> Node:

@@ -33,11 +33,22 @@ class Clock:
         self._loop = loop
         self._has_cheap_sleep = hasattr(loop, "sleep_until")
         self._origin = loop.time()
-        self._epoch = 0.0 if virtual else time.time()
+        epoch: float | None = getattr(loop, "epoch", None)
+        self._epoch = epoch if epoch is not None else 0.0 if virtual else time.time()
         self.virtual = virtual
 
     def __repr__(self) -> str:
         return f"<{'virtual' if self.virtual else 'real'} clock at {self.now():.6f} s>"
+
+    @property
+    def origin(self) -> float:
+        """The event loop's time, in seconds, when `now()` was 0."""
+        return self._origin
+
+    @property
+    def epoch(self) -> float:
+        """The time of day, in seconds since 1970, when `now()` was 0."""
+        return self._epoch
 
     def now(self) -> float:
         """The time since the system started, in seconds."""

@@ -55,16 +55,27 @@ class Window:
 
 
 class Intervals(Window):
-    """The intervals between messages, of which the window needs one less than messages."""
+    """The intervals between messages, of which the window needs one less than messages; and how many messages are missing."""
 
     def __init__(self, size: int) -> None:
         super().__init__(size)
         self._last: float | None = None
+        self._numbers_of: dict[bytes, int] = {}
+        self.lost = 0
+        """How many numbers of publishers were skipped, since the first message of each."""
+        self.told = 0
+        """How many of those have been told of."""
 
     def arrived(self, now: float) -> None:
         if self._last is not None:
             self.add(now - self._last)
         self._last = now
+
+    def numbered(self, publisher: bytes, number: int) -> None:
+        """A message has this number among those of its publisher."""
+        last = self._numbers_of.get(publisher, number - 1)
+        self._numbers_of[publisher] = max(last, number)
+        self.lost += max(0, number - last - 1)
 
 
 class Sizes:
@@ -97,7 +108,12 @@ async def hz(options: argparse.Namespace) -> Exit:
 
     def receiver(name: str) -> Callable[[Arrival], None]:
         window = windows[name] = Intervals(options.window)
-        return lambda arrival: window.arrived(time.perf_counter())
+
+        def take(arrival: Arrival) -> None:
+            window.arrived(time.perf_counter())
+            window.numbered(arrival.publisher, arrival.sequence_number)
+
+        return take
 
     return await _every_second(options, receiver, lambda: _print_rates(options, windows))
 
@@ -125,7 +141,7 @@ def _print_rates(options: argparse.Namespace, windows: dict[str, Intervals]) -> 
     found = [(name, spread) for name, window in windows.items() if window.fresh and (spread := window.spread())]
     if options.json:
         for name, spread in found:
-            print_json({"topic": name, "rate": 1 / spread.mean, **_json(spread)})
+            print_json({"topic": name, "rate": 1 / spread.mean, **_json(spread), "lost": windows[name].lost})
     elif len(windows) == 1:
         for _, spread in found:
             print(f"average rate: {1 / spread.mean:.3f}\n{_line(spread)}")
@@ -137,6 +153,12 @@ def _print_rates(options: argparse.Namespace, windows: dict[str, Intervals]) -> 
             for name, each in found
         ]  # fmt: skip
         print(table(("topic", "rate", "min_delta", "max_delta", "std_dev", "window"), rows))
+    for name, window in windows.items():
+        if window.lost > window.told and not options.json:
+            complain(
+                f"{name}: {window.lost} messages have not arrived, by the numbers of the publisher: it sends more often"
+            )
+            window.told = window.lost
 
 
 def _line(spread: Spread) -> str:

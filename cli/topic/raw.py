@@ -37,6 +37,8 @@ class Arrival(NamedTuple):
     """When it was sent, in nanoseconds since 1970."""
     sequence_number: int
     """Its number among those of its publisher, from 1."""
+    publisher: bytes
+    """The GID of the publisher."""
 
 
 class Ear:
@@ -85,7 +87,7 @@ class Ear:
                 sent = parse_attachment(sample.attachment)
             except WireFormatError:
                 return  # as in ROS 2
-            take(Arrival(sample.payload, sent.source_time, sent.sequence_number))
+            take(Arrival(sample.payload, sent.source_time, sent.sequence_number, sent.gid))
 
         stack = ExitStack()
         for kind, type_hash in dict.fromkeys((end.token.type, end.token.type_hash) for end in ends):

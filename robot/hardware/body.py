@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = [
     "JOINT_NAMES",
     "LEGS",
+    "NO_REPLAY",
     "Body",
     "BodySilent",
     "ImuSample",
@@ -36,6 +37,9 @@ __all__ = [
     "SteppingBody",
     "Truth",
 ]
+
+NO_REPLAY = "is the robot's body, which its nodes read and drive by calls that no journal carries: replay the nodes that hear of it by topics"
+"""Why no journal is kept of a node that holds a body."""
 
 LEGS = ("fl", "fr", "rl", "rr")
 JOINT_NAMES = tuple(f"{leg}_{joint}" for leg in LEGS for joint in ("hip", "shoulder", "knee"))

@@ -16,7 +16,7 @@ from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.arm import ArmBusy, ArmDevice, ArmState, GripperState
 from robot.hardware.beams import BEAMS, MAX_RANGE
-from robot.hardware.body import BodySilent, ImuSample, JointSample, MotorTargets, Sample, Truth
+from robot.hardware.body import NO_REPLAY, BodySilent, ImuSample, JointSample, MotorTargets, Sample, Truth
 from robot.link.phase import Phase
 from robot.link.records import (
     Call,
@@ -57,6 +57,8 @@ class LinkedBody:
     Its `advance` waits for nothing: the body advances by itself. What it says is of the newest instant that it has told, at most a sample
     period old. Everything that reads raises `BodySilent` when that is a second old.
     """
+
+    no_replay = NO_REPLAY
 
     def __init__(self, name: str, scene: Scene, *, seed: int, arm: bool) -> None:
         self._name, self._scene, self._seed, self._has_arm = name, scene, seed, arm

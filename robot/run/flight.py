@@ -1,4 +1,4 @@
-"""What a run leaves behind besides its report: a flight record (`--flight-record`), a trace (`--trace`), or neither."""
+"""What a run leaves behind besides its report: a flight record (`--flight-record`), a trace (`--trace`), journals in bags (`--replay`), or nothing."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from actors.bag import FlightRecorder, Trace
+from actors.replay import Journal
 
 if TYPE_CHECKING:
     from actors.bag import FlightRecord
@@ -22,9 +23,10 @@ class Flight:
         self._path = options.flight_record
         self._score = score
         self._recorder = FlightRecorder() if options.flight_record is not None else None
+        self._journal = Journal(*options.replay, publish=True) if options.replay else None
         self._trace = Trace() if options.trace else None
         self._fall: FlightRecord | None = None
-        self.observers = tuple(one for one in (self._recorder, self._trace) if one is not None)
+        self.observers = tuple(one for one in (self._journal, self._recorder, self._trace) if one is not None)
 
     def look(self) -> None:
         """Save the record at the first fall, before later messages displace it."""

@@ -66,6 +66,8 @@ class Options:
     hangs: tuple[Hang, ...] = ()
     security: str | None = None
     """A security file."""
+    replay: tuple[str, ...] = ()
+    """The nodes of which journals are kept."""
     ground: Ground | None = None
     """What the physical body stands on and carries, if it was said."""
     pushes: tuple[Push, ...] = ()
@@ -86,6 +88,8 @@ def parse(argv: Sequence[str]) -> Options:
         raise UsageError("--processes: processes live in real time; leave out --clock virtual")
     if given.processes and given.backend == "kinematic":
         raise UsageError("--processes: only the physics body has a process of its own; leave out --backend kinematic")
+    if given.processes and given.replay:
+        raise UsageError("--replay: journals are kept of nodes of this process; leave out --processes")
     if given.hang and not given.processes:
         raise UsageError("--hang: in one process everything would hang, and nobody be left to see it; add --processes")
     if given.processes and given.push:
@@ -123,6 +127,7 @@ def parse(argv: Sequence[str]) -> Options:
         processes=given.processes,
         hangs=tuple(Hang(*parse_fault("--hang", text, duration)) for text in given.hang),
         security=given.security,
+        replay=_names(given.replay),
         ground=ground,
         pushes=tuple(parse_push(text, duration) for text in given.push),
         web=_web(given),

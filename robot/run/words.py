@@ -151,6 +151,13 @@ def _add_output(add: Any) -> None:
     add("--log-level", type=str.lower, choices=LEVELS, default="info")
     add("--report", metavar="FILE", help="write a report of the run as JSON")
     add(
+        "--replay",
+        action="extend",
+        nargs="+",
+        metavar="NODE",
+        help="keep journals of these nodes, on topics NODE/_journal, for `bag record --replay` and `bag replay`",
+    )
+    add(
         "--flight-record",
         metavar="FILE",
         help="keep the last 30 s of all messages, log lines and supervisor events, and write them to FILE (MCAP) when the "

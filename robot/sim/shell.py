@@ -8,7 +8,7 @@ from typing import Protocol
 from robot.geometry.vectors import Vector
 from robot.hardware.arm import ArmDevice
 from robot.hardware.beams import BEAMS, MAX_RANGE
-from robot.hardware.body import ImuSample, JointSample, Sample, Truth
+from robot.hardware.body import NO_REPLAY, ImuSample, JointSample, Sample, Truth
 from robot.scenes.scene import Scene, Thing
 from robot.sim.charger import charger_connected
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
@@ -34,6 +34,8 @@ class BodyShell(ABC):
     Its time is a whole number of ticks and never goes back. At one instant every reader gets the same sample of IMU and of joints: noise is
     drawn once.
     """
+
+    no_replay = NO_REPLAY
 
     def __init__(self, scene: Scene, *, seed: int, noise: bool) -> None:
         self._scene, self._noise = scene, noise

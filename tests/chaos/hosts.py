@@ -12,7 +12,7 @@ A planted violation takes something away that is needed for that; the same check
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -251,7 +251,7 @@ PLANTED: Mapping[str, tuple[type, str, Callable[..., object]]] = MappingProxyTyp
 
 
 @contextmanager
-def planted(name: str | None) -> Iterator[None]:
+def planted(name: str | None) -> Generator[None]:
     """With this violation in place, or none."""
     if name is None:
         yield

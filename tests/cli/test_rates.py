@@ -113,3 +113,52 @@ async def test_bandwidth_and_delay_are_measured(system_of: SystemOf, environment
     assert lines[2].startswith("\tMessage size mean: 1.0")
     assert delays[0].startswith("average delay: 0.0")
     assert "std dev: " in delays[1]
+
+
+def test_messages_that_have_not_arrived_are_counted_by_the_numbers_of_each_publisher() -> None:
+    window = Intervals(100)
+    for publisher, number in ((b"a", 7), (b"a", 8), (b"b", 1), (b"a", 11), (b"a", 10), (b"b", 2), (b"b", 5)):
+        window.numbered(publisher, number)
+    assert window.lost == 2 + 2
+
+
+RUSH = """
+import asyncio, os, sys
+from actors import Node, Topic, every, publishes, run
+from actors.interfaces.std_msgs.msg import Int32
+from actors.transport import transport_from_environment
+class Rush(Node):
+    numbers = publishes(Topic(Int32, "numbers", 1000))
+    sent = 0
+    @every(hz=500)
+    def tick(self):
+        for _ in range(20):
+            self.sent += 1
+            self.numbers(Int32(data=self.sent % 2**31))
+    @every(hz=2)
+    def tell(self):
+        print(self.clock.now(), self.sent, flush=True)
+async def main():
+    async with run(Rush, transport=transport_from_environment(os.environ), sinks=()) as system:
+        await system.wait()
+asyncio.run(main())
+"""
+
+
+@pytest.mark.realtime
+async def test_10_khz_are_measured_as_the_publisher_has_sent_them_with_what_has_not_arrived(
+    environment: dict[str, str],
+) -> None:
+    publisher = await asyncio.create_subprocess_exec(sys.executable, "-c", RUSH, env=environment, stdout=-1)
+    assert publisher.stdout is not None
+    try:
+        (last,) = (await measured(environment, 5, "hz", "/numbers", "--json", "--window", "100000"))[-1:]
+    finally:
+        publisher.terminate()
+        told = (await publisher.stdout.read()).decode().split("\n")
+        await publisher.wait()
+    (begin, first), (end, final) = ((float(one), int(other)) for one, other in (told[1].split(), told[-2].split()))
+    seen = json.loads(last)
+    arrived = seen["window"] + 1
+    sent = seen["rate"] * (arrived + seen["lost"]) / arrived
+    assert sent == pytest.approx((final - first) / (end - begin), rel=0.1)

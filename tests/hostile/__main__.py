@@ -1,6 +1,8 @@
 """`python -m tests.hostile wire --messages 1000000 --seed 1`: hostile messages on every key; ends with 1 if a promise is broken.
 
 `python -m tests.hostile web --count 100000`: hostile frames and requests on every protocol of the web server.
+
+`python -m tests.hostile crowd --seconds 600`: 20 clients of the web server, of which 5 never read and 2 send garbage.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ import time
 from collections.abc import Sequence
 
 from actors import execute
-from tests.hostile import web
+from tests.hostile import crowd, web
 from tests.hostile.wire import attack, findings
 
 GROWTH = 32 * 1024
@@ -22,10 +24,13 @@ GROWTH = 32 * 1024
 def main(argv: Sequence[str] | None = None) -> int:
     """The exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.hostile", description=__doc__)
-    parser.add_argument("what", choices=("wire", "web"))
+    parser.add_argument("what", choices=("wire", "web", "crowd"))
     parser.add_argument("--messages", "--count", type=int, default=100_000, metavar="N")
     parser.add_argument("--seed", type=int, default=1, metavar="N")
+    parser.add_argument("--seconds", type=float, default=600.0, metavar="S", help="of a crowd (600)")
     options = parser.parse_args(argv)
+    if options.what == "crowd":
+        return _crowd(options.seconds)
     if options.what == "web":
         return _web(options.messages, options.seed)
     began = time.monotonic()
@@ -43,6 +48,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     print(f"calls of a liar        {sum(outcome.answers.values()):>10,}   {outcome.answers}")
     print(f"grown by, kB           {outcome.grown:>10,}")
+    for line in wrong:
+        print(f"WRONG: {line}")
+    return 1 if wrong else 0
+
+
+def _crowd(seconds: float) -> int:
+    alone = asyncio.run(crowd.watch(min(seconds, 30.0), readers=0, sleepers=0, vandals=0))
+    outcome = asyncio.run(crowd.watch(seconds, readers=13, sleepers=5, vandals=2))
+    for name, one in (("alone", alone), ("20 clients", outcome)):
+        print(f"{name:<11} {one.rate:7.2f} Hz, lateness p50 {one.lateness(50):6.2f} ms, p99 {one.lateness(99):6.2f} ms")
+    print(f"heard       {min(outcome.heard):,} to {max(outcome.heard):,} messages by each reader, of {outcome.sent:,}")
+    print(f"vandals     {outcome.thrown_out:,} times thrown out; grown by {outcome.grown:,} kB after the first fifth")
+    wrong = crowd.findings(outcome)
     for line in wrong:
         print(f"WRONG: {line}")
     return 1 if wrong else 0

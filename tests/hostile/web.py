@@ -15,6 +15,7 @@ from typing import Any
 
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidMessage
+from websockets.typing import Subprotocol
 
 from actors import Child, Node, Supervisor, System, Topic, parameter, run
 from actors.interfaces.std_msgs.msg import String
@@ -134,7 +135,8 @@ async def attack(count: int, seed: int) -> WebOutcome:
         assert isinstance(server, WebServer)
         await _beside_an_honest_client(system, server, count, seed, outcome)
         async with asyncio.timeout(60):
-            while outcome.left and await asyncio.sleep(0.02, result=True):
+            while outcome.left:
+                await asyncio.sleep(0.02)
                 outcome.left = [path[-1] for path in system.nodes if path[-1].startswith("_web_client")]
     return outcome
 
@@ -194,9 +196,8 @@ async def _attacker(
             continue
         protocol = random.choice(("foxglove.sdk.v1", "foxglove.websocket.v1", None))
         try:
-            async with connect(
-                url, subprotocols=[protocol] if protocol else None, max_size=None, close_timeout=0.2
-            ) as socket:  # type: ignore[list-item]
+            offered = None if protocol is None else [Subprotocol(protocol)]
+            async with connect(url, subprotocols=offered, max_size=None, close_timeout=0.2) as socket:
                 silent = random.random() < 0.5  # half of them never read
                 reader = None if silent else asyncio.ensure_future(_drain(socket))
                 try:

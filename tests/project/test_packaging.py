@@ -18,7 +18,7 @@ import actors
 
 ROOT = Path(__file__).parents[2]
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-IMPORTED_AS = {"PyYAML": "yaml", "mujoco-core": "mujoco", "eclipse-zenoh": "zenoh", "pyzmq": "zmq"}
+IMPORTED_AS = {"PyYAML": "yaml", "mujoco-core": "mujoco", "Pillow": "PIL", "eclipse-zenoh": "zenoh", "pyzmq": "zmq"}
 """The name to import, for distributions that do not go by their own."""
 OURS = {"actors", "robot", "cli", "tests"}
 COMMANDS = {"coverage", "mypy", "pyright", "ruff"}
@@ -94,8 +94,9 @@ def later():
 
 def test_what_is_imported_is_declared() -> None:
     test = {"pytest", "pytest_asyncio"}
-    security = declared(PROJECT["optional-dependencies"]["security"])
-    assert imported("actors", "robot", "cli") - test - security <= declared(PROJECT["dependencies"])
+    extras = PROJECT["optional-dependencies"]
+    optional = declared(extras["security"]) | declared(extras["images"])
+    assert imported("actors", "robot", "cli") - test - optional <= declared(PROJECT["dependencies"])
 
 
 def test_only_the_authority_imports_what_makes_certificates() -> None:
@@ -122,6 +123,7 @@ def test_what_pytest_runs_may_import_pytest_and_nothing_else_may() -> None:
 
 def test_what_is_declared_is_imported() -> None:
     assert declared(PROJECT["dependencies"]) == imported("actors", "robot", "cli", typing=False) - {
+        "PIL",  # of the extra `images`
         "cryptography",  # of the extra `security`
         "pytest",
         "pytest_asyncio",

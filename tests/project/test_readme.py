@@ -107,7 +107,7 @@ def test_what_it_does_not_do_yet_is_said_before_anything_is_shown(document: str)
     before, _, after = text.partition("**What it does not do yet.**")
     box = " ".join(after.partition("\n\n")[0].replace("\n> ", " ").split())
     assert "```" not in before and "| ROS 2" not in before
-    for limit in ("web page", "replay", "other machines", "cli.md", "launch.md", "wire.md"):
+    for limit in ("web page", "cli.md", "launch.md", "wire.md"):
         assert limit in box or limit.capitalize() in box, limit
 
 

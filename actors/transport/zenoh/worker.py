@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from queue import SimpleQueue
 from typing import TypeVar
 
@@ -44,11 +45,11 @@ class Worker:
 
         def make() -> None:
             try:
-                result = call()
+                outcome: tuple[T | None, BaseException | None] = call(), None
             except BaseException as error:  # whatever it is, it belongs to the one who waits
-                loop.call_soon_threadsafe(settle, None, error)
-            else:
-                loop.call_soon_threadsafe(settle, result, None)
+                outcome = None, error
+            with suppress(RuntimeError):  # the loop has been closed: who waited was cancelled, and is gone
+                loop.call_soon_threadsafe(settle, *outcome)
 
         self._calls.put(make)
         return await future

@@ -153,8 +153,10 @@ async def test_another_owner_is_asked_when_one_does_not_describe_it(
     good, bad = owner("good", "first4_msgs", "known4_msgs"), owner("bad", "first4_msgs", "known4_msgs", valid=False)
     recorder = await record(rig, tmp_path / "walk", good, bad)
     elsewhere.publish("/secret", "first4_msgs/msg/Inner", "/nobody")
+    await rig.advance(5.0)
     elsewhere.publish("/secret", "first4_msgs/msg/Inner", "/bad")
-    await rig.until(lambda: len(events(rig.logs, UNKNOWN)) == 1)
+    await rig.advance(5.0)
+    assert len(events(rig.logs, UNKNOWN)) == 1
     assert "/secret" not in recorder.topics
     elsewhere.publish("/secret", "first4_msgs/msg/Inner", "/good")
     await rig.until(lambda: "/secret" in recorder.topics)
@@ -170,3 +172,14 @@ async def test_a_type_that_is_learnt_after_the_end_is_not_recorded(
     elsewhere.publish("/secret", "first5_msgs/msg/Inner", "/elsewhere")
     await rig.advance(5.0)
     assert recorder.topics == []
+
+
+async def test_an_owner_that_does_not_know_its_own_type_is_told_of(
+    rig: Rig, elsewhere: Elsewhere, tmp_path: Path
+) -> None:
+    recorder = await record(rig, tmp_path / "walk", owner("elsewhere", "first6_msgs", "nowhere6_msgs"))
+    elsewhere.publish("/secret", "first6_msgs/msg/Inner", "/elsewhere")
+    await rig.advance(5.0)
+    (line,) = events(rig.logs, UNKNOWN)
+    assert line.fields["type"] == "first6_msgs/msg/Inner"
+    assert "/secret" not in recorder.topics

@@ -9,10 +9,21 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from actors import Child, DynamicSupervisor, Node, Parameter, ServiceUnavailable, SetResult, StartFailed, parameter, run
+from actors import (
+    Child,
+    DynamicSupervisor,
+    Node,
+    Parameter,
+    ServiceUnavailable,
+    SetResult,
+    StartFailed,
+    parameter,
+    run,
+    temporary,
+)
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 from actors.parameters import (
     ParameterChange,
@@ -143,6 +154,17 @@ async def test_it_watches_the_changes_of_that_node_only(rig: Rig) -> None:
     await changes.aclose()
 
 
+async def test_the_changes_end_with_the_node_that_watches(rig: Rig) -> None:
+    class Watcher(Node):
+        """Only watches."""
+
+    await rig.start(Child(Driver), Child(Watcher, restart=temporary))
+    changes = ParameterClient(rig.node(Watcher), "/driver").changes()
+    rig.node(Watcher).stop()
+    await rig.settled()
+    assert [change async for change in changes] == []
+
+
 # -- files ----------------------------------------------------------------------------------------------------------------------
 
 
@@ -190,6 +212,7 @@ VALUES = st.one_of(
 )
 
 
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.dictionaries(st.from_regex(r"[a-zA-Z][a-z0-9]{0,3}(\.[a-z]{1,3})?", fullmatch=True), VALUES))
 def test_a_parameter_file_gives_back_every_value_with_its_type(values: dict[str, Any]) -> None:
     text = parameter_file("/n", [Parameter(name, value) for name, value in values.items()])

@@ -14,7 +14,7 @@ from tests.benchmarks._claims.queues import SAMPLES, Bursts, Camera, dropped_and
     ("depth", "dropped", "oldest"),
     [(1, 599, 0.033), (5, 595, 0.167), (10, 590, 0.333), (30, 570, 1.0), (60, 540, 2.0), (100, 500, 3.33)],
 )
-def test_B_05_Q_32_under_overload_a_deep_queue_saves_few_messages_and_makes_all_of_them_old(
+def test_B_05_Q_32_V_58_under_overload_a_deep_queue_saves_few_messages_and_makes_all_of_them_old(
     depth: int, dropped: int, oldest: float
 ) -> None:
     """30 Hz into a callback of 50 ms: 600 of 1,800 messages are too many, but for those that wait at the end."""

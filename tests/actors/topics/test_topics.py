@@ -302,10 +302,10 @@ async def test_Q_23_a_latched_topic_replays_its_last_messages_without_gap_or_dup
     later = rig.me.subscribe(latched, qos=LATCHED_3.replace(depth=2))
     volatile = rig.me.subscribe(latched, qos=10)
     out(number(6))
-    assert [(await late.next()).data for _ in range(3)] == [4, 5, 6]
+    assert [(await late.next(timeout=1.0)).data for _ in range(3)] == [4, 5, 6]
     assert late.dropped == 1
-    assert [(await later.next()).data for _ in range(2)] == [5, 6]
-    assert (await volatile.next()).data == 6
+    assert [(await later.next(timeout=1.0)).data for _ in range(2)] == [5, 6]
+    assert (await volatile.next(timeout=1.0)).data == 6
     assert late.latest == number(6)
 
 
@@ -318,7 +318,7 @@ async def test_Q_23_a_latched_topic_replays_to_a_reader_that_takes_its_time_noth
     first(number(2))
     stream = rig.me.subscribe(latched, qos=LATCHED_3.replace(depth=10))
     first(number(3))
-    assert [(await stream.next()).data for _ in range(4)] == [1, 2, 10, 3]
+    assert [(await stream.next(timeout=1.0)).data for _ in range(4)] == [1, 2, 10, 3]
     with pytest.raises(CallTimeout, match=r"no message on /state within 1\.0 s \(2 matching publishers"):
         await stream.next(timeout=1.0)
 

@@ -13,14 +13,14 @@ import time
 import traceback
 
 from actors import Child
-from tests.interop.ros2 import security, services, tools, topics
+from tests.interop.ros2 import security, services, tools, topics, verbs
 from tests.interop.ros2.bench import Bench, Check, NoRos, Ros, bench, find_ros
 
 SKIPPED = 77
 
 
 def chosen(parts: list[str]) -> list[tuple[str, Check]]:
-    every = [*topics.checks(), *services.checks(), *tools.checks(), *security.checks()]
+    every = [*topics.checks(), *services.checks(), *tools.checks(), *verbs.checks(), *security.checks()]
     return [(name, check) for name, check in every if not parts or any(part in name for part in parts)]
 
 
@@ -43,7 +43,7 @@ async def every(ros: Ros, checks: list[tuple[str, Check]], verbose: bool, with_r
     nodes = (
         Child(services.Counter, name="counter", namespace="/ours"),
         Child(tools.Talker, name="talker", namespace="/ours"),
-        Child(tools.Ticker, name="ticker", namespace="/ours"),
+        Child(tools.Ticker, name="ticker", namespace="/ours", parameters={"enable_logger_service": True}),
     )
     async with bench(ros, *nodes, with_router=with_router) as at:
         failed = [name for name, check in checks if not await one(name, check, at, verbose)]

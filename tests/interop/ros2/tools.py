@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
+import os
 from collections.abc import Iterator
+from pathlib import Path
 
 from actors import LifecycleNode, Node, Service, Topic, every, parameter, publishes
 from actors.interfaces.example_interfaces.srv import AddTwoInts
@@ -55,6 +58,8 @@ def checks() -> Iterator[tuple[str, Check]]:
     yield "ros2 topic pub", pub
     yield "ros2 service call", call
     yield "ros2 action send_goal --feedback", send_goal
+    yield "the twenty programs of docs/coming-from-rclpy.md", twenty
+    yield "ros2 service call of our logger services", logger_levels
 
 
 async def nodes(bench: Bench) -> None:
@@ -180,3 +185,37 @@ async def send_goal(bench: Bench) -> None:
     kind = "example_interfaces/action/Fibonacci"
     parts = ("Goal accepted", "Feedback:", "SUCCEEDED")
     await bench.shows("action", "send_goal", "--feedback", "/ours/fibonacci", kind, "{order: 5}", parts=parts)
+
+
+async def twenty(bench: Bench) -> None:
+    root = Path(__file__).parents[3]
+    program, page = root / "tests/interop/programs/twenty_with_rclpy.py", root / "docs/coming-from-rclpy.md"
+    environment = {**os.environ, **bench.environment}
+    process = await asyncio.create_subprocess_exec(
+        bench.ros.python,
+        program,
+        page,
+        env=environment,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.STDOUT,
+    )
+    try:
+        async with asyncio.timeout(100):
+            told, _ = await process.communicate()
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+    lines = told.decode().splitlines()
+    assert (process.returncode, lines[-1:]) == (0, ["all of them"]), "\n".join(lines[-20:])
+
+
+async def logger_levels(bench: Bench) -> None:
+    log = bench.ours.system.node(Ticker).log
+    before, kind = log.level, "rcl_interfaces/srv/SetLoggerLevels"
+    wanted = "{levels: [{name: ours.ticker, level: 40}]}"
+    await bench.shows("service", "call", "/ours/ticker/set_logger_levels", kind, wanted, parts=("successful=True",))
+    assert (before, log.level) == (20, 40)
+    kind = "rcl_interfaces/srv/GetLoggerLevels"
+    parts = ("name='ours.ticker', level=40",)
+    await bench.shows("service", "call", "/ours/ticker/get_logger_levels", kind, "{names: [ours.ticker]}", parts=parts)

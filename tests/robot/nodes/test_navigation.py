@@ -112,12 +112,17 @@ async def test_A_25_the_robot_ends_with_the_heading_that_was_asked_for(rig: Rig)
 async def test_A_32_A_33_A_34_two_humanoid_goals_in_a_row_and_every_position_is_the_true_one(rig: Rig) -> None:
     body = await standing_robot(rig)
     going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(2.0, 0.0, 1.0))
-    said = [feedback async for feedback in going]
+    said, headings = [], []
+    async for feedback in going:
+        said.append(feedback)
+        headings.append((feedback.current_position[2], true_pose(body).yaw))
     result = await going
     here = true_pose(body)
     assert result.success
     assert result.final_position.tolist() == pytest.approx([here.x, here.y, here.yaw], abs=0.05)
     assert abs(wrap(here.yaw - 1.0)) <= 0.07, "the heading is reached, not claimed"
+    assert max(abs(wrap(told - true)) for told, true in headings) < 0.1
+    assert max(true for _, true in headings) > 0.3, "it is told while the robot turns, too"
     assert [feedback.current_waypoint for feedback in said] == [10 * (k + 1) for k in range(len(said))]
     assert said[0].status_message == f"Navigating... {said[0].distance_remaining:.2f}m to go"
     second = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(3.0, 0.5))

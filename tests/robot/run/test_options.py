@@ -22,7 +22,7 @@ def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
         "goal": None, "params": None, "log_format": "console", "log_level": "info", "report": None, "motor_delay": 0.004,
         "flight_record": None, "trace": False, "publish_clock": None, "only": (), "arm": False, "fetch": None,
         "listen": (), "connect": (), "processes": False, "hangs": (), "security": None,
-        "ground": None, "pushes": (), "web": Web(),
+        "replay": (), "ground": None, "pushes": (), "web": Web(),
     }  # fmt: skip
 
 
@@ -33,7 +33,7 @@ def test_every_word_is_taken(tmp_path: Path) -> None:
             "--duration", "9.5", "--battery", "12", "--crash", "gait@2", "--crash", "lidar@0", "--clock", "virtual", "--world", "pillars",
             "--backend", "kinematic", "--seed", "7", "--goal", "1", "-2", "0.5", "--log-format", "json", "--log-level", "WARN",
             "--report", report, "--motor-delay", "8", "--flight-record", record, "--trace", "--publish-clock", "100", "--arm",
-            "--only", "gait,motors", "gait", "--params", "some.yaml",
+            "--only", "gait,motors", "gait", "--replay", "gait", "navigation", "--params", "some.yaml",
         ]
     )  # fmt: skip
     assert (options.duration, options.battery, options.clock, options.world) == (9.5, 12.0, "virtual", "pillars")
@@ -44,6 +44,7 @@ def test_every_word_is_taken(tmp_path: Path) -> None:
     assert options.motor_delay == pytest.approx(0.008)
     assert (options.trace, options.publish_clock, options.arm) == (True, 100.0, True)
     assert options.only == ("gait", "motors")
+    assert options.replay == ("gait", "navigation")
 
 
 def test_floor_load_and_blows_are_taken_in_the_units_of_people() -> None:

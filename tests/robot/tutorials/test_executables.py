@@ -48,7 +48,7 @@ async def test_U_02_the_console_scripts_of_both_setup_files_start_their_nodes(
 
 
 @pytest.mark.parametrize("executable", ["battery_server", "battery_service_server"])
-async def test_V_11_both_names_of_the_battery_server_start_it(rig: Rig, executable: str) -> None:
+async def test_C_02_V_11_both_names_of_the_battery_server_start_it(rig: Rig, executable: str) -> None:
     assert await started(rig, "my_first_robot", executable) == ["battery_service_server"]
 
 

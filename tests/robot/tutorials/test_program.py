@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import re
+import runpy
 import signal
 import subprocess
 import sys
@@ -51,6 +52,17 @@ def test_C_34_every_tutorial_runs_as_a_program_and_ends_well(name: str, capsys: 
     assert "error" not in printed.out
     assert "[info" in printed.out  # whoever starts a program hears at least that it is ready
     assert printed.err == ""
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_C_34_the_file_of_every_tutorial_is_a_program(
+    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", [f"{name}.py", "--help"])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(ROOT / "robot" / "tutorials" / f"{name}.py"), run_name="__main__")
+    assert ended.value.code == 0
+    assert "--clock" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("name", MODULES)

@@ -1,0 +1,223 @@
+"""`Inputs`: gives a replayed node what comes in by its tape."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, cast
+
+from actors.actions.peers import Outcome
+from actors.errors import CallTimeout
+from actors.inbox.control import Failure
+from actors.inbox.expiring import ExpiringMessage
+from actors.replay.edge import CANCELED, name_of
+from actors.replay.replaying import AWAITED
+from actors.replay.standins import Other, OtherFollower, OtherPublisher, OtherServer, OtherSubscription
+from actors.replay.tape import Tape, Unkept
+from actors.services.introspection import caller_id
+
+if TYPE_CHECKING:
+    from actors.replay.lives import PlayedNode
+    from actors.replay.replaying import Replaying
+    from actors.replay.standins import Asked
+    from actors.replay.tape_loop import TapeLoop
+    from actors.system import System
+
+__all__ = ["Inputs"]
+
+
+class Inputs:
+    """Takes the entries of a tape that came in, and does to the replayed node what they say. The others are played by stand-ins.
+
+    For a node that is astray, numbers of the tape are no more those of the node: then what it asked is found by its kind, name and place
+    among those, and timers by their name.
+
+    Invariants: `_peers` has the stand-ins for the ends of topics that have come and not gone.
+    """
+
+    def __init__(self, system: System, loop: TapeLoop, tape: Tape, edge: Replaying, played: PlayedNode) -> None:
+        self.lacking = ""
+        """What came in that the journal does not carry; empty if it carries everything so far."""
+        self.late: list[tuple[float, Asked]] = []
+        """What a node that is astray has asked, and when it is to be told that nobody answers."""
+        self._system, self._loop, self._edge, self._played = system, loop, edge, played
+        self._peers: dict[int, Any] = {}
+        self._names = [sent for sent in tape.outputs() if sent[0] in AWAITED]
+        self._takes: dict[str, Callable[..., None]] = {
+            "start": played.begin, "stop": played.stop, "interrupt": self.interrupt, "crash": self.crash, "parameters": self.parameters,
+            "tick": self.tick, "deliver": self.deliver, "publisher": self.publisher, "subscription": self.subscriber, "gone": self.gone,
+            "server": self.server, "request": self.request, "goal": self.goal, "cancel": self.cancel, "given up": self.given_up,
+            "done": self.done, "goal status": self.goal_status, "feedback": self.feedback, "outcome": self.outcome,
+        }  # fmt: skip
+
+    def apply(self, entry: tuple[Any, ...]) -> None:
+        """Give the node one thing that came in."""
+        kind, details = entry[0], entry[3:]
+        unkept = next((str(one) for one in details if isinstance(one, Unkept)), "")
+        if kind == "unknown" or unkept:
+            if not self._edge.astray:
+                self.lacking = unkept or str(details[0])
+            return
+        self._takes[kind](*details)
+
+    def nobody_answers(self) -> None:
+        """End the first of the calls that the recording does not have."""
+        late = min(self.late, key=lambda one: one[0])
+        self.late.remove(late)
+        if not late[1].future.done():
+            late[1].future.set_exception(CallTimeout("nobody answers in a replay: the recording has no such call"))
+
+    def interrupt(self, number: int, killed: float | None) -> None:
+        task = self._edge.tasks.get(number)
+        life = self._played.present
+        child = None if life is None else self._system.runtime.child_of(life)
+        if killed is not None and child is not None:
+            child.kill(killed)
+        elif task is not None:
+            task.cancel()
+
+    def crash(self, error: BaseException) -> None:
+        life = self._played.present
+        assert life is not None
+        self._edge.enter("crash", (), life.inbox.put_control, Failure(error, "crash"))
+
+    def parameters(self, values: dict[str, Any]) -> None:
+        life = self._played.present
+        assert life is not None
+        life.node.set_parameters(values)
+
+    def tick(self, number: int, name: str, k: int, due: float) -> None:
+        timers = self._edge.timers
+        found = [timers[number]] if not self._edge.astray else [one for one in timers if name_of(one) == name]
+        if found and found[-1].handle is not None:
+            self._edge.enter("tick", (), found[-1].on_tick, k, due)
+
+    def deliver(self, number: int, peer: int, message: Any, expires: float | None) -> None:
+        publisher = self._peers[peer]
+        publisher.sent(message)
+        subscription = self._subscription(number, publisher.entry.name)
+        if subscription is None:
+            return
+        if expires is not None:
+            message = ExpiringMessage(message, expires, self._loop.time)
+        self._edge.enter("deliver", (), subscription.target(publisher), message)
+
+    def _subscription(self, number: int, topic: str) -> Any:
+        """The node's subscription with this number, if it is one of the topic; else its last one of the topic, or None."""
+        known = self._edge.subscriptions
+        if number < len(known) and known[number].entry.name == topic:
+            return known[number]
+        return next((one for one in reversed(known) if one.entry.name == topic), None)
+
+    def publisher(self, number: int, topic: str, node: str, kind: Any, qos: Any) -> None:
+        entry = self._system.graph.topic(topic)
+        self._peers[number] = publisher = OtherPublisher(number, entry, node, kind, qos, self._edge.catch_up)
+        entry.add_publisher(cast("Any", publisher))
+
+    def subscriber(self, number: int, topic: str, node: str, kind: Any, qos: Any) -> None:
+        entry = self._system.graph.topic(topic)
+        self._peers[number] = subscription = OtherSubscription(entry, node, kind, qos)
+        entry.add_subscription(cast("Any", subscription))
+
+    def gone(self, number: int) -> None:
+        peer: Any = self._peers.pop(number)
+        leave = "remove_publisher" if hasattr(peer, "latched") else "remove_subscription"
+        getattr(peer.entry, leave)(peer)
+
+    def server(self, kind: str, name: str, state: tuple[Any, ...] | None) -> None:
+        graph = self._system.graph
+        entry: Any = graph.action(name) if kind == "action" else graph.service(name)
+        if state is None:
+            entry.withdraw()
+        elif state[0] == "here":
+            _, host, served, concurrent = state
+            entry.open(OtherServer(host, served, concurrent, self._asked))
+        elif state[0] == "restarting" and state[1] != self._edge.node:
+            entry.pause(*state[1:])
+        elif state[0] == "stopped" and state[1] != self._edge.node:
+            entry.close(state[1])
+
+    def _asked(self, call: Asked, timeout: float | None) -> None:
+        if self._edge.astray and timeout is not None:
+            self.late.append((self._edge.now + timeout, call))
+
+    def request(self, number: int, name: str, message: Any, caller: str, timeout: float) -> None:
+        graph = self._system.graph
+        entry = graph.service(name)
+        if entry.local is None:
+            graph.open_standard_service(entry)
+        server: Any = entry.local
+        if server is not None:
+            server.submit(message, _OtherCaller(caller), timeout).future.add_done_callback(_retrieve)
+
+    def goal(self, number: int, name: str, goal_id: bytes, message: Any, owner: str | None) -> None:
+        server = self._system.graph.action(name).local
+        if server is not None:
+            follower = None if owner is None else OtherFollower(owner)
+            server.submit(goal_id, message, follower).future.add_done_callback(_retrieve)
+
+    def cancel(self, name: str, goal_id: bytes, reason: str) -> None:
+        server = self._system.graph.action(name).local
+        if server is not None:
+            server.cancel(goal_id, reason)
+
+    def given_up(self, number: int, how: Any) -> None:
+        answer = self._edge.answers.get(number)
+        if answer is None or answer.done():
+            return
+        if how == CANCELED:
+            answer.cancel()
+        else:
+            answer.set_exception(how)
+
+    def done(self, number: int, how: str, value: Any) -> None:
+        future = self._awaited(number)
+        if future is None or future.done():
+            return
+        if how == CANCELED:
+            future.cancel()
+        elif how == "error":
+            future.set_exception(value)
+        else:
+            future.set_result(value)
+
+    def _awaited(self, number: int) -> asyncio.Future[Any] | None:
+        """The future with this number; for a node that is astray, the one of the same kind, name and place."""
+        if not self._edge.astray:
+            return self._edge.awaited.pop(number, None)
+        if number > len(self._names):
+            return None
+        kind, name, _ = self._names[number - 1]
+        place = sum(one[:2] == (kind, name) for one in self._names[: number - 1])
+        return self._edge.channels.get((kind, name, place))
+
+    def goal_status(self, number: int, status: Any) -> None:
+        self._follower(number, "on_status", status)
+
+    def feedback(self, number: int, feedback: Any) -> None:
+        self._follower(number, "on_feedback", feedback)
+
+    def outcome(self, number: int, status: Any, result: Any, reason: str) -> None:
+        self._follower(number, "on_result", Outcome(status, result, reason))
+
+    def _follower(self, number: int, method: str, value: Any) -> None:
+        follower = self._edge.followers.get(number)
+        if follower is not None:
+            self._edge.enter(method, (), getattr(follower, method), value)
+
+
+class _OtherCaller(Other):
+    """A node of the recording that asks the replayed one. The tape says when it gives up."""
+
+    @property
+    def deadlines(self) -> Any:
+        raise NotImplementedError
+
+    def call_id(self, service: str, number: int) -> tuple[bytes, int]:
+        return caller_id(self.fqn, service), number
+
+
+def _retrieve(answer: asyncio.Future[Any]) -> None:
+    """Take an answer that nobody waits for, so that its error is not reported as lost."""
+    if not answer.cancelled():
+        answer.exception()

@@ -1,0 +1,145 @@
+"""`Journal`: keeps journals of nodes while their system runs, so that each can be replayed alone."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
+
+from actors.inbox.border import INSIDE
+from actors.replay.loop_seam import LoopSeam
+from actors.replay.recording import RecordedLife, Recording
+from actors.replay.tape import ReplayError, Start, Tape, frozen, pack
+
+if TYPE_CHECKING:
+    from typing import Self
+
+    from actors.runtime.incarnation import Incarnation
+    from actors.runtime.record import NodeRecord
+    from actors.supervision.seam import Life
+    from actors.system import System
+
+__all__ = ["Journal", "seam_of"]
+
+_SEAMS: WeakKeyDictionary[asyncio.AbstractEventLoop, LoopSeam] = WeakKeyDictionary()
+
+
+class Journal:
+    """Keeps a journal of each of the nodes that are named, from the start of its first life on::
+
+        journal = Journal("/navigation")
+        async with run(tree, observers=(journal,)) as system: ...
+        journal.save("navigation.journal", "/navigation")
+
+    Nodes are given by their name or full name. A node that cannot be journaled, because an argument of it cannot be kept, runs on
+    without, and `refused` says why. With `publish` each journal is a topic, too, ``<node>/_journal``, which is recorded into bags. The
+    run is otherwise the same, but slower: see docs/replay.md.
+    """
+
+    # Invariant: a node is in `_recordings` or in `refused` from its first start on, or in neither.
+
+    def __init__(self, *nodes: str, publish: bool = False) -> None:
+        if not nodes:
+            raise ReplayError("Journal(): say of which nodes, by their names: Journal('/navigation')")
+        self._nodes = frozenset(nodes)
+        self._publish = publish
+        self._tapes: dict[str, Tape] = {}
+        self._recordings: dict[str, Recording] = {}
+        self._system: System | None = None
+        self.refused: dict[str, str] = {}
+        """Full name -> why no journal of this node is kept."""
+
+    def __repr__(self) -> str:
+        return f"<journal of {', '.join(sorted(self._nodes))}>"
+
+    def attach(self, system: System) -> Self:
+        """Keep journals of `system`, whose tree has not started yet. Raises `ReplayError` for an event loop that cannot be watched."""
+        seam_of(system.loop)
+        self._system = system
+        system.runtime.gates.append(self)
+        if self._publish:
+            system.runtime.observers.opening.append(self._publish_tapes)
+        return self
+
+    def tape(self, node: str) -> Tape:
+        """The journal of a node so far. Raises `ReplayError` if there is none."""
+        for fqn, recording in self._recordings.items():
+            if node in (fqn, fqn.rpartition("/")[2]):
+                return recording.tape
+        whys = (why for fqn, why in self.refused.items() if node in (fqn, fqn.rpartition("/")[2]))
+        raise ReplayError(f"there is no journal of {node}: {next(whys, 'it has not started')}")
+
+    def save(self, path: str | os.PathLike[str], node: str) -> Path:
+        """Write the journal of a node so far to a file, and return its path."""
+        file = Path(path)
+        file.write_bytes(pack(self.tape(node).entries))
+        return file
+
+    async def _publish_tapes(self) -> None:
+        from actors.replay.publishing import JournalPublisher
+        from actors.supervision.declarations import Child
+
+        assert self._system is not None
+        await self._system.join(Child(JournalPublisher, args=(self._tapes,)))
+
+    # -- between supervisor and node -----------------------------------------------------------------------------------------
+
+    def life(self, record: NodeRecord, make: Callable[[], Incarnation], /) -> Life | None:
+        name, fqn = record.identity.name, record.identity.fqn
+        if (name not in self._nodes and fqn not in self._nodes) or fqn in self.refused:
+            return None
+        assert self._system is not None
+        try:
+            start = self._start_of(record)
+        except ReplayError as error:
+            self.refused[fqn] = str(error)
+            self._system.log.warning("no journal is kept", node_name=fqn, because=str(error))
+            return None
+        recording = self._recordings.get(fqn) or self._open(record)
+        recording.begins(start)
+        token = INSIDE.set(recording)
+        try:
+            return RecordedLife(recording, make())
+        finally:
+            INSIDE.reset(token)
+
+    def _open(self, record: NodeRecord) -> Recording:
+        assert self._system is not None
+        runtime, fqn = self._system.runtime, record.identity.fqn
+
+        def killed(task: asyncio.Task[Any]) -> float | None:
+            child = None if record.life is None else runtime.child_of(record.life)
+            return child.killed if child is not None and child.task is task else None
+
+        recording = Recording(fqn, seam_of(runtime.loop), runtime.clock.virtual, killed)
+        self._recordings[fqn] = record.inbox.border = recording
+        self._tapes[fqn] = recording.tape
+        runtime.graph.borders.append(recording)
+        runtime.graph.watchers.append(recording)
+        runtime.graph.on_change(recording.look)
+        return recording
+
+    def _start_of(self, record: NodeRecord) -> Start:
+        assert self._system is not None
+        runtime, child = self._system.runtime, record.child
+        for argument in child.args:
+            why: str | None = getattr(type(argument), "no_replay", None)
+            if why is not None:
+                raise ReplayError(f"its argument {type(argument).__name__} {why}")
+        return Start(
+            node=record.identity.fqn, incarnation=record.incarnation + 1, path=record.path, child=frozen(child),
+            options=frozen(runtime.options), saved=frozen(record.saved), state=record.asked_state, seed=runtime.seed,
+            process=runtime.process, level=runtime.journal.level, virtual=runtime.clock.virtual, origin=runtime.clock.origin,
+            epoch=runtime.clock.epoch,
+        )  # fmt: skip
+
+
+def seam_of(loop: asyncio.AbstractEventLoop) -> LoopSeam:
+    """The seam of an event loop, made at the first call."""
+    seam = _SEAMS.get(loop)
+    if seam is None:
+        seam = _SEAMS[loop] = LoopSeam(loop)
+    return seam

@@ -1,0 +1,285 @@
+"""`Replaying`: the border of a node that is replayed. What it sends is compared, and what it is given comes from the tape."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import Callable, Coroutine, Iterator
+from contextvars import Context
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from actors.inbox.border import INSIDE
+from actors.replay.comparison import ABSENT, Difference, first_difference
+from actors.replay.edge import Edge
+from actors.replay.tape import APART, BACK, WITHIN, Entry, Tape
+
+if TYPE_CHECKING:
+    from actors.replay.loop_seam import Callback
+
+__all__ = ["AWAITED", "Break", "Replaying", "run_handle"]
+
+T = TypeVar("T")
+
+GRAPH = frozenset({"publisher", "subscription", "server"})
+"""What was there before a step of the node met it."""
+
+AWAITED = frozenset({"call", "goal", "cancel", "offload"})
+"""What the node sends and awaits."""
+
+
+class Break:
+    """Where a debugger is to stop: at the `number`-th message of `topic`."""
+
+    def __init__(self, topic: str, number: int, stop: Callable[[], object]) -> None:
+        self.topic = topic
+        self.number = number
+        self.stop = stop
+        """Starts the debugger."""
+
+
+class Replaying(Edge):
+    """Gives a node what its tape holds, and compares what it sends. It is driven by `actors.replay.driver.Driver`.
+
+    Invariants:
+
+    - `at` is the place on the tape: everything before it has been given, or was compared.
+    - While `astray` is false, the node does what it did in the recording, step by step. Once it is true, because its code schedules or
+      reads otherwise than in the recording, its callbacks run as they are due, and what it sends is compared by name and number only.
+    - `planned` holds the callbacks of the node that have not run, by their number.
+    """
+
+    def __init__(self, tape: Tape, pause: Break | None, limit: int) -> None:
+        super().__init__(tape.node)
+        self.tape = tape
+        self.at = 0
+        self.now = tape.start.origin
+        """The time, seconds of the event loop's clock."""
+        self.astray = False
+        self.over = False
+        self.planned: dict[int, asyncio.Handle] = {}
+        self.awaited: dict[int, asyncio.Future[Any]] = {}
+        self.channels: dict[tuple[str, str, int], asyncio.Future[Any]] = {}
+        """What is awaited, by kind, name and place among those of its name."""
+        self.differences: list[Difference] = []
+        self.sent: Counter[tuple[str, str]] = Counter()
+        self.apply: Callable[[tuple[Any, ...]], None] = _nowhere
+        """Gives the node what came in."""
+        self._pause = pause
+        self._limit = limit
+        self._ahead: set[int] = set()
+        """The places on the tape, behind `at`, of what was given in advance."""
+        self._asked: Counter[tuple[str, str]] = Counter()
+        self._expected = _by_name(tape)
+        self._last: tuple[str, str] = ("", "")
+        self._joining = -1
+        """The number of the subscription whose target the graph has asked for last: a late joiner is asked for just before it catches up."""
+
+    # -- what passes ---------------------------------------------------------------------------------------------------------
+
+    def enter(self, kind: str, details: tuple[Any, ...], function: Callable[..., T], *arguments: Any) -> T:
+        token = INSIDE.set(self)
+        try:
+            return function(*arguments)
+        finally:
+            INSIDE.reset(token)
+
+    def leave(self, kind: str, name: str, value: Any, function: Callable[..., T], *arguments: Any) -> T:
+        self.send(kind, name, value)
+        token = INSIDE.set(None)
+        try:
+            answer = function(*arguments)
+        finally:
+            INSIDE.reset(token)
+        self._come_back()
+        self._last = (kind, name)
+        self.expect_if_future(answer)
+        return answer
+
+    def send(self, kind: str, name: str, value: Any) -> None:
+        number, self._last = self.sent[kind, name], (kind, name)
+        self.sent[kind, name] += 1
+        if self.over:
+            return
+        if self._pause is not None and (name, number) == (self._pause.topic, self._pause.number):
+            self._pause.stop()
+        self._come_back()
+        if not self.astray:
+            entry = self.entry()
+            if isinstance(entry, tuple) and entry[:3] == ("out", kind, name):
+                self.at += 1
+            elif not self.differences:
+                self._unlike(kind, name, number, entry, value)
+        expected = self._expected.get((kind, name), [])
+        recorded = expected[number] if number < len(expected) else ABSENT
+        if recorded is ABSENT:
+            self._differs(kind, name, number, "", ABSENT, value)
+        elif (found := first_difference(recorded, value)) is not None:
+            self._differs(kind, name, number, *found)
+
+    def _unlike(self, kind: str, name: str, number: int, entry: Entry | None, value: Any) -> None:
+        """The recording did something else here."""
+        if isinstance(entry, tuple) and entry[0] == "out":
+            missing = (entry[1], entry[2])
+            self._differs(*missing, self.sent[missing], "", entry[3], f"{kind} {name}: {value!r}")
+        self.stray()
+
+    def _differs(self, kind: str, name: str, number: int, field: str, recorded: Any, replayed: Any) -> None:
+        known = any((one.kind, one.name) == (kind, name) for one in self.differences)
+        if not known:
+            time = self.now - self.tape.start.origin
+            self.differences.append(Difference(kind, name, number, time, field, recorded, replayed))
+            if len(self.differences) >= self._limit:
+                self.over = True
+
+    def stray(self) -> None:
+        """The node's code has left the tape."""
+        self.astray = True
+
+    def end(self) -> None:
+        """Compare what was sent with the whole recording, at its end."""
+        for (kind, name), values in self._expected.items():
+            number = self.sent[kind, name]
+            if number < len(values):
+                self._differs(kind, name, number, "", values[number], ABSENT)
+
+    def missed(self, entry: tuple[Any, ...]) -> None:
+        """The recording sends something that the replayed node does not send."""
+        self._differs(entry[1], entry[2], self.sent[entry[1], entry[2]], "", entry[3], ABSENT)
+        self.stray()
+
+    def let_go(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Let the loop run what the node's code has still to do, so that it can be ended."""
+        self.over = True
+        for handle in self.planned.values():
+            if not handle.cancelled() and not isinstance(handle, asyncio.TimerHandle):
+                loop.call_soon(run_handle, handle)
+
+    # -- what others do at the node's own call -------------------------------------------------------------------------------
+
+    def entry(self) -> Entry | None:
+        """The entry at the present place, behind what was given in advance; None at the end."""
+        entries = self.tape.entries
+        while self.at in self._ahead:
+            self._ahead.discard(self.at)
+            self.at += 1
+        return entries[self.at] if self.at < len(entries) else None
+
+    def _come_back(self) -> None:
+        """Give the node what others did to it while its code was out."""
+        while not (self.astray or self.over):
+            entry = self.entry()
+            if not isinstance(entry, tuple) or entry[0] in ("out", "step", "result"):
+                return
+            done = entry[0] == "done" and entry[2] == WITHIN
+            if not (entry[2] == BACK or done) or (entry[0] == "done" and entry[3] not in self.awaited):
+                return
+            self.at += 1
+            self.apply(entry)
+
+    def catch_up(self, publisher: Any, target: Callable[[Any], None]) -> None:
+        """Give a subscription of the node the messages that were kept for it."""
+        while isinstance(entry := self.entry(), tuple) and entry[0] == "deliver" and entry[2] == WITHIN:
+            if entry[3:5] != (self._joining, publisher.number):
+                return
+            self.at += 1
+            publisher.sent(entry[5])
+            target(entry[5])
+
+    def served(self, entry: Any) -> None:
+        """The node waits for the server of a name; it may be one that is opened by that."""
+        self._come_back()
+
+    def look_ahead(self) -> None:
+        """Put into the graph what the step that begins now will find there."""
+        for place, entry in self._step_entries():
+            if entry[0] in GRAPH and entry[2] == WITHIN and place not in self._ahead:
+                self._ahead.add(place)
+                self.apply(entry)
+
+    def _step_entries(self) -> Iterator[tuple[int, tuple[Any, ...]]]:
+        entries = self.tape.entries
+        for place in range(self.at, len(entries)):
+            entry = entries[place]
+            if not isinstance(entry, tuple) or entry[0] in ("out", "result"):
+                continue
+            if entry[0] in ("step", "start") or entry[2] == APART:
+                return
+            yield place, entry
+
+    def compute(self, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
+        entry = None if self.astray else self.entry()
+        if isinstance(entry, tuple) and entry[0] == "result":
+            self.at += 1
+            result: T = entry[1]
+            return result
+        return function(*arguments)
+
+    def elsewhere(self, name: str, work: Callable[[], Coroutine[Any, Any, Any]]) -> asyncio.Future[Any]:
+        return self.in_thread(asyncio.get_running_loop().create_future, name)
+
+    def in_thread(self, start: Callable[[], asyncio.Future[Any]], name: str) -> asyncio.Future[Any]:
+        self.send("offload", name, None)
+        future = asyncio.get_running_loop().create_future()
+        self.expect(future)
+        return future
+
+    def expected(self, future: asyncio.Future[Any], number: int) -> None:
+        self.awaited[number] = future
+        kind, name = self._last
+        self.channels[kind, name, self._asked[kind, name]] = future
+        self._asked[kind, name] += 1
+        self._come_back()
+
+    def inward(self, publisher: Any, subscription: Any, target: Callable[[Any], None]) -> Callable[[Any], None]:
+        if self.owns(subscription) and not self.owns(publisher):
+            self._joining = self.number_of(subscription)
+        return target
+
+    def uses(self, entry: Any) -> None:
+        """Do nothing: the tape knows who serves it."""
+
+    # -- the event loop ------------------------------------------------------------------------------------------------------
+
+    def plan(
+        self, plain: Callable[..., asyncio.Handle], when: float | None, number: int, callback: Callback, arguments: tuple[Any, ...],
+        context: Context | None,
+    ) -> asyncio.Handle:  # fmt: skip
+        if self.over:
+            return plain(callback, *arguments, context=context)
+        loop = asyncio.get_running_loop()
+        handle = (
+            asyncio.Handle(callback, arguments, loop, context)
+            if when is None
+            else asyncio.TimerHandle(when, callback, arguments, loop, context)
+        )
+        self.planned[number] = handle
+        return handle
+
+    def read(self, clock: Callable[[], float]) -> float:
+        if not (self.astray or self.over):
+            self._come_back()
+            entry = self.entry()
+            if entry is None or isinstance(entry, tuple):
+                self.stray()
+            else:
+                self.at += 1
+                self.now = entry
+        return clock() if self.over else self.now
+
+
+def _by_name(tape: Tape) -> dict[tuple[str, str], list[Any]]:
+    """What the node sent in the recording, by kind and name."""
+    sent: dict[tuple[str, str], list[Any]] = {}
+    for kind, name, value in tape.outputs():
+        sent.setdefault((kind, name), []).append(value)
+    return sent
+
+
+def run_handle(handle: asyncio.Handle) -> None:
+    """Run a callback as the event loop does: an error goes to its exception handler."""
+    if not handle.cancelled():
+        handle._run()  # pyright: ignore[reportPrivateUsage]
+
+
+def _nowhere(entry: tuple[Any, ...]) -> None:
+    """Take nothing in: there is no node yet."""

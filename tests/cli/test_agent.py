@@ -1,0 +1,83 @@
+"""`agent`: what it refuses before it listens. What it does is in tests/actors/hosts."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cli import agent
+from cli.command import CommandFailed
+from tests.actors.transport.security.fleet import Fleet
+
+
+@pytest.fixture
+def fleet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Fleet:
+    for name in ("ROBACTOR_SECURITY", "ROBACTOR_AGENT_LISTEN", "ROBACTOR_AGENT_CONNECT"):
+        monkeypatch.setenv(name, "")
+    monkeypatch.setenv("RMW_IMPLEMENTATION", "")
+    return Fleet(tmp_path, "base", "robot")
+
+
+def test_an_agent_without_a_security_file_does_not_start(fleet: Fleet) -> None:
+    with pytest.raises(CommandFailed, match=r"must know who they are: --security FILE, or ROBACTOR_SECURITY=FILE"):
+        agent.main(["--owner", "robot"])
+
+
+def test_an_agent_for_nobody_does_not_start(fleet: Fleet, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        agent.main(["--security", str(fleet.file("base"))])
+
+    assert ended.value.code == 2
+    assert "--owner" in capsys.readouterr().err
+
+
+def test_an_agent_without_mutual_tls_does_not_start(fleet: Fleet) -> None:
+    tls = {"authority": "authority.pem", "certificate": "certificate.pem", "key": "key.pem", "mutual": False}
+    file = fleet.written("base", tls=tls, access=None)
+
+    with pytest.raises(CommandFailed, match=r"agents need tls\.mutual"):
+        agent.main(["--owner", "robot", "--security", str(file)])
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("--at", "here:there"), "'here:there' is no address"),
+        (("--security", "missing.yaml"), "missing.yaml"),
+    ],
+)
+def test_a_mistake_shows_before_the_first_child_comes(fleet: Fleet, words: tuple[str, ...], text: str) -> None:
+    with pytest.raises(CommandFailed) as failed:
+        agent.main(["--owner", "robot", "--security", str(fleet.file("base")), *words])
+
+    assert text in str(failed.value)
+
+
+def test_an_address_that_is_taken_is_named(fleet: Fleet) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        at = f"127.0.0.1:{taken.getsockname()[1]}"
+        with pytest.raises(CommandFailed, match=f"cannot listen at {at}: "):
+            agent.main(["--owner", "robot", "--security", str(fleet.file("base")), "--at", at])
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_agent_waits_until_it_is_asked_to_end(fleet: Fleet, number: signal.Signals, code: int) -> None:
+    words = ("--owner", "robot", "--owner", "desk", "--security", str(fleet.file("base")), "--at", "127.0.0.1:0")
+    with subprocess.Popen(
+        [sys.executable, "-m", "robot", "agent", *words], stdout=subprocess.PIPE, text=True
+    ) as program:
+        assert program.stdout is not None
+        line = program.stdout.readline()
+        program.send_signal(number)
+        program.wait(60.0)
+
+    assert line.startswith("the agent waits at 127.0.0.1:")
+    assert line.endswith(" for trees of robot, desk; Ctrl-C ends it\n")
+    assert program.returncode == code

@@ -1,0 +1,116 @@
+"""Nodes of the robot are replayed alone, from journals of a run in which things went wrong, to the same bits."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Literal
+
+import pytest
+
+from actors import Child, Node, Supervisor, execute, run
+from actors.interfaces.std_srvs.srv import SetBool, Trigger, Trigger_Request, Trigger_Response
+from actors.replay import Journal, ReplayError, replay
+from robot.assembly import Robot
+from robot.contracts import EMERGENCY_STOP, MOVE_TO_POSITION, STAND
+from robot.interfaces.tutorials.my_robot_interfaces.action import MoveToPosition
+from robot.nodes.gait import Gait
+
+NODES = ("navigation", "gait", "battery", "safety_monitor", "robot_controller", "localizer")
+
+
+class Deaf(Gait):
+    """A gait that does not answer when a stopped robot is to stand, so that the safety monitor's call times out."""
+
+    node_name = "gait"
+    asked = 0
+
+    @STAND.serve(concurrent=5)
+    async def stand(self, request: Trigger_Request) -> Trigger_Response:
+        self.asked += 1
+        if self.asked > 1:
+            await asyncio.Event().wait()
+        return await super().stand(request)
+
+
+class Operator(Node):
+    """Who sends the robot to places."""
+
+    async def go(self, x: float, y: float) -> str:
+        async with self.start(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=x, target_y=y)) as goal:
+            return repr(await goal.ended())
+
+
+def with_deaf_gait(tree: Supervisor) -> Supervisor:
+    control, *others = tree.children
+    assert isinstance(control, Supervisor)
+    children = [
+        one.replace(factory=Deaf) if one.name == "gait" else one for one in control.children if isinstance(one, Child)
+    ]
+    return tree.replace(children=(control.replace(children=tuple(children)), *others))
+
+
+async def troubled_walk() -> tuple[Journal, list[str]]:
+    """Stand up, walk, be sent elsewhere, slow down, crash one after another, be stopped: the journals, and what became of the goals."""
+    journal = Journal(*NODES, "motors")
+    robot = Robot("kitchen", body="kinematic")
+    tree = Supervisor("all", children=[with_deaf_gait(robot.tree), Child(Operator)])
+    async with run(tree, observers=(journal,), sinks=()) as system:
+        sleep, operator = system.clock.sleep, system.node(Operator)
+        await sleep(1.0)
+        await operator.call(STAND, Trigger.Request())
+        await sleep(2.5)
+        first = asyncio.ensure_future(operator.go(1.5, 0.5))
+        await sleep(1.5)
+        second = asyncio.ensure_future(operator.go(0.5, 0.5))
+        await sleep(1.0)
+        assert system.node("navigation").set_parameter("max_speed", 0.4).successful
+        await sleep(0.5)
+        await operator.call(EMERGENCY_STOP, SetBool.Request(data=True))
+        await sleep(2.0)
+        for node in NODES:
+            system.crash(node, ValueError(f"{node} is struck"))
+            await sleep(0.4)
+        await sleep(0.5)
+        return journal, [await first, await second]
+
+
+@pytest.mark.parametrize("clock", ["virtual", pytest.param("real", marks=pytest.mark.realtime)])
+def test_six_nodes_are_replayed_alone_bit_for_bit_by_processes_without_body_and_world(
+    clock: Literal["virtual", "real"], tmp_path: Path
+) -> None:
+    journal, goals = execute(troubled_walk, clock=clock)
+    assert goals[0] == "<CANCELED: preempted by a newer goal>"
+    with pytest.raises(ReplayError, match="KinematicBody is the robot's body"):
+        journal.tape("motors")
+    asked = [
+        entry for entry in journal.tape("safety_monitor").entries if isinstance(entry, tuple) and entry[0] == "done"
+    ]
+    assert any("CallTimeout" in repr(entry[5]) for entry in asked)  # the call that timed out
+    program = """
+import gc, json, sys
+from actors.replay import load, replay
+verdict = replay(load(sys.argv[1]))
+alive = sorted({type(one).__name__ for one in gc.get_objects()} & {"KinematicBody", "PhysicsBody", "LinkedBody", "Robot", "Scene"})
+print(json.dumps([verdict.equal, verdict.compared, [*map(str, verdict.differences)], verdict.lacking, alive, "mujoco" in sys.modules]))
+"""
+    for node in NODES:
+        lives = [entry for entry in journal.tape(node).entries if isinstance(entry, tuple) and entry[0] == "start"]
+        assert len(lives) == 2, node  # it crashed, and lived again
+        path = journal.save(tmp_path / node, node)
+        done = subprocess.run([sys.executable, "-c", program, path], capture_output=True, text=True, check=True)
+        equal, compared, differences, lacking, alive, has_engine = json.loads(done.stdout)
+        assert (equal, differences, lacking) == (True, [], ""), node
+        assert compared > 10, node
+        assert (alive, has_engine) == ([], False), node
+
+
+def test_a_constant_that_was_changed_is_found_at_its_first_effect() -> None:
+    journal, _ = execute(troubled_walk, clock="virtual")
+    first = replay(journal.tape("navigation"), parameters={"max_speed": 0.5}).differences[0]
+    assert first.kind == "publish"
+    assert first.time > 3.5  # the walk had begun
+    assert first.recorded != first.replayed
