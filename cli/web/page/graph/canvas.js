@@ -30,7 +30,7 @@ export class Canvas {
 
   item(node) {
     const { x, y, width, height, kind, name } = node;
-    const rate = svg("text", { class: "rate", "aria-hidden": "true", x: 0, y: height / 2 + 11, "text-anchor": "middle" });
+    const rate = svg("text", { class: "rate", x: 0, y: height / 2 + 11, "text-anchor": "middle" });
     const group = svg(
       "g", { class: `item ${kind}${node.bad ? " badly" : ""}`, transform: `translate(${x} ${y})`, tabindex: 0, role: "button", "aria-label": `${kind} ${name}` },
       svg("rect", { x: -width / 2, y: -height / 2, width, height, rx: kind === "topic" ? height / 2 : 7 }),
@@ -43,10 +43,14 @@ export class Canvas {
     return group;
   }
 
+  /** Set the text under each of these, and in the name by which it is read out. */
   label(texts) {
     for (const [id, text] of texts) {
-      const rate = this.items?.get(id)?.querySelector(".rate");
-      if (rate && rate.textContent !== text) rate.textContent = text;
+      const item = this.items?.get(id);
+      const rate = item?.querySelector(".rate");
+      if (!rate || rate.textContent === text) continue;
+      rate.textContent = text;
+      item.setAttribute("aria-label", `${id} ${text.trim()}`);
     }
   }
 

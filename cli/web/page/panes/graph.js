@@ -61,7 +61,7 @@ class GraphPane {
       this.drawn = key;
       this.canvas.show(layout(nodes, edges, this.canvas.shape));
     }
-    const rates = new Map(system.topics.map((topic) => [`topic ${topic.name}`, topic.rate ? `${brief(topic.rate, 1)} Hz` : ""]));
+    const rates = new Map(system.topics.map((topic) => [`topic ${topic.name}`, topic.rate ? ` ${brief(topic.rate, 1)} Hz` : ""]));
     this.canvas.label(rates);
     this.canvas.mark(this.selected ? `${this.selected.kind} ${this.selected.name}` : "");
     this.showTree(system);
