@@ -48,7 +48,11 @@ def _parser() -> argparse.ArgumentParser:
     add_writing(parser)
     group = parser.add_argument_group("recording")
     group.add_argument(
-        "--replay", action="append", default=[], metavar="NODE", help="also the journal of NODE, for `bag replay`; its program must keep one"
+        "--replay",
+        action="append",
+        default=[],
+        metavar="NODE",
+        help="also the journal of NODE, for `bag replay`; its program must keep one",
     )
     group.add_argument(
         "--start-paused", action="store_true", help="record nothing until the service ~/resume is called"

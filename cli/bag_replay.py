@@ -12,9 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from actors import Node
+from actors.parameters.text import parse_parameter
 from actors.replay import Tape, Verdict, load, replay, tape_in
 from cli.command import CommandFailed
 
@@ -51,10 +50,17 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("path", type=Path, metavar="FILE", help="a bag with a journal, or the file of a journal")
     parser.add_argument("--node", metavar="NODE", help="whose journal, by its name; needed with a bag")
     parser.add_argument(
-        "--set", action="append", default=[], metavar="PARAM=VALUE", help="start the node with this value, and go on behind differences"
+        "--set",
+        action="append",
+        default=[],
+        metavar="PARAM=VALUE",
+        help="start the node with this value, and go on behind differences",
     )
     parser.add_argument(
-        "--with", dest="node_class", metavar="MODULE:NODE", help="play to this class instead, and go on behind differences"
+        "--with",
+        dest="node_class",
+        metavar="MODULE:NODE",
+        help="play to this class instead, and go on behind differences",
     )
     parser.add_argument(
         "--break", dest="pause", metavar="TOPIC[N]", help="stop in a debugger where message N (from 0) is sent on TOPIC"
@@ -91,7 +97,10 @@ def _parameter(text: str) -> tuple[str, Any]:
     name, equals, value = text.partition("=")
     if not equals:
         raise CommandFailed(f"--set {text}: give it as PARAM=VALUE")
-    return name, yaml.safe_load(value)
+    try:
+        return name, parse_parameter(name, value).value
+    except ValueError as error:
+        raise CommandFailed(f"--set {text}: {error}") from error
 
 
 def _place(text: str) -> tuple[str, int]:
@@ -104,8 +113,17 @@ def _place(text: str) -> tuple[str, int]:
 
 def _tell(verdict: Verdict, as_json: bool, seconds: float) -> None:
     if as_json:
-        facts = {"node": verdict.node, "equal": verdict.equal, "compared": verdict.compared, "seconds": round(seconds, 3)}
-        facts |= {"lacking": verdict.lacking, "failure": verdict.failure, "differences": [*map(str, verdict.differences)]}
+        facts = {
+            "node": verdict.node,
+            "equal": verdict.equal,
+            "compared": verdict.compared,
+            "seconds": round(seconds, 3),
+        }
+        facts |= {
+            "lacking": verdict.lacking,
+            "failure": verdict.failure,
+            "differences": [*map(str, verdict.differences)],
+        }
         print(json.dumps(facts))
         return
     for difference in verdict.differences:
@@ -115,7 +133,9 @@ def _tell(verdict: Verdict, as_json: bool, seconds: float) -> None:
     if verdict.failure:
         print(f"the node ended with {verdict.failure}")
     word = "equal" if verdict.equal else "not equal"
-    print(f"{verdict.node}: {word}; {verdict.compared} messages, calls, answers and log lines compared in {seconds:.1f} s")
+    print(
+        f"{verdict.node}: {word}; {verdict.compared} messages, calls, answers and log lines compared in {seconds:.1f} s"
+    )
 
 
 def _cost(tape: Tape) -> int:
@@ -126,5 +146,7 @@ def _cost(tape: Tape) -> int:
     for kind, count in sorted(kinds.items(), key=lambda one: -one[1]):
         print(f"{count:>9}  {kind}")
     seconds = tape.seconds
-    print(f"{sum(kinds.values())} entries, {size} bytes uncompressed, for {seconds:.1f} s of {tape.node}: {size / max(seconds, 1e-9) / 1e3:.1f} kB/s")
+    print(
+        f"{sum(kinds.values())} entries, {size} bytes uncompressed, for {seconds:.1f} s of {tape.node}: {size / max(seconds, 1e-9) / 1e3:.1f} kB/s"
+    )
     return 0

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from cli.command import CommandFailed, Exit
@@ -24,12 +25,18 @@ __all__ = ["main"]
 
 PREFIX = "[robactor run]:"
 
+VERBS = {("tf2_ros", "tf2_echo"): "cli.tf2_echo", ("tf2_tools", "view_frames"): "cli.view_frames"}
+"""Programs of ROS 2 that are verbs here, and their modules."""
+
 
 def main(argv: Sequence[str]) -> int | Exit:
     """Run what the words name until it ends, and return its exit code."""
     options = _options(argv)
     if ":" in options.package_name:
         return _run_nodes(options.package_name, [*_words(options.executable_name), *options.argv])
+    if (verb := VERBS.get((options.package_name, options.executable_name))) is not None:
+        ended: int | Exit = import_module(verb).main(options.argv)
+        return ended
     from actors.launch.packages import NodeTarget, Packages, UnknownExecutable, UnknownPackage
 
     packages = Packages(options.package_path)
@@ -154,7 +161,7 @@ async def _live(make: Any, argv: Sequence[str]) -> int:
             failed.append(record)
 
     try:
-        first, *more = [_significant(tree) for tree in await grown(make)]
+        first, *more = [_significant(tree, argv) for tree in await grown(make)]
         transport = transport_from_environment(os.environ)
         sinks = (console_sink(sys.stdout), note)
         async with run(_whole(first, more), argv=argv, sinks=sinks, transport=transport) as system:
@@ -172,11 +179,14 @@ def _refuse(error: Exception) -> NoReturn:
     raise CommandFailed(str(error)) from None
 
 
-def _significant(tree: Any) -> Spec:
-    """A node that is run alone is a program: it ends with the node."""
+def _significant(tree: Any, argv: Sequence[str]) -> Spec:
+    """A node that is run alone is a program: it ends with the node, and may take words of its own."""
     from actors import Child, transient
+    from actors.running.options import with_own_arguments
 
-    return Child(tree, restart=transient, significant=True) if isinstance(tree, type) else tree
+    return (
+        with_own_arguments(Child(tree, restart=transient, significant=True), argv) if isinstance(tree, type) else tree
+    )
 
 
 def _whole(first: Spec, more: Sequence[Spec]) -> Spec:

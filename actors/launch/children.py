@@ -17,7 +17,7 @@ from actors.names.names import fully_qualified
 from actors.node.members import has_fixed_parameters
 from actors.node.node import Node
 from actors.qos.overriding import QOS_OVERRIDES
-from actors.running.options import with_arguments
+from actors.running.options import with_arguments, with_own_arguments
 from actors.running.target import Unusable, find, grown
 from actors.supervision.declarations import (
     Backoff,
@@ -120,7 +120,7 @@ def named(spec: Spec, node: NodeSpec, warn: Warn) -> Spec:
     if not arguments:
         return told
     try:
-        return with_arguments(told, arguments)[0]
+        return with_arguments(with_own_arguments(told, arguments), arguments)[0]
     except ValueError as error:
         raise LaunchError(str(error)) from error
 

@@ -1,4 +1,4 @@
-"""The nodes that come with the framework: `ClockPublisher`, `ParameterServer` and `RobotStatePublisher`."""
+"""The nodes that come with the framework: `ClockPublisher`, `ParameterServer`, `RobotStatePublisher` and `StaticTransformPublisher`."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from actors.nodes.parameter_server import (
     set_global,
 )
 from actors.nodes.robot_state_publisher import JOINT_STATES, ROBOT_DESCRIPTION, RobotStatePublisher
+from actors.nodes.static_transform_publisher import StaticTransformPublisher
 from actors.runtime.sim_time import CLOCK
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "ClockPublisher",
     "ParameterServer",
     "RobotStatePublisher",
+    "StaticTransformPublisher",
     "get_global",
     "set_global",
 ]

@@ -35,7 +35,8 @@ class Journal:
         journal.save("navigation.journal", "/navigation")
 
     Nodes are given by their name or full name. A node that cannot be journaled, because an argument of it cannot be kept, runs on
-    without, and `refused` says why. With `publish` each journal is a topic, too, ``<node>/_journal``, which is recorded into bags. The run is otherwise the same, but slower: see docs/replay.md.
+    without, and `refused` says why. With `publish` each journal is a topic, too, ``<node>/_journal``, which is recorded into bags. The run is
+    otherwise the same, but slower: see docs/replay.md.
     """
 
     # Invariant: a node is in `_recordings` or in `refused` from its first start on, or in neither.

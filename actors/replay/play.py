@@ -86,7 +86,9 @@ def replay(
     with asyncio.Runner(loop_factory=lambda: loop) as runner:
         driver = runner.run(_play(tape, loop, change, stop, limit, sinks))
     edge = driver.edge
-    return Verdict(start.node, tuple(edge.differences), sum(edge.sent.values()), driver.inputs.lacking, driver.played.failure)
+    return Verdict(
+        start.node, tuple(edge.differences), sum(edge.sent.values()), driver.inputs.lacking, driver.played.failure
+    )
 
 
 async def _play(

@@ -52,7 +52,9 @@ class JournalPublisher(Node):
 
     def _publisher(self, node: str) -> Publisher[UInt8MultiArray]:
         if node not in self._publishers:
-            self._publishers[node] = self.publisher(Topic(UInt8MultiArray, node + JOURNAL, LATCHED.replace(depth=DEPTH)))
+            self._publishers[node] = self.publisher(
+                Topic(UInt8MultiArray, node + JOURNAL, LATCHED.replace(depth=DEPTH))
+            )
         return self._publishers[node]
 
     async def on_stop(self, reason: ExitReason) -> None:

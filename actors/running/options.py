@@ -6,7 +6,7 @@ Every mistake is a `ValueError` with one line of text: what is wrong, where it w
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from actors.names.names import logger_name
@@ -32,6 +32,7 @@ __all__ = [
     "overruled",
     "read_parameters",
     "with_arguments",
+    "with_own_arguments",
 ]
 
 ParameterSource: TypeAlias = str | os.PathLike[str] | Mapping[str, Mapping[str, Any]]
@@ -95,6 +96,19 @@ def with_arguments(child: Child, argv: Sequence[str] | None) -> tuple[Child, Lev
         levels.set(logger, level)
     parameters = {**arguments.parameters.for_node(fqn), **child.parameters}
     return told.replace(parameters=parameters), levels.effective(logger_name(fqn))
+
+
+def with_own_arguments(child: Child, argv: Sequence[str]) -> Child:
+    """The child with the parameters that its class makes of the words outside of ``--ros-args``, by ``arguments_as_parameters``.
+
+    A class without this method takes no words of its own. Raises `ValueError` for words that it does not take.
+    """
+    from actors.running.arguments import parse
+
+    reader: Callable[[Sequence[str]], dict[str, Any]] | None = getattr(child.factory, "arguments_as_parameters", None)
+    if reader is None:
+        return child
+    return child.replace(parameters={**reader(parse(argv).user_args), **child.parameters})
 
 
 def _read_arguments(argv: Sequence[str], *, of_one_node: bool = False) -> RosArguments:

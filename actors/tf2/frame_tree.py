@@ -78,7 +78,7 @@ class FrameTree:
         down, failure_below = self._climb(target, up, instant)
         common = next(reversed(down))
         if common not in up:
-            reason = failure_below or failure or self._unconnected(target, source)
+            reason = failure or failure_below or self._unconnected(target, source)
             raise reason if asked else _of_latest(reason)
         return (down[common].inverse() @ up[common] if common != target else up[common]), instant
 

@@ -114,7 +114,7 @@ class Track:
             if instant > newest
             else f"{seconds(oldest - instant)} s before the first"
         )
-        if oldest == newest:
+        if len(self) == 1:
             return NoDataForExtrapolationException(
                 f"{asked} {side} known transform: known is that of {seconds(newest)} s alone", past=instant < oldest
             )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from itertools import combinations, pairwise
 
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from actors import Child, Node, Topic, publishes
@@ -63,9 +63,11 @@ def test_what_nothing_points_to_stands_beside_what_it_points_to() -> None:
     assert drawing.corners["late"].x == drawing.corners["c"].x
 
 
+LOADED = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 NAMES = st.sampled_from("abcdefgh")
 
 
+@LOADED
 @given(st.lists(st.tuples(NAMES, NAMES).filter(lambda edge: edge[0] != edge[1]), max_size=20))
 def test_whatever_the_graph_boxes_do_not_overlap_and_arrows_join_their_borders(edges: list[tuple[str, str]]) -> None:
     drawing = placed(edges, "alone")
@@ -83,6 +85,7 @@ def test_whatever_the_graph_boxes_do_not_overlap_and_arrows_join_their_borders(e
             assert point.x in (x, x + SIZE.x)
 
 
+@LOADED
 @given(st.lists(st.tuples(NAMES, NAMES).filter(lambda edge: edge[0] < edge[1]), max_size=20))
 def test_in_a_graph_without_circles_every_arrow_points_to_the_right(edges: list[tuple[str, str]]) -> None:
     drawing = placed(edges)

@@ -251,6 +251,11 @@ def test_transforms_of_one_instant_are_all_kept_and_approached_from_their_sides(
     for seconds, x in ((0.5, 0.0), (1.0, 10.0), (1.0, 20.0), (1.0, 20.0), (2.0, 30.0)):
         tell(buffer, "map", "robot", Transform((x, 0.0, 0.0)), seconds)
     assert buffer.frames()["robot"].length == 4  # the same one twice counts once
+    two = Buffer()
+    for x in (1.0, 2.0):
+        tell(two, "map", "robot", Transform((x, 0.0, 0.0)), 1.0)
+    with pytest.raises(ForwardExtrapolationException):  # as tf2: there is more than one
+        look(two, "map", "robot", at(1.5))
     assert look(buffer, "map", "robot", at(0.75)).translation[0] == pytest.approx(5.0)
     assert look(buffer, "map", "robot", at(1.0)).translation[0] == pytest.approx(20.0)
     assert look(buffer, "map", "robot", at(1.5)).translation[0] == pytest.approx(25.0)

@@ -47,7 +47,9 @@ class Operator(Node):
 def with_deaf_gait(tree: Supervisor) -> Supervisor:
     control, *others = tree.children
     assert isinstance(control, Supervisor)
-    children = [one.replace(factory=Deaf) if one.name == "gait" else one for one in control.children if isinstance(one, Child)]
+    children = [
+        one.replace(factory=Deaf) if one.name == "gait" else one for one in control.children if isinstance(one, Child)
+    ]
     return tree.replace(children=(control.replace(children=tuple(children)), *others))
 
 
@@ -84,7 +86,9 @@ def test_six_nodes_are_replayed_alone_bit_for_bit_by_processes_without_body_and_
     assert goals[0] == "<CANCELED: preempted by a newer goal>"
     with pytest.raises(ReplayError, match="KinematicBody is the robot's body"):
         journal.tape("motors")
-    asked = [entry for entry in journal.tape("safety_monitor").entries if isinstance(entry, tuple) and entry[0] == "done"]
+    asked = [
+        entry for entry in journal.tape("safety_monitor").entries if isinstance(entry, tuple) and entry[0] == "done"
+    ]
     assert any("CallTimeout" in repr(entry[5]) for entry in asked)  # the call that timed out
     program = """
 import gc, json, sys

@@ -1,0 +1,21 @@
+"""`static_transform_publisher --frame-id A --child-frame-id B ...`: publishes one transform that never changes until Ctrl-C."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cli.command import Exit
+
+__all__ = ["main"]
+
+
+def main(argv: Sequence[str]) -> int | Exit:
+    """Run the node, with the words of tf2_ros' program and the arguments of ROS 2."""
+    if "-h" in argv or "--help" in argv:
+        from actors.nodes.static_transform_publisher import arguments_parser
+
+        print(arguments_parser().format_help(), end="")
+        return Exit.DONE
+    from cli.run import main as run
+
+    return run(["tf2_ros", "static_transform_publisher", *argv])

@@ -1,0 +1,82 @@
+"""`tf2_echo`, `view_frames` and `static_transform_publisher`: transforms of other processes, in the terminal."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Command
+
+LAMP = ("--x", "1.5", "--yaw", "1.5707963267948966", "--frame-id", "map", "--child-frame-id", "lamp")
+
+ECHOED = """\
+At time 0.000000000
+- Translation: [1.50, 0.00, 0.00]
+- Rotation: in Quaternion (xyzw) [0.00, 0.00, 0.71, 0.71]
+- Rotation: in RPY (radian) [0.00, 0.00, 1.57]
+- Rotation: in RPY (degree) [0.00, 0.00, 90.00]
+- Matrix:
+   0.00  -1.00   0.00   1.50
+   1.00   0.00   0.00   0.00
+   0.00   0.00   1.00   0.00
+   0.00   0.00   0.00   1.00
+"""
+
+
+@pytest.fixture
+async def lamp(environment: dict[str, str]) -> AsyncIterator[None]:
+    """Somebody who tells where the lamp is, in another process."""
+    words = ("run", "tf2_ros", "static_transform_publisher", *LAMP, "--ros-args", "-r", "__node:=lamp_mount")
+    process = await asyncio.create_subprocess_exec(sys.executable, "-m", "robot", *words, env=environment, stdout=-1)
+    assert process.stdout is not None
+    try:
+        while b"Spinning until stopped" not in await process.stdout.readline():
+            assert process.returncode is None
+        yield
+    finally:
+        if process.returncode is None:
+            process.terminate()
+        await process.wait()
+
+
+async def test_tf2_echo_prints_the_transform_in_the_form_of_tf2_ros(lamp: None, robot: Command) -> None:
+    echoed = await robot("tf2_echo", "map", "lamp", "--once", "--precision", "2", "--timeout", "20")
+    assert (echoed.out, echoed.code) == (ECHOED, 0)
+    same = await robot("run", "tf2_ros", "tf2_echo", "map", "lamp", "--once", "-p", "2", "--timeout", "20")
+    assert same.out == ECHOED
+
+
+async def test_tf2_echo_says_why_there_is_none_and_gives_up_when_told_to(lamp: None, robot: Command) -> None:
+    waiting = await robot("tf2_echo", "map", "lmap", "--timeout", "3")
+    assert waiting.code == 1
+    assert "no transform map -> lmap: there is no frame 'lmap'; did you mean" in waiting.err
+
+
+async def test_view_frames_writes_the_graph(lamp: None, robot: Command, tmp_path: Path) -> None:
+    viewed = await robot("view_frames", "--wait-time", "3", "--output", str(tmp_path / "tree"), "--json")
+    assert viewed.code == 0, viewed.err
+    frame = json.loads(viewed.out)["lamp"]
+    assert (frame["parent"], frame["static"]) == ("map", True)
+    graph = (tmp_path / "tree.gv").read_text()
+    assert graph.startswith('digraph G {\n"map" -> "lamp"[label=" Broadcaster: default_authority')
+
+
+async def test_view_frames_without_transforms_says_where_to_look(robot: Command) -> None:
+    viewed = await robot("view_frames", "--wait-time", "0.1")
+    assert (viewed.code, viewed.out) == (1, "")
+    assert "no transforms on /tf and /tf_static within 0.1 s" in viewed.err
+
+
+async def test_words_that_are_none_are_refused(robot: Command) -> None:
+    positional = await robot("static_transform_publisher", "0", "0", "1", "map", "lamp")
+    assert positional.code == 1
+    assert "unrecognized arguments: 0 0 1 map lamp; it takes --x --y --z, --roll" in positional.err
+    missing = await robot("static_transform_publisher", "--frame-id", "map")
+    assert missing.code == 1 and "needs two frames: --frame-id PARENT" in missing.err
+    helped = await robot("static_transform_publisher", "--help")
+    assert helped.code == 0 and "--child-frame-id CHILD" in helped.out
