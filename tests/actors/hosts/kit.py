@@ -81,9 +81,9 @@ class Fleet:
     """Certificates for a robot, a base, a spare and a stranger, and the ports at which they are found."""
 
     def __init__(self, folder: Path) -> None:
-        names = ("robot", "base", "spare", "stranger")
-        self.files = dict(zip(names, create(folder, list(names), days=1, passwords=False), strict=True))
-        self.ports = {name: free_port() for name in names}
+        names: list[str] = ["robot", "base", "spare", "stranger"]
+        self.files: dict[str, Path] = dict(zip(names, create(folder, names, days=1, passwords=False), strict=True))
+        self.ports: dict[str, int] = {name: free_port() for name in names}
         self.agents: dict[str, AgentProgram] = {}
 
     def security(self, name: str) -> Security:
