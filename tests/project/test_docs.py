@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -21,7 +22,9 @@ PAGES = sorted(page.name for page in DOCS.glob("*.md") if "```python" in page.re
 def program(page: str) -> dict[str, Any]:
     """The page's blocks, run; line numbers are those of the page."""
     text = (DOCS / page).read_text(encoding="utf-8")
-    names: dict[str, Any] = {"__name__": f"docs.{page}"}
+    module = ModuleType(f"docs.{page}")
+    sys.modules[module.__name__] = module  # so that its classes can be pickled
+    names = vars(module)
     for block in re.finditer(r"```python\n(.*?)```", text, re.DOTALL):
         line = text[: block.start(1)].count("\n")
         exec(compile("\n" * line + block[1], str(DOCS / page), "exec"), names)
