@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 IMPORTED_AS = {"PyYAML": "yaml", "mujoco-core": "mujoco", "Pillow": "PIL", "eclipse-zenoh": "zenoh", "pyzmq": "zmq"}
 """The name to import, for distributions that do not go by their own."""
-OURS = {"actors", "robot", "cli", "tests", "__main__"}
+OURS = {"actors", "robot", "cli", "tests"}
 COMMANDS = {"coverage", "mypy", "pyright", "ruff"}
 """Tools of the test extra that are started, not imported."""
 FOREIGN = ROOT / "tests" / "interop" / "programs"
