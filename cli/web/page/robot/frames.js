@@ -1,4 +1,4 @@
-// Poses {p: [x, y, z], q: [x, y, z, w]}, and the tree of frames of /tf and /tf_static: the latest of each.
+// Poses {p: [x, y, z], q: [x, y, z, w]}, and the tree of frames of /tf and /tf_static: of each the newest, and those of the last seconds.
 
 export const ORIGIN = { p: [0, 0, 0], q: [0, 0, 0, 1] };
 
@@ -38,16 +38,36 @@ export function fromRpy([roll, pitch, yaw]) {
   return times(about([0, 0, 1], yaw), times(about([0, 1, 0], pitch), about([1, 0, 0], roll)));
 }
 
+const KEPT = 100; // so many poses of a frame are remembered: 2 s at 50 Hz
+
+export function seconds({ sec, nanosec }) {
+  return sec + nanosec * 1e-9;
+}
+
 export class FrameTree {
   constructor() {
-    this.parents = new Map(); // child -> {parent, pose}
+    this.parents = new Map(); // child -> {parent, pose, stamp}, the newest
+    this.before = new Map(); // child -> the same of the last seconds, oldest first
   }
 
   insert(message) {
     for (const { header, child_frame_id: child, transform } of message.transforms) {
       const { translation: t, rotation: r } = transform;
-      this.parents.set(child, { parent: header.frame_id, pose: { p: [t.x, t.y, t.z], q: [r.x, r.y, r.z, r.w] } });
+      const pose = { p: [t.x, t.y, t.z], q: [r.x, r.y, r.z, r.w] };
+      const edge = { parent: header.frame_id, pose, stamp: seconds(header.stamp) };
+      this.parents.set(child, edge);
+      const edges = this.before.get(child) ?? [];
+      edges.push(edge);
+      if (edges.length > KEPT) edges.shift();
+      this.before.set(child, edges);
     }
+  }
+
+  /** The edge above a frame: the newest, or with a stamp (s) the one nearest to it. */
+  above(child, stamp) {
+    if (stamp === undefined) return this.parents.get(child);
+    const apart = (edge) => Math.abs(edge.stamp - stamp);
+    return this.before.get(child).reduce((best, edge) => (apart(edge) <= apart(best) ? edge : best));
   }
 
   /** The frame at the top of the chain that `frame` hangs from. */
@@ -58,21 +78,21 @@ export class FrameTree {
   }
 
   /** The pose of `frame` in the root of its tree. */
-  inRoot(frame) {
+  inRoot(frame, stamp) {
     let pose = ORIGIN;
     let here = frame;
     for (let steps = 0; steps < 100 && this.parents.has(here); steps++) {
-      const up = this.parents.get(here);
+      const up = this.above(here, stamp);
       pose = compose(up.pose, pose);
       here = up.parent;
     }
     return pose;
   }
 
-  /** The pose of `frame` in `target`; null when nothing connects them. */
-  lookup(target, frame) {
+  /** The pose of `frame` in `target`, now or at a stamp (s); null when nothing connects them. */
+  lookup(target, frame, stamp) {
     if (target === frame) return ORIGIN;
     if (this.root(target) !== this.root(frame)) return null;
-    return compose(inverse(this.inRoot(target)), this.inRoot(frame));
+    return compose(inverse(this.inRoot(target, stamp)), this.inRoot(frame, stamp));
   }
 }

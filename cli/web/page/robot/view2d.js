@@ -118,7 +118,7 @@ export class View2D {
     const { world, pen } = this;
     const hits = world.hits();
     if (!hits.length) return;
-    const place = world.place(world.latest.scan.header.frame_id);
+    const place = world.placeOf(world.latest.scan.header);
     pen.fillStyle = this.palette.scan;
     for (let i = 0; i < hits.length; i += 2) {
       const [x, y] = turned(place.q, [hits[i], hits[i + 1], 0]);

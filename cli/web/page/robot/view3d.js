@@ -117,7 +117,7 @@ export class View3D {
     if (scan && scan !== this.drawnScan) {
       this.drawnScan = scan;
       fill(this.hits, world.hits(), 2);
-      put(this.scan, world.place(scan.header.frame_id));
+      put(this.scan, world.placeOf(scan.header));
     }
     strip(this.path, world.path);
     strip(this.trail, world.trail);

@@ -1,6 +1,6 @@
 // What the robot pane shows, as it is known from the robot's topics. Both views, with WebGL and without, draw from here.
 
-import { FrameTree, yawOf } from "./frames.js";
+import { FrameTree, seconds, yawOf } from "./frames.js";
 import { Robot } from "./urdf.js";
 
 /** What is shown: the topic by the name that the robot gives it, or else the first one of the type. */
@@ -105,9 +105,9 @@ export class World {
     return this.pose ? yawOf(this.pose.q) : 0;
   }
 
-  /** The place of a frame in the fixed one; that of the fixed frame itself where nothing is known. */
-  place(frame) {
-    return this.frames.lookup(this.fixed, frame) ?? { p: [0, 0, 0], q: [0, 0, 0, 1] };
+  /** Where a message was measured, in the fixed frame; the place of that frame itself where nothing is known. */
+  placeOf({ frame_id: frame, stamp }) {
+    return this.frames.lookup(this.fixed, frame, seconds(stamp)) ?? { p: [0, 0, 0], q: [0, 0, 0, 1] };
   }
 
   /** The returns of the newest scan, in its own frame: a flat array of x, y pairs. */
