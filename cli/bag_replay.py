@@ -72,6 +72,8 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _tape(path: Path, node: str | None) -> Tape:
+    if not path.exists():
+        raise CommandFailed(f"there is no bag and no journal {path}")
     if path.is_dir() or path.suffix in (".mcap", ".db3"):
         if node is None:
             raise CommandFailed(f"{path} is a bag: say which node's journal with --node NODE")

@@ -142,6 +142,7 @@ class Session:
         tree = self._chosen(self.robot.tree)
         check_crashes(tree, options.crashes)
         check_crashes(tree, options.hangs, "--hang")
+        check_replay(tree, options.replay)
         if self.robot.process is not None:
             self.robot.process.ready()
             tree = with_hangs(tree, options.hangs)
@@ -307,6 +308,16 @@ def check_crashes(tree: Supervisor, crashes: Sequence[Crash | Hang], option: str
             only(tree, [crash.node])
         except UnknownNode as error:
             raise UsageError(f"{option} {crash.node}@{crash.at:g}: {error}") from None
+
+
+def check_replay(tree: Supervisor, names: Sequence[str]) -> None:
+    """Refuse to keep journals of what is not there. Raises `UsageError`."""
+    from robot.run.choice import UnknownNode, only
+
+    try:
+        only(tree, names)
+    except UnknownNode as error:
+        raise UsageError(f"--replay: {error}") from None
 
 
 def with_hangs(tree: Supervisor, hangs: Sequence[Hang]) -> Supervisor:

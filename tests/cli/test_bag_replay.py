@@ -45,6 +45,8 @@ def test_a_journal_in_a_bag_is_replayed_to_its_node_alone(tmp_path: Path, capsys
         main(["replay", str(tmp_path / "walk"), "--node", "ghost"])
     with pytest.raises(CommandFailed, match="say which node's journal with --node NODE"):
         main(["replay", str(tmp_path / "walk")])
+    with pytest.raises(CommandFailed, match=r"there is no bag and no journal .*/wlak$"):
+        main(["replay", str(tmp_path / "wlak"), "--node", "hero"])
 
 
 def test_the_first_difference_is_printed_and_the_exit_code_is_1(

@@ -90,6 +90,7 @@ def create(folder: Path, names: Iterable[str], *, days: int, passwords: bool) ->
             )
         if (folder / name).exists():
             raise SecurityError("is there already; remove it to make it anew", file=str(folder / name))
+    _cryptography()  # without it no empty folder is left behind
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         signer = _authority(folder, days)

@@ -243,6 +243,10 @@ def test_the_motors_sit_the_robot_down_when_the_gait_is_gone(tmp_path: Path) -> 
         (("--crash", "gait@130", "--clock", "virtual"), "the run ends at 120 s"),
         (("--backend", "kinematic", "--only", "navigatoin"), "no node 'navigatoin'; did you mean navigation"),
         (("--backend", "kinematic", "--only", "gait,xyzzy"), "no node 'xyzzy'; there are: motors, "),
+        (
+            ("--backend", "kinematic", "--replay", "gait", "navigatoin"),
+            "--replay: there is no node 'navigatoin'; did you mean navigation",
+        ),
         (("--only", ","), "name at least one node"),
         (("--backend", "kinematic", "--goal", "1", "0", "--only", "gait"), "it is the patrol who walks there"),
         (("--backend", "kinematic", "--only", "arm"), "those of the arm come with --arm"),

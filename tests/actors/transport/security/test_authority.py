@@ -110,7 +110,9 @@ def test_a_certificate_without_common_name_has_none(tmp_path: Path) -> None:
     assert read_certificate(str(tmp_path / "a.pem")).name == ""
 
 
-def test_without_the_package_the_remedy_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_package_the_remedy_is_named_and_nothing_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     real = builtins.__import__
 
     def without(name: str, *rest: Any, **more: Any) -> Any:
@@ -120,4 +122,5 @@ def test_without_the_package_the_remedy_is_named(tmp_path: Path, monkeypatch: py
 
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(SecurityError, match=r"cryptography.*pip install 'robactor\[security\]'"):
-        create(tmp_path, ["robot"], days=2, passwords=False)
+        create(tmp_path / "fleet", ["robot"], days=2, passwords=False)
+    assert not (tmp_path / "fleet").exists()
