@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+from actors.runtime.standard import PARAMETER_EVENTS, PARAMETER_SERVICES, ROSOUT, TYPE_DESCRIPTION
 from cli.command import CommandFailed, Exit
 from cli.parsing import add_common, add_json
 
@@ -15,18 +16,8 @@ if TYPE_CHECKING:
 
 __all__ = ["main"]
 
-STANDARD_TOPICS = frozenset({"/rosout", "/parameter_events"})
-STANDARD_SERVICES = frozenset(
-    {
-        "describe_parameters",
-        "get_parameter_types",
-        "get_parameters",
-        "list_parameters",
-        "set_parameters",
-        "set_parameters_atomically",
-        "get_type_description",
-    }
-)
+STANDARD_TOPICS = frozenset({PARAMETER_EVENTS, ROSOUT})
+STANDARD_SERVICES = frozenset({*PARAMETER_SERVICES, TYPE_DESCRIPTION})
 
 
 def main(argv: Sequence[str]) -> int | Exit:

@@ -144,9 +144,13 @@ class ActionServer:
             if request.goal_id in self.table:
                 raise Reject(f"goal id {request.goal_id.hex()} is in use already: make a new id for each goal")
             if self.handlers.accepts is not None:
-                verdict = self.handlers.accepts(request.message)
+                verdict: object = self.handlers.accepts(request.message)
+                if isinstance(verdict, Awaitable):
+                    verdict = await verdict
                 if verdict is not None:
-                    await verdict
+                    raise TypeError(
+                        f"@{self.action!r}.accepts returned {verdict!r:.40}: return None to accept, raise Reject(reason) to reject"
+                    )
             if not request.answered:
                 self._make_place()
         except Reject as rejection:

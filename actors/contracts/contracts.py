@@ -318,7 +318,7 @@ class Action(Generic[G, R, F]):
         return decorate
 
     def accepts(self, function: Callable[[Node, G], Nothing]) -> Callable[[Node, G], Nothing]:
-        """Decorate the method that checks each goal before it is accepted. It raises `Reject(reason)` to refuse the goal."""
+        """Decorate the method that checks each goal before it is accepted. It raises `Reject(reason)` to refuse the goal, and returns nothing."""
         GoalHook(self, "accepts").attach(function)
         return function
 

@@ -19,9 +19,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, 
 from actors.errors import DeclarationError, NotStarted
 from actors.inbox.border import INSIDE
 from actors.node.callables import is_async, name_of
+from actors.node.construction import check_arguments
 from actors.node.declarations import Declarations
 from actors.node.habits import Habits
 from actors.node.timer import Rate, Timer
+from actors.node.waiting import wait_for
 from actors.places import claim
 from actors.qos import of
 from actors.qos.policies import QoS
@@ -100,13 +102,8 @@ class Node(Habits):
     if not TYPE_CHECKING:  # for type checkers, `Node` takes no arguments
 
         def __init__(self, *arguments, **keywords):
-            if (arguments or keywords) and not _takes_arguments(type(self)):
-                name = type(self).__name__
-                given = ", ".join([*map(repr, arguments), *(f"{key}={value!r}" for key, value in keywords.items())])
-                raise DeclarationError(
-                    f"{name}: a Node is made without arguments, not with ({given:.60}): its name belongs to its place, "
-                    f"Child({name}, name=...), and what its own __init__ takes comes by Child({name}, args=(...))"
-                )
+            if arguments or keywords:
+                check_arguments(type(self), Node, arguments, keywords)
             super().__init__(*arguments, **keywords)
 
     def __repr__(self) -> str:
@@ -250,22 +247,7 @@ class Node(Habits):
         Without a `timeout` there is no limit. Raises `ServiceUnavailable` or `ActionUnavailable`, both of them `TimeoutError`s, for the
         first one that is not served in time.
         """
-        from actors.contracts.contracts import Service
-
-        life = _life_of(self)
-        if timeout is not None:
-            check_timeout(f"{self.fqn}.wait_for", timeout)
-        end = None if timeout is None else life.runtime.loop.time() + timeout
-        for contract in contracts:
-            name = life.identity.service(contract.name)
-            graph = life.runtime.graph
-            entry = graph.service(name) if isinstance(contract, Service) else graph.action(name)
-            try:
-                async with asyncio.timeout_at(end):
-                    await entry.available()
-            except TimeoutError:
-                assert timeout is not None
-                raise entry.unavailable(timeout) from None
+        await wait_for(_life_of(self), contracts, timeout)
 
     def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
         """A goal, to be entered with ``async with``; `timeout` (5 s) bounds the wait for its acceptance, nothing its execution.
@@ -410,12 +392,6 @@ def _life_of(node: Node) -> Machinery:
             f"{type(node).__name__} has not been started yet: use this in on_start or later, not in __init__"
         )
     return node.__machinery__
-
-
-def _takes_arguments(kind: type[Node]) -> bool:
-    """Whether a base that comes after `Node` has an ``__init__`` of its own."""
-    following = kind.__mro__[kind.__mro__.index(Node) + 1 : -1]
-    return any("__init__" in vars(base) for base in following)
 
 
 Node.declarations = Declarations(Node)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 
@@ -65,7 +66,7 @@ def first_difference(recorded: Any, replayed: Any, field: str = "") -> tuple[str
     if isinstance(recorded, np.ndarray):
         return _in_array(recorded, replayed, field)
     if isinstance(recorded, (tuple, list)):
-        return _in_sequence(list(recorded), list(replayed), field)
+        return _in_sequence(list(cast("Iterable[Any]", recorded)), list(replayed), field)
     alike = recorded.hex() == replayed.hex() if isinstance(recorded, float) else recorded == replayed
     return None if alike else (field, recorded, replayed)
 

@@ -171,9 +171,8 @@ class Edge(Border):
 
     def expect_if_future(self, answer: object) -> None:
         """Expect what others have returned to the node, if it is to be awaited."""
-        if isinstance(answer, asyncio.Future):
-            future: asyncio.Future[Any] = answer
-            self.expect(future)
+        if asyncio.isfuture(answer):
+            self.expect(answer)
 
     def expect(self, future: asyncio.Future[Any]) -> None:
         """Give a number to a future of others that the node was given."""

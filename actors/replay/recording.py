@@ -136,7 +136,7 @@ class Recording(Edge):
     def _woken(self, callback: Callback, arguments: tuple[Any, ...]) -> None:
         """Write down why code of others wakes the node."""
         first = arguments[0] if arguments else None
-        future: asyncio.Future[Any] | None = first if isinstance(first, asyncio.Future) else None
+        future = first if asyncio.isfuture(first) else None
         number = None if future is None else self.futures.get(future)
         if number is None:
             self.look()

@@ -8,27 +8,21 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-from actors.actions.client import Goal
-from actors.errors import DeclarationError, Ended, NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread
+from actors.errors import Ended, NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread
 from actors.inbox.control import Failure, StopRequest, blame
 from actors.logs import WARN
-from actors.qos import resolve_publisher, resolve_subscription
-from actors.qos.policies import QoS
-from actors.runtime import answers, endpoints, introspection, life, owned_tasks, timers
+from actors.runtime import answers, endpoints, life, owned_tasks, timers, uses
 from actors.runtime.ids import uuid_of
 from actors.runtime.node_parameters import check_store, make_store
-from actors.runtime.qos_overrides import overridden
-from actors.services.client import Client
 from actors.services.introspection import caller_id
 from actors.supervision.reasons import Stop
-from actors.topics.stream import Stream, StreamSubscription
-from actors.topics.timed_publisher import publisher_for
 
 if TYPE_CHECKING:
     from random import Random
 
+    from actors.actions.client import Goal
     from actors.contracts.contracts import Action, Service, Topic
     from actors.inbox.inbox import Item
     from actors.interfaces.message import Message
@@ -36,10 +30,12 @@ if TYPE_CHECKING:
     from actors.node.declarations import Late
     from actors.node.node import ErrorVerdict, Node
     from actors.parameters import ParameterStore
+    from actors.qos.policies import QoS
     from actors.runtime.record import NodeRecord
     from actors.runtime.runtime import Runtime
     from actors.runtime.sim_time import SimTime
     from actors.runtime.timers import NodeTimer
+    from actors.services.client import Client
     from actors.services.introspection import CallId
     from actors.services.server import Server
     from actors.time.clock import Clock
@@ -47,6 +43,7 @@ if TYPE_CHECKING:
     from actors.topics.content_filter import ContentFilter
     from actors.topics.handler import Handler, HandlerSubscription
     from actors.topics.publisher import Publisher
+    from actors.topics.stream import Stream, StreamSubscription
 
 __all__ = ["Incarnation", "Phase", "incarnation_of"]
 
@@ -58,9 +55,6 @@ Req = TypeVar("Req", bound="Message")
 Resp = TypeVar("Resp", bound="Message")
 
 Phase = Literal["new", "on_start", "begin", "running"]
-
-CLIENTS: Final = 256
-"""The most service clients that an incarnation keeps. When there are more, all are dropped; each is made again at its next call."""
 
 
 class Incarnation:
@@ -244,61 +238,21 @@ class Incarnation:
     # -- endpoints ----------------------------------------------------------------------------------------------------------
 
     def publisher(self, topic: Topic[M], qos: QoS) -> Publisher[M]:
-        self.check_use()
-        entry = self.runtime.graph.topic(self.identity.topic(topic.name))
-        qos = overridden(self, entry.name, "publisher", qos)
-        offered = resolve_publisher(qos, [one.qos for one in entry.subscriptions])
-        publisher = publisher_for(self, entry, topic.type, offered)
-        self.publishers.append(publisher)
-        entry.add_publisher(publisher)
-        if not self.publishing:
-            publisher.suspend()
-        return publisher
+        return uses.publisher(self, topic, qos)
 
     def subscribe(self, topic: Topic[M], qos: QoS, filter: ContentFilter | None = None) -> Stream[M]:
-        self.check_use()
-        if filter is not None:
-            filter.check(topic.type)
-        entry = self.runtime.graph.topic(self.identity.topic(topic.name))
-        qos = overridden(self, entry.name, "subscription", qos)
-        requested = resolve_subscription(qos, [one.qos for one in entry.publishers])
-        subscription = StreamSubscription(self, entry, topic.type, requested, self._stream_closed, filter)
-        self.streams.append(subscription)
-        entry.add_subscription(subscription)
-        return Stream(subscription, self.runtime.loop)
-
-    def _stream_closed(self, subscription: StreamSubscription[Any]) -> None:
-        self.streams.remove(subscription)
-        self.record.note((subscription.entry,))
+        return uses.subscribe(self, topic, qos, filter)
 
     def subscription(self, topic: Topic[M]) -> HandlerSubscription[M]:
         """The subscription of this incarnation's first handler of `topic`. Raises `DeclarationError` without one."""
-        name = self.identity.topic(topic.name)
-        for subscription in self.record.subscriptions:
-            if subscription.node is self and subscription.entry.name == name:
-                return subscription
-        raise DeclarationError(f"{self.fqn} has no handler of {name}: declare one with @{topic!r}.on()")
+        return uses.subscription(self, topic)
 
     def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]:
         """Make a client of `service`, which must not be in `clients` yet, and keep it there."""
-        if len(self.clients) >= CLIENTS:  # the node makes contracts while it runs: bound what they cost
-            self.record.note(one.entry for one in self.clients.values())
-            self.clients.clear()
-        entry = self.runtime.graph.service(self.identity.service(service.name))
-        if self.inbox.border is not None:
-            self.inbox.border.uses(entry)
-        client = self.clients[service] = Client(self, entry, service)
-        introspection.watch_client(self, client)
-        entry.clients[self.fqn] = entry.clients.get(self.fqn, 0)
-        return client
+        return uses.client(self, service)
 
     def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]:
-        entry = self.runtime.graph.action(self.identity.service(action.name))
-        entry.clients[self.fqn] = entry.clients.get(self.fqn, 0) + 1
-        self.record.note((entry,))
-        if self.inbox.border is not None:
-            self.inbox.border.uses(entry)
-        return Goal(self, entry, action, message, timeout)
+        return uses.goal(self, action, message, timeout)
 
     def handle(self, topic: Topic[M], qos: QoS, handler: Handler[M], label: str) -> None:
         """Subscribe `handler` to `topic` from now on."""

@@ -12,6 +12,7 @@ from actors.errors import ActorError
 from actors.interfaces import InterfaceError, schema_text
 from actors.names.names import is_hidden
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.standard import PARAMETER_SERVICES, TYPE_DESCRIPTION
 from actors.transport.standard_names import standard_services
 from cli.web.errors import Refused
 
@@ -22,15 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Catalog", "Changes", "Channel", "ServedService"]
 
-PARAMETERS = (
-    "describe_parameters",
-    "get_parameter_types",
-    "get_parameters",
-    "list_parameters",
-    "set_parameters",
-    "set_parameters_atomically",
-    "get_type_description",
-)
+UNLISTED = (*PARAMETER_SERVICES, TYPE_DESCRIPTION)
 """Services of every node that are not listed: the protocol has parameters and definitions of its own."""
 
 
@@ -152,7 +145,7 @@ class Catalog:
     async def _services(self) -> dict[tuple[str, str], Any]:
         found: dict[tuple[str, str], Any] = {}
         for name, type_name in self.all_services():
-            if name.rpartition("/")[2] not in PARAMETERS:
+            if name.rpartition("/")[2] not in UNLISTED:
                 kind = await _or_none(self._types.service(name, type_name))
                 if kind is not None:
                     found[name, kind.__ros_type__] = kind

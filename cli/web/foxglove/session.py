@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from actors import ActorError
 from cli.web.assets import read_asset
 from cli.web.conversion import object_of, write_json
-from cli.web.errors import BadRequest, Refused
+from cli.web.errors import Refused
 from cli.web.fields import entries, number, objects, text
 from cli.web.foxglove.connections import Connections
 from cli.web.foxglove.frames import (
@@ -25,6 +25,7 @@ from cli.web.foxglove.frames import (
 from cli.web.foxglove.publishing import ENCODINGS, Publishing
 from cli.web.foxglove.services import call
 from cli.web.foxglove.state import StateReports
+from cli.web.operations import Op, perform
 from cli.web.outbox import Frame
 from cli.web.parameters import event_values, split
 
@@ -43,8 +44,6 @@ CAPABILITIES: Final = (
 )  # fmt: skip
 MOST_SUBSCRIPTIONS: Final = 4096
 WARNING, ERROR = 1, 2
-
-Op = Callable[[dict[str, Any]], Awaitable[None] | None]
 
 
 class FoxgloveSession:
@@ -96,13 +95,7 @@ class FoxgloveSession:
         if isinstance(frame, bytes):
             await self._binary(frame)
             return
-        request = object_of(frame)
-        op = self._ops.get(text(request, "op"))
-        if op is None:
-            raise BadRequest(f"there is no op {request['op']!r:.60}")
-        waited = op(request)
-        if waited is not None:
-            await waited
+        await perform(self._ops, object_of(frame))
 
     def refuse(self, error: Refused) -> None:
         self._status(ERROR, str(error))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from actors import ActorError, Publisher, Service
@@ -12,6 +12,7 @@ from cli.web.conversion import message_of, object_of, plain, write_json
 from cli.web.errors import BadRequest, Refused
 from cli.web.fields import by_name, flag, optional_number, text
 from cli.web.guests import Publications
+from cli.web.operations import Op, perform
 from cli.web.outbox import Frame
 from cli.web.rosapi import Rosapi
 from cli.web.rosbridge.fragments import Fragments, fragments_of
@@ -32,8 +33,6 @@ PATIENCE: Final = 10.0
 LONGEST: Final = 600.0
 LEVELS: Final = ("none", "error", "warning", "info")
 ROSAPI: Final = "/rosapi/"
-
-Op = Callable[[dict[str, Any]], Awaitable[None] | None]
 
 
 class RosbridgeSession:
@@ -88,12 +87,7 @@ class RosbridgeSession:
 
     async def _handle(self, request: dict[str, Any]) -> None:
         self._id = request.get("id")
-        op = self._ops.get(text(request, "op"))
-        if op is None:
-            raise BadRequest(f"there is no op {request['op']!r:.60}")
-        waited = op(request)
-        if waited is not None:
-            await waited
+        await perform(self._ops, request)
 
     # -- topics ---------------------------------------------------------------------------------------------------------------
 

@@ -270,6 +270,32 @@ async def test_an_acceptance_check_may_take_its_time_and_one_that_fails_rejects(
     assert await goal == result(1)
 
 
+async def test_an_acceptance_check_that_returns_a_bool_is_told_to_raise_reject(rig: Rig) -> None:
+    class Truthful(Counter):
+        @COUNT.accepts
+        def check(self, goal: Fibonacci.Goal) -> Any:
+            return goal.order >= 0
+
+    await rig.start(Truthful)
+    said = (
+        "the acceptance check failed: TypeError: @.*count.*accepts returned True: return None to accept, raise Reject"
+    )
+    with pytest.raises(GoalRejected, match=said):
+        await rig.start_goal(COUNT, order(1))
+
+
+async def test_an_async_acceptance_check_that_returns_false_accepts_no_goal(rig: Rig) -> None:
+    class Truthful(Counter):
+        @COUNT.accepts
+        async def check(self, goal: Fibonacci.Goal) -> Any:
+            return goal.order >= 0
+
+    await rig.start(Truthful)
+    with pytest.raises(GoalRejected, match="accepts returned False: return None to accept, raise Reject"):
+        await rig.start_goal(COUNT, order(-1))
+    assert rig.node(Truthful).log_of == []
+
+
 async def test_A_04_a_server_may_refuse_to_cancel(rig: Rig) -> None:
     class Stubborn(Counter):
         @COUNT.cancels
