@@ -73,7 +73,9 @@ class ZenohConfig:
     """Who is let in, and to what (see `actors.transport.security.load_security`); None: everybody who can reach an endpoint, to everything."""
 
     def __post_init__(self) -> None:
-        """Raises SecurityError for a peer that could let nobody in."""
+        """Raises SecurityError for a peer that could let nobody in, and WireUnavailable for an endpoint that is none."""
+        for texts, what in ((self.listen, "listen"), (self.connect, "connect")):
+            _check_endpoints(texts, what, self.security)
         if self.security is not None and self.mode == "peer":
             self.security.check_listening()
 
@@ -160,10 +162,9 @@ _RETRY: Final = {"period_init_ms": 100, "period_max_ms": 200, "period_increase_f
 
 
 def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
-    """The settings of the session with the identity `session`, later ones over earlier ones. Raises WireUnavailable for an endpoint."""
+    """The settings of the session with the identity `session`, later ones over earlier ones."""
     client = config.mode == "client"
-    listen = _endpoints(config.listen, "listen", config.security)
-    connect = _endpoints(config.connect, "connect", config.security)
+    listen, connect = list(config.listen), list(config.connect)
     if not config.file:
         yield from _ours(_COMMON)
         yield from _ours(
@@ -221,14 +222,16 @@ def router_settings(
     listen: tuple[str, ...], connect: tuple[str, ...], security: Security | None = None
 ) -> Iterator[_Setting]:
     """The settings of a router, as ROS 2's is. Raises WireUnavailable for an endpoint."""
+    _check_endpoints(listen, "listen", security)
+    _check_endpoints(connect, "connect", security)
     if security is not None:
         security.check_listening()
     yield from _ours(_COMMON)
     yield from _ours(
         {
             "mode": "router",
-            "listen/endpoints": _endpoints(listen, "listen", security),
-            "connect/endpoints": _endpoints(connect, "connect", security),
+            "listen/endpoints": list(listen),
+            "connect/endpoints": list(connect),
             "connect/timeout_ms": -1,
             "connect/exit_on_failure": False,
             "connect/retry": _RETRY,
@@ -262,7 +265,7 @@ def _overrides(text: str) -> Iterator[_Setting]:
         yield _Setting(path.strip(), value.strip(), f"{_OVERRIDE_VARIABLE}, {pair.strip()}")
 
 
-def _endpoints(texts: tuple[str, ...], what: str, security: Security | None) -> list[str]:
+def _check_endpoints(texts: tuple[str, ...], what: str, security: Security | None) -> None:
     for text in texts:
         protocol, slash, address = text.partition("/")
         if not slash or not address:
@@ -279,7 +282,6 @@ def _endpoints(texts: tuple[str, ...], what: str, security: Security | None) -> 
             raise WireUnavailable(
                 f"cannot {what} at {text!r}: it needs a port up to 65535, for instance {protocol}/192.168.1.5:7448"
             )
-    return list(texts)
 
 
 def write_config(file: str, settings: Iterator[_Setting]) -> Any:

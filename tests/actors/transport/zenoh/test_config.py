@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import zenoh
 
+from actors.transport import transport_from_environment
 from actors.transport.protocol import WireUnavailable
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from actors.transport.zenoh.config import point_settings, session_settings, write_config
@@ -155,24 +156,39 @@ def test_a_gossip_port_that_is_none_is_refused(port: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("config", "line"),
+    ("what", "text", "line"),
     [
         (
-            ZenohConfig(listen=("127.0.0.1:7448",)),
+            "listen",
+            "127.0.0.1:7448",
             "cannot listen at '127.0.0.1:7448': write protocol/address, for instance tcp/192.168.1.5:7448",
         ),
+        ("connect", "tpc/lab:1", "cannot connect at 'tpc/lab:1': 'tpc' is no protocol of Zenoh; did you mean 'tcp'?"),
         (
-            ZenohConfig(connect=("tpc/lab:1",)),
-            "cannot connect at 'tpc/lab:1': 'tpc' is no protocol of Zenoh; did you mean 'tcp'?",
-        ),
-        (
-            ZenohConfig(connect=("tcp/lab",)),
+            "connect",
+            "tcp/lab",
             "cannot connect at 'tcp/lab': it needs a port up to 65535, for instance tcp/192.168.1.5:7448",
         ),
         (
-            ZenohConfig(connect=("tcp/lab:99999",)),
+            "connect",
+            "tcp/lab:99999",
             "cannot connect at 'tcp/lab:99999': it needs a port up to 65535, for instance tcp/192.168.1.5:7448",
         ),
+    ],
+)
+def test_an_endpoint_that_is_none_is_refused_before_anything_is_opened(what: str, text: str, line: str) -> None:
+    endpoints: Any = {what: (text,)}
+    with pytest.raises(WireUnavailable) as caught:
+        ZenohConfig(**endpoints)
+    assert str(caught.value) == line
+    with pytest.raises(WireUnavailable) as caught:
+        transport_from_environment({}, **endpoints)
+    assert str(caught.value) == line
+
+
+@pytest.mark.parametrize(
+    ("config", "line"),
+    [
         (
             ZenohConfig(overrides="transport/link"),
             "ZENOH_CONFIG_OVERRIDE contains 'transport/link'; write path/of/key=value;other/key=value",
