@@ -10,7 +10,7 @@ import numpy as np
 
 from actors.interfaces.message import Message
 
-__all__ = ["ABSENT", "Difference", "first_difference", "same", "shown"]
+__all__ = ["ABSENT", "Difference", "first_difference", "shown"]
 
 ABSENT: Final = "nothing"
 """Stands for what was not sent."""
@@ -47,13 +47,11 @@ def shown(value: Any) -> str:
     return text if len(text) <= WIDTH else text[: WIDTH - 3] + "..."
 
 
-def same(recorded: Any, replayed: Any) -> bool:
-    """Whether two values are bit for bit the same: a NaN equals itself, and -0.0 is not 0.0."""
-    return first_difference(recorded, replayed) is None
-
-
 def first_difference(recorded: Any, replayed: Any, field: str = "") -> tuple[str, Any, Any] | None:
-    """The first field in which two values differ, with its two values; None if they are bit for bit the same."""
+    """The first field in which two values differ, with its two values; None if they are bit for bit the same.
+
+    A NaN equals itself, and -0.0 is not 0.0.
+    """
     if type(recorded) is not type(replayed):
         return (field, recorded, replayed)
     if isinstance(recorded, Message):
@@ -72,8 +70,10 @@ def first_difference(recorded: Any, replayed: Any, field: str = "") -> tuple[str
 
 
 def _in_array(recorded: Any, replayed: Any, field: str) -> tuple[str, Any, Any] | None:
-    if recorded.shape != replayed.shape or recorded.dtype != replayed.dtype:
+    if recorded.shape != replayed.shape:
         return (f"shape({field})", recorded.shape, replayed.shape)
+    if recorded.dtype != replayed.dtype:
+        return (f"dtype({field})", str(recorded.dtype), str(replayed.dtype))
     if recorded.tobytes() == replayed.tobytes():
         return None
     pairs = zip(recorded.ravel(), replayed.ravel(), strict=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from abc import abstractmethod
 from collections.abc import Callable
 from contextvars import Context
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -44,30 +45,18 @@ class Edge(Border):
         self._subscription_numbers: dict[int, int] = {}
         self._scheduled = self._begun = self._awaited = self._followed = self._owing = 0
 
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {self.node}>"
-
     # -- what a derived class does ------------------------------------------------------------------------------------------
 
-    def enter(self, kind: str, details: tuple[Any, ...], function: Callable[..., T], *arguments: Any) -> T:
-        raise NotImplementedError
-
-    def leave(self, kind: str, name: str, value: Any, function: Callable[..., T], *arguments: Any) -> T:
-        raise NotImplementedError
-
-    def send(self, kind: str, name: str, value: Any) -> None:
-        raise NotImplementedError
-
+    @abstractmethod
     def plan(
         self, plain: Callable[..., asyncio.Handle], when: float | None, number: int, callback: Callback, arguments: tuple[Any, ...],
         context: Context | None,
     ) -> asyncio.Handle:  # fmt: skip
         """Have the callback with this number called."""
-        raise NotImplementedError
 
+    @abstractmethod
     def expected(self, future: asyncio.Future[Any], number: int) -> None:
         """The node was given a future of others."""
-        raise NotImplementedError
 
     # -- the event loop -----------------------------------------------------------------------------------------------------
 
@@ -151,6 +140,18 @@ class Edge(Border):
     def owns(self, peer: PublisherPeer | SubscriptionPeer) -> bool:
         """Whether an end of a topic belongs to this node."""
         return peer.here and peer.node.fqn == self.node
+
+    def to_itself(self, target: Target) -> Target:
+        """`target`, called as code of the node, which hears what it has published."""
+
+        def deliver(message: Any) -> None:
+            token = INSIDE.set(self)
+            try:
+                target(message)
+            finally:
+                INSIDE.reset(token)
+
+        return deliver
 
     def call(self, server: Any, name: str, message: Any, caller: Any, timeout: float) -> Any:
         if server.node is caller:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, cast
 
 from actors.actions.peers import Outcome
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from actors.replay.standins import Asked
     from actors.replay.tape_loop import TapeLoop
     from actors.system import System
+    from actors.time.deadlines import Deadlines
 
 __all__ = ["Inputs"]
 
@@ -84,7 +86,8 @@ class Inputs:
     def parameters(self, values: dict[str, Any]) -> None:
         life = self._played.present
         assert life is not None
-        life.node.set_parameters(values)
+        with suppress(Exception):  # the error of whoever sets what cannot be set
+            life.node.set_parameters(values)
 
     def tick(self, number: int, name: str, k: int, due: float) -> None:
         timers = self._edge.timers
@@ -148,7 +151,7 @@ class Inputs:
             graph.open_standard_service(entry)
         server: Any = entry.local
         if server is not None:
-            server.submit(message, _OtherCaller(caller), timeout).future.add_done_callback(_retrieve)
+            server.submit(message, _OtherCaller(caller, server.deadlines), timeout).future.add_done_callback(_retrieve)
 
     def goal(self, number: int, name: str, goal_id: bytes, message: Any, owner: str | None) -> None:
         server = self._system.graph.action(name).local
@@ -185,8 +188,6 @@ class Inputs:
         """The future with this number; for a node that is astray, the one of the same kind, name and place."""
         if not self._edge.astray:
             return self._edge.awaited.pop(number, None)
-        if number > len(self._names):
-            return None
         kind, name, _ = self._names[number - 1]
         place = sum(one[:2] == (kind, name) for one in self._names[: number - 1])
         return self._edge.channels.get((kind, name, place))
@@ -209,9 +210,9 @@ class Inputs:
 class _OtherCaller(Other):
     """A node of the recording that asks the replayed one. The tape says when it gives up."""
 
-    @property
-    def deadlines(self) -> Any:
-        raise NotImplementedError
+    def __init__(self, fqn: str, deadlines: Deadlines) -> None:
+        super().__init__(fqn)
+        self.deadlines = deadlines
 
     def call_id(self, service: str, number: int) -> tuple[bytes, int]:
         return caller_id(self.fqn, service), number

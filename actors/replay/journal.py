@@ -114,7 +114,7 @@ class Journal:
             child = None if record.life is None else runtime.child_of(record.life)
             return child.killed if child is not None and child.task is task else None
 
-        recording = Recording(fqn, seam_of(runtime.loop), runtime.clock.virtual, killed)
+        recording = Recording(fqn, seam_of(runtime.loop), killed)
         self._recordings[fqn] = record.inbox.border = recording
         self._tapes[fqn] = recording.tape
         runtime.graph.borders.append(recording)

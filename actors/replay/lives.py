@@ -59,13 +59,8 @@ class PlayedNode:
     def stop(self, reason: str, system: str | None) -> None:
         """Ask the present life for its end, as its supervisor did; `system` is why the whole system was to stop, or None."""
         self._system.runtime.tree.stop_reason = system
-        if self.present is not None:
-            self._edge.enter("stop", (), self.present.stop, reason)
-
-    def give_up(self, reason: str) -> None:
-        """End the present life, because the replay is over."""
-        if self.present is not None:
-            self.present.stop(reason)
+        assert self.present is not None
+        self._edge.enter("stop", (), self.present.stop, reason)
 
     async def live(self, record: NodeRecord, started: Callable[[], None]) -> None:
         """One life of the node, from the moment at which the tape begins it."""
@@ -106,4 +101,4 @@ class _PlayedLife:
         await self._played.live(self._record, started)
 
     def stop(self, reason: str, /) -> None:
-        self._played.give_up(reason)
+        """Do nothing: only the tape stops a replayed node, and the end of the replay kills it."""

@@ -37,14 +37,11 @@ class Recording(Edge):
     - `_peers` are the ends of others on the node's topics that were written down and have not left.
     """
 
-    def __init__(
-        self, node: str, seam: LoopSeam, virtual: bool, killed: Callable[[asyncio.Task[Any]], float | None]
-    ) -> None:
+    def __init__(self, node: str, seam: LoopSeam, killed: Callable[[asyncio.Task[Any]], float | None]) -> None:
         super().__init__(node)
         self._killed = killed
         self.tape = Tape(node)
         self._seam = seam
-        self._virtual = virtual
         self._put: Callable[[Entry], None] = self.tape.entries.append
         self._out = self._in = 0
         self._names: dict[ServerEntry[Any], Any] = {}
@@ -129,8 +126,7 @@ class Recording(Edge):
 
     def read(self, clock: Callable[[], float]) -> float:
         now = clock()
-        if not self._virtual:
-            self._put(now)
+        self._put(now)
         return now
 
     def _woken(self, callback: Callback, arguments: tuple[Any, ...]) -> None:
@@ -158,8 +154,13 @@ class Recording(Edge):
     # -- the graph -----------------------------------------------------------------------------------------------------------
 
     def inward(self, publisher: PublisherPeer, subscription: SubscriptionPeer, target: Target) -> Target:
-        if not self.owns(subscription) or self.owns(publisher):
+        if not self.owns(subscription):
             return target
+        if self.owns(publisher):
+            by_itself = self.to_itself(target)
+            return lambda message: (by_itself if self._out else target)(
+                message
+            )  # other code can use its publisher, too
         number, peer = self.number_of(subscription), self._meet(publisher)
 
         def deliver(message: Any) -> None:

@@ -231,8 +231,11 @@ class Replaying(Edge):
         self._come_back()
 
     def inward(self, publisher: Any, subscription: Any, target: Callable[[Any], None]) -> Callable[[Any], None]:
-        if self.owns(subscription) and not self.owns(publisher):
-            self._joining = self.number_of(subscription)
+        if not self.owns(subscription):
+            return target
+        if self.owns(publisher):
+            return self.to_itself(target)
+        self._joining = self.number_of(subscription)
         return target
 
     def uses(self, entry: Any) -> None:

@@ -56,3 +56,20 @@ def test_a_field_with_a_name_that_is_none_is_an_error() -> None:
     told = GetTypeDescription.Response(successful=True, type_description=TypeDescription(type_description=one))
     with pytest.raises(InterfaceError):
         define(name, [told])
+
+
+def test_bounded_strings_and_bounded_arrays_of_them_are_described_by_their_bounds() -> None:
+    name = "lost_msgs/msg/Bounded"
+    kinds = (
+        FieldType(type_id=21, string_capacity=5),
+        FieldType(type_id=96 + 21, string_capacity=5, capacity=3),
+        FieldType(type_id=48 + 11, capacity=2),
+    )
+    fields = tuple(Field(name=name, type=kind) for name, kind in zip("xyz", kinds, strict=True))
+    told = TypeDescription(type_description=IndividualTypeDescription(type_name=name, fields=fields))
+    define(name, [GetTypeDescription.Response(successful=True, type_description=told)])
+    assert [str(field.type) for field in get_message(name).__ros_fields__] == [
+        "string<=5",
+        "string<=5[<=3]",
+        "float64[2]",
+    ]

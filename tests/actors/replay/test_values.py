@@ -1,0 +1,104 @@
+"""What a journal keeps of values, and how recorded and replayed ones are compared."""
+
+from __future__ import annotations
+
+import math
+import platform
+from importlib.metadata import PackageNotFoundError
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from actors.interfaces.std_msgs.msg import Float64MultiArray, Int32, MultiArrayDimension, MultiArrayLayout
+from actors.replay import ReplayError, Tape, load
+from actors.replay.comparison import first_difference
+from actors.replay.tape import FORMAT, Start, Unkept, frozen, pack, thawed, unpack
+
+
+class Numbered(Exception):
+    def __init__(self, number: int, *, unit: str) -> None:
+        super().__init__(f"{number} {unit}")
+        self.number = number
+
+
+def start(node: str = "/a") -> tuple[Any, ...]:
+    return (
+        "start",
+        2.0,
+        0,
+        Start(node, 1, ("a",), b"", b"", b"", None, seed=0, process="", level=20, virtual=True, origin=2.0, epoch=0.0),
+    )
+
+
+@pytest.mark.parametrize(
+    ("recorded", "replayed", "difference"),
+    [
+        (Int32(data=1), Int32(data=1), None),
+        (math.nan, math.nan, None),
+        (0.0, -0.0, ("", 0.0, -0.0)),
+        (1, 1.0, ("", 1, 1.0)),
+        (Float64MultiArray(data=[1, 2, 3]), Float64MultiArray(data=[1, 2, 3]), None),
+        (Float64MultiArray(data=[1, 2, 3]), Float64MultiArray(data=[1, 2, 4]), ("data[2]", 3.0, 4.0)),
+        (Float64MultiArray(data=[1]), Float64MultiArray(data=[1, 2]), ("shape(data)", (1,), (2,))),
+        (np.zeros(2, np.float32), np.zeros(2), ("dtype()", "float32", "float64")),
+        (("id", [1, 2]), ("id", [1, 2, 3]), ("len([1])", 2, 3)),
+        (("id", [1, 2]), ("id", [1, 3]), ("[1][1]", 2, 3)),
+        (
+            MultiArrayLayout(dim=[MultiArrayDimension(label="x")]),
+            MultiArrayLayout(dim=[MultiArrayDimension(label="y")]),
+            ("dim[0].label", "x", "y"),
+        ),
+    ],
+)
+def test_the_first_field_in_which_two_values_differ_is_named(
+    recorded: Any, replayed: Any, difference: tuple[str, Any, Any] | None
+) -> None:
+    found = first_difference(recorded, replayed)
+    assert repr(found) == repr(difference)  # -0.0 equals 0.0, but is not written like it
+
+
+def test_an_error_that_its_class_cannot_make_again_is_kept_with_its_arguments_and_attributes() -> None:
+    again = thawed(frozen(Numbered(3, unit="m")))
+    assert isinstance(again, Numbered)
+    assert (str(again), again.number) == ("3 m", 3)
+
+
+def test_a_value_that_cannot_be_pickled_is_left_out_and_the_rest_is_kept() -> None:
+    entries = unpack(pack([0.25, ("out", "log", "INFO", lambda: None), ("step", 1.5, 7)]))
+    assert entries[0] == 0.25
+    assert entries[2] == ("step", 1.5, 7)
+    out = entries[1]
+    assert isinstance(out, tuple)
+    assert out[:3] == ("out", "log", "INFO")
+    assert isinstance(out[3], Unkept)
+    assert "not kept: function: " in repr(out[3])
+
+
+def test_a_journal_of_another_format_is_refused_by_both_numbers(tmp_path: Path) -> None:
+    (tmp_path / "journal").write_bytes(frozen((FORMAT + 1, [start()])))
+    with pytest.raises(ReplayError, match=f"has format {FORMAT + 1}, and this version reads format {FORMAT}"):
+        load(tmp_path / "journal")
+
+
+def test_a_tape_says_what_it_holds_and_refuses_to_begin_amid_a_life() -> None:
+    tape = Tape("/a", [start(), 2.5, ("step", 3.5, 1), ("out", "publish", "/t", 1)])
+    assert repr(tape) == "<journal of /a: 4 entries>"
+    assert tape.counts() == {"start": 1, "clock reading": 1, "step": 1, "out": 1}
+    assert tape.seconds == 1.5
+    assert tape.start.node == "/a"
+    with pytest.raises(ReplayError, match="the journal of /a does not begin with a start of the node"):
+        _ = Tape("/a", tape.entries[1:]).start
+    assert Tape("/a").seconds == 0.0
+
+
+def test_a_start_names_the_versions_that_a_replay_depends_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    named = dict(start()[3].versions)
+    assert (named["python"], named["numpy"]) == (platform.python_version(), np.__version__)
+
+    def unknown(package: str) -> str:
+        raise PackageNotFoundError(package)
+
+    monkeypatch.setattr("actors.replay.tape.version", unknown)
+    assert dict(start()[3].versions)["numpy"] == "none"  # a source tree that was never installed
