@@ -25,6 +25,8 @@ __all__ = ["Output", "ProcessDied", "ProgramNode", "ros_arguments"]
 Output = Callable[[bytes, bool], None]
 """Takes a line that a process has written, with its end, and whether it is one of stdout."""
 
+LAST_WORDS = 1.0
+"""Seconds after the end of a process for which the end of its output is waited for: those that it started and left behind hold it open."""
 LINE_LIMIT = 2**20
 """The longest line of a process that is passed on as a whole, in bytes."""
 
@@ -39,6 +41,7 @@ class ProcessDied(ActorError):
 
 class ProgramNode(Node):
     """Runs a program. It is ready when the process has been started, and ends with it: in order for exit code 0, else with `ProcessDied`.
+    What the process has started and leaves behind with its output in hand is ended, too.
 
     When it is to stop, the process gets SIGINT; after `sigterm_timeout` seconds SIGTERM, after `sigkill_timeout` more SIGKILL. The process
     is the leader of a group of its own, so that Ctrl-C in the terminal reaches it only by way of its supervisor.
@@ -104,6 +107,12 @@ class ProgramNode(Node):
     async def _ended(self) -> int:
         """Wait until the process has ended and all that it wrote has been read. Returns its exit code."""
         code = await self.child.wait()
+        for number in (signal.SIGTERM, signal.SIGKILL):
+            _, reading = await asyncio.wait(self._readers, timeout=LAST_WORDS)
+            if not reading:
+                break
+            self.log.info(f"process [{self.pid}] has left others behind; sending signal {number.name!r} to them")
+            self.send(number)
         await asyncio.gather(*self._readers)
         return code
 

@@ -209,7 +209,7 @@ class Incarnation:
     def new_id(self) -> bytes:
         """A new id of 16 bytes in the form of a random UUID, from a stream of this incarnation's own."""
         if self._ids is None:
-            self._ids = self.runtime.ids(f"{self.fqn}#{self.incarnation}")
+            self._ids = self.runtime.ids(self.fqn)
         drawn = uuid_of(self._ids)
         if self.inbox.border is not None:
             self.inbox.border.send("id", "", drawn)

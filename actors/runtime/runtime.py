@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import Counter
 from collections.abc import Callable, Coroutine
 from random import Random
 from threading import get_ident
@@ -76,7 +77,8 @@ class Runtime:
     Invariants:
 
     - It belongs to the event loop and the thread in which it was made.
-    - The numbers of `random` depend on `seed` and the key only; those of `ids` also on the process, if `distinguish` was called.
+    - The numbers of `random` depend on `seed` and the key only; those of `ids` also on the process, if `distinguish` was called, and on how
+      many lives of the node have drawn ids before.
     - `close` is called once, after the tree and the nodes beside it have ended.
     """
 
@@ -104,6 +106,8 @@ class Runtime:
         self.rng = self.random("supervision")
         self.process = ""
         """What makes the ids of this process differ from those of others with the same seed."""
+        self._lives: Counter[str] = Counter()
+        """Full name -> how many lives of the node have drawn ids: a node that is opened again must not repeat those of the last time."""
         self.observers = Observers(sinks)
         self.options = options
         self.journal = Journal(
@@ -292,6 +296,7 @@ class Runtime:
         """Draw ids that differ from those of another process with the same seed. To be called before the first id is drawn."""
         self.process = process
 
-    def ids(self, key: str) -> Random:
-        """The generator of the ids of `key`: it depends on the system's seed, on `key`, and on the process after `distinguish`."""
-        return self.random(f"ids of {self.process} {key}")
+    def ids(self, fqn: str) -> Random:
+        """The generator of the ids of one more life of a node."""
+        self._lives[fqn] += 1
+        return self.random(f"ids of {self.process} {fqn}#{self._lives[fqn]}")

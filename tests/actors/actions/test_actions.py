@@ -32,6 +32,7 @@ from actors import (
     Stop,
     WrongType,
     every,
+    open_node,
     parallel,
     queue,
     run,
@@ -211,6 +212,17 @@ async def test_the_goal_ids_of_a_node_come_from_the_seed_and_depend_on_no_other_
     assert not set(ids) & set(await goal_ids(8))
     assert len(set(ids)) == 3
     assert all(uuid.UUID(bytes=goal_id).version == 4 for goal_id in ids)
+
+
+async def test_a_node_that_is_opened_again_under_its_name_draws_other_ids(rig: Rig) -> None:
+    """It used to draw the same ones, and its first goal was refused: that id was in use."""
+    await rig.start(Counter)
+    ids: list[bytes] = []
+    for _ in range(3):
+        async with open_node("client") as node, node.start(COUNT, order(1)) as goal:
+            await goal
+            ids.append(goal.goal_id)
+    assert len(set(ids)) == 3
 
 
 async def test_A_60_and_A_64_while_a_goal_runs_its_node_answers_and_ticks(rig: Rig) -> None:

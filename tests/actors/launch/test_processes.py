@@ -237,6 +237,13 @@ async def test_a_signal_can_be_sent_to_a_process(tmp_path: Path) -> None:
     assert any(f"exit code {-signal.SIGTERM}" in line for line in found.log)
 
 
+async def test_what_a_process_leaves_behind_does_not_hold_up_its_end(tmp_path: Path) -> None:
+    """It used to: a child that was started in the moment of the signal kept the output open, and the launch waited for it."""
+    found = await ran(xml(tmp_path, '<executable cmd="sh -c \'sleep 60 &amp; echo $!\'" output="screen"/>'))
+
+    assert any("has left others behind; sending signal 'SIGTERM' to them" in line for line in found.log)
+
+
 async def test_a_line_that_is_too_long_does_not_end_the_reading(tmp_path: Path) -> None:
     code = "import sys; sys.stdout.write('x' * 3_000_000 + chr(10)); print('after')"
     program = written(tmp_path, "long.py", code)
