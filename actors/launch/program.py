@@ -39,6 +39,30 @@ class ProcessDied(ActorError):
         self.returncode = returncode
 
 
+class _Pipe:
+    """A pipe of our own for what a process writes: asyncio's ends with the last one that holds it, and only then tells of the process's end."""
+
+    def __init__(self, stream: asyncio.StreamReader, written: int, transport: asyncio.ReadTransport) -> None:
+        self.stream = stream
+        self.written = written
+        """The end for the process. Whoever opened the pipe closes it."""
+        self._transport = transport
+
+    @classmethod
+    async def open(cls) -> _Pipe:
+        loop = asyncio.get_running_loop()
+        stream = asyncio.StreamReader(limit=LINE_LIMIT)
+        read, written = os.pipe()
+        transport, _ = await loop.connect_read_pipe(
+            lambda: asyncio.StreamReaderProtocol(stream), os.fdopen(read, "rb", 0)
+        )
+        return cls(stream, written, transport)
+
+    def close(self) -> None:
+        """Read no more: the stream ends with what has come."""
+        self._transport.close()
+
+
 class ProgramNode(Node):
     """Runs a program. It is ready when the process has been started, and ends with it: in order for exit code 0, else with `ProcessDied`.
     What the process has started and leaves behind with its output in hand is ended, too.
@@ -56,23 +80,32 @@ class ProgramNode(Node):
         process = self.process
         if self.clock.virtual:
             raise RuntimeError(f"{shlex.join(process.cmd)} is a program of its own, which lives in real time only")
+        outputs = [await _Pipe.open(), await _Pipe.open()]
         options: dict[str, Any] = {
             "env": dict(process.environment),
             "cwd": process.cwd,
             "stdin": asyncio.subprocess.DEVNULL,
-            "stdout": asyncio.subprocess.PIPE,
-            "stderr": asyncio.subprocess.PIPE,
+            "stdout": outputs[0].written,
+            "stderr": outputs[1].written,
             "start_new_session": True,
-            "limit": LINE_LIMIT,
         }
-        if process.shell:
-            self.child = await asyncio.create_subprocess_shell(" ".join(process.cmd), **options)
-        else:
-            self.child = await asyncio.create_subprocess_exec(*process.cmd, **options)
+        try:
+            if process.shell:
+                self.child = await asyncio.create_subprocess_shell(" ".join(process.cmd), **options)
+            else:
+                self.child = await asyncio.create_subprocess_exec(*process.cmd, **options)
+        except BaseException:
+            for output in outputs:
+                output.close()
+            raise
+        finally:
+            for output in outputs:
+                os.close(output.written)  # the process has its own
         self.pid = self.child.pid
+        self._outputs = outputs
         self._readers = [
-            asyncio.ensure_future(self._read(self.child.stdout, True)),
-            asyncio.ensure_future(self._read(self.child.stderr, False)),
+            asyncio.ensure_future(self._read(output.stream, stdout))
+            for output, stdout in zip(outputs, (True, False), strict=True)
         ]
         self.started(self.pid)
 
@@ -113,11 +146,12 @@ class ProgramNode(Node):
                 break
             self.log.info(f"process [{self.pid}] has left others behind; sending signal {number.name!r} to them")
             self.send(number)
+        for output in self._outputs:
+            output.close()  # which ends the reading, too, where one that has left the group still holds it
         await asyncio.gather(*self._readers)
         return code
 
-    async def _read(self, stream: asyncio.StreamReader | None, stdout: bool) -> None:
-        assert stream is not None
+    async def _read(self, stream: asyncio.StreamReader, stdout: bool) -> None:
         while True:
             try:
                 line = await stream.readline()

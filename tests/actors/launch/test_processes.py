@@ -244,6 +244,21 @@ async def test_what_a_process_leaves_behind_does_not_hold_up_its_end(tmp_path: P
     assert any("has left others behind; sending signal 'SIGTERM' to them" in line for line in found.log)
 
 
+async def test_a_daemon_that_keeps_the_output_is_left_alone_and_holds_up_nothing(tmp_path: Path) -> None:
+    program = written(
+        tmp_path,
+        "start.py",
+        """
+        import subprocess
+        print(subprocess.Popen(["sleep", "60"], start_new_session=True).pid, flush=True)
+        """,
+    )
+
+    found = await ran(xml(tmp_path, f'<executable cmd="{sys.executable} {program}" output="screen"/>'))
+
+    os.kill(int(found.lines[0].split()[-1]), signal.SIGKILL)  # raises if it had been ended, too
+
+
 async def test_a_line_that_is_too_long_does_not_end_the_reading(tmp_path: Path) -> None:
     code = "import sys; sys.stdout.write('x' * 3_000_000 + chr(10)); print('after')"
     program = written(tmp_path, "long.py", code)
