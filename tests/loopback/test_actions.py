@@ -74,6 +74,8 @@ LOCAL = {
     "test_a_canceled_body_that_the_framework_unwinds_is_aborted_with_its_node": REASON,
     "test_A_03_and_A_65_a_server_may_reject_a_goal_with_a_reason_before_it_runs": REASON,
     "test_an_acceptance_check_may_take_its_time_and_one_that_fails_rejects": REASON,
+    "test_an_acceptance_check_that_returns_a_bool_is_told_to_raise_reject": REASON,
+    "test_an_async_acceptance_check_that_returns_false_accepts_no_goal": REASON,
     "test_A_05_a_cancel_takes_effect_at_the_await_and_no_feedback_follows": REASON,
     "test_a_second_cancel_changes_nothing": REASON,
     "test_A_63_leaving_the_block_cancels_and_waits_for_the_clean_up": REASON,
