@@ -13,11 +13,12 @@ import pytest
 
 from actors import Child, Node, Supervisor, execute, run
 from actors.interfaces.std_srvs.srv import SetBool, Trigger, Trigger_Request, Trigger_Response
-from actors.replay import Journal, ReplayError, replay
+from actors.replay import Journal, ReplayError, replay, tape_in
 from robot.assembly import Robot
 from robot.contracts import EMERGENCY_STOP, MOVE_TO_POSITION, STAND
 from robot.interfaces.tutorials.my_robot_interfaces.action import MoveToPosition
 from robot.nodes.gait import Gait
+from tests.robot.run.test_run import robot
 
 NODES = ("navigation", "gait", "battery", "safety_monitor", "robot_controller", "localizer")
 
@@ -114,3 +115,13 @@ def test_a_constant_that_was_changed_is_found_at_its_first_effect() -> None:
     assert (first.kind, first.name, first.field) == ("feedback", "/move_to_position", "estimated_time_remaining")
     assert 3.5 < first.time < 4.0, "the walk had just begun"
     assert first.recorded < first.replayed, "the slower robot needs longer"
+
+
+def test_the_flight_record_of_a_run_holds_the_journals_that_it_kept(tmp_path: Path) -> None:
+    record = tmp_path / "flight.mcap"
+    words = ("--backend", "kinematic", "--duration", "5", "--replay", "battery", "--flight-record", str(record))
+    done = robot("run", "--clock", "virtual", *words)
+    assert done.returncode == 0, done.stderr
+    verdict = replay(tape_in(record, "battery"))
+    assert verdict.equal, verdict
+    assert verdict.compared > 5
