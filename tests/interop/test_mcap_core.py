@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import base64
-import hashlib
 import json
-import os
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -15,7 +12,7 @@ import pytest
 
 from actors.bag import WriterOptions
 from tests.actors.bag.bags import BEGIN, MS, text, write
-from tests.interop.environment import FOLDER
+from tests.interop.npm import installed
 
 pytestmark = pytest.mark.interop
 
@@ -25,19 +22,7 @@ PROGRAM = Path(__file__).parent / "programs" / "read_mcap.mjs"
 
 @pytest.fixture(scope="session")
 def packages() -> Path:
-    """A folder with these packages of npm, made once and kept outside the repository."""
-    if shutil.which("npm") is None or shutil.which("node") is None:
-        pytest.skip("node and npm are not installed")
-    kept = Path(os.environ.get(FOLDER, "") or Path.home() / ".cache" / "robactor-interop")
-    folder = kept / f"npm-{hashlib.sha256(' '.join(PACKAGES).encode()).hexdigest()[:12]}"
-    if not (folder / "ready").exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        command = ["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts", "--prefix", str(folder), *PACKAGES]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode:
-            pytest.skip(f"the packages cannot be installed: {done.stderr.strip()[-200:]}")
-        (folder / "ready").touch()
-    return folder
+    return installed(*PACKAGES)
 
 
 @pytest.mark.parametrize("compression", ["none", "lz4", "zstd"])

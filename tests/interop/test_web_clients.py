@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import hashlib
 import json
-import os
-import shutil
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -16,7 +12,7 @@ from typing import Any
 import pytest
 
 from tests.cli.web.stage import serving
-from tests.interop.environment import FOLDER
+from tests.interop.npm import installed
 
 pytestmark = pytest.mark.interop
 
@@ -32,19 +28,7 @@ PROGRAMS = Path(__file__).parent / "programs"
 
 @pytest.fixture(scope="session")
 def packages() -> Path:
-    """A folder with these packages of npm, made once and kept outside the repository."""
-    if shutil.which("npm") is None or shutil.which("node") is None:
-        pytest.skip("node and npm are not installed")
-    kept = Path(os.environ.get(FOLDER, "") or Path.home() / ".cache" / "robactor-interop")
-    folder = kept / f"npm-{hashlib.sha256(' '.join(PACKAGES).encode()).hexdigest()[:12]}"
-    if not (folder / "ready").exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        command = ["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts", "--prefix", str(folder), *PACKAGES]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode:
-            pytest.skip(f"the packages cannot be installed: {done.stderr.strip()[-200:]}")
-        (folder / "ready").touch()
-    return folder
+    return installed(*PACKAGES)
 
 
 async def ran(*command: str) -> dict[str, Any]:
