@@ -76,21 +76,22 @@ async def _run(options: argparse.Namespace) -> int:
         address, port = address_of(options.at)
         agent = serve(address, port, owners=options.owner, security=security, say=_say, modules=options.modules)
         async with agent as (at, bound):
+            ended = _signal_heeded()  # who reads the line may send the signal at once
             _say(f"the agent waits at {at}:{bound} for trees of {', '.join(options.owner)}; Ctrl-C ends it")
-            return await _until_signal()
+            return await ended
     except (WireUnavailable, DeclarationError) as error:
         raise CommandFailed(str(error)) from error
     except OSError as error:
         raise CommandFailed(f"cannot listen at {options.at}: {error.strerror}") from error
 
 
-async def _until_signal() -> int:
-    """The exit code for the signal that came."""
+def _signal_heeded() -> asyncio.Future[int]:
+    """Heed SIGINT and SIGTERM from now on. The future's result is the exit code for the signal that came."""
     loop = asyncio.get_running_loop()
     came: asyncio.Future[int] = loop.create_future()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, wake, came, 128 + number)
-    return await came
+    return came
 
 
 def _say(line: str) -> None:

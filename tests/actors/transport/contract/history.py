@@ -51,11 +51,14 @@ class HistoryContract:
                 assert heard.numbers == [2]
 
     async def test_history_comes_only_where_it_is_wanted_and_kept(self, wire: Wire) -> None:
-        async with parties(wire, 2) as (a, b):
+        async with parties(wire, 3) as (a, b, witness):
+            gone, _ = witness.listen("7/map/T/H", kept(0))
+            await witness.told_to(a)
             keeping, forgetting = a.transport.outlet("7/map/T/H", kept(5)), a.transport.outlet("7/map/T/H", kept(0))
             for number in range(3):
                 keeping.put(b"%d" % number, b"")
                 forgetting.put(b"%d" % (10 + number), b"")
+            await a.until(lambda: len(gone.samples) == 6, "all samples have left")
 
             plain, _ = b.listen("7/map/T/H", kept(0))
             one, _ = b.listen("7/map/T/H", kept(1))
