@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -17,6 +17,7 @@ from actors.hosts.there import transport_here
 from actors.logs import NodeLog
 from actors.node.placement import Placement
 from actors.processes.messages import Event, Order, Over
+from actors.runtime.observers import HostLease
 from actors.suggest import did_you_mean
 from actors.supervision.reasons import Failed
 
@@ -52,6 +53,7 @@ def elsewhere(hosts: Hosts, runtime: Runtime) -> Launch:
     """What launches the processes of a system on other machines; it lets go of them when the system ends."""
     placing = Placing(hosts, runtime.log, runtime.placement.run)
     runtime.observers.closing.append(placing.close)
+    runtime.observers.leases.append(placing.leases)
     return placing.launch
 
 
@@ -98,6 +100,10 @@ class Placing:
             task.cancel()
         for host in self._connected.values():
             await host.close()
+
+    def leases(self) -> Iterator[HostLease]:
+        """Those of the hosts that a child may have been given to, by name."""
+        return (self._connected[name].lease for name in sorted(self._connected))
 
     def _connect(self, name: str) -> Host:
         if name not in self._connected:

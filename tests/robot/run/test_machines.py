@@ -1,0 +1,192 @@
+"""The robot on several machines: `--host`, which concerns it is for, and what stays with the body; real agents with `pytest -m realtime`."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from actors import Supervisor
+from actors.hosts import HostLost
+from actors.testing import Rig
+from robot import Robot
+from robot.contracts import GOAL_REPORT
+from robot.geometry.planar import Pose2
+from robot.run.command import with_hangs
+from robot.run.errands import Hang, UsageError
+from robot.run.machines import Machines, parse_machines, tls_hosts
+from robot.run.options import parse
+from tests.actors.hosts.kit import AgentProgram, Fleet, fleet, free_port, until
+from tests.robot.run.test_run import ENVIRONMENT, ROOT
+
+LISTEN = ("--listen", "tls/0.0.0.0:7448")
+
+
+# -- what is said ---------------------------------------------------------------------------------------------------------------
+
+
+def test_a_concern_has_its_machines_in_order_and_each_machine_its_address_which_need_be_said_once() -> None:
+    options = parse(
+        ["--host", "navigation=base@192.168.1.6,spare@192.168.1.7:8000", "--host", "mission=spare,cellar", *LISTEN]
+    )
+
+    assert options.machines == Machines(
+        {"navigation": ("base", "spare"), "mission": ("spare", "cellar")},
+        {"base": "192.168.1.6", "spare": "192.168.1.7:8000", "cellar": "cellar"},
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["control=base"], "--host control=base: control keeps the robot on its feet 200 times a second, and no network may"),
+        (["safety=base"], "--host safety=base: safety stops the robot when the others are not heard, so it must not be cut off itself"),
+        (["handling=base"], "--host handling=base: handling moves the arm, which is reached on the robot only"),
+        (["body=base"], "--host body=base: what may run elsewhere is perception, navigation, mission"),
+        (["navigation"], "--host navigation: write CONCERN=HOST[@ADDRESS[:PORT]][,SPARE...], such as navigation=base@192.168.1.6"),
+        (["navigation=base,"], "write CONCERN="),
+        (["navigation=base@"], "write CONCERN="),
+        (["=base"], "write CONCERN="),
+        (["mission=a", "mission=b"], "--host mission=b: mission has machines already; write them in one word, the first choice first"),
+        (["mission=a@1.2.3.4", "navigation=a@1.2.3.5"], "--host navigation=a@1.2.3.5: a is at 1.2.3.4 already"),
+    ],
+)  # fmt: skip
+def test_what_may_not_run_elsewhere_is_refused_with_the_reason(words: Sequence[str], said: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        parse_machines(words)
+    assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([], "--host: what runs there must reach this robot: add --listen tls/0.0.0.0:7448, or --connect with"),
+        ([*LISTEN, "--clock", "virtual"], "other machines live in real time; leave out --clock virtual"),
+        ([*LISTEN, "--replay", "patrol"], "--replay: journals are kept of nodes of this process; leave out --host"),
+    ],
+)
+def test_words_that_do_not_go_together_are_refused_with_the_remedy(words: list[str], said: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        parse(["--host", "navigation=base", *words])
+    assert said in str(refused.value)
+
+
+def test_without_a_security_file_nobody_is_given_anything(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    machines = parse_machines(["navigation=base@base:port"])
+    assert machines is not None
+    monkeypatch.delenv("ROBACTOR_SECURITY", raising=False)
+    with pytest.raises(UsageError, match=r"add --security FILE, or ROBACTOR_SECURITY=FILE \(docs/machines.md\)"):
+        tls_hosts(machines, None)
+    with pytest.raises(UsageError, match=r"--host: .*nothing.yaml"):
+        tls_hosts(machines, str(tmp_path / "nothing.yaml"))
+    with pytest.raises(UsageError, match="--host: 'base:port' is no address"):
+        tls_hosts(machines, str(Fleet(tmp_path).files["robot"]))
+
+
+# -- what is declared -------------------------------------------------------------------------------------------------------------
+
+
+def concerns(robot: Robot) -> dict[str, Supervisor]:
+    return {child.name: child for child in robot.tree.children if isinstance(child, Supervisor)}
+
+
+def test_the_sensors_and_what_makes_less_of_their_images_stay_with_the_body() -> None:
+    robot = Robot(body="kinematic", hosts={"perception": ["base", "spare"]})
+
+    parts = concerns(robot)
+
+    assert [child.name for child in parts["sensors"].children] == ["lidar", "camera", "image_compressor"]
+    assert parts["sensors"].hosts == ()
+    assert parts["perception"].hosts == ("base", "spare")
+    together = {child.name for name in ("sensors", "perception") for child in parts[name].children}
+    whole = concerns(Robot(body="kinematic"))
+    assert together == {child.name for child in whole["perception"].children}
+    assert "sensors" not in whole
+
+
+def test_what_runs_elsewhere_starts_when_the_robot_can_stand() -> None:
+    robot = Robot(body="kinematic", mission="patrol", hosts={"navigation": ["base"], "mission": ["base"]})
+
+    assert list(concerns(robot)) == ["control", "safety", "perception", "navigation", "mission"]
+    assert [name for name, part in concerns(robot).items() if part.hosts] == ["navigation", "mission"]
+    assert "sensors" not in concerns(robot)
+
+
+@pytest.mark.parametrize("concern", ["control", "safety", "handling", "body"])
+def test_a_robot_keeps_what_moves_it(concern: str) -> None:
+    with pytest.raises(ValueError, match=rf"hosts=\{{'{concern}': ...\}}: "):
+        Robot(body="kinematic", hosts={concern: ["base"]})
+
+
+def test_a_process_of_another_machine_is_not_made_to_hang() -> None:
+    robot = Robot(body="kinematic", hosts={"navigation": ["base"]})
+    with pytest.raises(UsageError, match="--hang /docking: its process is on another machine"):
+        with_hangs(robot.tree, [Hang("/docking", 3.0)])
+
+
+# -- what becomes of it ---------------------------------------------------------------------------------------------------------
+
+
+async def test_a_robot_whose_plans_are_made_on_a_machine_that_is_lost_goes_on_with_those_of_the_spare(rig: Rig) -> None:
+    away = ["base", "spare"]
+    robot = Robot(
+        "empty", body="kinematic", mission=[Pose2(4.0, 0.0)], seed=1, hosts={"navigation": away, "perception": away}
+    )
+    await rig.start(robot.tree)
+    reports = rig.probe(GOAL_REPORT)
+    await rig.until(lambda: robot.body.truth().position[0] > 1.0, within=30.0)
+
+    with rig.expect_failure(HostLost):
+        rig.hosts.cut("base")
+        await rig.until(
+            lambda: [one for one in reports if one.name.startswith("goal") and one.outcome == "succeeded"], within=60.0
+        )
+
+    assert rig.incarnation("navigation") == 2
+    assert rig.incarnation("gait") == rig.incarnation("motors") == rig.incarnation("lidar") == 1
+    assert abs(robot.body.truth().position[0] - 4.0) < 0.3
+
+
+async def robot_run(machines: Fleet, report: Path, *words: str) -> AgentProgram:
+    """`robot run` with navigation on the base or else the spare. Its lines are kept."""
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "robot", "run", "--no-web", "--world", "empty", "--report", str(report),
+        "--host", f"navigation=base@{machines.address('base')},spare@{machines.address('spare')}",
+        "--listen", f"tls/{machines.address('robot')}", "--security", str(machines.files["robot"]), *words,
+        cwd=ROOT, env={**ENVIRONMENT, "RMW_IMPLEMENTATION": "rmw_zenoh_cpp", "ROBACTOR_GOSSIP_PORT": str(free_port())},
+        stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT,
+    )  # fmt: skip
+    return AgentProgram(process)
+
+
+@pytest.mark.realtime
+@pytest.mark.slow
+@pytest.mark.parametrize("processes", [True, False])
+async def test_a_robot_walks_on_when_the_machine_of_its_plans_is_killed(tmp_path: Path, processes: bool) -> None:
+    words = ["--processes"] if processes else ["--backend", "kinematic"]
+    async with fleet(tmp_path) as machines:
+        options = ("--import", "robot.tree", "--listen", "tls/127.0.0.1:0")
+        base, spare = await machines.start("base", *options), await machines.start("spare", *options)
+        program = await robot_run(machines, tmp_path / "report.json", "--goal", "3", "0", "--duration", "90", *words)
+        try:
+            await until(base.launched, program)
+            await until(lambda: any("Robot is now standing" in line for line in program.lines), program)
+            base.process.send_signal(signal.SIGKILL)
+            await until(spare.launched, program)
+            async with asyncio.timeout(120.0):
+                await program.process.wait()
+        finally:
+            if program.process.returncode is None:
+                program.process.kill()
+                await program.process.wait()
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert program.process.returncode == 0, "\n".join(program.lines)
+    assert (report["falls"], [goal["outcome"] for goal in report["goals"]][-1]) == (0, "succeeded")
+    rows = {row["name"]: row["incarnation"] for row in report["nodes"]}
+    assert (rows["/navigation"], rows["/gait"], rows["/lidar"]) == (2, 1, 1)
+    assert machines.files["robot"].with_name("runs").read_text() == "1\n"  # the run is over
