@@ -92,6 +92,10 @@ def parse(argv: Sequence[str]) -> Options:
         raise UsageError(
             "--host: what runs there must reach this robot: add --listen tls/0.0.0.0:7448, or --connect with the endpoint of a router"
         )
+    if machines is not None and given.processes and not given.connect:
+        raise UsageError(
+            "--host: with --processes what runs there must reach each of them: start `robactor router` here, and add --connect with its endpoint"
+        )
     if given.publish_clock is not None:
         checked("--publish-clock", given.publish_clock, 0.1, 1000.0, "Hz")
     if given.processes and given.clock == "virtual":

@@ -6,7 +6,8 @@ import asyncio
 import json
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import AsyncGenerator, Sequence
+from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
@@ -66,6 +67,10 @@ def test_what_may_not_run_elsewhere_is_refused_with_the_reason(words: Sequence[s
     ("words", "said"),
     [
         ([], "--host: what runs there must reach this robot: add --listen tls/0.0.0.0:7448, or --connect with"),
+        (
+            [*LISTEN, "--processes"],
+            "with --processes what runs there must reach each of them: start `robactor router` here, and add --connect",
+        ),
         ([*LISTEN, "--clock", "virtual"], "other machines live in real time; leave out --clock virtual"),
         ([*LISTEN, "--replay", "patrol"], "--replay: journals are kept of nodes of this process; leave out --host"),
     ],
@@ -152,41 +157,69 @@ async def test_a_robot_whose_plans_are_made_on_a_machine_that_is_lost_goes_on_wi
     assert abs(robot.body.truth().position[0] - 4.0) < 0.3
 
 
-async def robot_run(machines: Fleet, report: Path, *words: str) -> AgentProgram:
-    """`robot run` with navigation on the base or else the spare. Its lines are kept."""
+@asynccontextmanager
+async def program(*words: str) -> AsyncGenerator[AgentProgram]:
+    """A command of the robot, with its lines; it is killed at the end of the block, if it has not ended."""
     process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "robot", "run", "--no-web", "--world", "empty", "--report", str(report),
-        "--host", f"navigation=base@{machines.address('base')},spare@{machines.address('spare')}",
-        "--listen", f"tls/{machines.address('robot')}", "--security", str(machines.files["robot"]), *words,
-        cwd=ROOT, env={**ENVIRONMENT, "RMW_IMPLEMENTATION": "rmw_zenoh_cpp", "ROBACTOR_GOSSIP_PORT": str(free_port())},
+        sys.executable, "-m", "robot", *words, cwd=ROOT, env={**ENVIRONMENT, "RMW_IMPLEMENTATION": "rmw_zenoh_cpp", "ROBACTOR_GOSSIP_PORT": str(free_port())},
         stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT,
     )  # fmt: skip
-    return AgentProgram(process)
+    started = AgentProgram(process)
+    try:
+        yield started
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+
+
+def run_words(machines: Fleet, report: Path, *words: str) -> list[str]:
+    """`run` with navigation on the base, or else on the spare."""
+    hosts = f"navigation=base@{machines.address('base')},spare@{machines.address('spare')}"
+    given = ["run", "--no-web", "--world", "empty", "--goal", "3", "0", "--duration", "90", "--report", str(report)]
+    return [*given, "--host", hosts, "--security", str(machines.files["robot"]), *words]
+
+
+async def walks_on(machines: Fleet, robot: AgentProgram, base: AgentProgram, spare: AgentProgram) -> None:
+    """The machine of the plans is killed when the robot stands; its run ends with the goal reached."""
+    await until(base.launched, robot)
+    await until(lambda: any("Robot is now standing" in line for line in robot.lines), robot)
+    base.process.send_signal(signal.SIGKILL)
+    await until(spare.launched, robot)
+    async with asyncio.timeout(120.0):
+        await robot.process.wait()
+    assert robot.process.returncode == 0, "\n".join(robot.lines)
+    assert machines.files["robot"].with_name("runs").read_text() == "1\n"
+
+
+def judged(path: Path) -> tuple[int, str, list[int]]:
+    """Falls, what came of the last goal, and which life of navigation, gait and lidar it is."""
+    report = json.loads(path.read_text())
+    rows = {row["name"]: row["incarnation"] for row in report["nodes"]}
+    lives = [rows[name] for name in ("/navigation", "/gait", "/lidar")]
+    return report["falls"], report["goals"][-1]["outcome"], lives
 
 
 @pytest.mark.realtime
 @pytest.mark.slow
-@pytest.mark.parametrize("processes", [True, False])
-async def test_a_robot_walks_on_when_the_machine_of_its_plans_is_killed(tmp_path: Path, processes: bool) -> None:
-    words = ["--processes"] if processes else ["--backend", "kinematic"]
+async def test_a_robot_walks_on_when_the_machine_of_its_plans_is_killed(tmp_path: Path) -> None:
+    report = tmp_path / "report.json"
     async with fleet(tmp_path) as machines:
-        options = ("--import", "robot.tree", "--listen", "tls/127.0.0.1:0")
-        base, spare = await machines.start("base", *options), await machines.start("spare", *options)
-        program = await robot_run(machines, tmp_path / "report.json", "--goal", "3", "0", "--duration", "90", *words)
-        try:
-            await until(base.launched, program)
-            await until(lambda: any("Robot is now standing" in line for line in program.lines), program)
-            base.process.send_signal(signal.SIGKILL)
-            await until(spare.launched, program)
-            async with asyncio.timeout(120.0):
-                await program.process.wait()
-        finally:
-            if program.process.returncode is None:
-                program.process.kill()
-                await program.process.wait()
-    report = json.loads((tmp_path / "report.json").read_text())
-    assert program.process.returncode == 0, "\n".join(program.lines)
-    assert (report["falls"], [goal["outcome"] for goal in report["goals"]][-1]) == (0, "succeeded")
-    rows = {row["name"]: row["incarnation"] for row in report["nodes"]}
-    assert (rows["/navigation"], rows["/gait"], rows["/lidar"]) == (2, 1, 1)
-    assert machines.files["robot"].with_name("runs").read_text() == "1\n"  # the run is over
+        base, spare = [await machines.start(name, "--import", "robot.tree") for name in ("base", "spare")]
+        listen = f"tls/{machines.address('robot')}"
+        async with program(*run_words(machines, report, "--backend", "kinematic", "--listen", listen)) as robot:
+            await walks_on(machines, robot, base, spare)
+    assert judged(report) == (0, "succeeded", [2, 1, 1])
+
+
+@pytest.mark.realtime
+@pytest.mark.slow
+async def test_a_robot_in_processes_walks_on_by_a_router(tmp_path: Path) -> None:
+    report = tmp_path / "report.json"
+    async with fleet(tmp_path) as machines:
+        security, endpoint = str(machines.files["robot"]), f"tls/{machines.address('robot')}"
+        async with program("router", "--listen", endpoint, "--security", security):
+            base, spare = [await machines.start(name, "--import", "robot.tree") for name in ("base", "spare")]
+            async with program(*run_words(machines, report, "--processes", "--connect", endpoint)) as robot:
+                await walks_on(machines, robot, base, spare)
+    assert judged(report) == (0, "succeeded", [2, 1, 1])
