@@ -6,7 +6,7 @@ from typing import Final
 
 from robot.control.fence import Fence
 from robot.control.safe_stop import SafeStop
-from robot.hardware.body import JointSample, MotorTargets
+from robot.hardware.body import ImuSample, JointSample, MotorTargets
 
 __all__ = ["PERIOD", "SILENCE", "Drives"]
 
@@ -64,11 +64,11 @@ class Drives:
             return None
         return self._heard + SILENCE if self._stop is None else self._stepped + PERIOD
 
-    def act(self, at: float, joints: JointSample) -> MotorTargets:
+    def act(self, at: float, joints: JointSample, imu: ImuSample) -> MotorTargets:
         """The targets that they give themselves at `at`, when that is due."""
         first = self._stop is None
         if self._stop is None:
             self._stop = SafeStop()
         dt = PERIOD if first else at - self._stepped
         self._stepped = at
-        return self._stop.step(dt, joints)
+        return self._stop.step(dt, joints, imu)

@@ -111,7 +111,7 @@ class BodyHost:
             self._hz, self._begin = command.hz, self._began + self._body.time
         while (due := self._drives.due()) is not None and due <= until:
             self._move(due)
-            self._body.command(self._drives.act(due, self._body.joints()))
+            self._body.command(self._drives.act(due, self._body.joints(), self._body.imu()))
         self._move(until)
 
     def _move(self, until: float) -> None:
