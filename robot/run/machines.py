@@ -54,17 +54,16 @@ def parse_machines(words: Sequence[str]) -> Machines | None:
 
 def tls_hosts(machines: Machines, file: str | None) -> TlsHosts:
     """The way to these machines, with the security file that was named or that of the environment. Raises `UsageError`."""
-    from actors.errors import DeclarationError
+    from actors import DeclarationError
     from actors.hosts import TlsHosts
-    from actors.transport import WireUnavailable
-    from actors.transport.environment import SECURITY, security_from_environment
+    from actors.transport.security import SecurityError, load_security
 
+    named = file if file is not None else os.environ.get("ROBACTOR_SECURITY", "")
+    if not named:
+        raise UsageError(
+            "--host: who gives work to other machines must show who it is: add --security FILE, or ROBACTOR_SECURITY=FILE (docs/machines.md)"
+        )
     try:
-        security = security_from_environment(os.environ, file)
-        if security is None:
-            raise UsageError(
-                f"--host: who gives work to other machines must show who it is: add --security FILE, or {SECURITY}=FILE (docs/machines.md)"
-            )
-        return TlsHosts(machines.addresses, security=security)
-    except (DeclarationError, WireUnavailable) as error:
+        return TlsHosts(machines.addresses, security=load_security(named))
+    except (DeclarationError, SecurityError) as error:
         raise UsageError(f"--host: {error}") from None

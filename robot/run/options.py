@@ -82,33 +82,9 @@ def parse(argv: Sequence[str]) -> Options:
     """Raises `UsageError`; `--help` ends in argparse's own way (exit 0)."""
     given = _parser().parse_args(argv)
     machines = parse_machines(given.host)
-    if given.trace and given.clock != "virtual":
-        raise UsageError("--trace: two runs are equal on the virtual clock only; add --clock virtual")
-    if given.clock == "virtual" and (given.listen or given.connect or given.security or given.host):
-        raise UsageError(
-            "--listen, --connect, --security, --host: other machines live in real time; leave out --clock virtual"
-        )
-    if machines is not None and not (given.listen or given.connect):
-        raise UsageError(
-            "--host: what runs there must reach this robot: add --listen tls/0.0.0.0:7448, or --connect with the endpoint of a router"
-        )
-    if machines is not None and given.processes and not given.connect:
-        raise UsageError(
-            "--host: with --processes what runs there must reach each of them: start `robactor router` here, and add --connect with its endpoint"
-        )
+    _check_together(given)
     if given.publish_clock is not None:
         checked("--publish-clock", given.publish_clock, 0.1, 1000.0, "Hz")
-    if given.processes and given.clock == "virtual":
-        raise UsageError("--processes: processes live in real time; leave out --clock virtual")
-    if given.processes and given.backend == "kinematic":
-        raise UsageError("--processes: only the physics body has a process of its own; leave out --backend kinematic")
-    if given.replay and (given.processes or machines is not None):
-        other = "--processes" if given.processes else "--host"
-        raise UsageError(f"--replay: journals are kept of nodes of this process; leave out {other}")
-    if given.hang and not given.processes:
-        raise UsageError("--hang: in one process everything would hang, and nobody be left to see it; add --processes")
-    if given.processes and given.push:
-        raise UsageError("--push: a body in a process of its own cannot be pushed from here; leave out --processes")
     ground = parse_ground(given.friction, given.payload, given.slope)
     if given.backend == "kinematic" and (ground is not None or given.push):
         raise UsageError(
@@ -148,6 +124,35 @@ def parse(argv: Sequence[str]) -> Options:
         pushes=tuple(parse_push(text, duration) for text in given.push),
         web=_web(given),
     )
+
+
+def _check_together(given: argparse.Namespace) -> None:
+    """Refuse words that do not go together. Raises `UsageError`."""
+    if given.trace and given.clock != "virtual":
+        raise UsageError("--trace: two runs are equal on the virtual clock only; add --clock virtual")
+    if given.clock == "virtual" and (given.listen or given.connect or given.security or given.host):
+        raise UsageError(
+            "--listen, --connect, --security, --host: other machines live in real time; leave out --clock virtual"
+        )
+    if given.host and not (given.listen or given.connect):
+        raise UsageError(
+            "--host: what runs there must reach this robot: add --listen tls/0.0.0.0:7448, or --connect with the endpoint of a router"
+        )
+    if given.host and given.processes and not given.connect:
+        raise UsageError(
+            "--host: with --processes what runs there must reach each of them: start `robactor router` here, and add --connect with its endpoint"
+        )
+    if given.processes and given.clock == "virtual":
+        raise UsageError("--processes: processes live in real time; leave out --clock virtual")
+    if given.processes and given.backend == "kinematic":
+        raise UsageError("--processes: only the physics body has a process of its own; leave out --backend kinematic")
+    if given.replay and (given.processes or given.host):
+        other = "--processes" if given.processes else "--host"
+        raise UsageError(f"--replay: journals are kept of nodes of this process; leave out {other}")
+    if given.hang and not given.processes:
+        raise UsageError("--hang: in one process everything would hang, and nobody be left to see it; add --processes")
+    if given.processes and given.push:
+        raise UsageError("--push: a body in a process of its own cannot be pushed from here; leave out --processes")
 
 
 def _web(given: argparse.Namespace) -> Web | None:
