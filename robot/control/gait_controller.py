@@ -352,7 +352,9 @@ class GaitController:
         self._mode = Mode.STOPPING
         self._stopping_for += dt
         if self._joint_watch.lost:
-            if self._stopping_for > STEADY and ((_speed(ahead, walker) < SLOW and sum(self._estimate.contact) > 2) or self._stopping_for > STOP_TIME):
+            if self._stopping_for > STEADY and (
+                (_speed(ahead, walker) < SLOW and sum(self._estimate.contact) > 2) or self._stopping_for > STOP_TIME
+            ):
                 self._crouch(steps=False)
             return
         if walker.halting:
