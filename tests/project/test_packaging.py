@@ -146,11 +146,12 @@ def test_what_is_declared_is_imported() -> None:
 
 def test_the_extras_are_what_the_tests_import_and_the_tools_that_check_them() -> None:
     extras = PROJECT["optional-dependencies"]
-    test, bench = declared(extras["test"]), declared(extras["bench"])
-    used = imported("tests", "actors/testing") - {"no_such_module_anywhere"}
+    test, bench, docs = (declared(extras[name]) for name in ("test", "bench", "docs"))
+    used = imported("tests", "actors/testing") - {"no_such_module_anywhere", *imported("tests/site") & docs}
     assert used <= test | bench | declared(PROJECT["dependencies"])
     assert test - used == COMMANDS
     assert bench <= imported("tests/benchmarks")
+    assert docs == imported("tests/site") & docs | {"zensical"}  # which is started
 
 
 def test_each_tool_of_the_test_extra_is_started_by_a_check() -> None:
