@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -51,7 +51,7 @@ class Recordings:
         self._shown: dict[Path, _Shown] = {}
 
     @asynccontextmanager
-    async def watching(self, path: Path) -> AsyncIterator[Audience]:
+    async def watching(self, path: Path) -> AsyncGenerator[Audience]:
         """The audience of a recording, which plays from its start if nobody looks at it yet. Raises `Refused` if it cannot be played."""
         shown = self._shown.get(path)
         if shown is None:

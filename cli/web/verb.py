@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 
 from actors import ActorError, Child, Node, System, run
@@ -43,14 +43,14 @@ async def serve(options: argparse.Namespace) -> Exit:
 
 
 @asynccontextmanager
-async def _graph(options: argparse.Namespace) -> AsyncIterator[System]:
+async def _graph(options: argparse.Namespace) -> AsyncGenerator[System]:
     """The graph of ROS_DOMAIN_ID."""
     async with seen(options) as graph:
         yield graph.system
 
 
 @asynccontextmanager
-async def _alone(options: argparse.Namespace) -> AsyncIterator[System]:
+async def _alone(options: argparse.Namespace) -> AsyncGenerator[System]:
     """A system that nobody else hears of: a recording is no part of any graph. Raises `CommandFailed` if it cannot be read."""
     try:
         with BagReader(options.recording):
