@@ -46,6 +46,13 @@ class Playback:
         self.viewers: set[Viewer] = set()
         self._seeks = player.seeks
         self._told = self._kind
+        self._told_ns = 0
+        """The time that was told last."""
+
+    @property
+    def name(self) -> str:
+        """The name of the bag or file."""
+        return self.player.bag.path.name
 
     @property
     def range(self) -> dict[str, Any]:
@@ -80,11 +87,11 @@ class Playback:
             self._tell()
 
     async def follow(self) -> None:
-        """Look again and again, and tell the time while it runs."""
+        """Look again and again, and tell the time when it has changed."""
         while True:
             self.look()
-            if not self.player.paused:
-                frame = time_frame(self.player.position_ns)
+            if (at_ns := self.player.position_ns) != self._told_ns:
+                self._told_ns, frame = at_ns, time_frame(at_ns)
                 for viewer in self.viewers:
                     viewer.tell_time(frame)
             await asyncio.sleep(LOOK_EVERY)

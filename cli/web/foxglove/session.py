@@ -92,7 +92,8 @@ class FoxgloveSession:
         catalog, system, playback = self._hub.catalog, self._hub.system, self._hub.playback
         self._say(
             "serverInfo", name="robactor", capabilities=CAPABILITIES if playback is None else (*CAPABILITIES, PLAYBACK),
-            supportedEncodings=ENCODINGS, metadata={"ROS_DISTRO": "lyrical"}, sessionId=f"{id(system):x}",
+            supportedEncodings=ENCODINGS, sessionId=f"{id(system):x}",
+            metadata={"ROS_DISTRO": "lyrical", **({} if playback is None else {"recording": playback.name})},
             **({} if playback is None else playback.range),
         )  # fmt: skip
         if playback is not None:
