@@ -98,8 +98,8 @@ class PlayOptions:
     """How many messages are read at once."""
 
     scrub: bool = False
-    """For those who look at a recording: a seek also plays what each topic showed at that time, its last message and as many before it as its
-    publishers kept, and the player waits at the end of the bag for the next seek."""
+    """For those who look at a recording: a seek also plays what each topic showed at that time, its last message, or as many as its publishers
+    kept (of transforms, log lines and diagnostics the last hundred), and the player waits at the end of the bag for the next seek."""
 
     def __post_init__(self) -> None:
         if not 0 < self.rate < math.inf:

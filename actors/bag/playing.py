@@ -40,11 +40,11 @@ __all__ = ["Player"]
 TURN: Final = 64
 """How many messages are played at most before others have their turn."""
 
-TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
-"""The type of messages each of which tells a part only: what holds at a time is in the last ones of all publishers."""
+PARTIAL: Final = frozenset(("tf2_msgs/msg/TFMessage", "rcl_interfaces/msg/Log", "diagnostic_msgs/msg/DiagnosticArray"))
+"""The types of messages that tell a part each: what holds at a time is in the last ones of all publishers."""
 
 RECALLED: Final = 100
-"""The most messages of a topic that are played after a seek. Of transforms, so many: half a second of four publishers at 50 Hz."""
+"""The most messages of a topic that are played after a seek, and so many of a partial type: half a second of transforms by four publishers at 50 Hz."""
 
 
 class Player(Node):
@@ -326,6 +326,6 @@ class Player(Node):
 
 def _recalled(topic: BagTopic, qos: QoS) -> int:
     """How many messages of a topic make up what it shows at one time."""
-    if topic.type == TRANSFORMS:
+    if topic.type in PARTIAL:
         return RECALLED
     return min(qos.limit, RECALLED) if qos.transient_local else 1

@@ -35,9 +35,7 @@ async def start(system: System, options: Options, serve: ServeWeb | None) -> Non
     if web is None or serve is None:
         return
     try:
-        await serve(
-            system, host=web.host, port=web.port, origins=web.origins, security=options.security, bags=web.bags
-        )
+        await serve(system, host=web.host, port=web.port, origins=web.origins, security=options.security, bags=web.bags)
     except Exception as error:
         if web.wanted:
             raise UsageError(f"--web: {error}") from None

@@ -46,6 +46,8 @@ CAPABILITIES: Final = (
 )  # fmt: skip
 PLAYBACK: Final = "playbackControl"
 """What a recording is capable of beside all that."""
+PLAYS: Final = SUBPROTOCOLS[:1]
+"""The subprotocols that know of it: clients of the older one take its frames for an error."""
 MOST_SUBSCRIPTIONS: Final = 4096
 WARNING, ERROR = 1, 2
 
@@ -63,6 +65,7 @@ class FoxgloveSession:
         self._subscriptions: dict[int, Callable[[], None]] = {}
         self._channels: set[int] = set()
         self._services: set[int] = set()
+        self._plays = hub.playback is not None and client.subprotocol in PLAYS
         self._publishing = Publishing(hub)
         self._connections: Connections | None = None
         self._state: StateReports | None = None
@@ -91,14 +94,14 @@ class FoxgloveSession:
     def opened(self) -> None:
         catalog, system, playback = self._hub.catalog, self._hub.system, self._hub.playback
         self._say(
-            "serverInfo", name="robactor", capabilities=CAPABILITIES if playback is None else (*CAPABILITIES, PLAYBACK),
+            "serverInfo", name="robactor", capabilities=(*CAPABILITIES, PLAYBACK) if self._plays else CAPABILITIES,
             supportedEncodings=ENCODINGS, sessionId=f"{id(system):x}",
             metadata={"ROS_DISTRO": "lyrical", **({} if playback is None else {"recording": playback.name})},
             **({} if playback is None else playback.range),
         )  # fmt: skip
         if playback is not None:
             playback.viewers.add(self)
-            self._client.answer(playback.frame())
+            self.tell_playback(playback.frame(), sought=False)
         self._announce(list(catalog.channels.values()), list(catalog.services.values()))
 
     async def received(self, frame: Frame) -> None:
@@ -155,7 +158,8 @@ class FoxgloveSession:
         if sought:
             for lane in (*self._subscriptions, "time"):
                 self._client.outbox.forget(lane)
-        self._client.answer(frame)
+        if self._plays:
+            self._client.answer(frame)
 
     def parameters_changed(self, event: Any) -> None:
         """Tell of an event of `/parameter_events`, if the client wants to know."""

@@ -61,7 +61,12 @@ async def test_a_bag_is_recorded_listed_and_fetched_byte_by_byte(tmp_path: Path)
         report = await ask(client, "robactor.bags")
         assert report["bags"] == []
         recording = report["recording"]
-        assert (recording["name"], recording["messages"], recording["topics"], recording["failure"]) == ("mine", 2, 1, None)
+        assert (recording["name"], recording["messages"], recording["topics"], recording["failure"]) == (
+            "mine",
+            2,
+            1,
+            None,
+        )
         assert (recording["dropped"], recording["seconds"] >= 0) == (0, True)
         await ask(client, "robactor.stopRecording")
         (bag,) = (await ask(client, "robactor.bags"))["bags"]
@@ -136,7 +141,7 @@ async def test_only_the_files_of_a_bag_are_given_out(tmp_path: Path, file: str) 
     recorded(tmp_path / "walk", 3)
     (tmp_path / "walk" / "link.mcap").symlink_to(tmp_path / "other" / "other_0.mcap")
     async with serving(keeping(tmp_path)) as stage, stage.foxglove() as client:
-        with pytest.raises(LookupError, match="is no name|has no file"):
+        with pytest.raises(LookupError, match=r"is no name|has no file"):
             await fetch(client, "walk", file)
         with pytest.raises(LookupError, match="there is no bag 'none'"):
             await fetch(client, "none", "none_0.mcap")

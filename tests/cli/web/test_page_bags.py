@@ -15,11 +15,11 @@ from playwright.async_api import Locator, Page, expect
 from actors import Child, Node, execute, run
 from actors.bag import BagReader, Recorder, RecordOptions, Selection
 from actors.interfaces import decode
-from robot.interfaces.tutorials.my_robot_interfaces.action import MoveToPosition
 from actors.interfaces.nav_msgs.msg import Odometry
 from cli.web.settings import WebSettings
 from robot import Robot
 from robot.contracts import MOVE_TO_POSITION
+from robot.interfaces.tutorials.my_robot_interfaces.action import MoveToPosition
 from tests.cli.web.browsing import PHONE, WIDE, Browsing, browsing, visiting
 
 pytestmark = [pytest.mark.browser]
