@@ -32,6 +32,8 @@ class Web:
     """Pages of other places that may connect."""
     wanted: bool = False
     """Whether it was asked for, so that the run ends if it cannot be had."""
+    bags: str | None = None
+    """The folder in which the page records bags; None: it does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,14 +154,14 @@ def parse(argv: Sequence[str]) -> Options:
 
 def _web(given: argparse.Namespace) -> Web | None:
     """What is said of the web server. There is one on the real clock unless it is switched off."""
-    wanted = given.web is not None or given.web_host is not None or bool(given.web_origin)
+    wanted = given.web is not None or given.web_host is not None or bool(given.web_origin) or given.bags is not None
     if given.no_web and wanted:
         raise UsageError("--no-web: leave out the other options of the web server, or this one")
     if given.clock == "virtual" and wanted:
         raise UsageError("--web: browsers live in real time; leave out --clock virtual")
     if given.no_web or given.clock == "virtual":
         return None
-    return Web(given.web_host or "127.0.0.1", given.web, tuple(given.web_origin), wanted)
+    return Web(given.web_host or "127.0.0.1", given.web, tuple(given.web_origin), wanted, given.bags)
 
 
 def _parser() -> argparse.ArgumentParser:

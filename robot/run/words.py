@@ -124,6 +124,11 @@ def _add_network(add: Any) -> None:
         metavar="URL",
         help="let pages of this origin connect, such as https://lichtblick.example",
     )
+    add(
+        "--bags",
+        metavar="DIR",
+        help="let the web page record bags into this folder, and show those in it (docs/bags.md)",
+    )
 
 
 def _add_errand(add: Any) -> None:
