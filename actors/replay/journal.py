@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 from actors.inbox.border import INSIDE
+from actors.replay.alone import check_alone
 from actors.replay.loop_seam import LoopSeam
 from actors.replay.recording import RecordedLife, Recording
 from actors.replay.tape import ReplayError, Start, Tape, frozen, pack
@@ -125,10 +126,7 @@ class Journal:
     def _start_of(self, record: NodeRecord) -> Start:
         assert self._system is not None
         runtime, child = self._system.runtime, record.child
-        for argument in child.args:
-            why: str | None = getattr(type(argument), "no_replay", None)
-            if why is not None:
-                raise ReplayError(f"its argument {type(argument).__name__} {why}")
+        check_alone(child)
         return Start(
             node=record.identity.fqn, incarnation=record.incarnation + 1, path=record.path, child=frozen(child),
             options=frozen(runtime.options), saved=frozen(record.saved), state=record.asked_state, seed=runtime.seed,

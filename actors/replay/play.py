@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from actors.replay.alone import check_alone, check_parameters, stop_at
 from actors.replay.comparison import Difference
 from actors.replay.driver import Driver
 from actors.replay.journal import seam_of
-from actors.replay.replaying import Break
 from actors.replay.tape import ReplayError, Tape, thawed, unpack
 from actors.replay.tape_loop import TapeLoop
 from actors.supervision.declarations import Child, Intensity, Supervisor
@@ -21,6 +21,7 @@ from actors.system import System
 if TYPE_CHECKING:
     from actors.logs import LogSink
     from actors.node.node import Node
+    from actors.replay.debugger import Break
 
 __all__ = ["Verdict", "load", "replay"]
 
@@ -60,7 +61,7 @@ def replay(
     node: type[Node] | None = None,
     parameters: Mapping[str, Any] | None = None,
     pause: tuple[str, int] | None = None,
-    debugger: Callable[[], object] = breakpoint,
+    debugger: Callable[[], object] | None = None,
     every: bool = False,
     sinks: tuple[LogSink, ...] = (),
 ) -> Verdict:
@@ -68,10 +69,10 @@ def replay(
 
     `node` is played to in place of the recorded class, and `parameters` replace some with which it started; the replay then goes on behind
     the first difference, as with `every`, and finds the first one of each topic, service and so on. A node that does otherwise is given
-    the rest of the recording at its instants. `pause` is a topic and a number: `debugger` is called before the
-    message with that number (from 0) is sent there.
+    the rest of the recording at its instants. `pause` is a topic and a number: a debugger, that of `breakpoint()` or `debugger`,
+    is started before the message with that number (from 0) is sent there.
 
-    Raises `ReplayError` if the node cannot be made here.
+    Raises `ReplayError` if the node cannot be made here, for a parameter that it does not have, and if Python's debugger was quit.
     """
     start = tape.start
     changed = node is not None or bool(parameters)
@@ -80,11 +81,16 @@ def replay(
         own = dict(child.parameters) | dict(parameters or {})
         return child.replace(process=False, parameters=own, factory=node or child.factory)
 
+    child = change(thawed(start.child))
+    check_alone(child)
+    check_parameters(child, parameters or {})
     loop = TapeLoop(start.origin, start.epoch, start.virtual)
     limit = 1 if not (changed or every) else 1_000_000
-    stop = None if pause is None else Break(*pause, debugger)
+    stop = None if pause is None else stop_at(*pause, debugger)
     with asyncio.Runner(loop_factory=lambda: loop) as runner:
         driver = runner.run(_play(tape, loop, change, stop, limit, sinks))
+    if stop is not None:
+        stop.check_over()
     edge = driver.edge
     return Verdict(
         start.node, tuple(edge.differences), sum(edge.sent.values()), driver.inputs.lacking, driver.played.failure

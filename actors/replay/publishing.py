@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
     from actors.topics.publisher import Publisher
 
-__all__ = ["JOURNAL", "JournalPublisher", "tape_in", "tapes_in"]
+__all__ = ["JOURNAL", "JournalPublisher", "has_journal", "journals_in", "tape_in", "tapes_in"]
 
 JOURNAL: Final = "/_journal"
 """The end of the name of the topic with the journal of a node, which begins with the node's name."""
@@ -71,6 +71,17 @@ def tapes_in(path: str | os.PathLike[str]) -> dict[str, Tape]:
             part: Any = decode(type_of(one.topic), one.data)
             tapes.setdefault(node, Tape(node)).entries += unpack(part.data.tobytes())
     return tapes
+
+
+def journals_in(path: str | os.PathLike[str]) -> set[str]:
+    """The full names of the nodes whose journals are in a bag. Raises `BagError`."""
+    with BagReader(path) as bag:
+        return {topic.name.removesuffix(JOURNAL) for topic in bag.topics if topic.name.endswith(JOURNAL)}
+
+
+def has_journal(path: str | os.PathLike[str], node: str) -> bool:
+    """Whether the journal of a node, by its name or full name, is in a bag. Raises `BagError`."""
+    return any(node in (fqn, fqn.rpartition("/")[2]) for fqn in journals_in(path))
 
 
 def tape_in(path: str | os.PathLike[str], node: str) -> Tape:
