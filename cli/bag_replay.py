@@ -76,6 +76,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--break", dest="pause", metavar="TOPIC[N]", help="stop in a debugger where message N (from 0) is sent on TOPIC"
     )
+    parser.add_argument(
+        "--trust", action="store_true", help="let the journal call code of classes that it names; see docs/replay.md"
+    )
     parser.add_argument("--all", action="store_true", help="go on behind the first difference")
     parser.add_argument("--cost", action="store_true", help="only print what the journal holds and costs")
     parser.add_argument("--json", action="store_true", help="as JSON")
@@ -98,8 +101,8 @@ def _tape(options: argparse.Namespace) -> Tape | None:
     """The journal of the node; None if the bag has none, so that its topics are to be played."""
     path, node = options.path, options.node
     if _is_bag(path):
-        return tape_in(path, node) if has_journal(path, node) or options.cost else None
-    tape = load(path)
+        return tape_in(path, node, trust=options.trust) if has_journal(path, node) or options.cost else None
+    tape = load(path, trust=options.trust)
     if node is not None and node not in (tape.node, tape.node.rpartition("/")[2]):
         raise CommandFailed(f"{path} is the journal of {tape.node}, not of {node}")
     return tape
@@ -228,13 +231,13 @@ def _tell_topics(verdict: TopicsVerdict, as_json: bool, seconds: float) -> None:
 
 def _cost(tape: Tape) -> int:
     """Print what a journal holds, and how large it is."""
-    from actors.replay.tape import pack
+    from actors.replay.parts import pack
 
-    size, kinds = len(pack(tape.entries)), tape.counts()
+    size, kinds = len(pack(0, tape.entries)), tape.counts()
     for kind, count in sorted(kinds.items(), key=lambda one: -one[1]):
         print(f"{count:>9}  {kind}")
     seconds = tape.seconds
     print(
-        f"{sum(kinds.values())} entries, {size} bytes uncompressed, for {seconds:.1f} s of {tape.node}: {size / max(seconds, 1e-9) / 1e3:.1f} kB/s"
+        f"{sum(kinds.values())} entries, {size} bytes, for {seconds:.1f} s of {tape.node}: {size / max(seconds, 1e-9) / 1e3:.1f} kB/s"
     )
     return 0

@@ -54,6 +54,7 @@ class Player(Node):
     # * `_changed` is set when `_time` has changed other than by running.
 
     node_name = "rosbag2_player"
+    no_replay = "reads files, which no journal carries"
 
     def __init__(self, bag: str | os.PathLike[str], options: PlayOptions | None = None) -> None:
         self.options = options = options or PlayOptions()

@@ -2,10 +2,11 @@
 
 from actors.replay.by_topics import TopicsVerdict, replay_topics
 from actors.replay.comparison import Difference
+from actors.replay.errors import ReplayError
 from actors.replay.journal import Journal
 from actors.replay.play import Verdict, load, replay
 from actors.replay.publishing import has_journal, journals_in, tape_in, tapes_in
-from actors.replay.tape import ReplayError, Tape
+from actors.replay.tape import Tape
 
 __all__ = [
     "Difference",

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from actors.logs import INFO
-from actors.replay.tape import ReplayError
+from actors.replay.errors import ReplayError
 from actors.running.options import options_of
 from actors.runtime.options import identity_of
 

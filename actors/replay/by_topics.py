@@ -21,8 +21,8 @@ from actors.lifecycle.node import LifecycleNode
 from actors.names.names import is_hidden
 from actors.replay.alone import check_alone, check_parameters, stop_at
 from actors.replay.comparison import Difference
+from actors.replay.errors import ReplayError
 from actors.replay.published import SHARED, Published
-from actors.replay.tape import ReplayError
 from actors.running.run import run
 from actors.runtime.options import identity_of
 from actors.supervision.declarations import Child, temporary

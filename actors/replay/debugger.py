@@ -8,7 +8,7 @@ import pdb
 import sys
 from collections.abc import Callable
 
-from actors.replay.tape import ReplayError
+from actors.replay.errors import ReplayError
 
 __all__ = ["Break"]
 
