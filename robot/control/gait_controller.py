@@ -7,8 +7,8 @@ from math import cos, hypot, inf, sin
 
 import numpy as np
 
-from robot.control.command import CommandLimits, CommandShaper
 from robot.control.catch import SLOW, STEADY
+from robot.control.command import CommandLimits, CommandShaper
 from robot.control.drive import Targets
 from robot.control.gaits import GAITS, Gait
 from robot.control.safe_stop import SafeStop
