@@ -32,6 +32,8 @@ class Web:
     """Pages of other places that may connect."""
     wanted: bool = False
     """Whether it was asked for, so that the run ends if it cannot be had."""
+    bags: str | None = None
+    """The folder in which the page records bags; None: it does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +73,8 @@ class Options:
     """A security file."""
     replay: tuple[str, ...] = ()
     """The nodes of which journals are kept."""
+    journals: str | None = None
+    """The folder of the files of these journals; None: one that is removed at the end."""
     ground: Ground | None = None
     """What the physical body stands on and carries, if it was said."""
     pushes: tuple[Push, ...] = ()
@@ -120,6 +124,7 @@ def parse(argv: Sequence[str]) -> Options:
         hangs=tuple(Hang(*parse_fault("--hang", text, duration)) for text in given.hang),
         security=given.security,
         replay=_names(given.replay),
+        journals=given.journals,
         ground=ground,
         pushes=tuple(parse_push(text, duration) for text in given.push),
         web=_web(given),
@@ -149,6 +154,8 @@ def _check_together(given: argparse.Namespace) -> None:
     if given.replay and (given.processes or given.host):
         other = "--processes" if given.processes else "--host"
         raise UsageError(f"--replay: journals are kept of nodes of this process; leave out {other}")
+    if given.journals is not None and not given.replay:
+        raise UsageError("--journals: say of which nodes: --replay NODE")
     if given.hang and not given.processes:
         raise UsageError("--hang: in one process everything would hang, and nobody be left to see it; add --processes")
     if given.processes and given.push:
@@ -157,14 +164,14 @@ def _check_together(given: argparse.Namespace) -> None:
 
 def _web(given: argparse.Namespace) -> Web | None:
     """What is said of the web server. There is one on the real clock unless it is switched off."""
-    wanted = given.web is not None or given.web_host is not None or bool(given.web_origin)
+    wanted = given.web is not None or given.web_host is not None or bool(given.web_origin) or given.bags is not None
     if given.no_web and wanted:
         raise UsageError("--no-web: leave out the other options of the web server, or this one")
     if given.clock == "virtual" and wanted:
         raise UsageError("--web: browsers live in real time; leave out --clock virtual")
     if given.no_web or given.clock == "virtual":
         return None
-    return Web(given.web_host or "127.0.0.1", given.web, tuple(given.web_origin), wanted)
+    return Web(given.web_host or "127.0.0.1", given.web, tuple(given.web_origin), wanted, given.bags)
 
 
 def _parser() -> argparse.ArgumentParser:

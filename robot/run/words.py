@@ -124,6 +124,11 @@ def _add_network(add: Any) -> None:
         metavar="URL",
         help="let pages of this origin connect, such as https://lichtblick.example",
     )
+    add(
+        "--bags",
+        metavar="DIR",
+        help="let the web page record bags into this folder, and show those in it (docs/bags.md)",
+    )
 
 
 def _add_errand(add: Any) -> None:
@@ -164,6 +169,11 @@ def _add_output(add: Any) -> None:
         nargs="+",
         metavar="NODE",
         help="keep journals of these nodes, on topics NODE/_journal, for `bag record --replay` and `bag replay`",
+    )
+    add(
+        "--journals",
+        metavar="DIR",
+        help="where the journals of --replay are written, as NODE.journal, for `bag replay`",
     )
     add(
         "--flight-record",
