@@ -203,10 +203,10 @@ def parameter(
 ) -> ParameterDeclaration[Any]:
     """Declare a parameter in the body of a node class.
 
-    `default` gives the value and the static type; `of` is the type of the elements of an empty list: ``parameter([], of=str)``. An int with a float among its limits or choices is a float parameter, and so is a list
-    that mixes int and float. `ge` and `le` (inclusive, each optional) and `step` (counted from `ge`) limit a number, `choices` a number or
-    a string. `unit` is information for people. A `read_only` parameter takes its value at the start. `name` is the ROS name if it differs
-    from the attribute ("pid.p").
+    `default` gives the value and the static type; `of` is the type of the elements of an empty list: ``parameter([], of=str)``. An int with
+    a float among its limits or choices is a float parameter, and so is a list that mixes int and float. `ge` and `le` (inclusive, each
+    optional) and `step` (counted from `ge`) limit a number, `choices` a number or a string. `unit` is information for people. A `read_only`
+    parameter takes its value at the start. `name` is the ROS name if it differs from the attribute ("pid.p").
 
     Raises DeclarationError for a default that no parameter can hold or that is outside its limits, and for limits that do not apply to its
     type.
