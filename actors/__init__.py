@@ -89,6 +89,7 @@ from actors.parameters.declare import parameter
 from actors.parameters.values import Parameter, SetResult
 from actors.processes.errors import ProcessDied, ProcessHung, RemoteError
 from actors.qos.policies import QoS
+from actors.running.program import remove_ros_args, spin
 from actors.running.run import execute, open_node, run
 from actors.runtime.timers import Tick, TickMissed
 from actors.supervision.declarations import (
@@ -201,9 +202,11 @@ __all__ = [
     "publishes",
     "qos",
     "queue",
+    "remove_ros_args",
     "rest_for_one",
     "retry",
     "run",
+    "spin",
     "subscribes",
     "system_of",
     "temporary",

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import os
 import shlex
 import signal
 import subprocess
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING
 
 from cli.command import CommandFailed, Exit
 from cli.parsing import complain
 
 if TYPE_CHECKING:
     from actors.launch.packages import Program
-    from actors.logs import LogRecord
-    from actors.typing import Spec
+    from actors.running.target import Maker
 
 __all__ = ["main"]
 
@@ -154,55 +152,17 @@ def _run_nodes(target: str, argv: Sequence[str]) -> int:
         raise CommandFailed(str(error)) from None
 
 
-async def _live(make: Any, argv: Sequence[str]) -> int:
-    from actors import ProgramExit, StartFailed, SupervisorGaveUp, run
-    from actors.logs import console_sink
+async def _live(make: Maker, argv: Sequence[str]) -> int:
+    from actors import ProgramExit, StartFailed, SupervisorGaveUp
+    from actors.running.program import live
     from actors.running.target import grown
-    from actors.transport import WireUnavailable, transport_from_environment
-
-    failed: list[LogRecord] = []
-
-    def note(record: LogRecord) -> None:
-        if record.fields.get("errand") == "failed":
-            failed.append(record)
+    from actors.transport import WireUnavailable
 
     try:
-        first, *more = [_significant(tree, argv) for tree in await grown(make)]
-        transport = transport_from_environment(os.environ)
-        sinks = (console_sink(sys.stdout), note)
-        async with run(_whole(first, more), argv=argv, sinks=sinks, transport=transport) as system:
-            await system.wait()
-        return system.exit_code or int(bool(failed))
+        return await live(await grown(make), argv)
     except (StartFailed, SupervisorGaveUp) as error:
         raise CommandFailed(str(error)) from None
     except ProgramExit as error:
         return error.code
     except (WireUnavailable, ValueError) as error:
-        _refuse(error)
-
-
-def _refuse(error: Exception) -> NoReturn:
-    raise CommandFailed(str(error)) from None
-
-
-def _significant(tree: Any, argv: Sequence[str]) -> Spec:
-    """A node that is run alone is a program: it ends with the node, and may take words of its own."""
-    from actors import Child, transient
-    from actors.running.options import with_own_arguments
-
-    return (
-        with_own_arguments(Child(tree, restart=transient, significant=True), argv) if isinstance(tree, type) else tree
-    )
-
-
-def _whole(first: Spec, more: Sequence[Spec]) -> Spec:
-    from actors import Child, Intensity, Supervisor, all_significant, never
-
-    children = [first, *more]
-    if len(children) == 1 and not isinstance(first, Child):
-        return first
-    ends = any(isinstance(child, Child) and child.significant for child in children)
-    # as a program of ROS 2, it is not started again after an error
-    return Supervisor(
-        "run", children=children, auto_shutdown=all_significant if ends else never, intensity=Intensity(0, within=1.0)
-    )
+        raise CommandFailed(str(error)) from None

@@ -29,7 +29,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "reference.md"
 SURFACE = Surface(Path(actors.__file__).parent)
 
 GROUPS: Mapping[str, Sequence[str]] = {
-    "Running": ("run", "execute", "open_node", "System", "system_of", "graph_of", "Clock"),
+    "Running": ("spin", "run", "execute", "open_node", "remove_ros_args", "System", "system_of", "graph_of", "Clock"),
     "Contracts": ("Topic", "Service", "Action"),
     "Nodes": (
         "Node", "publishes", "subscribes", "parameter", "every", "Tick", "Timer", "Rate", "background", "LifecycleNode", "LifecycleState", "HookResult",

@@ -90,7 +90,7 @@ class FilterStream(Generic[T]):
 class Signal(Generic[T]):
     """Calls each callback, in the order of registration, and then feeds each stream, with every item.
 
-    Invariant: once it is closed, its streams are closed, and a new one is closed from the beginning.
+    Invariant: once it is closed, its streams are closed, a new one is closed from the beginning, and no callback is called.
     """
 
     def __init__(self) -> None:
@@ -142,6 +142,8 @@ class Signal(Generic[T]):
             callback()
 
     def _emit(self, messages: tuple[Any, ...], item: T) -> None:
+        if self._closed:
+            return
         for connection in tuple(self._connections):
             connection(*messages)
         for stream in tuple(self._streams):

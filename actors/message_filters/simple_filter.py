@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.node.node import Node
     from actors.qos.policies import QoS
-    from actors.topics.stream import Stream
 
 __all__ = ["Chain", "PassThrough", "SimpleFilter", "Subscriber"]
 
@@ -55,7 +54,7 @@ class PassThrough(SimpleFilter[M]):
 
 
 class Subscriber(SimpleFilter[T]):
-    """Lets the messages of a topic through, from now until the end of the node's incarnation.
+    """Lets the messages of a topic through, from now until `close`, or the end of the node's incarnation.
 
     They are taken out by a task of the node, and so are the callbacks of all filters that it feeds called: an exception of one is the
     node's failure.
@@ -64,14 +63,20 @@ class Subscriber(SimpleFilter[T]):
     def __init__(self, node: Node, topic: Topic[T], *, qos: QoS | int | None = None) -> None:
         super().__init__()
         self.topic = topic
-        node.spawn(self._pass_on(node.subscribe(topic, qos=qos)), name=f"filter of {topic.name}")
+        self._messages = node.subscribe(topic, qos=qos)
+        node.spawn(self._pass_on(), name=f"filter of {topic.name}")
 
     def __repr__(self) -> str:
         return f"<Subscriber of {self.topic.name}>"
 
-    async def _pass_on(self, messages: Stream[T]) -> None:
+    def close(self) -> None:
+        """End the subscription, and all that this filter feeds. A second call is harmless."""
+        self._messages.close()
+        super().close()
+
+    async def _pass_on(self) -> None:
         try:
-            async for message in messages:
+            async for message in self._messages:
                 self.signal_message(message)
         finally:
             self.close()

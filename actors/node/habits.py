@@ -13,7 +13,7 @@ _SET: Final = "call self.set_parameter('speed', 1.0), or self.set_parameters({..
 _CALLBACK: Final = (
     "write @speed.validate or @speed.changed above a method; for whole sets there are pre_set, on_set and post_set"
 )
-_SPIN: Final = "nothing is spun: handlers run by themselves; await what you wait for, `await system.wait()` for the end"
+_SPIN: Final = "handlers run by themselves; await what you wait for. A whole program is spin(Talker), of actors"
 _DESTROY: Final = "what a node has ends with it; self.stop() ends the node itself"
 _GRAPH: Final = "graph_of(self) has it; system.snapshot() shows all nodes, topics, services and actions"
 _COUNT: Final = "call it on graph_of(self); self.subscription(TOPIC).publisher_count counts those that match"

@@ -18,6 +18,7 @@ from actors.parameters.hooks import ParameterHook
 from actors.parameters.values import INT64_MAX, INT64_MIN, SEQUENCES, Parameter, ParameterType, Value, widened
 
 T_co = TypeVar("T_co", covariant=True)
+E = TypeVar("E", bool, int, float, str, bytes)
 Node = TypeVar("Node")
 
 
@@ -134,6 +135,16 @@ def parameter(
 ) -> ParameterDeclaration[str]: ...
 @overload
 def parameter(
+    default: list[E] | tuple[E, ...],
+    *,
+    of: type[E],
+    name: str = "",
+    unit: str = "",
+    description: str = "",
+    read_only: bool = False,
+) -> ParameterDeclaration[tuple[E, ...]]: ...
+@overload
+def parameter(
     default: list[bool] | tuple[bool, ...],
     *,
     name: str = "",
@@ -180,6 +191,7 @@ def parameter(
 def parameter(
     default: Any,
     *,
+    of: type | None = None,
     name: str = "",
     unit: str = "",
     ge: float | None = None,
@@ -191,16 +203,16 @@ def parameter(
 ) -> ParameterDeclaration[Any]:
     """Declare a parameter in the body of a node class.
 
-    `default` gives the value and the static type. An int with a float among its limits or choices is a float parameter, and so is a list
-    that mixes int and float. `ge` and `le` (inclusive, each optional) and `step` (counted from `ge`) limit a number, `choices` a number or
-    a string. `unit` is information for people. A `read_only` parameter takes its value at the start. `name` is the ROS name if it differs
-    from the attribute ("pid.p").
+    `default` gives the value and the static type; `of` is the type of the elements of an empty list: ``parameter([], of=str)``. An int with
+    a float among its limits or choices is a float parameter, and so is a list that mixes int and float. `ge` and `le` (inclusive, each
+    optional) and `step` (counted from `ge`) limit a number, `choices` a number or a string. `unit` is information for people. A `read_only`
+    parameter takes its value at the start. `name` is the ROS name if it differs from the attribute ("pid.p").
 
     Raises DeclarationError for a default that no parameter can hold or that is outside its limits, and for limits that do not apply to its
     type.
     """
     try:
-        value, limits = _checked(name, default, (ge, le, step), tuple(choices))
+        value, limits = _checked(name, default, of, (ge, le, step), tuple(choices))
     except (TypeError, ValueError) as error:
         raise DeclarationError(f"parameter({default!r}): {error}") from None
     descriptor = msgspec.structs.replace(
@@ -214,11 +226,11 @@ def parameter(
 
 
 def _checked(
-    name: str, default: object, bounds: tuple[Any, Any, Any], options: tuple[object, ...]
+    name: str, default: object, of: type | None, bounds: tuple[Any, Any, Any], options: tuple[object, ...]
 ) -> tuple[Parameter, ParameterDescriptor]:
     """Return the default as a parameter, and a descriptor with its type and limits, after checking one against the other."""
     numbers = tuple(bound for bound in bounds if bound is not None)
-    value = _as_declared(name, default, (*numbers, *options))
+    value = _as_declared(name, default, of, (*numbers, *options))
     _check_limits_apply(value, numbers, options)
     limits = ParameterDescriptor(
         type=value.type,
@@ -232,12 +244,14 @@ def _checked(
     return value, limits
 
 
-def _as_declared(name: str, default: object, limits: tuple[object, ...]) -> Parameter:
-    """The default as a parameter of the type that follows from default and limits."""
+def _as_declared(name: str, default: object, of: type | None, limits: tuple[object, ...]) -> Parameter:
+    """The default as a parameter of the type that follows from default and limits, or from the type `of` its elements."""
+    if of is not None:
+        return _array(name, default, of)
     if isinstance(default, SEQUENCES):
         elements = tuple(cast("Iterable[object]", default))
         if not elements:
-            raise TypeError("an empty list has no element type; give the default at least one element.")
+            raise TypeError("an empty list has no element type; write parameter([], of=str), for instance.")
         mixed = {type(element) for element in elements} == {int, float}
         return widened(name, elements, ParameterType.DOUBLE_ARRAY) if mixed else Parameter(name, elements)
     if default is None:
@@ -245,6 +259,16 @@ def _as_declared(name: str, default: object, limits: tuple[object, ...]) -> Para
     if any(isinstance(limit, float) for limit in limits):
         return widened(name, default, ParameterType.DOUBLE)
     return Parameter(name, default)
+
+
+def _array(name: str, default: object, of: type) -> Parameter:
+    kind = ParameterType.of((of(),)) if of in (bool, int, float, str, bytes) else None
+    value = None if kind is None else widened(name, default, kind)
+    if value is None or value.type is not kind:
+        raise TypeError(
+            f"of={of.__name__} is for a list of which all elements are of that type: bool, int, float, str or bytes."
+        )
+    return value
 
 
 def _check_limits_apply(value: Parameter, numbers: tuple[float, ...], options: tuple[object, ...]) -> None:

@@ -1,7 +1,7 @@
 """The pytest plugin: the fixtures `rig` and `lab`, and virtual time for the tests that request one.
 
 A test runs on the virtual clock if it uses `rig` or `lab`, directly or through another fixture, or is marked ``@pytest.mark.virtual``. All other
-tests keep the event loop that pytest-asyncio or another plugin gives them. Without pytest-asyncio this plugin does nothing.
+tests keep the event loop that pytest-asyncio or another plugin gives them. Without pytest-asyncio this plugin does nothing but say so.
 """
 
 from __future__ import annotations
@@ -62,7 +62,12 @@ def pytest_pycollect_makeitem(collector: pytest.Collector, name: str, obj: objec
     if not callable(obj) or not inspect.iscoroutinefunction(obj):
         return
     marks = getattr(obj, "pytestmark", ())
-    if _FIXTURES & inspect.signature(obj).parameters.keys() or any(mark.name == "virtual" for mark in marks):
+    wanted = sorted(_FIXTURES & inspect.signature(obj).parameters.keys())
+    if wanted and fixture is pytest.fixture:
+        raise collector.CollectError(
+            f"{name} uses the fixture {wanted[0]!r}, which needs pytest-asyncio: pip install pytest-asyncio"
+        )
+    if wanted or any(mark.name == "virtual" for mark in marks):
         pytest.mark.asyncio(obj)
 
 

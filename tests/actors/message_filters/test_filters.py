@@ -377,6 +377,28 @@ async def test_an_exception_of_a_callback_is_the_nodes_failure(rig: Rig) -> None
     assert any("ZeroDivisionError" in str(record) for record in system.records)
 
 
+async def test_a_subscriber_that_is_closed_gives_back_its_subscription_and_is_silent(rig: Rig) -> None:
+    """What a lifecycle node does whenever it is deactivated; or else each activation would hear everything once more."""
+    await rig.start(Node)
+    heard: list[Any] = []
+    for _ in range(3):
+        left, right = Subscriber(rig.me, LEFT), Subscriber(rig.me, RIGHT)
+        pairs = TimeSynchronizer([left, right], 10)
+        pairs.register_callback(lambda *pair: heard.append(pair))
+        stream = pairs.stream()
+        rig.publish(LEFT, point(1.0))
+        rig.publish(RIGHT, point(1.0))
+        rig.publish(LEFT, point(2.0))
+        await rig.quiet()
+        left.close()
+        left.close()
+        right.close()
+        right.signal_message(point(2.0))
+        assert [item async for item in stream] == [(point(1.0), point(1.0))]
+    assert len(heard) == 3
+    assert not rig.system.graph.topics["/left"].subscriptions
+
+
 # -- messages that differ ---------------------------------------------------------------------------------------------------------
 
 

@@ -109,6 +109,29 @@ def test_P_16_an_int_with_a_float_among_its_limits_is_a_float() -> None:
     assert parameter([1, 2]).default.type is ParameterType.INTEGER_ARRAY
 
 
+def test_an_empty_list_is_of_the_type_that_is_said() -> None:
+    for of, kind in (
+        (str, ParameterType.STRING_ARRAY),
+        (float, ParameterType.DOUBLE_ARRAY),
+        (int, ParameterType.INTEGER_ARRAY),
+        (bool, ParameterType.BOOL_ARRAY),
+        (bytes, ParameterType.BYTE_ARRAY),
+    ):
+        declared = parameter([], of=of, description="sources")
+        assert (declared.default.value, declared.default.type, declared.descriptor.type) == ((), kind, kind)
+    assert parameter([1, 2], of=float).default.value == (1.0, 2.0)
+
+
+def test_what_began_as_an_empty_list_keeps_its_type() -> None:
+    class Joined:
+        sources = parameter([], of=str)
+
+    store = ParameterStore("/joined", table=table_of(Joined.sources))
+    assert store.set_values({"sources": ["/a", "/b"]}).successful
+    assert not store.set_values({"sources": [1.0]}).successful
+    assert store.set_values({"sources": []}).successful and store.value("sources") == ()
+
+
 @pytest.mark.parametrize(
     ("arguments", "why"),
     [
@@ -116,7 +139,10 @@ def test_P_16_an_int_with_a_float_among_its_limits_is_a_float() -> None:
         ({"default": math.nan, "ge": 0.0}, "does not obey its own limits"),
         ({"default": "run", "choices": ("trot", "walk")}, "must be one of 'trot', 'walk'"),
         ({"default": None}, "needs a default value"),
-        ({"default": ()}, "an empty list has no element type"),
+        ({"default": ()}, r"an empty list has no element type; write parameter\(\[\], of=str\)"),
+        ({"default": ["a"], "of": int}, "of=int is for a list of which all elements are of that type"),
+        ({"default": "a", "of": str}, "of=str is for a list"),
+        ({"default": [], "of": dict}, "of=dict .*: bool, int, float, str or bytes"),
         ({"default": (1, "a")}, "mixed list"),
         ({"default": object()}, "cannot hold"),
         ({"default": 2**63}, "64 bits"),

@@ -236,7 +236,7 @@ def test_the_entry_point_has_the_name_of_the_module() -> None:
     assert project["entry-points"]["pytest11"] == {"actors.testing.plugin": "actors.testing.plugin"}
 
 
-def test_without_pytest_asyncio_other_suites_run_as_ever(tmp_path: Path) -> None:
+def test_without_pytest_asyncio_other_suites_run_as_ever_and_a_rig_says_what_is_missing(tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text(
         textwrap.dedent("""
             import sys
@@ -253,6 +253,7 @@ def test_without_pytest_asyncio_other_suites_run_as_ever(tmp_path: Path) -> None
     )
     (tmp_path / "pytest.ini").write_text("[pytest]\n", encoding="utf-8")
     (tmp_path / "test_it.py").write_text("def test_it():\n    assert True\n", encoding="utf-8")
+    (tmp_path / "test_robot.py").write_text("async def test_robot(rig):\n    assert True\n", encoding="utf-8")
     environment = {
         "PYTHONPATH": f"{tmp_path}:{ROOT}:{LIBRARIES}", "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONDONTWRITEBYTECODE": "1",
     }  # fmt: skip
@@ -265,11 +266,17 @@ def test_without_pytest_asyncio_other_suites_run_as_ever(tmp_path: Path) -> None
         "actors.testing.plugin",
         "-p",
         "no:cacheprovider",
-        str(tmp_path),
     ]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=tmp_path, env=environment)
+    done = subprocess.run(
+        [*command, "test_it.py"], capture_output=True, text=True, timeout=60, cwd=tmp_path, env=environment
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "1 passed" in done.stdout
+    done = subprocess.run(
+        [*command, "test_robot.py"], capture_output=True, text=True, timeout=60, cwd=tmp_path, env=environment
+    )
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert "test_robot uses the fixture 'rig', which needs pytest-asyncio: pip install pytest-asyncio" in done.stdout
 
 
 def test_without_pytest_asyncio_the_fixture_is_pytest_s_own(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -63,6 +63,7 @@ class Server(Node):
     gait = parameter("trot", choices=("trot", "walk"))
     armed = parameter(False)
     gains = parameter([1.0, 2.0])
+    sources = parameter([], of=str)
 
     @speed.validate
     def sane(self, value: float) -> str | None:
@@ -142,6 +143,7 @@ def instance(server: Server) -> None:
     assert_type(server.gait, str)
     assert_type(server.armed, bool)
     assert_type(server.gains, tuple[float, ...])
+    assert_type(server.sources, tuple[str, ...])
     assert_type(server.set_parameter("speed", 1.0), SetResult)
 
 

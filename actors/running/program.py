@@ -1,0 +1,117 @@
+"""`spin(Talker)`: a whole program of one line, with the arguments and the environment variables of ROS 2."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+from actors.errors import ProgramExit
+from actors.node.node import Node
+from actors.running.options import with_own_arguments
+from actors.running.run import execute, run
+from actors.supervision.declarations import (
+    Child,
+    DynamicSupervisor,
+    Intensity,
+    Supervisor,
+    all_significant,
+    never,
+    permanent,
+    transient,
+)
+from actors.supervision.errors import StartFailed, SupervisorGaveUp
+
+if TYPE_CHECKING:
+    from actors.logs import LogRecord
+    from actors.running.trees import Runnable
+    from actors.supervision.declarations import Spec
+
+__all__ = ["live", "remove_ros_args", "spin"]
+
+WRONG_ARGUMENT = 2
+"""The exit code for an argument that is wrong, as argparse has it."""
+
+
+def spin(tree: Runnable, *more: Spec | type[Node], argv: Sequence[str] | None = None) -> None:
+    """Run a tree as a program of ROS 2, until it ends, or until Ctrl-C or SIGTERM stops it in order: ``spin(Talker)`` is all of it.
+
+    `argv`, by default the words of the command line, are the arguments for `run`. Other processes are reached as the environment variables
+    of ROS 2 say (`transport_from_environment`). The log goes to the terminal.
+
+    A node that is given alone is the program: when it ends by itself, so does the program, and an error of it is not followed by a restart.
+    For restarts, give a `Supervisor`.
+
+    Returns when all went well, and raises ``SystemExit`` otherwise: with 1 after a start that failed or an error that ended the program, 2
+    for a wrong argument, each told in a line, 130 after Ctrl-C, and what a node gave to `sys.exit`.
+    """
+    from actors.running.trees import tree_of
+    from actors.transport.protocol import WireUnavailable
+
+    words = sys.argv[1:] if argv is None else argv
+    whole = tree_of("spin(...)", tree, *more)
+    trees = [whole] if whole is tree or isinstance(whole, DynamicSupervisor) else whole.children
+    try:
+        code = execute(lambda: live(trees, words))
+    except (StartFailed, SupervisorGaveUp) as error:
+        _end(error, 1)
+    except ProgramExit as error:
+        code = error.code
+    except (WireUnavailable, ValueError) as error:
+        _end(error, WRONG_ARGUMENT)
+    if code:
+        raise SystemExit(code)
+
+
+def remove_ros_args(argv: Sequence[str] | None = None) -> list[str]:
+    """The arguments that are not for ROS, by default those of `sys.argv`: for a program with arguments of its own, before it makes its tree.
+
+    As in rclpy the program's name, if there is one, stays first. Raises `ValueError` for a ROS argument that is wrong.
+    """
+    from actors.running.arguments import parse
+
+    return list(parse(sys.argv if argv is None else argv).user_args)
+
+
+async def live(trees: Sequence[Spec | type[Node]], argv: Sequence[str]) -> int:
+    """Run the trees side by side until they end, and return the exit code. Raises what `run` and `System.wait` raise."""
+    from actors.logs import console_sink
+    from actors.transport import transport_from_environment
+
+    failed: list[LogRecord] = []
+
+    def note(record: LogRecord) -> None:
+        if record.fields.get("errand") == "failed":
+            failed.append(record)
+
+    tree = _whole([_significant(tree, argv) for tree in trees])
+    transport = transport_from_environment(os.environ)
+    async with run(tree, argv=argv, sinks=(console_sink(sys.stdout), note), transport=transport) as system:
+        await system.wait()
+    return system.exit_code or int(bool(failed))
+
+
+def _significant(tree: Spec | type[Node], argv: Sequence[str]) -> Spec:
+    """A node that is run alone is a program: it ends with the node, and may take words of its own."""
+    if isinstance(tree, type):
+        tree = Child(tree)
+    if not isinstance(tree, Child) or tree.restart is not permanent:
+        return tree
+    return with_own_arguments(tree.replace(restart=transient, significant=True), argv)
+
+
+def _whole(children: Sequence[Spec]) -> Supervisor | DynamicSupervisor:
+    if len(children) == 1 and not isinstance(children[0], Child):
+        return children[0]
+    ends = any(isinstance(child, Child) and child.significant for child in children)
+    # as a program of ROS 2, it is not started again after an error
+    return Supervisor(
+        "run", children=children, auto_shutdown=all_significant if ends else never, intensity=Intensity(0, within=1.0)
+    )
+
+
+def _end(error: Exception, code: int) -> NoReturn:
+    print(f"{Path(sys.argv[0]).name}: {error}", file=sys.stderr)
+    raise SystemExit(code) from None
