@@ -206,6 +206,8 @@ class Player(Node):
             self._changed.clear()
             await self._catch_up()
             message = await self._messages.peek()
+            if self._recall is not None:
+                continue  # a seek while it was read
             due_ns = self._end_ns if message is None else min(message.received_ns, self._end_ns)
             if self.paused or self._time.bag_ns(self._now()) < due_ns:
                 await self._until(due_ns)

@@ -306,6 +306,7 @@ class Navigation(Node):
     def _path_message(self, path: paths.Path | None) -> Path:
         """The path as a message; without poses if there is none."""
         stamp = self.clock.stamp()
-        points = [] if path is None else path.points.tolist()
-        poses = tuple(pose_stamped(Pose2(x, y), stamp) for x, y in points)
-        return Path(header=Header(stamp=stamp, frame_id="map"), poses=poses)
+        header = Header(stamp=stamp, frame_id="map")
+        if path is None:
+            return Path(header=header)
+        return Path(header=header, poses=tuple(pose_stamped(Pose2(x, y), stamp) for x, y in path.points.tolist()))

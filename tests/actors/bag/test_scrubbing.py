@@ -147,6 +147,7 @@ async def test_a_seek_plays_what_every_topic_showed_then_and_the_next_message_fo
     times: list[int | None] = []
     rig.system.graph.tap(lambda publisher: lambda message: times.append(play.message_ns))
 
+    assert (play.start_ns, dict(play.counts)) == (BEGIN, {"/map": 1, "/state": 2, "/words": 1, "/tf": 100})
     assert play.seek(BEGIN + 7 * S)
     await rig.advance(0.1)
     assert (words(said), words(maps), [one.data for one in states]) == (["69"], ["map 50"], [55, 65])
@@ -192,6 +193,23 @@ async def test_a_seek_while_what_an_earlier_one_shows_is_read_takes_its_place(ri
     play.seek(BEGIN + 9 * S)
     await rig.advance(0.1)
     assert words(said) == ["19"]
+
+
+async def test_a_seek_while_messages_are_read_shows_its_time_before_it_plays_on(rig: Rig, tmp_path: Path) -> None:
+    await rig.start(player(walk(tmp_path / "walk")))
+    play, said = rig.node(Player), rig.probe(SAID)
+    messages = play.bag.messages
+
+    def slowly(topics: Any, *, start_ns: int) -> Any:
+        if start_ns == BEGIN + 2 * S:
+            play.seek(BEGIN + 6 * S)
+        yield from messages(topics, start_ns=start_ns)
+
+    play.bag.messages = slowly  # type: ignore[method-assign]
+    play.seek(BEGIN + 2 * S)
+    play.unpause()
+    await rig.advance(0.15)
+    assert words(said) == ["59", "60", "61"]
 
 
 async def test_at_the_end_the_player_waits_for_the_next_seek(rig: Rig, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import struct
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -17,8 +18,11 @@ from actors import Child, Node, qos, run
 from actors.bag import BagWriter, topic_of
 from actors.interfaces import decode, encode
 from actors.interfaces.std_msgs.msg import Int32, String
+from cli.command import CommandFailed
+from cli.web import parser
 from cli.web.server import WebServer
 from cli.web.settings import WebSettings
+from cli.web.verb import serve
 from tests.cli.web.stage import Bridge, Foxglove, serving
 
 BEGIN = 1_700_000_000_000_000_000
@@ -213,6 +217,30 @@ async def test_the_services_of_the_player_step_and_seek_and_the_viewers_hear_of_
         while not counts or counts[-1] != 41:
             counts.append(decode(Int32, (await viewer.message())[2]).data)
         assert 40 in counts
+
+
+# -- the command ---------------------------------------------------------------------------------------------------------------------
+
+
+async def test_the_command_shows_a_recording_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    verb = asyncio.ensure_future(serve(parser().parse_args([str(recorded(tmp_path / "walk")), "--port", "0"])))
+    said = ""
+    while "web page: " not in said:
+        await asyncio.sleep(0.01)
+        said += capsys.readouterr().out
+        assert not verb.done() or verb.exception() is None
+    url = said.split("web page: ")[1].split()[0].replace("http", "ws", 1)
+    async with viewing(url) as viewer:
+        assert (await viewer.find("serverInfo"))["metadata"]["recording"] == "walk"
+        assert await viewer.channel("/count")
+    verb.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await verb
+
+
+async def test_the_command_says_at_once_that_there_is_no_bag(tmp_path: Path) -> None:
+    with pytest.raises(CommandFailed, match="there is no bag"):
+        await serve(parser().parse_args([str(tmp_path / "none"), "--port", "0"]))
 
 
 # -- which recording ----------------------------------------------------------------------------------------------------------------

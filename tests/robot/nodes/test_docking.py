@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from actors import GoalAborted, GoalCanceled, GoalRejected
+from actors.interfaces.nav_msgs.msg import Path
 from actors.testing import Rig
-from robot.contracts import AUTONOMY_CMD, DOCK, DOCK_STATUS, NAVIGATE_TO_GOAL, UNDOCK
+from robot.contracts import AUTONOMY_CMD, DOCK, DOCK_STATUS, NAVIGATE_TO_GOAL, PATH, UNDOCK
 from robot.estimation.dock_finder import find_dock
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2, compose
@@ -116,6 +117,15 @@ async def test_a_navigation_goal_during_the_approach_takes_the_robot_away(rig: R
     with pytest.raises(GoalAborted, match="preempted: another goal took the robot away"):
         await docking
     assert (await going).success
+
+
+async def test_a_path_without_poses_is_nobodys_walk_and_takes_nothing_away(rig: Rig) -> None:
+    await standing_robot(rig)
+    docking = await rig.start_goal(DOCK, Dock.Goal())
+    async for feedback in docking:
+        if feedback.stage == "approaching":
+            rig.publish(PATH, Path())
+    assert (await docking).success
 
 
 async def test_a_second_docking_and_a_timeout_that_is_no_number_are_refused(rig: Rig) -> None:

@@ -47,6 +47,14 @@ def test_every_word_is_taken(tmp_path: Path) -> None:
     assert options.replay == ("gait", "navigation")
 
 
+def test_a_folder_for_bags_is_the_pages_and_so_asks_for_the_page() -> None:
+    assert parse(["--bags", "recordings"]).web == Web(bags="recordings", wanted=True)
+    with pytest.raises(UsageError, match="--no-web"):
+        parse(["--bags", "recordings", "--no-web"])
+    with pytest.raises(UsageError, match="browsers live in real time"):
+        parse(["--bags", "recordings", "--clock", "virtual"])
+
+
 def test_floor_load_and_blows_are_taken_in_the_units_of_people() -> None:
     options = parse(
         [
