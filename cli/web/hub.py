@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from cli.web.feeds import Feeds
     from cli.web.foxglove.catalog import Catalog
     from cli.web.guests import Guests
+    from cli.web.overview import Overview
     from cli.web.parameters import Parameters
     from cli.web.types import Types
 
@@ -19,10 +20,11 @@ __all__ = ["Hub"]
 
 @dataclass(frozen=True)
 class Hub:
-    """The node of the server, the system that it is in, and what is made for all clients together."""
+    """The node of the server, the system that it is in, what it knows of the one that it shows, and what is made for all clients together."""
 
     node: Node
     system: System
+    overview: Overview
     types: Types
     feeds: Feeds
     catalog: Catalog

@@ -28,6 +28,7 @@ from cli.web.foxglove.session import SUBPROTOCOLS, FoxgloveSession
 from cli.web.guests import Guests
 from cli.web.http import Files, answer, refusal
 from cli.web.hub import Hub
+from cli.web.overview import Here, Told
 from cli.web.parameters import Parameters
 from cli.web.rosbridge.session import RosbridgeSession
 from cli.web.settings import WebSettings, WebUnavailable
@@ -63,11 +64,14 @@ QUIET.propagate = False
 class WebServer(Node):
     """Serves the graph of its system on one port, from `on_start` to `on_stop`. A client never makes another node wait.
 
+    With `teller`, the name of a `TreeTeller` in another process, it shows the tree of that one; else that of its own process.
+
     Invariant: `_sessions` holds the session of every client of the hub, by its number.
     """
 
-    def __init__(self, settings: WebSettings) -> None:
+    def __init__(self, settings: WebSettings, teller: str | None = None) -> None:
         self._settings = settings
+        self._teller = teller
         self._files = Files()
         self._numbers = count(1)
         self._sessions: dict[int, Session] = {}
@@ -81,12 +85,14 @@ class WebServer(Node):
         system = system_of(self)
         types = Types(self, system)
         self._hub = Hub(
-            node=self, system=system, types=types, feeds=Feeds(self, system), catalog=Catalog(self, system, types),
+            node=self, system=system, overview=Here(system) if self._teller is None else Told(self, system, self._teller), types=types, feeds=Feeds(self, system), catalog=Catalog(self, system, types),
             guests=Guests(system), parameters=Parameters(self, system),
         )  # fmt: skip
         await self._hub.catalog.update()
         self._forget = system.graph.on_change(self._graph_changed)
         self._server = await self._open()
+        because = {} if self._settings.port in (0, self.port) else {"because": f"port {self._settings.port} is in use"}
+        self.log.info("web page", url=self.url, **because)
 
     async def on_stop(self, reason: ExitReason) -> None:
         self._forget()
@@ -202,7 +208,7 @@ class WebServer(Node):
             for viewer in self._viewers():
                 viewer.changed(changes)
             watching = [viewer for viewer in self._viewers() if viewer.wants_graph]
-            snapshot = self._hub.system.snapshot() if watching else None
+            snapshot = self._hub.overview.snapshot() if watching else None
             for viewer in watching:
                 assert snapshot is not None
                 viewer.graph_changed(snapshot)
@@ -213,7 +219,7 @@ class WebServer(Node):
             await asyncio.sleep(REPORT_EVERY)
             watching = [viewer for viewer in self._viewers() if viewer.wants_state]
             if watching:
-                snapshot = self._hub.system.snapshot()
+                snapshot = self._hub.overview.snapshot()
                 for viewer in watching:
                     viewer.report(snapshot)
 
