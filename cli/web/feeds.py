@@ -58,8 +58,9 @@ Taker: TypeAlias = "Callable[[Arrival], None]"
 class Feed:
     """One subscription of the server, whose quality of service fits all publishers that are there.
 
-    Invariants: `takers` are called in the order in which they came, with each message in the turn of the loop after that in which it was
-    published, so that nothing that they do happens to its publisher. While there is one, `_capture` is a subscription that fits.
+    Invariants: `takers` are called in the order in which they came, and with messages in theirs. A message of this process is passed on in
+    the turn of the loop after that in which it was published, so that nothing that they do happens to its publisher. While there is a taker,
+    `_capture` is a subscription that fits.
     """
 
     def __init__(self, node: Node, system: System, topic: str, kind: type[Message]) -> None:
@@ -112,11 +113,13 @@ class Feed:
         return Capture(self._life, self._entry, self._channel, self._qos, self._take)
 
     def _take(self, channel: Channel, publisher: PublisherPeer, message: Message) -> None:
-        # Called while the message is published.
+        # Called while the message is published, or when it has come from another process.
         payload = publisher.arrival[0] if publisher.arrival is not None else None
-        if not self._new:
-            self._loop.call_soon(self._pass_on)
         self._new.append(Arrival(message, self._clock.wall_ns(), payload))
+        if payload is not None:
+            self._pass_on()
+        elif len(self._new) == 1:
+            self._loop.call_soon(self._pass_on)
 
     def _pass_on(self) -> None:
         new, self._new = self._new, []
