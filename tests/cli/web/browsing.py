@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from playwright.async_api import Page, async_playwright, expect
 
-from actors import Child, System, run
+from actors import Child, Supervisor, System, run
 from actors.runtime.record import NodeRecord
 from cli.web.server import WebServer
 from cli.web.settings import WebSettings
@@ -83,16 +83,21 @@ def patient(child: Child) -> Child:
 
 @asynccontextmanager
 async def browsing(
-    robot: Robot | None = None, *, size: tuple[int, int] = WIDE, dark: bool = False, webgl: bool = False
+    robot: Robot | None = None,
+    *,
+    tree: Supervisor | None = None,
+    size: tuple[int, int] = WIDE,
+    dark: bool = False,
+    webgl: bool = False,
 ) -> AsyncIterator[Browsing]:
-    """A robot that waits in the warehouse, on the real clock, its server on a free port, and a browser of this size.
+    """A robot that waits in the warehouse, or another `tree`, on the real clock, its server on a free port, and a browser of this size.
 
     At the end the browser must not have complained of anything in its console.
     """
     if CHROMIUM is None:
         pytest.skip("there is no chromium: apt-get install chromium")
     robot = robot or Robot("warehouse", body="kinematic", seed=1)
-    async with run(changed(robot.tree, patient), sinks=()) as system, async_playwright() as playwright:
+    async with run(tree or changed(robot.tree, patient), sinks=()) as system, async_playwright() as playwright:
         server = (await system.join(Child(WebServer, name="_robactor_web", args=(WebSettings(port=0),)))).node
         assert isinstance(server, WebServer)
         browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=SOLID if webgl else FLAT)
@@ -110,7 +115,7 @@ async def browsing(
         page.on("request", lambda request: visit.asked.append(request.url))
         try:
             yield visit
-            assert visit.complaints == []
+            assert visit.complaints == [], visit.complaints
         finally:
             await browser.close()
             robot.close()

@@ -83,7 +83,7 @@ async def test_a_camera_sends_small_jpegs_unless_it_is_asked_to_lose_nothing(rig
         await rig.quiet()
         camera.publish(image)
         small = await stream.next(timeout=2.0)
-        await rig.node(ImageCompressor).set_parameter("format", "png")
+        rig.node(ImageCompressor).set_parameter("format", "png")
         await rig.advance(0.2)
         camera.publish(image)
         exact = await stream.next(timeout=2.0)
