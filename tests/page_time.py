@@ -92,7 +92,9 @@ async def _main(options: argparse.Namespace) -> None:
         await browser.close()
     pictures = (after["drawn"] - before["drawn"]) / options.seconds
     messages = (after["received"] - before["received"]) / options.seconds
-    print(f"first paint after {loaded['paint']:.0f} ms (aim 500); {loaded['files']} files, {loaded['sent'] / 1e3:.0f} kB")
+    print(
+        f"first paint after {loaded['paint']:.0f} ms (aim 500); {loaded['files']} files, {loaded['sent'] / 1e3:.0f} kB"
+    )
     print(f"{pictures:.1f} pictures and {messages:.0f} messages a second, drawn by {after['view']}")
     print(f"script for a picture: {cost.at(50):.1f} ms, p99 {cost.at(99):.1f} ms (aim 8), most {cost.at(100):.1f} ms")
     print(f"longest task: {cost.longest_task:.0f} ms (aim 50)")

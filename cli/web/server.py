@@ -84,15 +84,21 @@ class WebServer(Node):
     async def on_start(self) -> None:
         system = system_of(self)
         types = Types(self, system)
+        overview = Here(system) if self._teller is None else Told(self, system, self._teller)
         self._hub = Hub(
-            node=self, system=system, overview=Here(system) if self._teller is None else Told(self, system, self._teller), types=types, feeds=Feeds(self, system), catalog=Catalog(self, system, types),
+            node=self, system=system, overview=overview, types=types, feeds=Feeds(self, system), catalog=Catalog(self, system, types),
             guests=Guests(system), parameters=Parameters(self, system),
         )  # fmt: skip
         await self._hub.catalog.update()
         self._forget = system.graph.on_change(self._graph_changed)
         self._server = await self._open()
-        because = {} if self._settings.port in (0, self.port) else {"because": f"port {self._settings.port} is in use"}
-        self.log.info("web page", url=self.url, **because)
+        self._announce()
+
+    def _announce(self) -> None:
+        if self._settings.port in (0, self.port):
+            self.log.info("web page", url=self.url)
+        else:
+            self.log.info("web page", url=self.url, because=f"port {self._settings.port} is in use")
 
     async def on_stop(self, reason: ExitReason) -> None:
         self._forget()

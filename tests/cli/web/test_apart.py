@@ -113,5 +113,7 @@ async def test_the_tree_goes_on_when_the_servers_process_is_killed() -> None:
         while apart.process in (0, process):
             await asyncio.sleep(0.01)
 
-        assert {name: record.incarnation for name, record in system.nodes.items() if record.identity.name != NAME} == lived
+        assert {
+            name: record.incarnation for name, record in system.nodes.items() if record.identity.name != NAME
+        } == lived
         assert system.running

@@ -145,7 +145,9 @@ async def test_endpoints_that_do_not_match_are_red_and_the_reason_is_told() -> N
 
 
 async def test_nodes_are_grouped_by_the_processes_in_which_they_run() -> None:
-    tree = Supervisor("tree", children=[Child(Driver), Supervisor("apart", process=True, children=[Child(ImuPublisher)])])
+    tree = Supervisor(
+        "tree", children=[Child(Driver), Supervisor("apart", process=True, children=[Child(ImuPublisher)])]
+    )
     async with browsing(tree=tree) as visit:
         imu = node(visit.system, "imu_publisher")
         await until(lambda: imu.process > 0)

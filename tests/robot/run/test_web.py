@@ -73,7 +73,9 @@ async def test_a_process_of_the_server_that_dies_is_started_anew_and_when_it_die
     with rig.expect_failure(node="page"):
         for life in range(1, CRASHES + 1):
             rig.kill_process("server")
-            await rig.until(lambda life=life: rig.incarnation("server") == life + 1 and rig.state("server").state == "running")  # type: ignore[misc]
+            await rig.until(
+                lambda life=life: rig.incarnation("server") == life + 1 and rig.state("server").state == "running"
+            )  # type: ignore[misc]
         rig.kill_process("server")
         await rig.until(lambda: all(record.identity.name != "server" for record in system.nodes.values()))
 
