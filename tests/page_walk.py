@@ -22,9 +22,11 @@ from playwright.async_api import Page, async_playwright
 from actors import Child, Node, Supervisor, Topic, execute, qos, run, subscribes
 from actors.bag import FlightRecorder, Player, PlayOptions
 from actors.interfaces.sensor_msgs.msg import CompressedImage
+from actors.interfaces.std_srvs.srv import SetBool
 from cli.web.server import WebServer
 from cli.web.settings import WebSettings
 from robot import Robot
+from robot.contracts import EMERGENCY_STOP
 from robot.run.choice import changed
 from tests.web_load import PICTURE
 
@@ -44,7 +46,7 @@ QUALITY: Final = 55
 def recorded(folder: Path) -> Path:
     """The flight record of a patrol, with pictures of the camera."""
     file, recorder = folder / "walk.mcap", FlightRecorder(max_bytes=2**30)
-    robot = Robot("warehouse")
+    robot = Robot("warehouse", mission="patrol")
 
     async def drive() -> None:
         async with run(changed(robot.tree, unhurried), sinks=(), observers=(recorder,)) as system:
@@ -65,6 +67,14 @@ class Watcher(Node):
 def unhurried(child: Child) -> Child:
     """A camera that takes few pictures."""
     return child.replace(parameters={**child.parameters, "rate": 5.0}) if child.name == "camera" else child
+
+
+class Stop(Node):
+    """Stands for the robot's emergency stop, so that the page shows its button."""
+
+    @EMERGENCY_STOP.serve()
+    async def stop(self, request: SetBool.Request) -> SetBool.Response:
+        return SetBool.Response(success=True)
 
 
 class Playing:
@@ -89,7 +99,7 @@ class Playing:
 async def playing(file: Path) -> AsyncIterator[tuple[Playing, Page]]:
     """The robot pane in three dimensions, of a bag that has not begun."""
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
-    tree = Supervisor("bag", children=[Child(Player, args=(file, PlayOptions(paused=True)))])
+    tree = Supervisor("bag", children=[Child(Stop), Child(Player, args=(file, PlayOptions(paused=True)))])
     async with run(tree, sinks=()) as system, async_playwright() as playwright:
         server = (await system.join(Child(WebServer, name="_web", args=(WebSettings(port=0),)))).node
         assert isinstance(server, WebServer)

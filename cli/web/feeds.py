@@ -28,7 +28,7 @@ class Arrival:
 
     __slots__ = ("_cdr", "_encodings", "at_ns", "message")
 
-    def __init__(self, message: Message, at_ns: int, cdr: bytes | None) -> None:
+    def __init__(self, message: Message, at_ns: int, cdr: bytes | None = None) -> None:
         self.message = message
         self._cdr = cdr
         self.at_ns = at_ns

@@ -48,7 +48,7 @@ class Command:
     at: float
     """When it was given."""
     epoch: int
-    """The number of the process that gave it, among all that ever did."""
+    """The number of the process that gave it, among all that were launched."""
     targets: MotorTargets | None = None
     hz: float = 0.0
     begin: float = 0.0

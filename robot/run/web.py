@@ -36,6 +36,7 @@ class ServeWeb(Protocol):
         origins: tuple[str, ...],
         security: str | None,
         apart: Callable[[Child], Awaitable[object]] | None,
+        bags: str | None,
     ) -> None: ...
 
 
@@ -46,7 +47,9 @@ async def start(system: System, options: Options, serve: ServeWeb | None) -> Non
         return
     apart = partial(_start_apart, system) if options.processes else None
     try:
-        await serve(system, host=web.host, port=web.port, origins=web.origins, security=options.security, apart=apart)
+        await serve(
+            system, host=web.host, port=web.port, origins=web.origins, security=options.security, bags=web.bags, apart=apart
+        )  # fmt: skip
     except Exception as error:
         if web.wanted:
             raise UsageError(f"--web: {error}") from None

@@ -52,7 +52,7 @@ async def served_apart() -> AsyncIterator[Apart]:
             assert system.supervisor is not None
             await system.supervisor.start_child(server.replace(process=True))
 
-        await serve_beside(system, host="127.0.0.1", port=0, origins=(), security=None, apart=apart)
+        await serve_beside(system, host="127.0.0.1", port=0, origins=(), security=None, bags=None, apart=apart)
         async with asyncio.timeout(10):
             yield Apart(system, await found.get())
 
