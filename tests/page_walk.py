@@ -69,11 +69,11 @@ def unhurried(child: Child) -> Child:
     return child.replace(parameters={**child.parameters, "rate": 5.0}) if child.name == "camera" else child
 
 
-class Stop(Node):
+class EmergencyStop(Node):
     """Stands for the robot's emergency stop, so that the page shows its button."""
 
     @EMERGENCY_STOP.serve()
-    async def stop(self, request: SetBool.Request) -> SetBool.Response:
+    async def answer(self, request: SetBool.Request) -> SetBool.Response:
         return SetBool.Response(success=True)
 
 
@@ -99,7 +99,7 @@ class Playing:
 async def playing(file: Path) -> AsyncIterator[tuple[Playing, Page]]:
     """The robot pane in three dimensions, of a bag that has not begun."""
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
-    tree = Supervisor("bag", children=[Child(Stop), Child(Player, args=(file, PlayOptions(paused=True)))])
+    tree = Supervisor("bag", children=[Child(EmergencyStop), Child(Player, args=(file, PlayOptions(paused=True)))])
     async with run(tree, sinks=()) as system, async_playwright() as playwright:
         server = (await system.join(Child(WebServer, name="_web", args=(WebSettings(port=0),)))).node
         assert isinstance(server, WebServer)
