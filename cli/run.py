@@ -118,9 +118,8 @@ def _run_process(words: Sequence[str]) -> int:
     def forward(number: int, frame: object) -> None:
         if process is None:
             early.append(number)
-        elif (
-            process.poll() is None and number != signal.SIGINT
-        ):  # Ctrl-C in a terminal has reached it: it belongs to the same group
+        # Ctrl-C in a terminal has reached it already: it belongs to the same group
+        elif process.poll() is None and number != signal.SIGINT:
             process.send_signal(number)
 
     # First the handlers: a signal that came between the start of the program and its handler would leave the program behind.

@@ -61,6 +61,7 @@ class Player(Node):
     # * `_recall` is the time of a seek, with `PlayOptions.scrub`, until what was shown then has been played; `_recalling` is held meanwhile.
 
     node_name = "rosbag2_player"
+    no_replay = "reads files, which no journal carries"
 
     def __init__(self, bag: str | os.PathLike[str], options: PlayOptions | None = None) -> None:
         self.options = options = options or PlayOptions()

@@ -27,6 +27,7 @@ from robot.link.records import (
     command_record,
     held_of,
     read_state,
+    read_truth,
     sample_of,
     things_of,
 )
@@ -156,7 +157,7 @@ class LinkedBody:
         return self._noise.apply(cast(self._scene, x, y, yaw, beams, max_range, height=z), max_range)
 
     def truth(self) -> Truth:
-        return self.state().truth
+        return read_truth(self._told(), self._obstacles)
 
     def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:
         """Not over a link. Raises `NotImplementedError`."""
@@ -172,16 +173,19 @@ class LinkedBody:
 
     def state(self) -> State:
         """What the body has told last. Raises `BodySilent` when that is a second old."""
-        record = self._segment.state.latest()
-        if record is None or time.monotonic() - record[0] > SILENT:
-            raise BodySilent(f"{self!r} has not been heard for {SILENT:g} s: its process has ended, or stands still")
-        return read_state(record, self._obstacles)
+        return read_state(self._told(), self._obstacles)
 
     def scenery(self) -> Vector:
         """Arm and things, as the body has told them last. Raises `BodySilent` before that."""
         record = self._segment.scenery.latest()
         if record is None:
             raise BodySilent(f"{self!r} has never been heard")
+        return record
+
+    def _told(self) -> Vector:
+        record = self._segment.state.latest()
+        if record is None or time.monotonic() - record[0] > SILENT:
+            raise BodySilent(f"{self!r} has not been heard for {SILENT:g} s: its process has ended, or stands still")
         return record
 
     def _ask(self, hz: float, begin: float) -> None:

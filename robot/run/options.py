@@ -73,6 +73,8 @@ class Options:
     """A security file."""
     replay: tuple[str, ...] = ()
     """The nodes of which journals are kept."""
+    journals: str | None = None
+    """The folder of the files of these journals; None: one that is removed at the end."""
     ground: Ground | None = None
     """What the physical body stands on and carries, if it was said."""
     pushes: tuple[Push, ...] = ()
@@ -107,6 +109,8 @@ def parse(argv: Sequence[str]) -> Options:
     if given.replay and (given.processes or machines is not None):
         other = "--processes" if given.processes else "--host"
         raise UsageError(f"--replay: journals are kept of nodes of this process; leave out {other}")
+    if given.journals is not None and not given.replay:
+        raise UsageError("--journals: say of which nodes: --replay NODE")
     if given.hang and not given.processes:
         raise UsageError("--hang: in one process everything would hang, and nobody be left to see it; add --processes")
     if given.processes and given.push:
@@ -146,6 +150,7 @@ def parse(argv: Sequence[str]) -> Options:
         hangs=tuple(Hang(*parse_fault("--hang", text, duration)) for text in given.hang),
         security=given.security,
         replay=_names(given.replay),
+        journals=given.journals,
         ground=ground,
         pushes=tuple(parse_push(text, duration) for text in given.push),
         web=_web(given),

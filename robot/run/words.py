@@ -171,6 +171,11 @@ def _add_output(add: Any) -> None:
         help="keep journals of these nodes, on topics NODE/_journal, for `bag record --replay` and `bag replay`",
     )
     add(
+        "--journals",
+        metavar="DIR",
+        help="where the journals of --replay are written, as NODE.journal, for `bag replay`",
+    )
+    add(
         "--flight-record",
         metavar="FILE",
         help="keep the last 30 s of all messages, log lines and supervisor events, and write them to FILE (MCAP) when the "

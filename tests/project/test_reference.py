@@ -51,6 +51,21 @@ def test_every_entry_has_a_text(text: str) -> None:
     assert found <= {*types.__all__}, "say in a docstring what it is"  # field types are explained together
 
 
+def test_no_entry_has_the_text_of_its_base_class() -> None:
+    """Of a base class of others that would be their text."""
+    kinds = [value for _, _, value, _ in reference.entries() if isinstance(value, type)]
+    assert [kind.__name__ for kind in kinds if not vars(kind).get("__doc__")] == []
+    ours = [kind for kind in kinds if kind.__module__.startswith("actors.")]
+    inherited = [
+        f"{kind.__name__}.{name}"
+        for kind in ours
+        for name, value in reference.members(kind)
+        if not value.__doc__
+        and any(name in vars(base) and not base.__module__.startswith("actors.") for base in kind.__mro__)
+    ]
+    assert inherited == []
+
+
 def test_the_page_is_the_same_wherever_it_is_written(text: str) -> None:
     assert " at 0x" not in text
     assert str(Path(__file__).parents[2]) not in text

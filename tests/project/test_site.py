@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.reference import entries
 from tests.site.check import faults
 from tests.site.diagrams import FOLDER, THEMES, diagrams
 from tests.site.examples import Imported, examples, names_used
@@ -118,3 +119,11 @@ def test_faults_of_a_built_site_are_found(tmp_path: Path) -> None:
         "sub/index.html: ../a.html#gone leads nowhere",
         "sub/index.html: c.html leads nowhere",
     ]
+
+
+def test_every_public_name_has_an_executed_example_but_for_those_on_a_list_that_only_gets_shorter() -> None:
+    listed = (ROOT / "tests" / "project" / "without_example.txt").read_text(encoding="utf-8").split()
+    without = {f"{face}.{name}" for _, name, _, face in entries() if (face, name) not in examples()}
+    assert without - {*listed} == set(), "use them in an example of docs/, where they teach something"
+    assert {*listed} - without == set(), "they have an example now: take them from the list"
+    assert listed == sorted({*listed})
