@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from actors.interfaces import derived
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.foreign import ForeignType
-from actors.interfaces.registry import get_message
+from actors.interfaces.message import Message
+from actors.interfaces.registry import find
 from actors.runtime.standard import PARAMETER_EVENTS, ROSOUT
 
 if TYPE_CHECKING:
     from actors.graph.graph import Graph, TopicEntry
-    from actors.interfaces.message import Message
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant
 
@@ -70,6 +70,7 @@ def known_type(kind: Any) -> type[Message] | None:
 
 def _known(type_name: str) -> type[Message] | None:
     try:
-        return get_message(type_name)
+        found = find(type_name)
     except InterfaceError:
         return None
+    return found if found is not None and issubclass(found, Message) else None

@@ -8,6 +8,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 from cli.web.errors import Refused
+from cli.web.inside import file_inside
 
 __all__ = ["read_asset"]
 
@@ -34,19 +35,10 @@ def read_asset(uri: object) -> bytes:
         raise Refused(f"{uri!r:.80}: only package://PACKAGE/path is served")
     inside = unquote(parts.path).lstrip("/")
     for share in _shares(parts.netloc):
-        path = _inside(share, inside)
+        path = file_inside(share, inside)
         if path is not None:
             return _read(path, uri)
     raise Refused(f"{uri!r:.200}: there is no such file in the package {parts.netloc!r:.60}")
-
-
-def _inside(share: Path, inside: str) -> Path | None:
-    """The file in a folder; None if it is not there, or lies elsewhere."""
-    if "\0" in inside:
-        return None
-    root = share.resolve()
-    path = (root / inside).resolve()
-    return path if path.is_relative_to(root) and path.is_file() else None
 
 
 def _read(path: Path, uri: str) -> bytes:

@@ -84,7 +84,7 @@ class Audience:
             for viewer in self._viewers():
                 viewer.changed(changes)
             watching = [viewer for viewer in self._viewers() if viewer.wants_graph]
-            snapshot = self.hub.system.snapshot() if watching else None
+            snapshot = self.hub.overview.snapshot() if watching else None
             for viewer in watching:
                 assert snapshot is not None
                 viewer.graph_changed(snapshot)
@@ -94,7 +94,7 @@ class Audience:
             await asyncio.sleep(REPORT_EVERY)
             watching = [viewer for viewer in self._viewers() if viewer.wants_state]
             if watching:
-                snapshot = self.hub.system.snapshot()
+                snapshot = self.hub.overview.snapshot()
                 for viewer in watching:
                     viewer.report(snapshot)
 

@@ -1,4 +1,4 @@
-"""The web server beside a tree that runs in this process."""
+"""The web server beside a tree: in this process, or in one of its own."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from actors.transport.environment import security_from_environment
 from cli.web.settings import WebUnavailable, make_settings
 
 if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
     from actors import System
 
 __all__ = ["NAME", "serve_beside"]
@@ -29,8 +31,12 @@ async def serve_beside(
     origins: tuple[str, ...],
     security: str | None,
     bags: str | None,
+    apart: Callable[[Child], Awaitable[object]] | None,
 ) -> None:
-    """Start the server and log its address. Raises `WebUnavailable`."""
+    """Start the server, which logs its address. Raises `WebUnavailable`.
+
+    `apart` starts a node in another process; the server is then told of the tree of this one. None: the server joins the system here.
+    """
     try:
         settings = make_settings(
             os.environ, host=host, port=port, origins=origins, security=security_from_environment(os.environ, security),
@@ -38,14 +44,14 @@ async def serve_beside(
         )  # fmt: skip
         for module in ("websockets.asyncio.server", "cli.web.server"):
             await asyncio.to_thread(import_module, module)  # the nodes that run go on meanwhile
+        from cli.web.overview import TreeTeller
         from cli.web.server import WebServer
 
-        joined = await system.join(Child(WebServer, name=NAME, args=(settings,)))
+        if apart is None:
+            await system.join(Child(WebServer, name=NAME, args=(settings,)))
+        else:
+            teller = f"{NAME}_tree_{os.getpid()}"
+            await system.join(Child(TreeTeller, name=teller))
+            await apart(Child(WebServer, name=NAME, args=(settings, teller)))
     except (WireUnavailable, ActorError) as error:
         raise WebUnavailable(str(error)) from None
-    node = joined.node
-    assert isinstance(node, WebServer)
-    if settings.port in (0, node.port):
-        system.log.info("web page", url=node.url)
-    else:
-        system.log.info("web page", url=node.url, because=f"port {settings.port} is in use")

@@ -1,17 +1,22 @@
-"""The topics that clients read: one subscription for all clients of a topic, whose messages are encoded once for all of them."""
+"""The topics that clients read: one subscription for all clients of a topic, whose messages are encoded once for all of them.
+
+What has come from another process is passed on in CDR as it has come, and is not encoded again.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
-from actors import Topic
-from actors.bag.capture import fitting
+from actors.bag.capture import Capture, fitting
+from actors.bag.ring import Channel
 from actors.interfaces import encode
+from actors.runtime.incarnation import incarnation_of
 
 if TYPE_CHECKING:
-    from actors import Node, QoS, Stream, System
+    from actors import Node, QoS, System
     from actors.interfaces import Message
+    from actors.topics.peers import PublisherPeer
 
 __all__ = ["Arrival", "Feed", "Feeds", "Taker"]
 
@@ -21,10 +26,11 @@ T = TypeVar("T")
 class Arrival:
     """A message that has arrived. Each of its encodings is made once."""
 
-    __slots__ = ("_encodings", "at_ns", "message")
+    __slots__ = ("_cdr", "_encodings", "at_ns", "message")
 
-    def __init__(self, message: Message, at_ns: int) -> None:
+    def __init__(self, message: Message, at_ns: int, cdr: bytes | None = None) -> None:
         self.message = message
+        self._cdr = cdr
         self.at_ns = at_ns
         """When it arrived, in nanoseconds since 1970 on the system's clock."""
         self._encodings: dict[Callable[[Any], Any], Any] = {}
@@ -40,7 +46,9 @@ class Arrival:
     @property
     def cdr(self) -> bytes:
         """The message in CDR."""
-        return self.encoded(encode)
+        if self._cdr is None:
+            self._cdr = encode(self.message)
+        return self._cdr
 
 
 Taker: TypeAlias = "Callable[[Arrival], None]"
@@ -50,18 +58,27 @@ Taker: TypeAlias = "Callable[[Arrival], None]"
 class Feed:
     """One subscription of the server, whose quality of service fits all publishers that are there.
 
-    Invariants: `takers` are called in the order in which they came. While there is one, `_stream` is a subscription that fits.
+    Invariants: `takers` are called in the order in which they came, and with messages in theirs. A message of this process is passed on in
+    the turn of the loop after that in which it was published, so that nothing that they do happens to its publisher. While there is a taker,
+    `_capture` is a subscription that fits.
     """
 
     def __init__(self, node: Node, system: System, topic: str, kind: type[Message]) -> None:
-        self._node = node
+        self._life = incarnation_of(node)
         self._clock = system.clock
-        self._graph = system.graph
-        self.topic = topic
-        self.kind = kind
+        self._loop = system.loop
+        self._entry = system.graph.topic(topic)
+        self._channel = Channel(topic, kind)
+        self._new: list[Arrival] = []
+        self._publishers: list[PublisherPeer] = []
         self.takers: dict[Taker, None] = {}
         self._qos = self._fitting()
-        self._stream = self._subscribed()
+        self._capture = self._subscribed()
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Topic and type."""
+        return self._channel.topic, self._channel.type.__ros_type__
 
     @property
     def latched(self) -> bool:
@@ -71,35 +88,42 @@ class Feed:
     @property
     def dropped(self) -> int:
         """The messages that were lost before they got here."""
-        return self._stream.dropped
+        return self._capture.dropped
 
     def refit(self) -> None:
         """Subscribe anew if the publishers have changed so that another quality of service fits them."""
+        if self._publishers == self._entry.publishers:
+            return
         qos = self._fitting()
         if qos != self._qos:
             self._qos = qos
-            self._stream.close()
-            self._stream = self._subscribed()
+            self._capture.close()
+            self._capture = self._subscribed()
 
     def close(self) -> None:
         """Unsubscribe."""
-        self._stream.close()
+        self._capture.close()
 
     def _fitting(self) -> QoS:
-        entry = self._graph.topics.get(self.topic)
-        names = self.kind.__ros_type__
-        return fitting(
-            [one.qos for one in entry.publishers if one.type.__ros_type__ == names] if entry is not None else []
-        )
+        name = self._channel.type.__ros_type__
+        self._publishers = self._entry.publishers
+        return fitting([one.qos for one in self._publishers if one.type.__ros_type__ == name])
 
-    def _subscribed(self) -> Stream[Any]:
-        stream = self._node.subscribe(Topic(self.kind, self.topic), qos=self._qos)
-        self._node.spawn(self._pass_on(stream), name=f"web feed of {self.topic}")
-        return stream
+    def _subscribed(self) -> Capture:
+        return Capture(self._life, self._entry, self._channel, self._qos, self._take)
 
-    async def _pass_on(self, stream: Stream[Any]) -> None:
-        async for message in stream:
-            arrival = Arrival(message, self._clock.wall_ns())
+    def _take(self, channel: Channel, publisher: PublisherPeer, message: Message) -> None:
+        # Called while the message is published, or when it has come from another process.
+        payload = publisher.arrival[0] if publisher.arrival is not None else None
+        self._new.append(Arrival(message, self._clock.wall_ns(), payload))
+        if payload is not None:
+            self._pass_on()
+        elif len(self._new) == 1:
+            self._loop.call_soon(self._pass_on)
+
+    def _pass_on(self) -> None:
+        new, self._new = self._new, []
+        for arrival in new:
             for take in tuple(self.takers):
                 take(arrival)
 
@@ -145,7 +169,6 @@ class Feeds:
         del feed.takers[take]
         if not feed.takers:
             feed.close()
-            key = (feed.topic, feed.kind.__ros_type__)
-            self._feeds[key].remove(feed)
-            if not self._feeds[key]:
-                del self._feeds[key]
+            self._feeds[feed.key].remove(feed)
+            if not self._feeds[feed.key]:
+                del self._feeds[feed.key]

@@ -19,7 +19,7 @@ Sample = tuple[dict[str, Any], float]
 
 def health(hub: Hub) -> bytes:
     """Whether the system runs, as JSON."""
-    states = [record.state for record in hub.system.nodes.values()]
+    states = [node.state for node in hub.overview.snapshot().nodes if node.path]
     return msgspec.json.encode(
         {
             "status": "ok", "nodes": len(states), "running": states.count("running"), "clients": len(hub.clients),
@@ -41,7 +41,7 @@ Family = tuple[str, str, str, Iterable[Sample]]
 
 
 def _graph(hub: Hub) -> Iterator[Family]:
-    snapshot = hub.system.snapshot()
+    snapshot = hub.overview.snapshot()
     topics, nodes = snapshot.topics, snapshot.nodes
     yield (
         "robactor_messages_total",
@@ -81,7 +81,7 @@ def _graph(hub: Hub) -> Iterator[Family]:
         "robactor_restarts_total",
         "counter",
         "Restarts of a node.",
-        [({"node": record.identity.fqn}, record.restart_count) for record in hub.system.nodes.values()],
+        [({"node": node}, times) for node, times in hub.overview.restarts().items()],
     )
     yield (
         "robactor_calls_total",

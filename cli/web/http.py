@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 from urllib.parse import unquote, urlsplit
 
+from cli.web.inside import file_inside
+
 if TYPE_CHECKING:
     from websockets.http11 import Request, Response
 
@@ -103,14 +105,10 @@ class Files:
             return None
         if parts == [""]:
             parts = ["index.html"]
-        if any(not part or part.startswith(".") or "\\" in part or "\0" in part for part in parts):
+        if any(not part or part.startswith(".") or "\\" in part for part in parts):
             return None
-        path = self._folder.joinpath(*parts)
-        try:
-            inside = path.resolve().is_relative_to(self._folder) and path.is_file()
-        except OSError:  # a name that is too long
-            return None
-        return path if inside and path.suffix.lower() in TYPES else None
+        path = file_inside(self._folder, "/".join(parts))
+        return path if path is not None and path.suffix.lower() in TYPES else None
 
     def _read(self, path: Path) -> _File:
         stat = path.stat()

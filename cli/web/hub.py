@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from cli.web.bags import Bags
     from cli.web.client import Client
     from cli.web.feeds import Feeds
+    from cli.web.overview import Overview
     from cli.web.playback import Playback, RecordedFeeds
 
 __all__ = ["Hub", "make_hub"]
@@ -22,10 +23,11 @@ __all__ = ["Hub", "make_hub"]
 
 @dataclass(frozen=True)
 class Hub:
-    """A node, the system that it is in, and what is made for all clients together that look at it."""
+    """A node, the system that it is in, what it knows of the one that it shows, and what is made for all clients together that look at it."""
 
     node: Node
     system: System
+    overview: Overview
     types: Types
     feeds: Feeds | RecordedFeeds
     catalog: Catalog
@@ -44,11 +46,12 @@ def make_hub(
     feeds: Feeds | RecordedFeeds,
     clients: dict[int, Client],
     bags: Bags,
+    overview: Overview,
     playback: Playback | None = None,
 ) -> Hub:
     """What is made for the clients of this node's system."""
     types = Types(node, system)
     return Hub(
-        node=node, system=system, types=types, feeds=feeds, catalog=Catalog(node, system, types), guests=Guests(system),
-        parameters=Parameters(node, system), clients=clients, bags=bags, playback=playback,
+        node=node, system=system, overview=overview, types=types, feeds=feeds, catalog=Catalog(node, system, types),
+        guests=Guests(system), parameters=Parameters(node, system), clients=clients, bags=bags, playback=playback,
     )  # fmt: skip

@@ -20,6 +20,8 @@ MOST_ANSWERS: Final = 4096
 MOST_ANSWER_BYTES: Final = 32 * 1024 * 1024
 MOST_BYTES: Final = 16 * 1024 * 1024
 DEPTH: Final = 256
+GATHER: Final = 1 / 60
+"""Seconds for which messages wait for others, to be sent together: one picture of a screen. Answers do not wait."""
 
 
 class OutboxFull(Exception):
@@ -61,7 +63,8 @@ class Outbox:
     * Answers leave in the order in which they came, before any message; messages of one subscription leave in their order, and the
       subscriptions take turns, so that a large topic does not hold up a small one.
     * A subscription keeps at most the newest `depth` messages, all of them together at most `MOST_BYTES` and one message. What is dropped for
-      that is counted in `dropped`.
+      that is counted in `dropped`, but for what `replace` replaces.
+    * While a task waits in `next` and there are messages but no answers, `_timer` is going to wake it.
     """
 
     def __init__(self) -> None:
@@ -71,6 +74,7 @@ class Outbox:
         """Each subscription with messages that wait, that whose turn it is first."""
         self._bytes = 0
         self._reader: asyncio.Future[None] | None = None
+        self._timer: asyncio.TimerHandle | None = None
         self.dropped = 0
         self.sent = 0
         self.sent_bytes = 0
@@ -108,7 +112,13 @@ class Outbox:
         self._bytes += size
         while self._bytes > MOST_BYTES and self.waiting > 1:
             self._drop_from_largest()
-        self._wake()
+        if self._reader is not None and self._timer is None:
+            self._timer = asyncio.get_running_loop().call_later(GATHER, self._wake)
+
+    def replace(self, lane: Hashable, packet: Packet) -> None:
+        """Send the newest message of the subscription `lane`, for a client that wants no other: what still waits there is not sent."""
+        self.forget(lane)
+        self.offer(lane, packet, 1)
 
     def forget(self, lane: Hashable) -> None:
         """Drop what waits for a subscription that has ended."""
@@ -124,6 +134,9 @@ class Outbox:
                 await self._reader
             finally:
                 self._reader = None
+                if self._timer is not None:
+                    self._timer.cancel()
+                    self._timer = None
         packet = self._take()
         self.sent += 1
         self.sent_bytes += size_of(packet)

@@ -13,6 +13,7 @@ from actors.bag import BagError, Player, PlayOptions
 from cli.web.audience import Audience
 from cli.web.errors import Refused
 from cli.web.hub import make_hub
+from cli.web.overview import Here
 from cli.web.playback import Playback, RecordedFeeds
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ class Recordings:
             async with run(tree, signals=False, sinks=()) as system:
                 node, playback = system.node("_robactor_web"), Playback(system.node(Player))
                 feeds = RecordedFeeds(system, playback)
-                audience = Audience(make_hub(node, system, feeds, self._clients, self._bags, playback))
+                audience = Audience(make_hub(node, system, feeds, self._clients, self._bags, Here(system), playback))
                 await audience.begin()
                 shown.audience.set_result(audience)
                 await self._until_left(shown, system.node(Player))

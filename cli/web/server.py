@@ -26,6 +26,7 @@ from cli.web.feeds import Feeds
 from cli.web.foxglove.session import SUBPROTOCOLS
 from cli.web.http import Files, answer, refusal
 from cli.web.hub import make_hub
+from cli.web.overview import Here, Told
 from cli.web.recordings import Recordings
 from cli.web.settings import WebSettings, WebUnavailable
 
@@ -55,11 +56,14 @@ QUIET.propagate = False
 class WebServer(Node):
     """Serves the graph of its system on one port, from `on_start` to `on_stop`. A client never makes another node wait.
 
+    With `teller`, the name of a `TreeTeller` in another process, it shows the tree of that one; else that of its own process.
+
     Invariant: `_clients` holds every client, by its number, whatever it looks at: the graph, or a recording.
     """
 
-    def __init__(self, settings: WebSettings) -> None:
+    def __init__(self, settings: WebSettings, teller: str | None = None) -> None:
         self._settings = settings
+        self._teller = teller
         self._files = Files()
         self._numbers = count(1)
         self._clients: dict[int, Client] = {}
@@ -69,11 +73,19 @@ class WebServer(Node):
 
     async def on_start(self) -> None:
         system = system_of(self)
+        overview = Here(system) if self._teller is None else Told(self, system, self._teller)
         self._bags = Bags(system, self._settings.bags)
         self._recordings = Recordings(self, self._bags, self._clients)
-        self._audience = Audience(make_hub(self, system, Feeds(self, system), self._clients, self._bags))
+        self._audience = Audience(make_hub(self, system, Feeds(self, system), self._clients, self._bags, overview))
         self._forget = await self._audience.begin()
         self._server = await self._open()
+        self._announce()
+
+    def _announce(self) -> None:
+        if self._settings.port in (0, self.port):
+            self.log.info("web page", url=self.url)
+        else:
+            self.log.info("web page", url=self.url, because=f"port {self._settings.port} is in use")
 
     async def on_stop(self, reason: ExitReason) -> None:
         self._forget()

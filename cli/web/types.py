@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors.interfaces import InterfaceError, UnknownInterface, get_action, get_message, get_service
 from actors.interfaces.foreign import ForeignType
+from actors.interfaces.registry import find
 from actors.node.remote_types import action_parts, fetch
 from cli.web.errors import Refused
 
@@ -25,13 +26,14 @@ _NAME = re.compile(r"[A-Za-z]\w{0,80}/(msg|srv|action)/[A-Za-z]\w{0,120}", re.AS
 class Types:
     """The types of one graph.
 
-    Invariant: `_unknown` holds the names that nobody could describe, with the hash for which that was tried, so that nobody is asked twice.
+    Invariant: `_unknown` holds the names that nobody could describe, with the hash for which that was tried, and what is said of them, so that
+    nobody is asked twice.
     """
 
     def __init__(self, node: Node, system: System) -> None:
         self._node = node
         self._system = system
-        self._unknown: set[tuple[str, str]] = set()
+        self._unknown: dict[tuple[str, str], str] = {}
 
     async def message(self, name: str, users: Iterable[tuple[str, Any]] = ()) -> Any:
         """The message class of this name. `users` are the nodes that use it, each with the type as it knows it. Raises `Refused`."""
@@ -68,20 +70,16 @@ class Types:
     ) -> T:
         if not _NAME.fullmatch(name):
             raise Refused(f"{name!r:.80} is not the name of a type")
+        foreign = [(node, kind) for node, kind in users if isinstance(kind, ForeignType)]
+        for _, kind in foreign:
+            if (why := self._unknown.get((name, kind.type_hash))) is not None:
+                raise Refused(why)
         try:
+            if foreign and find(name) is None:
+                await fetch(self._node, name, parts(foreign[0][1]), (node for node, _ in foreign))
             return get(name)
         except UnknownInterface as error:
-            foreign = [
-                (node, kind)
-                for node, kind in users
-                if isinstance(kind, ForeignType) and (name, kind.type_hash) not in self._unknown
-            ]
-            try:
-                if foreign and await fetch(self._node, name, parts(foreign[0][1]), (node for node, _ in foreign)):
-                    return get(name)
-            except InterfaceError as unreadable:
-                raise Refused(f"{name} cannot be read: {unreadable}") from None
-            self._unknown.update((name, kind.type_hash) for _, kind in foreign)
+            self._unknown.update({(name, kind.type_hash): str(error) for _, kind in foreign})
             raise Refused(str(error)) from None
         except (InterfaceError, ValueError) as error:
-            raise Refused(f"{name}: {error}") from None
+            raise Refused(f"{name} cannot be read: {error}") from None

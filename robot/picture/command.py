@@ -59,7 +59,7 @@ def _make(options: Options) -> int:
         raise UsageError(f"{options.file}: cannot be written: {error.strerror}") from None
     width, height = options.size
     print(
-        f"{options.file}: {options.view}, {width}x{height}, {recording.backend} body in {recording.scene.name} "
+        f"{options.file}: {width}x{height}, {recording.backend} body in {recording.scene.name} "
         f"at {recording.time:.2f} s, drawn in {time.monotonic() - began:.1f} s",
         file=sys.stderr,
     )
@@ -92,14 +92,6 @@ def _robot(options: Options) -> Robot:
 
 def _draw(options: Options, recording: Recording) -> Image:
     width, height = options.size
-    if options.view == "map":
-        from robot.picture.map_view import draw_map
-
-        return draw_map(recording, width, height)
-    if options.view == "plots":
-        from robot.picture.plots import draw_plots
-
-        return draw_plots(recording, width, height)
     if options.renderer == "mujoco":
         from robot.picture.mujoco_view import draw_with_mujoco
 

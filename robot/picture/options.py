@@ -17,8 +17,6 @@ __all__ = ["Options", "UsageError", "parse"]
 
 SMALLEST, LARGEST = (64, 64), (4096, 4096)
 """Width and height in pixels."""
-READABLE = (480, 320)
-"""The smallest map or plot whose numbers can be read."""
 LONGEST = 3600.0
 
 
@@ -32,7 +30,6 @@ class Options:
     at: float | None
     """When, s; `None`: when this world has something to show."""
     size: tuple[int, int]
-    view: Literal["robot", "map", "plots"]
     backend: Literal["physics", "kinematic"]
     renderer: Literal["builtin", "mujoco"]
     arm: bool
@@ -43,8 +40,6 @@ class Options:
 def parse(argv: Sequence[str]) -> Options:
     """Raises `UsageError`; `--help` ends in argparse's own way (exit 0)."""
     given = _parser().parse_args(argv)
-    if given.renderer == "mujoco" and given.view != "robot":
-        raise UsageError(f"--renderer mujoco draws the robot, not --view {given.view}: leave one of the two out")
     if given.renderer == "mujoco" and (given.arm or given.fetch):
         raise UsageError("--renderer mujoco draws no arm: leave it out, or --arm and --fetch")
     return Options(
@@ -52,8 +47,7 @@ def parse(argv: Sequence[str]) -> Options:
         world=given.world,
         seed=given.seed,
         at=_at(given.at),
-        size=_size(given.size, SMALLEST if given.view == "robot" else READABLE),
-        view=given.view,
+        size=_size(given.size),
         backend=given.backend,
         renderer=given.renderer,
         arm=given.arm,
@@ -88,12 +82,6 @@ def _parser() -> Parser:
     )
     add("--size", default="1200x675", metavar="WxH", help="width and height in pixels (default 1200x675)")
     add(
-        "--view",
-        choices=("robot", "map", "plots"),
-        default="robot",
-        help="the robot in its world, the floor from above, or speed and height over time (default robot)",
-    )
-    add(
         "--backend",
         choices=("physics", "kinematic"),
         default="physics",
@@ -114,13 +102,13 @@ def _at(seconds: float | None) -> float | None:
     return seconds
 
 
-def _size(text: str, least: tuple[int, int]) -> tuple[int, int]:
+def _size(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"(\d{1,6})[xX](\d{1,6})", text)
     if match is None:
         raise UsageError(f"--size {text}: write WIDTHxHEIGHT in pixels, such as 1200x675")
     size = int(match[1]), int(match[2])
-    if not all(low <= side <= high for low, side, high in zip(least, size, LARGEST, strict=True)):
-        raise UsageError(f"--size {text}: give {least[0]}x{least[1]} to {LARGEST[0]}x{LARGEST[1]} for this view")
+    if not all(low <= side <= high for low, side, high in zip(SMALLEST, size, LARGEST, strict=True)):
+        raise UsageError(f"--size {text}: give {SMALLEST[0]}x{SMALLEST[1]} to {LARGEST[0]}x{LARGEST[1]}")
     return size
 
 

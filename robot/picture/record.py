@@ -6,22 +6,18 @@ The watcher reads the true body, which pictures may and controllers may not.
 from __future__ import annotations
 
 import asyncio
-from math import cos, sin
 
 import numpy as np
 
 from actors import Child, Node, every, execute, run
-from actors.interfaces.geometry_msgs.msg import Twist
-from actors.interfaces.nav_msgs.msg import OccupancyGrid, Path
-from actors.interfaces.sensor_msgs.msg import LaserScan
+from actors.interfaces.nav_msgs.msg import Path
 from robot.assembly import Robot
-from robot.contracts import CMD_VEL, MAP, PATH, SCAN
+from robot.contracts import PATH
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Body, Truth
 from robot.model.kinematics import feet
 from robot.model.parameters import FOOT_RADIUS
 from robot.picture.recording import Recording, rotation
-from robot.planning.grid import Grid
 
 __all__ = ["record"]
 
@@ -43,7 +39,7 @@ def record(robot: Robot, *, seed: int, at: float) -> Recording:
 
 async def _watch(robot: Robot, seed: int, at: float) -> Recording:
     body = robot.body
-    recording = Recording(body.scene, body.backend, body.truth(), Grid.from_scene(body.scene))
+    recording = Recording(body.scene, body.backend, body.truth())
     async with run(robot.tree, seed=seed, sinks=()) as system:
         await system.join(Child(Watcher, args=(body, recording, at)))
         ended = asyncio.ensure_future(system.wait())
@@ -63,50 +59,21 @@ class Watcher(Node):
     def __init__(self, body: Body, recording: Recording, at: float) -> None:
         self._body, self._recording, self._at = body, recording, at
         self._path: tuple[tuple[float, float], ...] = ()
-        self._returns: tuple[tuple[float, float], ...] = ()
-        self._command, self._commanded = 0.0, float("-inf")
         self._down = np.ones(4, dtype=np.bool_)
         self._lift = -1.0
-
-    @MAP.on()
-    def map(self, message: OccupancyGrid) -> None:
-        info, corner = message.info, message.info.origin.position
-        self._recording.grid = Grid.from_occupancy(
-            message.data, info.width, info.height, info.resolution, corner.x, corner.y
-        )
 
     @PATH.on()
     def path(self, message: Path) -> None:
         self._path = tuple((pose.pose.position.x, pose.pose.position.y) for pose in message.poses)
-
-    @CMD_VEL.on(qos=1)
-    def command(self, message: Twist) -> None:
-        self._command, self._commanded = message.linear.x, self.clock.now()
-
-    @SCAN.on()
-    def scan(self, message: LaserScan) -> None:
-        self._body.advance(self.clock.now())
-        truth = self._body.truth()
-        ranges = message.ranges.astype(np.float64)
-        angles = truth.yaw + message.angle_min + message.angle_increment * np.arange(len(ranges))
-        met = ranges < message.range_max
-        x = truth.position[0] + ranges[met] * np.cos(angles[met])
-        y = truth.position[1] + ranges[met] * np.sin(angles[met])
-        self._returns = tuple(zip(x.tolist(), y.tolist(), strict=True))
 
     @every(hz=RATE)
     def look(self) -> None:
         now, recording = self.clock.now(), self._recording
         self._body.advance(now)
         truth = self._body.truth()
-        yaw = truth.yaw
-        vx, vy, _ = truth.velocity.tolist()
-        x, y, z = truth.position.tolist()
+        x, y, _ = truth.position.tolist()
         recording.times.append(now)
         recording.trail.append((x, y))
-        recording.heights.append(z)
-        recording.speeds.append(vx * cos(yaw) + vy * sin(yaw))
-        recording.commands.append(self._command if now - self._commanded <= 0.5 else 0.0)
         places = truth.position + feet(truth.joints) @ rotation(truth.quaternion).T
         self._tread(places)
         if now >= self._at - 1e-9:
@@ -123,7 +90,7 @@ class Watcher(Node):
         if lift > self._lift + 1e-6:
             self._lift, recording = lift, self._recording
             recording.truth, recording.time = truth, now
-            recording.path, recording.returns = self._path, self._returns
+            recording.path = self._path
             recording.things, arm = self._body.things(), self._body.arm
             recording.arm = None if arm is None else tuple(arm.state().position.tolist())
 
@@ -131,5 +98,4 @@ class Watcher(Node):
 def _cut(recording: Recording) -> None:
     """Drop what was seen after the instant of the picture."""
     seen = sum(time <= recording.time for time in recording.times)
-    for series in (recording.times, recording.trail, recording.heights, recording.speeds, recording.commands):
-        del series[seen:]
+    del recording.times[seen:], recording.trail[seen:]

@@ -9,7 +9,6 @@ import numpy as np
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Truth
-from robot.planning.grid import Grid
 from robot.scenes.scene import Scene, Thing
 
 __all__ = ["Recording", "rotation"]
@@ -23,24 +22,14 @@ class Recording:
     backend: str
     truth: Truth
     """The body at the instant of the picture."""
-    grid: Grid
-    """The newest /map."""
     time: float = 0.0
     """That instant, s."""
     times: list[float] = field(default_factory=lambda: [])
     trail: list[tuple[float, float]] = field(default_factory=lambda: [])
-    heights: list[float] = field(default_factory=lambda: [])
-    """Of the body's origin over the floor, m."""
-    speeds: list[float] = field(default_factory=lambda: [])
-    """Forward, in the body's heading, m/s."""
-    commands: list[float] = field(default_factory=lambda: [])
-    """The forward speed asked for on /cmd_vel, m/s; it is forgotten after 0.5 s."""
     footprints: list[tuple[float, float]] = field(default_factory=lambda: [])
     """Where a foot came down, in the order of time."""
     path: tuple[tuple[float, float], ...] = ()
     """The newest /plan, frame `map`; empty without one."""
-    returns: tuple[tuple[float, float], ...] = ()
-    """Ends of the beams of the newest scan that met something, as seen from the true pose at that time."""
 
     things: tuple[Thing, ...] = ()
     """The scene's things, where they are at the instant of the picture."""

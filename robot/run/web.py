@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from functools import partial
+from typing import TYPE_CHECKING, Final, Protocol
 
 from robot.run.errands import UsageError
 
 if TYPE_CHECKING:
-    from actors import System
+    from collections.abc import Awaitable, Callable
+
+    from actors import Child, System
     from robot.run.options import Options
 
 __all__ = ["ServeWeb", "start"]
 
 
+CRASHES: Final = 3
+"""So often within `WITHIN` seconds the process of the server may fail; then the robot goes on without a page."""
+WITHIN: Final = 60.0
+HANG: Final = 30.0
+"""Seconds for which its event loop may stand still: it steps aside for all others, and nobody depends on it."""
+
+
 class ServeWeb(Protocol):
-    """Starts a web server beside a system."""
+    """Starts a web server beside a system: in this process, or by `apart`, which starts a node in one of its own."""
 
     async def __call__(
         self,
@@ -25,6 +35,7 @@ class ServeWeb(Protocol):
         port: int | None,
         origins: tuple[str, ...],
         security: str | None,
+        apart: Callable[[Child], Awaitable[object]] | None,
         bags: str | None,
     ) -> None: ...
 
@@ -34,9 +45,29 @@ async def start(system: System, options: Options, serve: ServeWeb | None) -> Non
     web = options.web
     if web is None or serve is None:
         return
+    apart = partial(_start_apart, system) if options.processes else None
     try:
-        await serve(system, host=web.host, port=web.port, origins=web.origins, security=options.security, bags=web.bags)
+        await serve(
+            system, host=web.host, port=web.port, origins=web.origins, security=options.security, bags=web.bags, apart=apart
+        )  # fmt: skip
     except Exception as error:
         if web.wanted:
             raise UsageError(f"--web: {error}") from None
         system.log.warning("no web page", because=str(error))
+
+
+async def _start_apart(system: System, server: Child) -> None:
+    """Start the server in a process that leaves the processors to the robot. It may fail for good without any harm to the tree."""
+    from actors import Child, Intensity, Supervisor, temporary
+    from robot.nodes.process_care import ProcessCare
+
+    assert system.supervisor is not None
+    care = Child(ProcessCare, name="web_process", args=("web",))
+    await system.supervisor.start_child(
+        Supervisor(
+            "web",
+            restart=temporary,
+            intensity=Intensity(CRASHES, within=WITHIN),
+            children=[Supervisor("page", process=True, hang=HANG, children=[care, server])],
+        )
+    )

@@ -143,7 +143,7 @@ class FoxgloveSession:
     def report(self, snapshot: Snapshot) -> None:
         """Tell the state of the system, if the client wants to know."""
         if self._state is not None:
-            self._client.outbox.offer("state", write_json(self._state.report(snapshot)), 1)
+            self._client.outbox.replace("state", write_json(self._state.report(snapshot)))
 
     def time(self, at_ns: int) -> None:
         """Tell the time of the simulation."""
@@ -151,7 +151,7 @@ class FoxgloveSession:
 
     def tell_time(self, frame: bytes) -> None:
         """Send a frame with the time, of which only the newest counts."""
-        self._client.outbox.offer("time", frame, 1)
+        self._client.outbox.replace("time", frame)
 
     def tell_playback(self, frame: bytes, *, sought: bool) -> None:
         """Send how the recording is played. With `sought`, the messages that wait are of another time, and are left out."""
@@ -191,10 +191,9 @@ class FoxgloveSession:
                 raise Refused(f"subscription {id} is in use: give the new one another number")
             if len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
                 raise Refused(f"a client has at most {MOST_SUBSCRIPTIONS} subscriptions")
-            self._subscriptions[id] = self._hub.feeds.open(channel.topic, channel.type, partial(self._message, id))
-
-    def _message(self, id: int, arrival: Arrival) -> None:
-        self._client.outbox.offer(id, message_frame(id, arrival.at_ns, arrival.cdr))
+            outbox = self._client.outbox
+            send = outbox.replace if one.get("newest") is True else outbox.offer
+            self._subscriptions[id] = self._hub.feeds.open(channel.topic, channel.type, partial(_send, send, id))
 
     def _unsubscribe(self, request: dict[str, Any]) -> None:
         for id in entries(request, "subscriptionIds", int):
@@ -266,14 +265,14 @@ class FoxgloveSession:
 
     def _watch_graph(self, request: dict[str, Any]) -> None:
         self._connections = Connections()
-        self.graph_changed(self._hub.system.snapshot())
+        self.graph_changed(self._hub.overview.snapshot())
 
     def _unwatch_graph(self, request: dict[str, Any]) -> None:
         self._connections = None
 
     def _watch_state(self, request: dict[str, Any]) -> None:
-        self._state = StateReports(self._hub.system)
-        self.report(self._hub.system.snapshot())
+        self._state = StateReports(self._hub.overview, virtual=self._hub.system.clock.virtual)
+        self.report(self._hub.overview.snapshot())
 
     def _unwatch_state(self, request: dict[str, Any]) -> None:
         self._state = None
@@ -281,7 +280,7 @@ class FoxgloveSession:
     def _kill_node(self, request: dict[str, Any]) -> None:
         name, problem = text(request, "node"), None
         try:
-            self._hub.system.crash(name, RuntimeError(f"killed on the web page, by {self._client.address}"))
+            self._hub.overview.crash(name, RuntimeError(f"killed on the web page, by {self._client.address}"))
         except (LookupError, ActorError) as error:
             problem = str(error.args[0] if error.args else error)
         self._say("robactor.done", id=request.get("id"), error=problem)
@@ -304,6 +303,10 @@ class FoxgloveSession:
 
     def _status(self, level: int, message: str, id: str | None = None) -> None:
         self._say("status", level=level, message=message[:1000], **({} if id is None else {"id": id}))
+
+
+def _send(send: Callable[[int, Frame], None], id: int, arrival: Arrival) -> None:
+    send(id, message_frame(id, arrival.at_ns, arrival.cdr))
 
 
 def _id_of(request: dict[str, Any]) -> dict[str, Any]:

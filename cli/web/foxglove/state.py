@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 
 if TYPE_CHECKING:
-    from actors import System
     from actors.graph.snapshot import Snapshot
+    from cli.web.overview import Overview
 
 __all__ = ["StateReports"]
 
@@ -18,8 +18,9 @@ ROUNDED: Final = 3
 class StateReports:
     """The reports to one client. Rates are those since its last report."""
 
-    def __init__(self, system: System) -> None:
-        self._system = system
+    def __init__(self, overview: Overview, *, virtual: bool) -> None:
+        self._overview = overview
+        self._clock = "virtual" if virtual else "real"
         self._messages: dict[str, int] = {}
         self._at: float | None = None
 
@@ -33,11 +34,10 @@ class StateReports:
                 topic["rate"] = round(max(0, topic["messages"] - before) / seconds, ROUNDED)
         self._messages = {topic.name: topic.messages for topic in snapshot.topics}
         self._at = snapshot.at
-        records = self._system.nodes.values()
         return {
             "op": "robactor.system",
             **plain,
-            "clock": "virtual" if self._system.clock.virtual else "real",
-            "restarts": {record.identity.fqn: record.restart_count for record in records},
-            "canKill": self._system.supervisor is not None,
+            "clock": self._clock,
+            "restarts": self._overview.restarts(),
+            "canKill": self._overview.can_kill,
         }

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from playwright.async_api import Page, async_playwright, expect
 
-from actors import Child, System, run
+from actors import Child, Supervisor, System, run
 from actors.runtime.record import NodeRecord
 from cli.web.server import WebServer
 from cli.web.settings import WebSettings
@@ -90,17 +90,18 @@ def patient(child: Child) -> Child:
 async def browsing(
     robot: Robot | None = None,
     *,
+    tree: Supervisor | None = None,
     size: tuple[int, int] = WIDE,
     dark: bool = False,
     webgl: bool = False,
     bags: Path | None = None,
 ) -> AsyncIterator[Browsing]:
-    """A robot that waits in the warehouse, on the real clock, its server on a free port, and a browser of this size.
+    """A robot that waits in the warehouse, or another `tree`, on the real clock, its server on a free port, and a browser of this size.
 
     With `bags`, the page records into that folder. At the end the browser must not have complained of anything in its console.
     """
     robot = robot or Robot("warehouse", body="kinematic", seed=1)
-    async with run(changed(robot.tree, patient), sinks=()) as system:
+    async with run(tree or changed(robot.tree, patient), sinks=()) as system:
         try:
             async with visiting(system, WebSettings(port=0, bags=bags), size, dark, webgl, robot) as visit:
                 yield visit
@@ -138,6 +139,6 @@ async def visiting(
         page.on("request", lambda request: visit.asked.append(request.url))
         try:
             yield visit
-            assert visit.complaints == []
+            assert visit.complaints == [], visit.complaints
         finally:
             await browser.close()

@@ -13,7 +13,7 @@ from websockets.exceptions import ConnectionClosed
 from actors import Topic
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import String
-from cli.web.outbox import MOST_ANSWERS, MOST_BYTES, Outbox, OutboxFull
+from cli.web.outbox import GATHER, MOST_ANSWERS, MOST_BYTES, Outbox, OutboxFull
 from tests.cli.web.stage import serving, until
 
 PICTURE = Topic(Image, "/picture")
@@ -51,6 +51,33 @@ async def test_where_memory_ends_the_largest_subscription_gives_way_and_the_smal
     assert found[1] == "x" or found[0] == "x"
     assert [frame[:1] for frame in found if isinstance(frame, bytes)] == [bytes([number]) for number in range(13, 20)]
     assert outbox.waiting_bytes == 0
+
+
+async def test_messages_wait_for_others_to_be_sent_together_and_answers_do_not_wait() -> None:
+    outbox, loop = Outbox(), asyncio.get_running_loop()
+    first = asyncio.ensure_future(outbox.next())
+    await asyncio.sleep(0)
+    begun = loop.time()
+    outbox.offer("a", "1")
+    outbox.offer("a", "2")
+    assert await first == "1"
+    assert loop.time() - begun >= GATHER * 0.99 and outbox.waiting == 1
+
+    assert await outbox.next() == "2"
+    second = asyncio.ensure_future(outbox.next())
+    await asyncio.sleep(0)
+    outbox.offer("a", "3")
+    outbox.answer("answer")
+    await asyncio.sleep(0)
+    assert second.done() and second.result() == "answer"
+
+
+async def test_a_client_that_wants_the_newest_only_gets_no_other_and_has_lost_nothing() -> None:
+    outbox = Outbox()
+    outbox.offer("a", "every one")
+    for number in range(5):
+        outbox.replace("b", str(number))
+    assert await drained(outbox) == ["every one", "4"] and outbox.dropped == 0 and outbox.waiting_bytes == 0
 
 
 async def test_one_message_that_is_larger_than_all_room_still_goes() -> None:

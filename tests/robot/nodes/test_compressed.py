@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import struct
 import zlib
 from typing import Any
@@ -13,6 +14,7 @@ from actors import Child, Node, Topic, qos
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import Header
 from actors.testing import Rig
+from robot.nodes import compressed as module
 from robot.nodes.compressed import ImageCompressor, compressed, compressed_topic
 
 IMAGES = Topic(Image, "camera/image", qos.SENSOR_DATA)
@@ -69,8 +71,45 @@ def test_images_of_another_encoding_are_refused_with_those_that_are_taken() -> N
         compressed(Image(height=1, width=1, encoding="16UC1", step=2, data=np.zeros(2, dtype=np.uint8)))
 
 
-async def test_images_are_compressed_only_while_somebody_listens(rig: Rig) -> None:
+async def test_a_camera_sends_small_jpegs_unless_it_is_asked_to_lose_nothing(rig: Rig) -> None:
+    pillow = pytest.importorskip("PIL.Image")
     await rig.start(Child(ImageCompressor, args=(IMAGES,)), Child(Node, name="camera"))
+    camera = rig.node("camera").publisher(IMAGES)
+    rows, columns = np.mgrid[0:120, 0:160]
+    noise = np.random.default_rng(1).integers(0, 8, (120, 160, 3))
+    pixels = (np.stack([rows, columns, 200 - columns // 2], axis=2) + noise).astype(np.uint8)
+    image = Image(height=120, width=160, encoding="rgb8", step=480, data=pixels.ravel())
+    async with rig.me.subscribe(compressed_topic(IMAGES)) as stream:
+        await rig.quiet()
+        camera.publish(image)
+        small = await stream.next(timeout=2.0)
+        rig.node(ImageCompressor).set_parameter("format", "png")
+        await rig.advance(0.2)
+        camera.publish(image)
+        exact = await stream.next(timeout=2.0)
+
+    seen = np.asarray(pillow.open(io.BytesIO(small.data.tobytes())), dtype=int)
+    assert small.format == "rgb8; jpeg compressed bgr8"
+    assert small.data.size < exact.data.size / 5 and np.abs(seen - pixels).max() < 30
+    assert exact.format == "rgb8; png compressed bgr8"
+
+
+async def test_without_pillow_images_are_png_and_it_is_said_once(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "find_spec", lambda name: None)
+    await rig.start(Child(ImageCompressor, args=(IMAGES,)), Child(Node, name="camera"))
+    camera = rig.node("camera").publisher(IMAGES)
+    probe = rig.probe(compressed_topic(IMAGES))
+    await rig.quiet()
+    for _ in range(2):
+        camera.publish(scene()[0])
+        await rig.advance(0.2)
+
+    assert [packed.format for packed in probe.messages] == ["rgb8; png compressed bgr8"] * 2
+    assert [log.event for log in rig.logs if log.node == "/image_compressor"] == ["images are compressed as png"]
+
+
+async def test_images_are_compressed_only_while_somebody_listens(rig: Rig) -> None:
+    await rig.start(Child(ImageCompressor, args=(IMAGES,), parameters={"format": "png"}), Child(Node, name="camera"))
     camera = rig.node("camera").publisher(IMAGES)
     image, pixels = scene()
     camera.publish(image)
@@ -89,8 +128,9 @@ async def test_images_are_compressed_only_while_somebody_listens(rig: Rig) -> No
     assert camera.subscription_count == 0
 
 
-async def test_an_image_that_cannot_be_compressed_is_left_out_and_said_once(rig: Rig) -> None:
-    await rig.start(Child(ImageCompressor, args=(IMAGES,)), Child(Node, name="camera"))
+@pytest.mark.parametrize("format", ["jpeg", "png"])
+async def test_an_image_that_cannot_be_compressed_is_left_out_and_said_once(rig: Rig, format: str) -> None:
+    await rig.start(Child(ImageCompressor, args=(IMAGES,), parameters={"format": format}), Child(Node, name="camera"))
     camera = rig.node("camera").publisher(IMAGES)
     probe = rig.probe(compressed_topic(IMAGES))
     await rig.quiet()

@@ -15,7 +15,6 @@ from robot.model.parameters import FOOT_RADIUS, STAND_HEIGHT
 from robot.model.stance import nominal_feet
 from robot.picture.recording import Recording
 from robot.picture.tracer import CHUNK
-from robot.planning.grid import Grid
 from robot.scenes.scene import Scene
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
@@ -44,16 +43,11 @@ def recorded(scene: Scene, pose: Pose2 | None = None) -> Recording:
         scene=scene,
         backend="kinematic",
         truth=standing(pose),
-        grid=Grid.from_scene(scene),
         time=2.0,
         times=times,
         trail=[(pose.x - 0.5 * (2.0 - t), pose.y) for t in times],
-        heights=[0.486 for _ in times],
-        speeds=[0.5 for _ in times],
-        commands=[0.6 for _ in times],
         footprints=[(pose.x - 0.3, pose.y + 0.15)],
         path=((pose.x, pose.y), (pose.x + 2.0, pose.y)),
-        returns=((pose.x, pose.y + 1.0),),
     )
 
 

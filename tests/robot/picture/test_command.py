@@ -18,11 +18,9 @@ from tests.robot.picture.kit import decoded
         (["--size", "12"], "WIDTHxHEIGHT"),
         (["--size", "0x100"], "give 64x64 to 4096x4096"),
         (["--size", "64x99999"], "give 64x64 to 4096x4096"),
-        (["--view", "map", "--size", "100x100"], "give 480x320"),
         (["--at", "-1"], "--at -1"),
         (["--at", "nan"], "--at nan"),
         (["--seed", "-1"], "-1 is no seed: give a whole number of at least 0"),
-        (["--view", "plots", "--renderer", "mujoco"], "leave one of the two out"),
         (["--renderer", "mujoco", "--arm"], "draws no arm"),
         (["--fetch", "cup"], "the world 'kitchen' has one: add --world kitchen"),
         (["--goal", "100", "0"], "outside of the world 'warehouse'"),
@@ -50,9 +48,9 @@ def test_a_file_that_cannot_be_written_is_said_before_anything_runs(
 
 
 def test_words_it_does_not_know_are_one_line_too(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--view", "inside"]) == 2
+    assert main(["--renderer", "crayon"]) == 2
     said = capsys.readouterr().err
-    assert said.startswith("robot picture: argument --view: invalid choice: 'inside'")
+    assert said.startswith("robot picture: argument --renderer: invalid choice: 'crayon'")
     assert said.endswith("(see python -m robot picture --help)\n")
     assert said.count("\n") == 1
 
@@ -91,15 +89,14 @@ def test_without_opengl_its_renderer_says_so_in_one_line(
     assert said.count("\n") == 1
 
 
-@pytest.mark.parametrize(("view", "size"), [("map", "480x320"), ("plots", "480x320"), ("robot", "96x64")])
-def test_the_same_seed_draws_the_same_bytes(view: str, size: str, tmp_path: Path) -> None:
-    words = ["--view", view, "--size", size, "--at", "0.4", "--backend", "kinematic", "--world", "empty", "--seed", "7"]
+def test_the_same_seed_draws_the_same_bytes(tmp_path: Path) -> None:
+    words = ["--size", "96x64", "--at", "0.4", "--backend", "kinematic", "--world", "empty", "--seed", "7"]
     first, again = tmp_path / "first.png", tmp_path / "again.png"
     assert main([str(first), *words]) == 0
     assert main([str(again), *words]) == 0
     assert first.read_bytes() == again.read_bytes()
     height, width, _ = decoded(first.read_bytes()).shape
-    assert f"{width}x{height}" == size
+    assert (width, height) == (96, 64)
 
 
 def test_the_robot_is_caught_in_mid_stride_with_its_plan_and_its_trail() -> None:
@@ -110,10 +107,9 @@ def test_the_robot_is_caught_in_mid_stride_with_its_plan_and_its_trail() -> None
     assert 4.0 <= seen.time <= 4.5
     assert seen.times[-1] == pytest.approx(seen.time)
     assert seen.trail[-1] == pytest.approx((seen.pose.x, seen.pose.y))
-    assert seen.speeds[-1] > 0.3
+    assert seen.trail[-1] != pytest.approx(seen.trail[-25], abs=0.1)  # it walks
     assert len(seen.path) >= 2
     assert len(seen.footprints) > 4
-    assert len(seen.returns) > 100
 
 
 def test_an_errand_is_pictured_with_the_arm_and_the_things_where_they_are() -> None:
@@ -133,7 +129,7 @@ def test_without_a_time_a_world_with_things_is_caught_beside_them(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for world, second in (("kitchen", "5."), ("empty", "24.")):
-        words = ["--world", world, "--backend", "kinematic", "--view", "plots", "--size", "480x320"]
+        words = ["--world", world, "--backend", "kinematic", "--size", "64x64"]
         assert main([str(tmp_path / "x.png"), *words]) == 0
         assert f"in {world} at {second}" in capsys.readouterr().err
 
@@ -141,7 +137,7 @@ def test_without_a_time_a_world_with_things_is_caught_beside_them(
 DOCS = Path(__file__).parents[3] / "docs"
 
 
-@pytest.mark.parametrize("name", ["walking.png", "fetching.png", "map.png", "plots.png"])
+@pytest.mark.parametrize("name", ["walking.png", "fetching.png"])
 def test_the_pictures_of_the_documents_are_ours_and_small(name: str) -> None:
     data = (DOCS / name).read_bytes()
     assert len(data) < 400_000

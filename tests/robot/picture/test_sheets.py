@@ -7,15 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot.geometry.planar import Pose2
 from robot.picture.axis import spanning
 from robot.picture.canvas import Canvas
-from robot.picture.map_view import BODY, OCCUPIED, draw_map
-from robot.picture.plots import ASKED, TRUE, draw_plots
 from robot.picture.strokes import GLYPHS, strokes, width
 from robot.png import Image, encode
-from robot.scenes.worlds import get_world
-from tests.robot.picture.kit import decoded, recorded
+from tests.robot.picture.kit import decoded
 
 WHITE, BLACK, RED = (255, 255, 255), (0, 0, 0), (255, 0, 0)
 
@@ -102,23 +98,3 @@ def test_an_axis_of_one_value_is_still_an_axis() -> None:
     axis = spanning(0.0, 0.0, 0.0, 100.0, 4)
     assert axis.pixel(0.0) == 0.0
     assert len(axis.ticks()) >= 2
-
-
-def test_the_map_shows_the_robot_on_its_place_and_the_shelves_on_theirs() -> None:
-    image = draw_map(recorded(get_world("warehouse"), Pose2(5.0, 0.5, 0.0)), 800, 500)
-    rows, columns = np.nonzero(near(image, BODY)[:, :560])
-    solid = near(image, OCCUPIED, 8)[:, :560]
-    scale = (columns.max() - columns.min()) / 1.1  # pixels in a metre: the robot's length
-    assert (rows.max() - rows.min()) / scale == pytest.approx(0.5, abs=0.1)
-    x, y = columns.mean(), rows.mean()
-    shelf = int(y - scale * (2.1 - 0.5)), int(x + scale * (6.8 - 5.0))  # the shelf in front lies up and to the right
-    assert solid[shelf]
-    assert not solid[int(y), int(x + scale)]
-
-
-def test_the_plots_show_both_speeds_at_their_heights() -> None:
-    image = draw_plots(recorded(get_world("empty")), 640, 480)
-    true, asked = (np.nonzero(near(image, ink))[0] for ink in (TRUE, ASKED))
-    assert len(true) > 300
-    assert len(asked) > 300
-    assert np.median(asked) < np.median(true), "0.6 m/s is drawn above 0.5 m/s"

@@ -18,7 +18,7 @@ export class Foxglove extends EventTarget {
     this.services = new Map(); // name -> service
     this.errors = 0; // messages that could not be decoded
     this.received = 0;
-    this.wanted = new Map(); // topic -> {callbacks, id, channelId}
+    this.wanted = new Map(); // topic -> {callbacks, newest, id, decode, count}
     this.byId = new Map(); // subscription id -> topic
     this.channelTopics = new Map(); // channel id -> topic
     this.mine = new Map(); // topic -> id of the channel by which this page publishes
@@ -80,7 +80,7 @@ export class Foxglove extends EventTarget {
 
   /** The messages of a topic from now on, decoded, until the returned function is called. The topic need not exist yet. */
   subscribe(topic, callback) {
-    return this.raw(topic, (bytes, at, want) => {
+    return this.raw(topic, false, (bytes, at, want) => {
       try {
         callback(want.decode(bytes), at);
       } catch (error) {
@@ -89,14 +89,15 @@ export class Foxglove extends EventTarget {
     });
   }
 
-  /** The newest message only, decoded when it is asked for: `take()` gives it once, or null when there is none since. */
+  /** The newest message only, decoded when it is asked for: `take()` gives it once, or null when there is none since. The server leaves out
+   *  those that would be older when they are sent. */
   latest(topic) {
     let bytes = null;
     let want = null;
     let at = 0;
     const keep = (data, time, from) => ([bytes, at, want] = [data, time, from]);
     keep.forget = () => (bytes = null);
-    const stop = this.raw(topic, keep);
+    const stop = this.raw(topic, true, keep);
     const take = () => {
       if (bytes === null) return null;
       const data = bytes;
@@ -115,9 +116,13 @@ export class Foxglove extends EventTarget {
     if (this.errors++ === 0) console.warn(`${topic}: ${error.message}`);
   }
 
-  raw(topic, callback) {
+  raw(topic, newest, callback) {
     let want = this.wanted.get(topic);
-    if (!want) this.wanted.set(topic, (want = { callbacks: new Set(), id: undefined, decode: null, count: 0 }));
+    if (!want) this.wanted.set(topic, (want = { callbacks: new Set(), newest, id: undefined, decode: null, count: 0 }));
+    if (want.newest && !newest) {
+      want.newest = false;
+      this.release(want);
+    }
     want.callbacks.add(callback);
     this.ask(topic, want);
     return () => {
@@ -141,7 +146,7 @@ export class Foxglove extends EventTarget {
     want.decode = decoder(channel.schema, channel.schemaName);
     want.id = ++this.last;
     this.byId.set(want.id, topic);
-    this.send({ op: "subscribe", subscriptions: [{ id: want.id, channelId: channel.id }] });
+    this.send({ op: "subscribe", subscriptions: [{ id: want.id, channelId: channel.id, newest: want.newest }] });
   }
 
   /** Publish a message, as JSON: fields that are left out have their defaults. */

@@ -7,6 +7,7 @@ const HEIGHT = { node: 34, topic: 24 };
 
 /** Places for [{id, kind, name, bad}] and [{from, to, bad}], in the direction that fills a place of this shape (width / height) better. */
 export function layout(nodes, edges, shape) {
+  if (!nodes.length) return { width: 1, height: 1, nodes, edges: [] }; // of nothing dagre makes something infinite
   const both = ["LR", "TB"].map((direction) => arranged(nodes, edges, direction));
   const size = ({ width, height }) => Math.max(width / shape, height);
   return size(both[0]) <= size(both[1]) ? both[0] : both[1];

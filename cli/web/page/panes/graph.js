@@ -3,6 +3,7 @@
 import { brief, h, note, recall, remember } from "../core/dom.js";
 import { layout } from "../graph/layout.js";
 import { Canvas } from "../graph/canvas.js";
+import { processList } from "../graph/processes.js";
 
 const QUIET = new Set(["/rosout", "/parameter_events", "/tf", "/tf_static", "/diagnostics", "/clock"]);
 const SURE = 4000; // ms in which a second click kills
@@ -18,12 +19,13 @@ class GraphPane {
     this.filter = h("input.grow", { type: "search", placeholder: "Filter nodes and topics", "aria-label": "Filter nodes and topics", oninput: () => this.changed() });
     this.canvas = new Canvas((item) => this.select(item));
     this.tree = h("div.tree");
+    this.places = h("div.card.stack", { hidden: true });
     this.details = h("div.card.stack", { "aria-live": "polite" }, h("p.muted", {}, "Click a node or a topic."));
     this.note = note();
     this.element = h(
       "section.pane.graph", { "aria-label": "Graph" },
       h("div.main", {}, h("div.bar", {}, this.filter, h("label", {}, this.quiet, "Hide the quiet ones"), h("button", { type: "button", onclick: () => this.canvas.fit() }, "Fit")), this.canvas.element),
-      h("div.side.stack", {}, h("div.card.stack", {}, h("h2", {}, "Supervisor tree"), this.note.element, this.tree), this.details),
+      h("div.side.stack", {}, h("div.card.stack", {}, h("h2", {}, "Supervisor tree"), this.note.element, this.tree), this.details, this.places),
     );
     link.addEventListener("system", ({ detail }) => this.update(detail));
     if (link.system) this.update(link.system);
@@ -66,6 +68,7 @@ class GraphPane {
     this.canvas.mark(this.selected ? `${this.selected.kind} ${this.selected.name}` : "");
     this.showTree(system);
     this.showDetails(system);
+    this.showPlaces(system);
   }
 
   parts(system) {
@@ -105,6 +108,13 @@ class GraphPane {
     }
     this.tree.replaceChildren(this.branch(root, system));
     if (focus) this.tree.querySelector(`[data-node="${CSS.escape(focus)}"]`)?.focus();
+  }
+
+  showPlaces(system) {
+    if (this.places.matches(":hover, :focus-within")) return; // do not take away what is being read or clicked
+    const list = processList(system, (name) => this.nodeLink(name));
+    this.places.hidden = !list;
+    this.places.replaceChildren(h("h2", {}, "Hosts and processes"), list);
   }
 
   branch({ children }, system) {
@@ -153,6 +163,7 @@ class GraphPane {
   showNode(system, name) {
     const node = system.nodes.find((one) => one.name === name);
     const of = (side) => system.topics.filter((topic) => topic[side].some((edge) => edge.node === name)).map((topic) => this.topicLink(topic.name));
+    const called = system.services.filter((service) => service.clients.includes(name));
     const served = system.services.filter((service) => service.server === name && !/\/(get|set|list|describe)_parameter|get_type_description|set_parameters_atomically/.test(service.name));
     const facts = node ? [["state", node.state], ["life", node.incarnation], ["handled", node.handled], ["waiting", node.waiting], ["slowest", node.slowest || "–"]] : [];
     this.replaceDetails(
@@ -160,6 +171,7 @@ class GraphPane {
       h("div.facts", {}, ...facts.map(([key, value]) => h("span", {}, `${key} `, h("b", {}, brief(value))))),
       h("a", { href: `#parameters?node=${encodeURIComponent(name)}` }, "its parameters"),
       list("publishes", of("publishers")), list("takes", of("subscriptions")), list("serves", served.map((service) => h("span.mono", {}, service.name))),
+      list("calls", called.map((service) => h("span", {}, h("span.mono", {}, service.name), service.server ? [" of ", this.nodeLink(service.server)] : ""))),
     );
   }
 

@@ -1,0 +1,119 @@
+"""The web server in a process of its own, which shows the tree of the one that has started it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from websockets.asyncio.client import connect
+
+from actors import Child, Supervisor, System, run
+from actors.logs import LogRecord
+from cli.web.beside import NAME, serve_beside
+from tests.cli.web.stage import Foxglove, Talker, Worker, request
+
+
+@dataclass
+class Apart:
+    """A system, and where the process of its server listens."""
+
+    system: System
+    url: str
+
+    @property
+    def port(self) -> int:
+        return int(self.url.rstrip("/").rpartition(":")[2])
+
+    @property
+    def process(self) -> int:
+        return next(record.process for record in self.system.nodes.values() if record.identity.name == NAME)
+
+    @asynccontextmanager
+    async def viewer(self) -> AsyncIterator[Foxglove]:
+        async with connect(self.url.replace("http", "ws", 1), subprotocols=["foxglove.sdk.v1"]) as socket:  # type: ignore[list-item]
+            yield Foxglove(socket)
+
+
+@asynccontextmanager
+async def served_apart() -> AsyncIterator[Apart]:
+    found: asyncio.Queue[str] = asyncio.Queue()
+
+    def look(record: LogRecord) -> None:
+        if record.event == "web page":
+            found.put_nowait(record.fields["url"])
+
+    tree = Supervisor("tree", children=[Child(Talker), Child(Worker)])
+    async with run(tree, signals=False, sinks=(look,)) as system:
+
+        async def apart(server: Child) -> None:
+            assert system.supervisor is not None
+            await system.supervisor.start_child(server.replace(process=True))
+
+        await serve_beside(system, host="127.0.0.1", port=0, origins=(), security=None, bags=None, apart=apart)
+        async with asyncio.timeout(10):
+            yield Apart(system, await found.get())
+
+
+async def report(viewer: Foxglove, name: str, **facts: Any) -> Any:
+    """The first report in which the node of this name has these facts."""
+    while True:
+        said = await viewer.find("robactor.system")
+        for node in said["nodes"]:
+            if node["name"] == name and all(node[key] == value for key, value in facts.items()):
+                return said
+
+
+async def test_a_server_in_another_process_shows_the_supervisor_tree_and_what_is_published_there() -> None:
+    async with served_apart() as apart, apart.viewer() as viewer:
+        await viewer.say("robactor.subscribeSystem")
+        said = await report(viewer, "/talker", path="tree/talker", state="running", incarnation=1)
+        channel = await viewer.channel("/chatter")
+
+    assert said["canKill"] is True
+    assert {node["process"] for node in said["nodes"] if node["name"] == f"/{NAME}"} == {apart.process}
+    assert channel["schemaName"] == "std_msgs/msg/String"
+
+
+async def test_a_node_that_is_killed_there_begins_its_next_life_in_its_own_process() -> None:
+    async with served_apart() as apart, apart.viewer() as viewer:
+        await viewer.say("robactor.subscribeSystem")
+        await report(viewer, "/talker", state="running")
+        await viewer.say("robactor.killNode", node="/talker", id=1)
+        answer = await viewer.find("robactor.done", id=1)
+        said = await report(viewer, "/talker", state="running", incarnation=2)
+        await viewer.say("robactor.killNode", node="/nobody", id=2)
+        refused = await viewer.find("robactor.done", id=2)
+
+    assert answer["error"] is None
+    assert said["restarts"]["/talker"] == 1
+    assert "there is no node /nobody" in refused["error"]
+
+
+async def test_its_figures_and_its_health_are_those_of_the_whole_tree() -> None:
+    async with served_apart() as apart:
+        async with apart.viewer() as viewer:
+            await viewer.say("robactor.subscribeSystem")
+            await report(viewer, "/talker", state="running")
+        headers = ("GET /metrics HTTP/1.1", f"Host: localhost:{apart.port}")
+        status, _, body = await request(apart.port, *headers)
+
+    assert status == 200
+    assert b'robactor_node_up{node="/talker",state="running"} 1\n' in body
+    assert b'robactor_restarts_total{node="/worker"} 0\n' in body
+
+
+async def test_the_tree_goes_on_when_the_servers_process_is_killed() -> None:
+    async with served_apart() as apart:
+        process, system = apart.process, apart.system
+        lived = {name: record.incarnation for name, record in system.nodes.items() if record.identity.name != NAME}
+        system.kill_process(f"/{NAME}")
+        while apart.process in (0, process):
+            await asyncio.sleep(0.01)
+
+        assert {
+            name: record.incarnation for name, record in system.nodes.items() if record.identity.name != NAME
+        } == lived
+        assert system.running
