@@ -77,7 +77,7 @@ class Options:
 
 def parse(argv: Sequence[str]) -> Options:
     """Raises `UsageError`; `--help` ends in argparse's own way (exit 0)."""
-    given = _parser().parse_args(argv)
+    given = _parser().parse_args(_with_negative_values(argv))
     if given.trace and given.clock != "virtual":
         raise UsageError("--trace: two runs are equal on the virtual clock only; add --clock virtual")
     if given.clock == "virtual" and (given.listen or given.connect or given.security):
@@ -132,6 +132,17 @@ def parse(argv: Sequence[str]) -> Options:
         pushes=tuple(parse_push(text, duration) for text in given.push),
         web=_web(given),
     )
+
+
+def _with_negative_values(argv: Sequence[str]) -> list[str]:
+    """The words with ``--push -30,0@10`` as one: argparse takes a word that begins with a minus for an option, unless it is a number."""
+    words: list[str] = []
+    for word in argv:
+        if words and words[-1] == "--push" and word[:1] == "-" and word[1:2].isdigit():
+            words[-1] += f"={word}"
+        else:
+            words.append(word)
+    return words
 
 
 def _web(given: argparse.Namespace) -> Web | None:
