@@ -1,21 +1,27 @@
-"""`bag replay`: play the journal of one node to that node alone, and compare what it sends with the recording."""
+"""`bag replay`: play the journal of one node, or the topics of a bag, to that node alone, and compare what it sends with the recording."""
 
 from __future__ import annotations
 
 import argparse
+import asyncio
 import importlib
 import json
 import re
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
-from actors import Node
+from actors import Child, Node, Supervisor
+from actors.launch.packages import GROUP
 from actors.parameters.text import parse_parameter
-from actors.replay import Tape, Verdict, load, replay, tape_in
+from actors.replay import Tape, TopicsVerdict, Verdict, has_journal, journals_in, load, replay, replay_topics, tape_in
+from actors.running.target import Unusable, find, grown
+from actors.suggest import did_you_mean
 from cli.command import CommandFailed
+from cli.parsing import parsed
 
 __all__ = ["run"]
 
@@ -23,20 +29,24 @@ PLACE = re.compile(r"(?P<topic>[^\[\]]+)(\[(?P<number>\d+)\])?")
 
 
 def run(verb: str, argv: Sequence[str]) -> int:
-    """Replay it; the exit code is 0 if the node did the same, 1 if not."""
-    options = _parser().parse_args(argv)
+    """Replay it; the exit code is 0 if the node did the same, as far as that can be said, and 1 if not."""
+    options = parsed(_parser(), argv)
     sys.path.insert(0, "")  # the node may be one of this folder
-    tape = _tape(options.path, options.node)
+    _check_path(options)
+    given: dict[str, Any] = {
+        "parameters": dict(_parameter(one) for one in options.set),
+        "pause": None if options.pause is None else _place(options.pause),
+    }
+    begun = time.perf_counter()
+    tape = _tape(options)
+    if tape is None:
+        shown = replay_topics(options.path, _declared(options), **given)
+        _tell_topics(shown, options.json, time.perf_counter() - begun)
+        return 0 if shown.equal else 1
     if options.cost:
         return _cost(tape)
-    begun = time.perf_counter()
-    verdict = replay(
-        tape,
-        node=None if options.node_class is None else _node(options.node_class),
-        parameters=dict(_parameter(one) for one in options.set),
-        pause=None if options.pause is None else _place(options.pause),
-        every=options.all,
-    )
+    node = None if options.node_class is None else _node(options.node_class)
+    verdict = replay(tape, node=node, every=options.all, **given)
     _tell(verdict, options.json, time.perf_counter() - begun)
     return 0 if verdict.equal else 1
 
@@ -45,10 +55,10 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m robot bag replay",
         description="Play the journal of one node to that node alone, on virtual time, and compare what it sends with the recording. "
-        "A journal can run any code when it is loaded: replay only what you trust.",
+        "A bag without a journal is played to it by its topics: what the node takes beside them is listed, and the verdict is as weak.",
     )
     parser.add_argument("path", type=Path, metavar="FILE", help="a bag with a journal, or the file of a journal")
-    parser.add_argument("--node", metavar="NODE", help="whose journal, by its name; needed with a bag")
+    parser.add_argument("--node", metavar="NODE", help="which node, by its name; needed with a bag")
     parser.add_argument(
         "--set",
         action="append",
@@ -58,12 +68,16 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--with",
+        "--module",
         dest="node_class",
         metavar="MODULE:NODE",
-        help="play to this class instead, and go on behind differences",
+        help="play to this class instead, and go on behind differences; for a bag without a journal: the node's class, or a tree with it",
     )
     parser.add_argument(
         "--break", dest="pause", metavar="TOPIC[N]", help="stop in a debugger where message N (from 0) is sent on TOPIC"
+    )
+    parser.add_argument(
+        "--trust", action="store_true", help="let the journal call code of classes that it names; see docs/replay.md"
     )
     parser.add_argument("--all", action="store_true", help="go on behind the first difference")
     parser.add_argument("--cost", action="store_true", help="only print what the journal holds and costs")
@@ -71,17 +85,67 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _tape(path: Path, node: str | None) -> Tape:
+def _check_path(options: argparse.Namespace) -> None:
+    path: Path = options.path
     if not path.exists():
         raise CommandFailed(f"there is no bag and no journal {path}")
-    if path.is_dir() or path.suffix in (".mcap", ".db3"):
-        if node is None:
-            raise CommandFailed(f"{path} is a bag: say which node's journal with --node NODE")
-        return tape_in(path, node)
-    tape = load(path)
+    if _is_bag(path) and options.node is None:
+        raise CommandFailed(f"{path} is a bag: say which node with --node NODE")
+
+
+def _is_bag(path: Path) -> bool:
+    return path.is_dir() or path.suffix in (".mcap", ".db3")
+
+
+def _tape(options: argparse.Namespace) -> Tape | None:
+    """The journal of the node; None if the bag has none, so that its topics are to be played."""
+    path, node = options.path, options.node
+    if _is_bag(path):
+        return tape_in(path, node, trust=options.trust) if has_journal(path, node) or options.cost else None
+    tape = load(path, trust=options.trust)
     if node is not None and node not in (tape.node, tape.node.rpartition("/")[2]):
         raise CommandFailed(f"{path} is the journal of {tape.node}, not of {node}")
     return tape
+
+
+def _declared(options: argparse.Namespace) -> Child:
+    """The declaration of the node, for a bag that does not have it."""
+    target = options.node_class or _installed(options)
+    namespace, _, name = options.node.rpartition("/")
+    try:
+        trees = asyncio.run(grown(find(target)))
+    except Unusable as error:
+        raise CommandFailed(str(error)) from error
+    if len(trees) == 1 and (isinstance(trees[0], (Child, type))):
+        only = trees[0] if isinstance(trees[0], Child) else Child(trees[0])
+        return only.replace(name=name, namespace=namespace or only.namespace)
+    nodes = [node for tree in trees for node in _nodes(tree)]
+    found = next((node for node in nodes if node.name == name), None)
+    if found is None:
+        near = did_you_mean(name, [node.name for node in nodes])
+        raise CommandFailed(f"{target} has no node {name!r}{near}")
+    return found
+
+
+def _installed(options: argparse.Namespace) -> str:
+    """MODULE:NODE of the one installed executable that is called like the node."""
+    path, name = options.path, options.node.rpartition("/")[2]
+    found = [entry.value for entry in entry_points(group=GROUP) if entry.name.partition(".")[2] == name]
+    if len(set(found)) == 1:
+        return found[0]
+    journals = f"{path} has no journal of {options.node}; it has those of: {', '.join(sorted(journals_in(path))) or 'no node'}."
+    remedy = "To play its topics to the node, say which class it is: --module MODULE:NODE"
+    raise CommandFailed(f"{journals} {remedy}{f', one of {chr(44).join(sorted(set(found)))}' if found else ''}")
+
+
+def _nodes(tree: Any) -> Iterator[Child]:
+    if isinstance(tree, Supervisor):
+        for child in tree.children:
+            yield from _nodes(child)
+    elif isinstance(tree, Child):
+        yield tree
+    elif isinstance(tree, type):
+        yield Child(tree)
 
 
 def _node(text: str) -> type[Node]:
@@ -140,15 +204,40 @@ def _tell(verdict: Verdict, as_json: bool, seconds: float) -> None:
     )
 
 
+def _tell_topics(verdict: TopicsVerdict, as_json: bool, seconds: float) -> None:
+    differences = [*map(str, verdict.differences)]
+    if as_json:
+        facts = {
+            "node": verdict.node, "equal": verdict.equal, "lacking": verdict.lacking, "fed": verdict.fed, "compared": verdict.compared,
+            "failure": verdict.failure, "differences": differences, "seconds": round(seconds, 3),
+        }  # fmt: skip
+        print(json.dumps(facts))
+        return
+    print("inputs of the node that the bag lacks:", *verdict.lacking, sep="\n  ")
+    print("played:", ", ".join(f"{count} of {topic}" for topic, count in verdict.fed.items()) or "nothing")
+    for difference in differences:
+        print(difference)
+    if verdict.failure:
+        print(f"the node ended with {verdict.failure}")
+    compared = ", ".join(f"{count} of {topic}" for topic, count in verdict.compared.items())
+    if not compared and not differences:
+        word = "nothing to compare: the bag has no message of a topic on which the node has published"
+    elif verdict.equal:
+        word = f"no difference in {compared}, stamps left out; what the bag lacks is not compared"
+    else:
+        word = f"not equal; compared: {compared}, stamps left out"
+    print(f"{verdict.node}: {word} ({seconds:.1f} s)")
+
+
 def _cost(tape: Tape) -> int:
     """Print what a journal holds, and how large it is."""
-    from actors.replay.tape import pack
+    from actors.replay.parts import pack
 
-    size, kinds = len(pack(tape.entries)), tape.counts()
+    size, kinds = len(pack(0, tape.entries)), tape.counts()
     for kind, count in sorted(kinds.items(), key=lambda one: -one[1]):
         print(f"{count:>9}  {kind}")
     seconds = tape.seconds
     print(
-        f"{sum(kinds.values())} entries, {size} bytes uncompressed, for {seconds:.1f} s of {tape.node}: {size / max(seconds, 1e-9) / 1e3:.1f} kB/s"
+        f"{sum(kinds.values())} entries, {size} bytes, for {seconds:.1f} s of {tape.node}: {size / max(seconds, 1e-9) / 1e3:.1f} kB/s"
     )
     return 0

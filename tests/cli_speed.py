@@ -1,6 +1,7 @@
 """`python -m tests.cli_speed`: how long commands take, each in a fresh process: the median of ten, and that of the CPU time.
 
-The CPU time is what the command itself costs, also on a busy machine. `topic list` looks at a robot in another process; `--help` and the help of a verb look at nothing.
+The CPU time is what the command itself costs, also on a busy machine. `topic list` looks at a robot in another process; `--help` and the help of a verb
+look at nothing.
 """
 
 from __future__ import annotations
@@ -29,7 +30,9 @@ COMMANDS = (
 
 def main() -> None:
     """Print a table."""
-    print(f"{'command':<45} {'median ms':>9} {'least':>6} {'most':>6} {'aim':>5} {'CPU ms':>7}   CPython {sys.version.split()[0]}")
+    print(
+        f"{'command':<45} {'median ms':>9} {'least':>6} {'most':>6} {'aim':>5} {'CPU ms':>7}   CPython {sys.version.split()[0]}"
+    )
     with running(SCENES[-1]) as environment:
         for line, aim in COMMANDS:
             runs = [_milliseconds(line, environment) for _ in range(RUNS)]

@@ -60,6 +60,7 @@ class Recorder(Node):
     # * Messages go through `_outbox`, or with `snapshot` wait in `_ring`. `_lock` is held by whoever uses the writer.
 
     node_name = "rosbag2_recorder"
+    no_replay = "writes files, which no journal carries"
     splits = publishes(SPLIT)
 
     def __init__(self, path: str | os.PathLike[str], options: RecordOptions | None = None) -> None:

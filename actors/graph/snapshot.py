@@ -43,6 +43,8 @@ class Edge(msgspec.Struct, frozen=True, order=True):
 
 
 class TopicView(msgspec.Struct, frozen=True):
+    """One topic: its types, its endpoints, and how many messages have been published on it."""
+
     name: str
     types: tuple[str, ...]
     publishers: tuple[Edge, ...]
@@ -55,6 +57,8 @@ class TopicView(msgspec.Struct, frozen=True):
 
 
 class ServiceView(msgspec.Struct, frozen=True):
+    """One service or action: its type and kind, who serves it, who uses it, and how many calls or goals there were and are open."""
+
     name: str
     type: str
     kind: str
@@ -67,6 +71,8 @@ class ServiceView(msgspec.Struct, frozen=True):
 
 
 class NodeView(msgspec.Struct, frozen=True):
+    """One node: its place in the tree, its state, and how busy it is."""
+
     name: str
     path: str
     state: str

@@ -97,6 +97,8 @@ class ProgramNode(Node):
     is the leader of a group of its own, so that Ctrl-C in the terminal reaches it only by way of its supervisor.
     """
 
+    no_replay = "runs a program, which no journal carries"
+
     def __init__(self, process: Process, output: Output, watcher: Watcher) -> None:
         self.process = process
         self.output = output

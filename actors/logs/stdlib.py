@@ -54,6 +54,7 @@ class NodeHandler(logging.Handler):
         self._thread = threading.get_ident()
 
     def emit(self, record: logging.LogRecord) -> None:
+        """Write a record to the log of the node, unless it came from there."""
         if hasattr(record, _OURS):
             return
         error = record.exc_info[1] if record.exc_info else None

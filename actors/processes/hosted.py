@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import structs
 
@@ -43,6 +43,9 @@ if TYPE_CHECKING:
 __all__ = ["HostedTree"]
 
 
+_NOTHING: Final = (None, None)
+
+
 def _news(facts: NodeFacts) -> tuple[object, ...]:
     """The facts that change, to be compared; a declaration may hold what cannot be."""
     return structs.astuple(facts)[2:]
@@ -56,7 +59,8 @@ class HostedTree:
     Invariants:
 
     - `_reason` is the reason of the child's end, from the report of the supervisor above it; None before, and after an orderly end.
-    - `_told` is what has been told of each node, but its declaration; only what differs from it is told again.
+    - `_told` is what has been told of each node, but its declaration; only what differs from it is told again. `_seen` is what it was made
+      from: only nodes of which that has changed are compared. What they leave for their next lives is compared by identity, in `_saved`.
     """
 
     def __init__(
@@ -73,6 +77,7 @@ class HostedTree:
         )
         self._reason: ExitReason | None = None
         self._told = {facts.path: _news(facts) for facts in order.nodes}
+        self._seen: dict[tuple[str, ...], tuple[object, ...]] = {}
         self._saved: dict[tuple[str, ...], tuple[Any, bytes | None]] = {}
         self._children: dict[tuple[str, ...], tuple[Child, Child]] = {}
         self._stop_asked: str | None = None
@@ -151,17 +156,28 @@ class HostedTree:
 
     def tell_nodes(self) -> None:
         """Tell what has changed about the nodes since it was told last."""
+        nodes = self.system.nodes
+        touched = [record for record in nodes.values() if record.supervised and self._touched(record)]
         changed = tuple(
-            facts
-            for record in self.system.nodes.values()
-            if record.supervised and _news(facts := self._facts_of(record)) != self._told.get(record.path)
+            facts for record in touched if _news(facts := self._facts_of(record)) != self._told.get(record.path)
         )
-        gone = tuple(path for path in self._told if path not in self.system.nodes)
+        gone = tuple(path for path in self._told if path not in nodes)
         if changed or gone:
             self._told.update({facts.path: _news(facts) for facts in changed})
             for path in gone:
                 del self._told[path]
+                self._seen.pop(path, None)
             self._tell(Nodes(changed, gone))
+
+    def _touched(self, record: NodeRecord) -> bool:
+        """Whether anything of the record has changed since the last call."""
+        saved = record.saved
+        last = self._saved.get(record.path, _NOTHING)[0]
+        now = (record.state, record.incarnation, record.restart_count, record.asked_state, record.process)
+        if saved is last and self._seen.get(record.path) == now:
+            return False
+        self._seen[record.path] = now
+        return True
 
     def _facts_of(self, record: NodeRecord) -> NodeFacts:
         origin = self.system.clock.loop_time(0.0)
@@ -223,7 +239,7 @@ class HostedTree:
 
     def _reported(self, report: Report) -> None:
         self._changed(report)
-        if report.supervisor != self._path[:-1]:
+        if report.supervisor != self._path[:-1] or report.context == "unexpected":
             self._tell(Told(report))
         elif report.reason is not None:
             self._reason = report.reason

@@ -1,9 +1,25 @@
 """Replay: the journal of one node, and its replay into that node alone. See docs/replay.md."""
 
+from actors.replay.by_topics import TopicsVerdict, replay_topics
 from actors.replay.comparison import Difference
+from actors.replay.errors import ReplayError
 from actors.replay.journal import Journal
 from actors.replay.play import Verdict, load, replay
-from actors.replay.publishing import tape_in, tapes_in
-from actors.replay.tape import ReplayError, Tape
+from actors.replay.publishing import has_journal, journals_in, tape_in, tapes_in
+from actors.replay.tape import Tape
 
-__all__ = ["Difference", "Journal", "ReplayError", "Tape", "Verdict", "load", "replay", "tape_in", "tapes_in"]
+__all__ = [
+    "Difference",
+    "Journal",
+    "ReplayError",
+    "Tape",
+    "TopicsVerdict",
+    "Verdict",
+    "has_journal",
+    "journals_in",
+    "load",
+    "replay",
+    "replay_topics",
+    "tape_in",
+    "tapes_in",
+]

@@ -10,12 +10,13 @@ from actors.inbox.border import INSIDE
 from actors.replay.edge import name_of
 from actors.replay.inputs import Inputs
 from actors.replay.lives import PlayedNode
-from actors.replay.replaying import Break, Replaying, run_handle
+from actors.replay.replaying import Replaying, run_handle
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.inbox.border import Timed
+    from actors.replay.debugger import Break
     from actors.replay.tape import Entry, Tape
     from actors.replay.tape_loop import TapeLoop
     from actors.supervision.declarations import Child

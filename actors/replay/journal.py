@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import asyncio
 import os
+import shutil
+import tempfile
+import weakref
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 from actors.inbox.border import INSIDE
+from actors.replay.alone import check_alone
+from actors.replay.encoding import frozen
+from actors.replay.errors import ReplayError
 from actors.replay.loop_seam import LoopSeam
+from actors.replay.parts import Spool
 from actors.replay.recording import RecordedLife, Recording
-from actors.replay.tape import ReplayError, Start, Tape, frozen, pack
+from actors.replay.tape import Start, Tape
 
 if TYPE_CHECKING:
     from typing import Self
@@ -35,18 +42,22 @@ class Journal:
         journal.save("navigation.journal", "/navigation")
 
     Nodes are given by their name or full name. A node that cannot be journaled, because an argument of it cannot be kept, runs on
-    without, and `refused` says why. With `publish` each journal is a topic, too, ``<node>/_journal``, which is recorded into bags. The
-    run is otherwise the same, but slower: see docs/replay.md.
+    without, and `refused` says why. A journal is written to a file as it grows: ``<node>.journal`` in `folder`, or in a temporary one that is
+    removed with this object. With `publish` each journal is a topic, too, ``<node>/_journal``, which is recorded into bags. The run is otherwise
+    the same, but slower: see docs/replay.md.
     """
 
     # Invariant: a node is in `_recordings` or in `refused` from its first start on, or in neither.
 
-    def __init__(self, *nodes: str, publish: bool = False) -> None:
+    def __init__(self, *nodes: str, publish: bool = False, folder: str | os.PathLike[str] | None = None) -> None:
         if not nodes:
             raise ReplayError("Journal(): say of which nodes, by their names: Journal('/navigation')")
         self._nodes = frozenset(nodes)
         self._publish = publish
-        self._tapes: dict[str, Tape] = {}
+        self._folder = Path(tempfile.mkdtemp(prefix="robactor_journals_") if folder is None else folder)
+        self._folder.mkdir(parents=True, exist_ok=True)
+        if folder is None:
+            weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
         self._recordings: dict[str, Recording] = {}
         self._system: System | None = None
         self.refused: dict[str, str] = {}
@@ -59,6 +70,7 @@ class Journal:
         """Keep journals of `system`, whose tree has not started yet. Raises `ReplayError` for an event loop that cannot be watched."""
         seam_of(system.loop)
         self._system = system
+        system.runtime.observers.closed.append(self._end)
         system.runtime.gates.append(self)
         if self._publish:
             system.runtime.observers.opening.append(self._publish_tapes)
@@ -66,24 +78,37 @@ class Journal:
 
     def tape(self, node: str) -> Tape:
         """The journal of a node so far. Raises `ReplayError` if there is none."""
+        return self._recording(node).spool.tape()
+
+    def _recording(self, node: str) -> Recording:
         for fqn, recording in self._recordings.items():
             if node in (fqn, fqn.rpartition("/")[2]):
-                return recording.tape
+                recording.flush()
+                return recording
         whys = (why for fqn, why in self.refused.items() if node in (fqn, fqn.rpartition("/")[2]))
         raise ReplayError(f"there is no journal of {node}: {next(whys, 'it has not started')}")
 
     def save(self, path: str | os.PathLike[str], node: str) -> Path:
         """Write the journal of a node so far to a file, and return its path."""
         file = Path(path)
-        file.write_bytes(pack(self.tape(node).entries))
+        self._recording(node).spool.save(file)
         return file
+
+    def _end(self) -> None:
+        assert self._system is not None
+        for recording in self._recordings.values():
+            recording.flush()
+            if recording.spool.failure:
+                self._system.log.error(
+                    "a journal is not whole", node_name=recording.node, because=recording.spool.failure
+                )
 
     async def _publish_tapes(self) -> None:
         from actors.replay.publishing import JournalPublisher
         from actors.supervision.declarations import Child
 
         assert self._system is not None
-        await self._system.join(Child(JournalPublisher, args=(self._tapes,)))
+        await self._system.join(Child(JournalPublisher, args=(self._recordings,)))
 
     # -- between supervisor and node -----------------------------------------------------------------------------------------
 
@@ -114,9 +139,9 @@ class Journal:
             child = None if record.life is None else runtime.child_of(record.life)
             return child.killed if child is not None and child.task is task else None
 
-        recording = Recording(fqn, seam_of(runtime.loop), killed)
+        path = self._folder / f"{fqn.strip('/').replace('/', '.')}.journal"
+        recording = Recording(fqn, Spool(fqn, path, publish=self._publish), seam_of(runtime.loop), killed)
         self._recordings[fqn] = record.inbox.border = recording
-        self._tapes[fqn] = recording.tape
         runtime.graph.borders.append(recording)
         runtime.graph.watchers.append(recording)
         runtime.graph.on_change(recording.look)
@@ -125,10 +150,7 @@ class Journal:
     def _start_of(self, record: NodeRecord) -> Start:
         assert self._system is not None
         runtime, child = self._system.runtime, record.child
-        for argument in child.args:
-            why: str | None = getattr(type(argument), "no_replay", None)
-            if why is not None:
-                raise ReplayError(f"its argument {type(argument).__name__} {why}")
+        check_alone(child)
         return Start(
             node=record.identity.fqn, incarnation=record.incarnation + 1, path=record.path, child=frozen(child),
             options=frozen(runtime.options), saved=frozen(record.saved), state=record.asked_state, seed=runtime.seed,

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from actors.errors import described
 from actors.inbox.border import INSIDE
+from actors.replay.encoding import thawed
 from actors.replay.loop_seam import OwnedTask
 from actors.replay.recording import started_outside
-from actors.replay.tape import thawed
 
 if TYPE_CHECKING:
     from actors.replay.replaying import Replaying
@@ -68,14 +68,16 @@ class PlayedNode:
         start = await self._gate
         edge, self._gate, self.alive, self.failure = self._edge, None, True, ""
         if record.incarnation == 0:
-            record.incarnation, record.saved = start.incarnation - 1, thawed(start.saved)
+            record.incarnation, record.saved = start.incarnation - 1, thawed(start.saved, trust=edge.tape.trusted)
             record.asked_state = start.state
         record.inbox.border = edge
         task = asyncio.current_task()
         assert isinstance(task, OwnedTask)
         token = INSIDE.set(edge)
         try:
-            self.present = self._system.runtime.incarnate(self._change(thawed(start.child)), record)
+            self.present = self._system.runtime.incarnate(
+                self._change(thawed(start.child, trust=edge.tape.trusted)), record
+            )
             edge.begin(task)
             await self.present.run(started_outside(started))
         except BaseException as error:

@@ -9,7 +9,7 @@ from threading import get_ident
 from typing import Any, Protocol, cast
 
 from actors.inbox.border import INSIDE, Border, outside
-from actors.replay.tape import ReplayError
+from actors.replay.errors import ReplayError
 from actors.waiting import wake
 
 __all__ = ["Callback", "LoopBorder", "LoopSeam", "OwnedTask"]

@@ -14,41 +14,40 @@ from actors.interfaces.std_msgs.msg import UInt8MultiArray
 from actors.node.declarations import every
 from actors.node.node import Node
 from actors.qos import LATCHED
-from actors.replay.tape import ReplayError, Tape, pack, unpack
+from actors.replay.errors import ReplayError
+from actors.replay.parts import whole
+from actors.replay.tape import Tape
 
 if TYPE_CHECKING:
     import os
 
+    from actors.replay.recording import Recording
     from actors.supervision.reasons import ExitReason
     from actors.topics.publisher import Publisher
 
-__all__ = ["JOURNAL", "JournalPublisher", "tape_in", "tapes_in"]
+__all__ = ["JOURNAL", "JournalPublisher", "has_journal", "journals_in", "tape_in", "tapes_in"]
 
 JOURNAL: Final = "/_journal"
 """The end of the name of the topic with the journal of a node, which begins with the node's name."""
-DEPTH: Final = 100_000
-"""How many parts of a journal are kept for those who begin to record late."""
+DEPTH: Final = 2400
+"""How many parts of a journal are kept for those who begin to record late: those of 20 minutes, or of less if much happens."""
 
 
 class JournalPublisher(Node):
-    """Publishes what is new on each tape, twice a second and at its end, on ``<node>/_journal``."""
+    """Publishes what is new of each journal, twice a second and at its end, on ``<node>/_journal``, in parts."""
 
     node_name = "replay_journal"
 
-    def __init__(self, tapes: dict[str, Tape]) -> None:
-        self._tapes = tapes
-        self._told: dict[str, int] = {}
+    def __init__(self, recordings: dict[str, Recording]) -> None:
+        self._recordings = recordings
         self._publishers: dict[str, Publisher[UInt8MultiArray]] = {}
 
     @every(hz=2)
     def tell(self) -> None:
         """Publish what is new."""
-        for node, tape in list(self._tapes.items()):
-            told = self._told.get(node, 0)
-            new = tape.entries[told:]
-            if new:
-                self._told[node] = told + len(new)
-                self._publisher(node)(UInt8MultiArray(data=np.frombuffer(pack(new), np.uint8)))
+        for node, recording in list(self._recordings.items()):
+            for part in recording.take():
+                self._publisher(node)(UInt8MultiArray(data=np.frombuffer(part, np.uint8)))
 
     def _publisher(self, node: str) -> Publisher[UInt8MultiArray]:
         if node not in self._publishers:
@@ -61,22 +60,42 @@ class JournalPublisher(Node):
         self.tell()
 
 
-def tapes_in(path: str | os.PathLike[str]) -> dict[str, Tape]:
-    """The journals in a bag, by the names of their nodes. Raises `BagError`, and `ReplayError` for a journal of another format."""
-    tapes: dict[str, Tape] = {}
+def tapes_in(path: str | os.PathLike[str], *, trust: bool = False) -> dict[str, Tape]:
+    """The journals in a bag, by the names of their nodes. `trust` is as with `load`.
+
+    Raises `BagError`, and `ReplayError` for a journal that is not whole or of another format.
+    """
+    return {node: _read(path, node, trust) for node in sorted(journals_in(path))}
+
+
+def _read(path: str | os.PathLike[str], node: str, trust: bool) -> Tape:
     with BagReader(path) as bag:
-        topics = {topic.name for topic in bag.topics if topic.name.endswith(JOURNAL)}
-        for one in bag.messages(topics):
-            node = one.topic.name.removesuffix(JOURNAL)
-            part: Any = decode(type_of(one.topic), one.data)
-            tapes.setdefault(node, Tape(node)).entries += unpack(part.data.tobytes())
-    return tapes
+        messages: Any = (decode(type_of(one.topic), one.data) for one in bag.messages({node + JOURNAL}))
+        return whole(node, (one.data.tobytes() for one in messages), trust=trust)
 
 
-def tape_in(path: str | os.PathLike[str], node: str) -> Tape:
-    """The journal of a node, by its name or full name, in a bag. Raises `ReplayError` if there is none."""
-    tapes = tapes_in(path)
-    for fqn, tape in tapes.items():
-        if node in (fqn, fqn.rpartition("/")[2]):
-            return tape
-    raise ReplayError(f"{path} has no journal of {node}; it has those of: {', '.join(sorted(tapes)) or 'no node'}")
+def journals_in(path: str | os.PathLike[str]) -> set[str]:
+    """The full names of the nodes whose journals are in a bag. Raises `BagError`."""
+    with BagReader(path) as bag:
+        return {topic.name.removesuffix(JOURNAL) for topic in bag.topics if topic.name.endswith(JOURNAL)}
+
+
+def has_journal(path: str | os.PathLike[str], node: str) -> bool:
+    """Whether the journal of a node, by its name or full name, is in a bag. Raises `BagError`."""
+    return _found(journals_in(path), node) is not None
+
+
+def tape_in(path: str | os.PathLike[str], node: str, *, trust: bool = False) -> Tape:
+    """The journal of a node, by its name or full name, in a bag. `trust` is as with `load`.
+
+    Raises `BagError`, and `ReplayError` if there is none, or if it is not whole or of another format.
+    """
+    names = journals_in(path)
+    found = _found(names, node)
+    if found is None:
+        raise ReplayError(f"{path} has no journal of {node}; it has those of: {', '.join(sorted(names)) or 'no node'}")
+    return _read(path, found, trust)
+
+
+def _found(names: set[str], node: str) -> str | None:
+    return next((fqn for fqn in sorted(names) if node in (fqn, fqn.rpartition("/")[2])), None)

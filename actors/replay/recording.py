@@ -11,11 +11,13 @@ from actors.errors import described
 from actors.inbox.border import INSIDE, outside
 from actors.replay.edge import CANCELED, Edge
 from actors.replay.loop_seam import OwnedTask
-from actors.replay.tape import APART, BACK, WITHIN, Tape
+from actors.replay.parts import PART
+from actors.replay.tape import APART, BACK, WITHIN
 
 if TYPE_CHECKING:
     from actors.graph.servers import ServerEntry
     from actors.replay.loop_seam import Callback, LoopSeam
+    from actors.replay.parts import Spool
     from actors.replay.tape import Entry, Start
     from actors.runtime.incarnation import Incarnation
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
@@ -37,18 +39,30 @@ class Recording(Edge):
     - `_peers` are the ends of others on the node's topics that were written down and have not left.
     """
 
-    def __init__(self, node: str, seam: LoopSeam, killed: Callable[[asyncio.Task[Any]], float | None]) -> None:
+    def __init__(
+        self, node: str, spool: Spool, seam: LoopSeam, killed: Callable[[asyncio.Task[Any]], float | None]
+    ) -> None:
         super().__init__(node)
         self._killed = killed
-        self.tape = Tape(node)
+        self.spool = spool
         self._seam = seam
-        self._put: Callable[[Entry], None] = self.tape.entries.append
+        self._entries = spool.entries
+        self._put: Callable[[Entry], None] = spool.entries.append
         self._out = self._in = 0
         self._names: dict[ServerEntry[Any], Any] = {}
         self._peers: dict[PublisherPeer | SubscriptionPeer, int] = {}
         self._met = 0
         self._explained = -1
-        """How long the tape was when a change of the graph was last written down; it explains what wakes until the next entry."""
+        """How many entries were in memory when a change of the graph was last written down; it explains what wakes until the next entry."""
+
+    def flush(self) -> None:
+        """Write what is in memory to the file of the journal."""
+        self._explained -= self.spool.flush()
+
+    def take(self) -> list[bytes]:
+        """The parts of the journal that are new since the last call."""
+        self.flush()
+        return self.spool.take()
 
     # -- what passes ---------------------------------------------------------------------------------------------------------
 
@@ -123,6 +137,8 @@ class Recording(Edge):
             callback(*arguments)
         finally:
             self._in -= 1
+            if len(self._entries) >= PART:
+                self.flush()
 
     def read(self, clock: Callable[[], float]) -> float:
         now = clock()
@@ -136,7 +152,7 @@ class Recording(Edge):
         number = None if future is None else self.futures.get(future)
         if number is None:
             self.look()
-            if self._explained != len(self.tape.entries):
+            if self._explained != len(self._entries):
                 self._note("unknown", f"woken by {future or callback!r:.200}, which no journal carries")
         elif future is not None and number > 0:
             self._done(future, number)
@@ -225,7 +241,7 @@ class Recording(Edge):
             if state != before:
                 self._names[entry] = state
                 self._note("server", entry.kind, entry.name, state)
-                self._explained = len(self.tape.entries)
+                self._explained = len(self._entries)
 
 
 class RecordedLife:

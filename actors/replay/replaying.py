@@ -14,9 +14,10 @@ from actors.replay.edge import Edge
 from actors.replay.tape import APART, BACK, WITHIN, Entry, Tape
 
 if TYPE_CHECKING:
+    from actors.replay.debugger import Break
     from actors.replay.loop_seam import Callback
 
-__all__ = ["AWAITED", "Break", "Replaying", "run_handle"]
+__all__ = ["AWAITED", "Replaying", "run_handle"]
 
 T = TypeVar("T")
 
@@ -25,16 +26,6 @@ GRAPH = frozenset({"publisher", "subscription", "server"})
 
 AWAITED = frozenset({"call", "goal", "cancel", "offload"})
 """What the node sends and awaits."""
-
-
-class Break:
-    """Where a debugger is to stop: at the `number`-th message of `topic`."""
-
-    def __init__(self, topic: str, number: int, stop: Callable[[], object]) -> None:
-        self.topic = topic
-        self.number = number
-        self.stop = stop
-        """Starts the debugger."""
 
 
 class Replaying(Edge):
@@ -100,7 +91,7 @@ class Replaying(Edge):
         self.sent[kind, name] += 1
         if self.over:
             return
-        if self._pause is not None and (name, number) == (self._pause.topic, self._pause.number):
+        if self._pause is not None and self._pause.at(name, number):
             self._pause.stop()
         self._come_back()
         if not self.astray:

@@ -13,42 +13,29 @@ What the node did:
 
 from __future__ import annotations
 
-import pickle
 import platform
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
-from io import BytesIO
-from typing import Any, Final, NoReturn, TypeAlias
+from typing import Any, TypeAlias
 
-from actors.errors import ActorError, described
+from actors.replay.errors import ReplayError
 
 __all__ = [
     "APART",
     "BACK",
-    "FORMAT",
     "WITHIN",
     "Entry",
-    "ReplayError",
     "Start",
     "Tape",
     "Unkept",
-    "frozen",
-    "thawed",
     "versions",
 ]
-
-FORMAT: Final = 1
-"""Of what `Tape.pack` writes."""
 
 APART, WITHIN, BACK = 0, 1, 2
 
 Entry: TypeAlias = "tuple[Any, ...] | float"
-
-
-class ReplayError(ActorError):
-    """A journal cannot be kept or replayed; the text says of which node, and why."""
 
 
 class Unkept:
@@ -68,7 +55,7 @@ class Start:
     """How one life of a node began: all that its code could see that is no message.
 
     `origin` and `epoch` are those of the system's clock: the loop's time at its start, and the time of day then, seconds.
-    `child`, `options` and `saved` are pickled: the declaration with the arguments, as they were at that moment; parameter files, remaps and
+    `child`, `options` and `saved` are `frozen`: the declaration with the arguments, as they were at that moment; parameter files, remaps and
     log levels of the program; and the last checkpoint.
     """
 
@@ -105,11 +92,13 @@ def _version(package: str) -> str:
 class Tape:
     """The journal of one node, from the start of a life on.
 
+    `trusted` says whether what it has kept may call any code when it is made again; see `actors.replay.encoding`.
     Invariants: the first entry is a ``start``.
     """
 
-    def __init__(self, node: str, entries: Iterable[Any] = ()) -> None:
+    def __init__(self, node: str, entries: Iterable[Any] = (), *, trusted: bool = True) -> None:
         self.node = node
+        self.trusted = trusted
         self.entries: list[Entry] = list(entries)
         """What is on it, in order; see `actors.replay.tape`."""
 
@@ -143,70 +132,3 @@ class Tape:
     def missing(self) -> list[str]:
         """What came in that a journal does not carry; a replay ends there."""
         return [entry[3] for entry in self.entries if isinstance(entry, tuple) and entry[0] == "unknown"]
-
-
-def frozen(value: Any) -> bytes:
-    """`value` as it is now. Raises `ReplayError` for one that cannot be pickled."""
-    file = BytesIO()
-    try:
-        _Pickler(file, pickle.HIGHEST_PROTOCOL).dump(value)
-    except Exception as error:
-        raise ReplayError(described(error)) from error
-    return file.getvalue()
-
-
-def thawed(data: bytes) -> Any:
-    """What `frozen` has kept. Raises `ReplayError` if it cannot be made here, for example for want of a module."""
-    try:
-        return pickle.loads(data)
-    except Exception as error:
-        raise ReplayError(f"what the journal has kept cannot be made here: {described(error)}") from error
-
-
-def pack(entries: list[Entry]) -> bytes:
-    """Some entries of a journal as bytes. A value that cannot be pickled is replaced by an `Unkept`."""
-    try:
-        return frozen((FORMAT, entries))
-    except ReplayError:
-        return frozen((FORMAT, [_kept(entry) for entry in entries]))
-
-
-def unpack(data: bytes) -> list[Entry]:
-    """What `pack` has made. Raises `ReplayError` for another format."""
-    number, entries = thawed(data)
-    if number != FORMAT:
-        _refuse(number)
-    return list(entries)
-
-
-def _refuse(number: object) -> NoReturn:
-    raise ReplayError(f"this journal has format {number}, and this version reads format {FORMAT}")
-
-
-def _kept(entry: Entry) -> Entry:
-    if not isinstance(entry, tuple):
-        return entry
-    values: list[Any] = []
-    for value in entry:
-        try:
-            frozen(value)
-        except ReplayError as error:
-            value = Unkept(f"{type(value).__name__}: {error}")
-        values.append(value)
-    return tuple(values)
-
-
-class _Pickler(pickle.Pickler):
-    """Keeps errors by their arguments and attributes, since many cannot be made again by a call of their class."""
-
-    def reducer_override(self, value: Any) -> Any:
-        if isinstance(value, BaseException):
-            return _remade, (type(value), value.args, dict(vars(value)))
-        return NotImplemented
-
-
-def _remade(kind: type[BaseException], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> BaseException:
-    error = kind.__new__(kind, *arguments)
-    error.args = arguments
-    error.__dict__.update(attributes)
-    return error

@@ -25,7 +25,7 @@ from actors.supervision.events import (
 from actors.supervision.executor import Executor
 from actors.supervision.reasons import Gone
 from actors.supervision.refs import ChildInfo, ChildRef, ChildState, Counts, Down
-from actors.supervision.seam import ChildStatus, Life, Runtime, Subtree
+from actors.supervision.seam import ChildStatus, Life, Runtime, is_subtree
 from actors.supervision.watching import complete_on_end, share_fate
 
 __all__ = ["LeakedChild", "Path", "RunningSupervisor"]
@@ -170,7 +170,7 @@ class RunningSupervisor:
         if entry is None:
             return "stopped"
         now = entry.now
-        if rest and now is not None and isinstance(now.life, Subtree):
+        if rest and now is not None and is_subtree(now.life):
             return now.life.state_of(rest)
         state = entry.state
         return "stopping" if state == "running" and now is not None and now.ending else state
@@ -299,7 +299,7 @@ class RunningSupervisor:
         if not rest or entry.now is None:
             return entry if not rest else None
         if not isinstance(life := entry.now.life, RunningSupervisor):
-            where = "runs in another process" if isinstance(life, Subtree) else "is not a running supervisor"
+            where = "runs in another process" if is_subtree(life) else "is not a running supervisor"
             raise NotFound(f"{self.name}: {first} {where}, so {'/'.join(rest)} cannot be reached there")
         return life._entry(rest)
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Sequence
 from random import Random
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeGuard
 
 from actors.supervision.declarations import Child, Spec, Supervisor
 from actors.supervision.refs import ChildState
 from actors.supervision.report import Report
 
-__all__ = ["ChildStatus", "Declared", "Life", "Runtime", "Subtree"]
+__all__ = ["ChildStatus", "Declared", "Life", "Runtime", "Subtree", "is_subtree"]
 
 
 class Declared(Protocol):
@@ -63,13 +63,17 @@ class Life(Protocol):
         ...
 
 
-@runtime_checkable
 class Subtree(Protocol):
     """A life that runs children of its own, and knows their states."""
 
     def state_of(self, path: Sequence[str], /) -> ChildState:
         """The state of a descendant, for display; "stopped" for an unknown one. `path` leads from this life to it."""
         ...
+
+
+def is_subtree(life: Life | None) -> TypeGuard[Subtree]:
+    """Whether a life is a `Subtree`. States are asked for many times a second, and `isinstance` with a Protocol is slow."""
+    return hasattr(life, "state_of")
 
 
 class Runtime(Protocol):

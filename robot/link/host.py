@@ -24,6 +24,7 @@ from robot.link.records import (
     state_record,
 )
 from robot.link.segment import Segment, attached
+from robot.sim.charger import charger_connected
 from robot.sim.mjcf import obstacle_names
 
 if TYPE_CHECKING:
@@ -67,6 +68,7 @@ class BodyHost:
         self._commands, self._calls = segment.commands.written, segment.calls.written
         self._hz = self._begin = 0.0
         self._asked: Command | None = None
+        self._publish_scenery()
         self._publish()
 
     @property
@@ -94,7 +96,8 @@ class BodyHost:
     def _follow(self, command: Command, now: float) -> None:
         """Take a command at the instant at which it was given, or now, if it is of an instant that is over or has not come."""
         if command.order is Order.SAMPLE:
-            self._asked = command
+            if self._drives.admits(command.epoch):
+                self._asked = command
             return
         at = min(command.at, now)
         self._advance(at)
@@ -110,7 +113,7 @@ class BodyHost:
             self._hz, self._begin = command.hz, self._began + self._body.time
         while (due := self._drives.due()) is not None and due <= until:
             self._move(due)
-            self._body.command(self._drives.act(due, self._body.joints()))
+            self._body.command(self._drives.act(due, self._body.joints(), self._body.imu()))
         self._move(until)
 
     def _move(self, until: float) -> None:
@@ -141,17 +144,25 @@ class BodyHost:
         return False, 0.0
 
     def _publish(self) -> None:
-        body, arm = self._body, self._body.arm
-        state = State(self._began + body.time, body.truth(), body.joints(), body.charger, self._drives.stopping)
+        """Tell how the body is at its present instant."""
+        body = self._body
+        truth = body.truth()
+        charger = charger_connected(truth, body.scene.dock)
+        state = State(self._began + body.time, truth, body.joints(), charger, self._drives.stopping)
         self._segment.state.write(state_record(state, self._names))
-        things = body.things()
-        held = None
-        if arm is not None and arm.held is not None:
-            held = next(index for index, thing in enumerate(things) if thing.name == arm.held)
+        if body.arm is not None:
+            self._publish_scenery()
+
+    def _publish_scenery(self) -> None:
+        """Tell of the arm, and of the things, which stay where they are without one."""
+        things, arm = self._body.things(), self._body.arm
         if arm is None:
             self._segment.scenery.write(scenery_record(None, None, None, things))
-        else:
-            self._segment.scenery.write(scenery_record(arm.state(), arm.gripper, held, things))
+            return
+        held = None
+        if arm.held is not None:
+            held = next(index for index, thing in enumerate(things) if thing.name == arm.held)
+        self._segment.scenery.write(scenery_record(arm.state(), arm.gripper, held, things))
 
 
 def serve(spec: BodySpec, name: str, parent: int) -> None:

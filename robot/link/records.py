@@ -16,8 +16,8 @@ from robot.link.segment import ARM, COMMAND, THING
 from robot.scenes.scene import Thing
 
 __all__ = [
-    "Call", "Command", "Order", "State", "arm_of", "command_record", "held_of", "read_command", "read_state", "sample_of", "sample_record",
-    "scenery_record", "state_record", "things_of",
+    "Call", "Command", "Order", "State", "arm_of", "command_record", "held_of", "read_command", "read_state", "read_truth", "sample_of",
+    "sample_record", "scenery_record", "state_record", "things_of",
 ]  # fmt: skip
 
 TOUCHED: Final = 4
@@ -48,7 +48,7 @@ class Command:
     at: float
     """When it was given."""
     epoch: int
-    """The number of the process that gave it, among all that ever did."""
+    """The number of the process that gave it, among all that were launched."""
     targets: MotorTargets | None = None
     hz: float = 0.0
     begin: float = 0.0
@@ -69,22 +69,20 @@ class State:
 
 def command_record(command: Command) -> Vector:
     """As numbers."""
-    record = np.zeros(COMMAND)
-    record[0], record[1], record[2] = command.order, command.at, command.epoch
-    targets = command.targets
+    head, targets = (command.order, command.at, command.epoch), command.targets
     if targets is not None:
-        record[3:] = np.concatenate((targets.position, targets.velocity, targets.effort, targets.kp, targets.kd))
-    else:
-        record[3], record[4] = command.hz, command.begin
+        return np.concatenate((head, targets.position, targets.velocity, targets.effort, targets.kp, targets.kd))
+    record = np.zeros(COMMAND)
+    record[:5] = *head, command.hz, command.begin
     return record
 
 
 def read_command(record: Vector) -> Command:
     """And back."""
-    order, at, epoch = Order(int(record[0])), float(record[1]), int(record[2])
-    if order is Order.TARGETS:
-        return Command(order, at, epoch, targets=MotorTargets(*(record[3 + 12 * k : 15 + 12 * k] for k in range(5))))
-    return Command(order, at, epoch, hz=float(record[3]), begin=float(record[4]))
+    number, at, epoch, hz, begin = record[:5].tolist()
+    if number == Order.TARGETS:
+        return Command(Order.TARGETS, at, int(epoch), targets=MotorTargets(*record[3:].reshape(5, 12)))
+    return Command(Order(int(number)), at, int(epoch), hz=hz, begin=begin)
 
 
 def sample_record(sample: Sample, at: float) -> Vector:
@@ -103,23 +101,29 @@ def state_record(state: State, obstacles: Sequence[str]) -> Vector:
     touched = [float(obstacles.index(name)) for name in truth.touching[:TOUCHED]]
     touched += [_NONE] * (TOUCHED - len(touched))
     motion = (truth.position, truth.quaternion, truth.velocity, truth.angular_velocity, truth.joints)
-    flags = [float(truth.fallen), truth.power, float(state.charger), float(state.stopping)]
+    flags = [float(truth.fallen), float(truth.lying), truth.power, float(state.charger), float(state.stopping)]
     return np.concatenate(([state.at], *motion, *_joint_parts(state.joints), flags, touched))
 
 
 def read_state(record: Vector, obstacles: Sequence[str]) -> State:
     """And back."""
-    truth = Truth(
+    at, joints = float(record[0]), _joints(record[26:66])
+    return State(at, read_truth(record, obstacles), joints, bool(record[69]), bool(record[70]))
+
+
+def read_truth(record: Vector, obstacles: Sequence[str]) -> Truth:
+    """Only where the body truly is."""
+    return Truth(
         position=record[1:4],
         quaternion=record[4:8],
         velocity=record[8:11],
         angular_velocity=record[11:14],
         joints=record[14:26],
         fallen=bool(record[66]),
-        touching=tuple(obstacles[int(one)] for one in record[70:74] if one != _NONE),
-        power=float(record[67]),
+        lying=bool(record[67]),
+        touching=tuple(obstacles[int(one)] for one in record[71:75].tolist() if one != _NONE),
+        power=float(record[68]),
     )
-    return State(float(record[0]), truth, _joints(record[26:66]), bool(record[68]), bool(record[69]))
 
 
 def scenery_record(

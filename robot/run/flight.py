@@ -23,7 +23,7 @@ class Flight:
         self._path = options.flight_record
         self._score = score
         self._recorder = FlightRecorder() if options.flight_record is not None else None
-        self._journal = Journal(*options.replay, publish=True) if options.replay else None
+        self._journal = Journal(*options.replay, publish=True, folder=options.journals) if options.replay else None
         self._trace = Trace() if options.trace else None
         self._fall: FlightRecord | None = None
         self.observers = tuple(one for one in (self._journal, self._recorder, self._trace) if one is not None)

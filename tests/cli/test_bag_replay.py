@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import json
+import re
+import sys
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from actors import Child, execute, run
+from actors import Child, Supervisor, execute, run
 from actors.bag import Recorder, RecordOptions, Selection
 from actors.replay import Journal
 from cli.bag import main
 from cli.command import CommandFailed
 from tests.actors.replay.story import OTHERS, Hero, Visitor, lived, story
+from tests.actors.replay.test_by_topics import Adder, Twice
 
 
 class Heavy(Hero):
@@ -31,6 +35,20 @@ async def bag_of(path: Path) -> None:
         await system.clock.sleep(1.0)
 
 
+async def plain_bag_of(path: Path) -> None:
+    recorder = Child(Recorder, args=(path, RecordOptions(selection=Selection(all_topics=True))))
+    async with run(recorder, OTHERS, Adder, sinks=()) as system:
+        await system.clock.sleep(0.3)
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A bag without a journal."""
+    path = tmp_path_factory.mktemp("bags") / "plain"
+    execute(lambda: plain_bag_of(path), clock="virtual")
+    return path
+
+
 @pytest.fixture(scope="module")
 def journal(tmp_path_factory: pytest.TempPathFactory) -> Path:
     kept, _ = execute(story, clock="virtual")
@@ -43,7 +61,7 @@ def test_a_journal_in_a_bag_is_replayed_to_its_node_alone(tmp_path: Path, capsys
     assert capsys.readouterr().out.startswith("/hero: equal; ")
     with pytest.raises(CommandFailed, match="has no journal of ghost; it has those of: /hero"):
         main(["replay", str(tmp_path / "walk"), "--node", "ghost"])
-    with pytest.raises(CommandFailed, match="say which node's journal with --node NODE"):
+    with pytest.raises(CommandFailed, match="say which node with --node NODE"):
         main(["replay", str(tmp_path / "walk")])
     with pytest.raises(CommandFailed, match=r"there is no bag and no journal .*/wlak$"):
         main(["replay", str(tmp_path / "wlak"), "--node", "hero"])
@@ -94,3 +112,104 @@ def test_what_a_journal_costs_is_printed(journal: Path, capsys: pytest.CaptureFi
 def test_a_slip_is_told_in_one_line(journal: Path, words: list[str], text: str) -> None:
     with pytest.raises(CommandFailed, match=text):
         main(["replay", str(journal), *words])
+
+
+BY_TOPICS = "tests.actors.replay.test_by_topics"
+TREE = Supervisor("all", children=[Supervisor("sums", children=[Child(Adder)]), Child(Twice, name="wrong")])
+
+
+def test_a_bag_without_a_journal_is_played_by_topics_and_what_it_lacks_comes_first(
+    plain: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["replay", str(plain), "--node", "adder", "--module", f"{BY_TOPICS}:Adder"]) == 0
+    first, most, state, played, verdict = capsys.readouterr().out.splitlines()
+    assert first == "inputs of the node that the bag lacks:"
+    assert (most, state) == (
+        "  parameters (most): their defaults are taken",
+        "  its state where the bag begins: it has just started",
+    )
+    assert re.fullmatch(r"played: \d+ of /numbers", played)
+    assert re.fullmatch(
+        r"/adder: no difference in \d+ of /sums, \d+ of /stamped, stamps left out; what the bag lacks is not compared \(.* s\)",
+        verdict,
+    )
+
+
+def test_a_node_of_a_tree_is_played_to_by_topics_and_a_difference_is_the_exit_code(
+    plain: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tree = f"{__name__}:TREE"
+    assert main(["replay", str(plain), "--node", "/adder", "--module", tree, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["equal"] is True
+    assert main(["replay", str(plain), "--node", "adder", "--with", f"{BY_TOPICS}:Twice"]) == 1
+    out = capsys.readouterr().out
+    assert "publish /sums[" in out
+    assert "/adder: not equal; compared: " in out
+    with pytest.raises(CommandFailed, match=r"has no node 'addre'; did you mean 'adder'\?"):
+        main(["replay", str(plain), "--node", "addre", "--module", tree])
+
+
+def test_a_node_that_fails_or_publishes_nothing_that_was_recorded_is_not_said_to_be_equal(
+    plain: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["replay", str(plain), "--node", "adder", "--module", f"{BY_TOPICS}:Breaking"]) == 1
+    assert "the node ended with ZeroDivisionError: at the first number" in capsys.readouterr().out
+    assert main(["replay", str(plain), "--node", "flipped", "--module", f"{BY_TOPICS}:Flipped"]) == 1
+    out = capsys.readouterr().out
+    assert "played: nothing" in out
+    assert "/flipped: nothing to compare: the bag has no message of a topic on which the node has published" in out
+
+
+def test_the_class_of_a_node_is_found_by_its_name_or_asked_for(plain: Path) -> None:
+    assert (
+        main(["replay", str(plain), "--node", "safety_monitor"]) == 1
+    )  # robot.safety_monitor; nothing of it was recorded
+    with pytest.raises(CommandFailed, match=r"no journal of ghost; it has those of: no node.*--module MODULE:NODE$"):
+        main(["replay", str(plain), "--node", "ghost"])
+    with pytest.raises(CommandFailed, match=r"--module MODULE:NODE, one of .*robot.nodes.detector:Detector"):
+        main(["replay", str(plain), "--node", "detector"])
+    with pytest.raises(CommandFailed, match="no module named 'nowhere'"):
+        main(["replay", str(plain), "--node", "adder", "--module", "nowhere:Adder"])
+    with pytest.raises(CommandFailed, match="has no journal of adder"):
+        main(["replay", str(plain), "--node", "adder", "--cost"])
+
+
+@pytest.mark.parametrize("bag", ["journal", "plain"])
+def test_a_debugger_that_is_quit_leaves_no_verdict(
+    bag: str, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.breakpointhook", sys.__breakpointhook__)
+    monkeypatch.delenv("PYTHONBREAKPOINT", raising=False)
+    monkeypatch.setattr("sys.stdin", StringIO("up\nup\nquit\n"))
+    path = str(request.getfixturevalue(bag))
+    words = {
+        "journal": ["--break", "measured[3]"],
+        "plain": ["--node", "adder", "--module", f"{BY_TOPICS}:Adder", "--break", "sums[3]"],
+    }
+    with pytest.raises(CommandFailed, match="the debugger was quit, and the replay with it: there is no verdict"):
+        main(["replay", path, *words[bag]])
+    assert "equal" not in capsys.readouterr().out
+
+
+def test_a_debugger_that_goes_on_leaves_the_verdict(
+    journal: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.breakpointhook", sys.__breakpointhook__)
+    monkeypatch.delenv("PYTHONBREAKPOINT", raising=False)
+    monkeypatch.setattr("sys.stdin", StringIO("p 40 + 2\ncontinue\n"))
+    assert main(["replay", str(journal), "--break", "measured[3]"]) == 0
+    out = capsys.readouterr().out
+    assert "42" in out
+    assert "/hero: equal; " in out
+
+
+def test_a_parameter_that_the_node_does_not_have_is_refused_before_anything_runs(
+    journal: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(
+        CommandFailed, match=r"^parameters: /hero: there is no parameter 'fcator'; did you mean 'factor'\?"
+    ):
+        main(["replay", str(journal), "--set", "fcator=3"])
+    with pytest.raises(CommandFailed, match=r"^parameters: .*factor"):
+        main(["replay", str(journal), "--set", "factor=99"])
+    assert capsys.readouterr() == ("", "")

@@ -14,6 +14,7 @@ import actors
 from actors.interfaces import types
 from tests import reference
 from tests.project.test_surface import FACES
+from tests.site.markdown import headlines
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +32,7 @@ def test_the_page_is_what_its_command_writes(text: str) -> None:
 
 
 def test_every_public_name_has_an_entry_and_every_link_leads_to_one(text: str) -> None:
-    found = list(reference.headlines(text))
+    found = list(headlines(text))
     anchors = [anchor for _, _, anchor in found]
     assert {*actors.__all__} <= {name for _, name, _, face in reference.entries() if face == "actors"}
     assert {"actors", *reference.SECTIONS.values()} == {*FACES}
@@ -48,6 +49,21 @@ def test_every_entry_has_a_text(text: str) -> None:
     bare = re.compile(r"^### (\S+)\n+```py\n[^`]*```\n*(?=^##|\Z)", re.MULTILINE)
     found = {*bare.findall(text)}
     assert found <= {*types.__all__}, "say in a docstring what it is"  # field types are explained together
+
+
+def test_no_entry_has_the_text_of_its_base_class() -> None:
+    """Of a base class of others that would be their text."""
+    kinds = [value for _, _, value, _ in reference.entries() if isinstance(value, type)]
+    assert [kind.__name__ for kind in kinds if not vars(kind).get("__doc__")] == []
+    ours = [kind for kind in kinds if kind.__module__.startswith("actors.")]
+    inherited = [
+        f"{kind.__name__}.{name}"
+        for kind in ours
+        for name, value in reference.members(kind)
+        if not value.__doc__
+        and any(name in vars(base) and not base.__module__.startswith("actors.") for base in kind.__mro__)
+    ]
+    assert inherited == []
 
 
 def test_the_page_is_the_same_wherever_it_is_written(text: str) -> None:

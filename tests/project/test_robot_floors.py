@@ -27,6 +27,7 @@ FLOORS = (
     "scenes",
     "model",
     "contracts",
+    "concerns",
     "interfaces",
     "png",
     "geometry",

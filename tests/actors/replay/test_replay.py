@@ -14,7 +14,6 @@ import pytest
 from actors import Child, Node, every, execute, publishes, run
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.replay import Journal, ReplayError, load, replay
-from actors.replay.tape import pack
 from tests.actors.replay.story import HERO, NUMBERS, OTHERS, TOLD, Hero, Visitor, lived, story
 
 CLOCKS = ["virtual", pytest.param("real", marks=pytest.mark.realtime)]
@@ -232,10 +231,7 @@ def test_a_node_that_has_not_started_has_no_journal_and_a_journal_names_its_node
         Journal()
     with pytest.raises(ReplayError, match="there is no journal of ghost: it has not started"):
         Journal("ghost").tape("ghost")
-    (tmp_path / "other").write_bytes(pack([1.0]))
-    with pytest.raises(ReplayError, match="is no journal of a node"):
-        load(tmp_path / "other")
     (tmp_path / "text").write_text("no journal")
-    with pytest.raises(ReplayError, match="cannot be made here"):
+    with pytest.raises(ReplayError, match="/text: this is no journal of a node"):
         load(tmp_path / "text")
     assert repr(Journal("b", "a")) == "<journal of a, b>"

@@ -13,7 +13,7 @@ import pytest
 
 from actors import Child, Node, Supervisor, execute, run
 from actors.interfaces.std_srvs.srv import SetBool, Trigger, Trigger_Request, Trigger_Response
-from actors.replay import Journal, ReplayError, replay, tape_in
+from actors.replay import Journal, ReplayError, load, replay, tape_in
 from robot.assembly import Robot
 from robot.contracts import EMERGENCY_STOP, MOVE_TO_POSITION, STAND
 from robot.interfaces.tutorials.my_robot_interfaces.action import MoveToPosition
@@ -94,7 +94,7 @@ def test_six_nodes_are_replayed_alone_bit_for_bit_by_processes_without_body_and_
     program = """
 import gc, json, sys
 from actors.replay import load, replay
-verdict = replay(load(sys.argv[1]))
+verdict = replay(load(sys.argv[1], trust=False))
 alive = sorted({type(one).__name__ for one in gc.get_objects()} & {"KinematicBody", "PhysicsBody", "LinkedBody", "Robot", "Scene"})
 print(json.dumps([verdict.equal, verdict.compared, [*map(str, verdict.differences)], verdict.lacking, alive, "mujoco" in sys.modules]))
 """
@@ -115,6 +115,27 @@ def test_a_constant_that_was_changed_is_found_at_its_first_effect() -> None:
     assert (first.kind, first.name, first.field) == ("feedback", "/move_to_position", "estimated_time_remaining")
     assert 3.5 < first.time < 4.0, "the walk had just begun"
     assert first.recorded < first.replayed, "the slower robot needs longer"
+
+
+def test_a_run_writes_the_journals_that_it_keeps_into_a_folder(tmp_path: Path) -> None:
+    words = (
+        "--backend",
+        "kinematic",
+        "--duration",
+        "5",
+        "--replay",
+        "battery",
+        "--journals",
+        str(tmp_path / "journals"),
+    )
+    done = robot("run", "--clock", "virtual", *words)
+    assert done.returncode == 0, done.stderr
+    verdict = replay(load(tmp_path / "journals" / "battery.journal"))
+    assert verdict.equal, verdict
+    assert verdict.compared > 5
+    refused = robot("run", "--journals", str(tmp_path))
+    assert refused.returncode == 2
+    assert "--journals: say of which nodes: --replay NODE" in refused.stderr
 
 
 def test_the_flight_record_of_a_run_holds_the_journals_that_it_kept(tmp_path: Path) -> None:

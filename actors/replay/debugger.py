@@ -1,0 +1,54 @@
+"""`Break`: where a replay stops in a debugger."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import pdb
+import sys
+from collections.abc import Callable
+
+from actors.replay.errors import ReplayError
+
+__all__ = ["Break"]
+
+
+class Break:
+    """Stops in a debugger at one message: the `number`-th, from 0, of `topic`.
+
+    `debugger` starts another debugger than that of `breakpoint()`.
+    """
+
+    def __init__(self, topic: str, number: int, debugger: Callable[[], object] | None = None) -> None:
+        self.topic = topic
+        self.number = number
+        self._debugger = debugger
+        self._own = _Debugger()
+
+    def at(self, topic: str, number: int) -> bool:
+        """Whether this is the message."""
+        return (topic, number) == (self.topic, self.number)
+
+    def stop(self) -> None:
+        """Start the debugger, in the frame of the caller."""
+        if self._debugger is not None:
+            self._debugger()
+        elif sys.breakpointhook is not sys.__breakpointhook__ or "PYTHONBREAKPOINT" in os.environ:
+            breakpoint()
+        elif (frame := inspect.currentframe()) is not None:
+            self._own.set_trace(frame.f_back)
+
+    def check_over(self) -> None:
+        """Raise `ReplayError` if the debugger was quit: it then has thrown an error into the node, which would be taken for the node's."""
+        if self._own.quit:
+            raise ReplayError("the debugger was quit, and the replay with it: there is no verdict")
+
+
+class _Debugger(pdb.Pdb):
+    """Python's debugger. `quit` says whether it was quit."""
+
+    quit = False
+
+    def set_quit(self) -> None:
+        self.quit = True
+        super().set_quit()

@@ -1,0 +1,198 @@
+"""How a journal is written: values as bytes, and back, without calling what the bytes name.
+
+The bytes are a pickle of a restricted kind. Objects are written by their attributes, errors by their arguments, classes by their names, so
+that reading needs only the functions of this module and a few others, named in `CALLED`, which make values and nothing else. What
+a class has to say of its own pickling (`__reduce__`) is kept too, but is read only with `trust`.
+"""
+
+from __future__ import annotations
+
+import enum
+import importlib
+import pickle
+from io import BytesIO
+from typing import Any, Final, cast
+
+import msgspec
+
+from actors.errors import described
+from actors.node.node import Node
+from actors.replay.errors import ReplayError
+from actors.supervision.declarations import Child
+
+__all__ = ["frozen", "thawed"]
+
+CALLED: Final = frozenset({
+    *(f"{__name__}:{name}" for name in ("class_named", "error_made", "object_made", "object_filled", "tuple_made", "child_made")),
+    *(f"collections:{name}" for name in ("Counter", "OrderedDict", "defaultdict", "deque")),
+    *(f"builtins:{name}" for name in ("bytearray", "complex", "frozenset", "range", "set", "slice")),
+    *(f"datetime:{name}" for name in ("date", "datetime", "time", "timedelta", "timezone")),
+    *(f"numpy.{core}.multiarray:{name}" for core in ("core", "_core") for name in ("_reconstruct", "scalar")),
+    *("numpy.core.numeric:_frombuffer", "numpy._core.numeric:_frombuffer", "numpy:dtype", "numpy:ndarray"),
+    *("msgspec._utils:rebuild", "actors.qos.policies:_rebuild"),
+    *("pathlib:Path", "pathlib:PosixPath", "pathlib:PurePosixPath", "decimal:Decimal", "uuid:UUID"),
+})  # fmt: skip
+"""What may be called while a journal is read: MODULE:NAME. Classes that a journal names are not among it; see `class_named`."""
+
+
+def frozen(value: Any) -> bytes:
+    """`value` as it is now. Raises `ReplayError` for one that cannot be kept."""
+    file = BytesIO()
+    try:
+        _Writing(file, pickle.HIGHEST_PROTOCOL).dump(value)
+    except Exception as error:
+        raise ReplayError(described(error)) from error
+    return file.getvalue()
+
+
+def thawed(data: bytes, *, trust: bool = False) -> Any:
+    """What `frozen` has kept. Modules are imported by their names, and no code of theirs is called, unless with `trust`.
+
+    Raises `ReplayError` if it cannot be made here, for example for want of a module, or of trust.
+    """
+    try:
+        return _Reading(BytesIO(data), trust).load()
+    except ReplayError:
+        raise
+    except Exception as error:
+        raise ReplayError(f"what the journal has kept cannot be made here: {described(error)}") from error
+
+
+class _Writing(pickle.Pickler):
+    def reducer_override(self, value: Any) -> Any:
+        kind = cast("Any", type(value))
+        if issubclass(kind, type):
+            named: Any = value
+            return (class_named, _name_of(named)) if _may_be_named(value) else NotImplemented
+        if issubclass(kind, BaseException):
+            return error_made, (*_name_of(kind), value.args, dict(vars(value)))
+        if kind is Child and isinstance(value.factory, type):
+            fields = {name: getattr(value, name) for name in Child.__slots__ if name != "factory"}
+            return child_made, (*_name_of(value.factory), fields)
+        if kind.__module__ == "builtins":
+            return NotImplemented
+        if _is_named_tuple(kind):
+            return tuple_made, (*_name_of(kind), tuple(value))
+        if _is_plain(kind):
+            return object_made, _name_of(kind), object.__getstate__(value), None, None, object_filled
+        return NotImplemented
+
+
+class _Reading(pickle.Unpickler):
+    def __init__(self, file: BytesIO, trust: bool) -> None:
+        super().__init__(file)
+        self._trust = trust
+
+    def find_class(self, module: str, name: str, /) -> Any:
+        if not self._trust and f"{module}:{name}" not in CALLED:
+            raise ReplayError(
+                f"the journal wants {module}.{name} to be called: replay it with --trust (trust=True) if you trust its origin"
+            )
+        return super().find_class(module, name)
+
+
+# -- what is called by the bytes ----------------------------------------------------------------------------------------------------
+
+
+def class_named(module: str, name: str) -> type[Any]:
+    """A class of values: a message, an interface, a structure or an enumeration. Raises `ReplayError` for another."""
+    found: Any = _named(module, name)
+    if not _may_be_named(found):
+        raise ReplayError(
+            f"{module}.{name}, which the journal names, is no class of messages, structures or enumerations"
+        )
+    return cast("type[Any]", found)
+
+
+def error_made(module: str, name: str, arguments: tuple[Any, ...], attributes: dict[str, Any]) -> BaseException:
+    """An error with these arguments and attributes, without a call of its class, which many do not bear."""
+    kind: Any = _named(module, name)
+    if not (isinstance(kind, type) and issubclass(kind, BaseException)):
+        raise ReplayError(f"{module}.{name}, which the journal names, is no class of errors")
+    new: Any = next(
+        vars(one)["__new__"] for one in kind.__mro__ if one.__module__ == "builtins" and "__new__" in vars(one)
+    )
+    error: BaseException = new(kind, *arguments)
+    error.args = arguments
+    error.__dict__.update(attributes)
+    return error
+
+
+def object_made(module: str, name: str) -> object:
+    """An object without attributes yet, of a class whose objects are no more than their attributes."""
+    kind: Any = _named(module, name)
+    if not _is_plain(kind):
+        raise ReplayError(f"{module}.{name}, which the journal names, is no class of plain objects")
+    return cast("object", object.__new__(kind))
+
+
+def object_filled(value: object, state: Any) -> None:
+    """Set the attributes of an object that `object_made` has made."""
+    if not _is_plain(type(value)):
+        raise ReplayError(f"{type(value).__name__} is no class of plain objects")
+    parts = cast(
+        "tuple[dict[str, Any] | None, ...]", state if isinstance(state, tuple) else (state,)
+    )  # what has slots has two
+    for attributes in parts:
+        for name, attribute in (attributes or {}).items():
+            object.__setattr__(value, name, attribute)
+
+
+def tuple_made(module: str, name: str, values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """A named tuple."""
+    kind: Any = _named(module, name)
+    if not _is_named_tuple(kind):
+        raise ReplayError(f"{module}.{name}, which the journal names, is no named tuple")
+    make: Any = tuple.__new__  # not that of the class
+    return cast("tuple[Any, ...]", make(kind, values))
+
+
+def child_made(module: str, name: str, fields: dict[str, Any]) -> Child:
+    """The declaration of a node, whose class is this one."""
+    factory: Any = _named(module, name)
+    if not (isinstance(factory, type) and issubclass(factory, Node)):
+        raise ReplayError(f"{module}.{name}, which the journal names, is no class of nodes")
+    return Child(factory, **fields)
+
+
+# -- kinds of classes ---------------------------------------------------------------------------------------------------------------
+
+
+def _name_of(value: Any) -> tuple[str, str]:
+    return value.__module__, value.__qualname__
+
+
+def _named(module: str, name: str) -> Any:
+    found: Any = importlib.import_module(module)
+    for part in name.split("."):
+        found = getattr(found, part)
+    return found
+
+
+def _may_be_named(kind: Any) -> bool:
+    """Whether it is a class whose call makes a value and does nothing else."""
+    return isinstance(kind, type) and (
+        issubclass(kind, (msgspec.Struct, enum.Enum)) or "__ros_type__" in _names_in(kind)
+    )
+
+
+def _is_named_tuple(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, tuple) and "_fields" in _names_in(kind)
+
+
+def _names_in(kind: Any) -> list[str]:
+    return dir(kind)
+
+
+def _is_plain(kind: Any) -> bool:
+    """Whether it is a class whose objects are pickled by their attributes alone, and end without a call of theirs."""
+    if not isinstance(kind, type) or "__del__" in dir(kind):
+        return False
+    makes = all(getattr(kind, name) is getattr(object, name) for name in ("__new__", "__reduce__", "__reduce_ex__"))
+    return makes and _is_usual(kind, "__getstate__") and _is_usual(kind, "__setstate__")
+
+
+def _is_usual(kind: Any, name: str) -> bool:
+    """Whether the class does not replace this method, or only by that of a dataclass with slots, which does the same."""
+    found: Any = getattr(kind, name, None)
+    return found is None or found is getattr(object, name, None) or found.__module__ == "dataclasses"

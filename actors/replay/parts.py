@@ -1,0 +1,140 @@
+"""The parts of a journal: numbered, compressed, one after another in a file or as messages of a topic."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any, Final
+
+from actors.replay.encoding import frozen, thawed
+from actors.replay.errors import ReplayError
+from actors.replay.tape import Entry, Tape, Unkept
+
+__all__ = ["FORMAT", "PART", "Spool", "pack", "parts_of", "unpack", "whole"]
+
+FORMAT: Final = 2
+"""Of what `pack` writes."""
+PART: Final = 2000
+"""How many entries a part holds at most."""
+MAGIC: Final = b"robactor journal\n"
+SIZE: Final = 8
+"""How many bytes the size of a part takes in a file."""
+LEVEL: Final = 1
+"""How hard Zstandard tries: the first level is the fastest."""
+
+
+class Spool:
+    """The journal of one node while it is written: the newest entries in memory, all others in a file.
+
+    With `publish` each part that was written is in `fresh` until someone takes it. A file that cannot be written any more ends the journal,
+    and `failure` says why.
+
+    Invariants: the parts before `entries` are in the file, in order. Whoever adds to `entries` calls `flush` once they are `PART`.
+    """
+
+    def __init__(self, node: str, path: Path, *, publish: bool = False) -> None:
+        self.node = node
+        self.entries: list[Entry] = []
+        self.fresh: list[bytes] = []
+        self.failure = ""
+        self._publish = publish
+        self._written = 0
+        self._path = path
+        path.write_bytes(MAGIC)
+
+    def flush(self) -> int:
+        """Write what is in memory; how many entries that was."""
+        count = len(self.entries)
+        if count and not self.failure:
+            part = pack(self._written, self.entries)
+            try:
+                with self._path.open("ab") as file:
+                    file.write(len(part).to_bytes(SIZE, "little") + part)
+            except OSError as error:
+                self.failure = f"its journal cannot be written any more: {error}"
+            else:
+                self._written += 1
+                if self._publish:
+                    self.fresh.append(part)
+        self.entries.clear()
+        return count
+
+    def take(self) -> list[bytes]:
+        """The parts that were written since the last call."""
+        fresh, self.fresh = self.fresh, []
+        return fresh
+
+    def save(self, path: Path) -> None:
+        """Write what has been flushed to another file."""
+        path.write_bytes(self._read())
+
+    def tape(self) -> Tape:
+        """What has been flushed. Raises `ReplayError` if it could not be written."""
+        return whole(self.node, parts_of(self._read()), trust=True)
+
+    def _read(self) -> bytes:
+        if self.failure:
+            raise ReplayError(f"{self.node}: {self.failure}")
+        return self._path.read_bytes()
+
+
+def parts_of(data: bytes) -> Iterator[bytes]:
+    """The parts in the bytes of a file. One that was cut off, with its program, is left out. Raises `ReplayError` for another file."""
+    if not data.startswith(MAGIC):
+        raise ReplayError("this is no journal of a node")
+    at = len(MAGIC)
+    while at + SIZE <= len(data):
+        begin, at = at + SIZE, at + SIZE + int.from_bytes(data[at : at + SIZE], "little")
+        if at <= len(data):
+            yield data[begin:at]
+
+
+def whole(node: str, parts: Iterable[bytes], *, trust: bool) -> Tape:
+    """The journal of a node from its parts, in any order. Raises `ReplayError` if one is missing, or cannot be read."""
+    numbered = dict(unpack(part, trust=trust) for part in parts)
+    for place in range(len(numbered)):
+        if place not in numbered:
+            raise ReplayError(
+                f"part {place} of the journal of {node} is missing, of {max(numbered) + 1}: what was kept for a late recorder did not reach "
+                "back to it; record from the start, or begin the journal anew with `bag record --replay NODE --restart`"
+            )
+    entries = [entry for _, part in sorted(numbered.items()) for entry in part]
+    return Tape(node, entries, trusted=trust)
+
+
+def pack(number: int, entries: list[Entry]) -> bytes:
+    """Some entries of a journal as its part of this number. A value that cannot be kept is replaced by an `Unkept`."""
+    import zstandard
+
+    try:
+        plain = frozen((FORMAT, number, entries))
+    except ReplayError:
+        plain = frozen((FORMAT, number, [_kept(entry) for entry in entries]))
+    return zstandard.ZstdCompressor(LEVEL).compress(plain)
+
+
+def unpack(part: bytes, *, trust: bool = False) -> tuple[int, list[Entry]]:
+    """The number and the entries of a part. Raises `ReplayError` for another format, and for what is more than values without `trust`."""
+    import zstandard
+
+    try:
+        plain = zstandard.ZstdDecompressor().decompress(part)
+    except zstandard.ZstdError as error:
+        raise ReplayError(f"this is no part of a journal of this version: {error}") from error
+    found: Any = thawed(plain, trust=trust)
+    if found[0] != FORMAT:
+        raise ReplayError(f"this journal has format {found[0]}, and this version reads format {FORMAT}")
+    return found[1], found[2]
+
+
+def _kept(entry: Entry) -> Entry:
+    if not isinstance(entry, tuple):
+        return entry
+    values: list[Any] = []
+    for value in entry:
+        try:
+            frozen(value)
+        except ReplayError as error:
+            value = Unkept(f"{type(value).__name__}: {error}")
+        values.append(value)
+    return tuple(values)
