@@ -95,7 +95,7 @@ async def _info(options: argparse.Namespace) -> Exit:
     from cli.view import absolute, look
 
     name = absolute(options.action_name)
-    async with look(options) as view:
+    async with look(options, lambda view: any(view.action_nodes(name))) as view:
         clients, servers = view.action_nodes(name)
     ends = {
         word: [(end.node, end.token.type.removesuffix("_FeedbackMessage")) for end in found]
@@ -116,8 +116,9 @@ async def _info(options: argparse.Namespace) -> Exit:
 async def _type(options: argparse.Namespace) -> Exit:
     from cli.view import absolute, look
 
-    async with look(options) as view:
-        types = view.actions().get(absolute(options.action_name), [])
+    name = absolute(options.action_name)
+    async with look(options, lambda view: name in view.actions()) as view:
+        types = view.actions().get(name, [])
     print_types(types, json=options.json)
     return Exit.DONE if types else Exit.FAILED
 

@@ -37,6 +37,7 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "view_frames": "the tree of frames, as a graph",
         "static_transform_publisher": "a transform that never changes",
         "launch": "start what a launch file says",
+        "launch_test": "test what a launch file starts",
         "bag": "recordings: record, play, info, ...",
         "web": "the web page, Foxglove, rosbridge",
         "top": "hosts, processes and nodes, live",

@@ -10,13 +10,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from actors import SupervisorGaveUp, execute, run
-from actors.launch import Launch, LaunchError, Packages
+from actors.launch import Launch, LaunchError, Packages, run_script, starts_itself
 from actors.logs import DEBUG, INFO, console_sink
 from actors.suggest import did_you_mean
 from actors.transport import WireUnavailable, transport_from_environment
 from cli.command import CommandFailed
 
-__all__ = ["main"]
+__all__ = ["arguments_of", "main"]
 
 SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml", "_launch.py", "_launch.xml", "_launch.yaml")
 
@@ -29,11 +29,17 @@ def main(argv: Sequence[str]) -> int:
     except OSError as error:
         raise CommandFailed(f"--package-path: {error}") from error
     path, words = _file(options.words, packages)
-    given = _arguments(words)
+    given = arguments_of(words)
     arguments = {**_settings(options), **given}
     looks = options.show_args or options.show_tree or options.check
     if options.show_all:
         os.environ["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "both"
+    if starts_itself(path):
+        if looks:
+            raise CommandFailed(
+                f"{path} starts its launch itself, so it can only be run: it has no generate_launch_description()"
+            )
+        return run_script(path, words, packages=packages, stand_ins=options.stand_ins)
     try:
         launch = Launch(path, arguments, packages=packages, argv=words, lenient=looks, stand_ins=options.stand_ins)
     except LaunchError as error:
@@ -106,7 +112,7 @@ def _file(words: Sequence[str], packages: Packages) -> tuple[Path, Sequence[str]
         raise CommandFailed(str(error.args[0])) from error
 
 
-def _arguments(words: Sequence[str]) -> dict[str, str]:
+def arguments_of(words: Sequence[str]) -> dict[str, str]:
     """name:=value of each word; the last one counts. Raises `CommandFailed`."""
     found: dict[str, str] = {}
     for word in words:

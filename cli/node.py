@@ -57,8 +57,8 @@ async def _list(options: argparse.Namespace) -> Exit:
 async def _info(options: argparse.Namespace) -> Exit:
     from cli.view import absolute, look
 
-    async with look(options) as view:
-        name = absolute(options.node_name)
+    name = absolute(options.node_name)
+    async with look(options, lambda view: name in view.nodes()) as view:
         same = view.nodes().count(name)
         if not same:
             from actors.suggest import did_you_mean

@@ -26,12 +26,19 @@ PREFIX = "[robactor run]:"
 VERBS = {("tf2_ros", "tf2_echo"): "cli.tf2_echo", ("tf2_tools", "view_frames"): "cli.view_frames"}
 """Programs of ROS 2 that are verbs here, and their modules."""
 
+STATIC = ("tf2_ros", "static_transform_publisher")
+"""The program that has options of its own, and so a help."""
+
 
 def main(argv: Sequence[str]) -> int | Exit:
     """Run what the words name until it ends, and return its exit code."""
     options = _options(argv)
     if ":" in options.package_name:
         return _run_nodes(options.package_name, [*_words(options.executable_name), *options.argv])
+    if (options.package_name, options.executable_name) == STATIC and ("-h" in options.argv or "--help" in options.argv):
+        from cli.static_transform_publisher import print_help
+
+        return print_help()
     if (verb := VERBS.get((options.package_name, options.executable_name))) is not None:
         ended: int | Exit = import_module(verb).main(options.argv)
         return ended

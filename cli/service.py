@@ -88,8 +88,9 @@ async def _list(options: argparse.Namespace) -> Exit:
 async def _type(options: argparse.Namespace) -> Exit:
     from cli.view import absolute, look
 
-    async with look(options) as view:
-        types = view.services().get(absolute(options.service_name), [])
+    name = absolute(options.service_name)
+    async with look(options, lambda view: name in view.services()) as view:
+        types = view.services().get(name, [])
     print_types(types, json=options.json)
     return Exit.DONE if types else Exit.FAILED
 
@@ -108,7 +109,7 @@ async def _info(options: argparse.Namespace) -> Exit:
     from cli.view import CLIENT, SERVER, absolute, look
 
     name = absolute(options.service_name)
-    async with look(options) as view:
+    async with look(options, lambda view: name in view.services()) as view:
         types = view.services().get(name)
     if types is None:
         raise CommandFailed(unknown("service", name, view.services(hidden=False)))

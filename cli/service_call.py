@@ -12,6 +12,7 @@ from actors.suggest import did_you_mean
 from cli.command import CommandFailed, Exit
 from cli.graph import Seen, seen
 from cli.output import print_json
+from cli.parsing import complain
 from cli.text import message_json, message_repr
 from cli.topic.pub import now
 from cli.types import service_type
@@ -21,7 +22,9 @@ from cli.view import absolute
 __all__ = ["call"]
 
 SAY = 1.0
-"""Seconds after which a wait for a service is spoken of."""
+"""Seconds after which a wait for a service is spoken of, also where nothing is called like it."""
+LOOK = 0.1
+"""Seconds between two looks for a service that is called like it."""
 
 
 async def call(options: argparse.Namespace) -> Exit:
@@ -49,18 +52,29 @@ def _uses(graph: Seen, name: str) -> list[tuple[str, Any]]:
 async def _available(graph: Seen, service: Service[Any, Any], options: argparse.Namespace) -> None:
     """Wait for a server, and say so; for ever, if no limit is given."""
     entry = graph.system.graph.services.get(service.name)
-    if entry is None or entry.server is None:
-        if not options.json:
-            print("waiting for service to become available...")
-        hint = did_you_mean(service.name, [name for name, each in graph.system.graph.services.items() if each.remotes])
-        if hint:
-            from cli.parsing import complain
-
-            complain(f"nobody serves {service.name} now{hint}")
+    if (entry is None or entry.server is None) and not options.json:
+        print("waiting for service to become available...")
+    speaking = asyncio.ensure_future(_speak(graph, service.name))
     try:
         await graph.node.wait_for(service, timeout=options.timeout)
     except ServiceUnavailable as error:
         raise CommandFailed(str(error)) from None
+    finally:
+        speaking.cancel()
+
+
+async def _speak(graph: Seen, name: str) -> None:
+    """Say that nobody serves a name, with the nearest one, as soon as there is one; without one after a moment."""
+    loop = asyncio.get_running_loop()
+    begun = loop.time()
+    told: str | None = None
+    while True:
+        known = [each for each, entry in graph.system.graph.services.items() if entry.remotes and each != name]
+        hint = did_you_mean(name, known)
+        if (hint or loop.time() >= begun + SAY) and hint != told:
+            complain(f"nobody serves {name} now{hint}")
+            told = hint
+        await asyncio.sleep(LOOK)
 
 
 async def _one(graph: Seen, service: Service[Any, Any], values: Values[Any], options: argparse.Namespace) -> None:

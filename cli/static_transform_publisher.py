@@ -6,16 +6,21 @@ from collections.abc import Sequence
 
 from cli.command import Exit
 
-__all__ = ["main"]
+__all__ = ["main", "print_help"]
 
 
 def main(argv: Sequence[str]) -> int | Exit:
     """Run the node, with the words of tf2_ros' program and the arguments of ROS 2."""
     if "-h" in argv or "--help" in argv:
-        from actors.nodes.static_transform_publisher import arguments_parser
-
-        print(arguments_parser().format_help(), end="")
-        return Exit.DONE
+        return print_help()
     from cli.run import main as run
 
     return run(["tf2_ros", "static_transform_publisher", *argv])
+
+
+def print_help() -> Exit:
+    """Print its options."""
+    from actors.nodes.static_transform_publisher import arguments_parser
+
+    print(arguments_parser().format_help(), end="")
+    return Exit.DONE

@@ -8,8 +8,8 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
-from collections.abc import AsyncGenerator, Iterable
-from contextlib import asynccontextmanager
+from collections.abc import AsyncGenerator, Callable, Iterable
+from contextlib import asynccontextmanager, suppress
 from typing import NamedTuple
 
 from actors.names.names import InvalidName, is_hidden, validate_full_name
@@ -36,6 +36,9 @@ __all__ = [
 ]
 
 PUBLISHER, SUBSCRIPTION, SERVER, CLIENT = EndpointKind
+
+LATE = 1.0
+"""Seconds for which something that is asked for by its name is waited for at least."""
 
 QUIET = 0.06
 """Seconds without news after which the graph counts as complete: other processes of a host are found within 40 ms."""
@@ -199,10 +202,19 @@ def transport_of(options: argparse.Namespace) -> Transport:
 
 
 @asynccontextmanager
-async def look(options: argparse.Namespace) -> AsyncGenerator[GraphView]:
-    """The graph of ROS_DOMAIN_ID, as soon as it seems complete. Raises `CommandFailed` if it cannot be reached."""
+async def look(
+    options: argparse.Namespace, wanted: Callable[[GraphView], object] = lambda view: True
+) -> AsyncGenerator[GraphView]:
+    """The graph of ROS_DOMAIN_ID, as soon as it seems complete. Raises `CommandFailed` if it cannot be reached.
+
+    It may seem so too early where the machine is busy, or a process has just been started. So what is `wanted` of it is waited for.
+    """
     async with watching(options) as (view, _):
         await view.settle(options.spin_time)
+        with suppress(TimeoutError):
+            async with asyncio.timeout(max(options.spin_time, LATE)):
+                while not wanted(view):
+                    await view.changed()
         yield view
 
 

@@ -62,6 +62,7 @@ SECTIONS: Mapping[str, str] = {
     "Parameter files": "actors.parameters.files",
     "Parameters as messages": "actors.parameters.messages",
     "Launch files": "actors.launch",
+    "Tests of launches": "actors.launch.testing",
     "Logs": "actors.logs",
     "Diagnostics": "actors.diagnostics",
     "Images and point clouds": "actors.images",

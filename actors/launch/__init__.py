@@ -28,6 +28,10 @@ from actors.launch.packages import (
     UnknownExecutable,
     UnknownPackage,
 )
+from actors.launch.scripts import (
+    run_script,
+    starts_itself,
+)
 
 __all__ = [
     "Executable",
@@ -39,4 +43,6 @@ __all__ = [
     "Program",
     "UnknownExecutable",
     "UnknownPackage",
+    "run_script",
+    "starts_itself",
 ]

@@ -11,7 +11,7 @@ from actors.launch.errors import LaunchError
 from actors.launch.packages import NodeTarget
 from actors.launch.parameters import effective
 from actors.launch.plan import Job, NodeSpec, Process, Scope
-from actors.launch.program import Output, ProgramNode, ros_arguments
+from actors.launch.program import Output, ProgramNode, Watcher, ros_arguments
 from actors.launch.stand_ins import StandIn
 from actors.names.names import fully_qualified
 from actors.node.members import has_fixed_parameters
@@ -90,13 +90,13 @@ async def nodes_of(job: Job, node: NodeSpec, warn: Warn) -> list[Spec]:
     return [named(spec, node, warn) for spec in specs]
 
 
-def program_of(job: Job, process: Process, output: Output, started: Callable[[int], None], folder: Path) -> Child:
+def program_of(job: Job, process: Process, output: Output, watcher: Watcher, folder: Path) -> Child:
     """The process of a job."""
     node = job.node
     cmd = [*process.cmd, *(ros_arguments(node, folder) if node is not None else ())]
     whole = replace(process, cmd=cmd)
     stop = process.sigterm_timeout + process.sigkill_timeout + 1.0
-    return Child(ProgramNode, name=f"_{_node_name(job.label)}", args=(whole, output, started), stop=stop)
+    return Child(ProgramNode, name=f"_{_node_name(job.label)}", args=(whole, output, watcher), stop=stop)
 
 
 def named(spec: Spec, node: NodeSpec, warn: Warn) -> Spec:

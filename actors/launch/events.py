@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 __all__ = [
@@ -189,21 +189,25 @@ def matches_action(action: Any) -> Matcher:
 
 def matches_name(name: str) -> Matcher:
     """Chooses by the name of an executable, with or without its number."""
-    return lambda action: (
-        getattr(action, "label", "").rpartition("-")[0] == name or getattr(action, "label", "") == name
-    )
+    return lambda action: name in (known := _detail(action, "name", ""), known.rpartition("-")[0])
 
 
 def matches_executable(executable: str) -> Matcher:
     """Chooses by the program."""
-    return lambda action: bool(getattr(action, "cmdline", [""])) and getattr(action, "cmdline", [""])[0] == executable
+    return lambda action: _detail(action, "cmd", [""])[:1] == [executable]
 
 
 def matches_pid(pid: int) -> Matcher:
     """Chooses by the process id."""
-    return lambda action: getattr(action, "pid", None) == pid
+    return lambda action: _detail(action, "pid", 0) == pid
 
 
 def matches_node_name(node_name: str) -> Matcher:
     """Chooses a lifecycle node by its full name."""
     return lambda action: f"/{getattr(action, 'node_name', '').lstrip('/')}" == f"/{node_name.lstrip('/')}"
+
+
+def _detail(action: Any, name: str, default: Any) -> Any:
+    """What is known of the process of an action; the default before its start."""
+    details: Mapping[str, Any] = getattr(action, "process_details", None) or {}
+    return details.get(name, default)

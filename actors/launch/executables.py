@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from io import StringIO
 from typing import Any
 
-from actors.launch.plan import Item, Job, Scope
+from actors.launch.plan import Item, Job, Process, Scope
 from actors.launch.program import ProcessDied
+from actors.logs import LogRecord, ros_console_sink
 
-__all__ = ["Running", "exit_code", "flattened"]
+__all__ = ["Running", "console_line", "flattened", "shows_stdout"]
+
+SHOWN = ("screen", "both", "full")
+"""The values of `output` with which what a process writes to stdout is shown. What it writes to stderr is always shown."""
 
 
 @dataclass(eq=False)
@@ -18,7 +23,29 @@ class Running:
     job: Job
     path: tuple[str, ...]
     pid: int = 0
+    returncode: int = 0
+    """The exit code of the last process that has ended."""
     failures: list[BaseException] = field(default_factory=list[BaseException])
+
+    def started(self, pid: int) -> None:
+        """A process has been started."""
+        self.pid, self.returncode = pid, 0
+        self.job.action.process_details = self.details()
+
+    def finished(self, returncode: int) -> None:
+        """The process has ended."""
+        self.returncode = returncode
+
+    @property
+    def code(self) -> int:
+        """The exit code of its present life, as far as it has ended; 1 for a node that has failed."""
+        if not self.failures or isinstance(self.failures[-1], ProcessDied):
+            return self.returncode
+        return 1
+
+    def details(self) -> dict[str, Any]:
+        """What its action tells in `process_details`."""
+        return {name: value for name, value in self.about().items() if name != "action"}
 
     def about(self) -> dict[str, Any]:
         """What events say about it."""
@@ -40,8 +67,14 @@ def flattened(item: Item) -> list[Item]:
     return [item]
 
 
-def exit_code(errors: list[BaseException]) -> int:
-    """The exit code that stands for the end of a node."""
-    if not errors:
-        return 0
-    return errors[0].returncode if isinstance(errors[0], ProcessDied) else 1
+def console_line(record: LogRecord) -> bytes:
+    """A line of the log as a node of ROS 2 writes it to its console."""
+    stream = StringIO()
+    ros_console_sink(stream, {})(record)
+    return stream.getvalue().encode()
+
+
+def shows_stdout(process: Process) -> bool:
+    """Whether what a process writes to stdout is shown."""
+    everything = process.environment.get("OVERRIDE_LAUNCH_PROCESS_OUTPUT", "")
+    return process.output in SHOWN or everything in SHOWN

@@ -1,7 +1,8 @@
-"""From a launch file to a tree that runs: `plan_file`, `launch_tree`."""
+"""From a launch file to a tree that runs: `Launch`, and `launch_tree` for what was planned."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
@@ -9,15 +10,16 @@ from actors.launch.actions.includes import include_file
 from actors.launch.children import scope_supervisor
 from actors.launch.context import LaunchContext
 from actors.launch.errors import LaunchError
+from actors.launch.launcher import Launcher
 from actors.launch.packages import Packages
 from actors.launch.plan import Scope
-from actors.launch.service import LaunchService
+from actors.launch.requests import Requests
 from actors.launch.shim import shim
 from actors.launch.show import tree_text
 from actors.launch.substitution import shown
 from actors.supervision.declarations import Child, Supervisor, any_significant, transient
 
-__all__ = ["Launch"]
+__all__ = ["Launch", "arguments_text", "launch_tree"]
 
 
 class Launch:
@@ -65,17 +67,7 @@ class Launch:
 
     def show_arguments(self) -> str:
         """The arguments as text, in the form of `ros2 launch --show-args`."""
-        lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
-        for name, declared in self._context.declared.items():
-            lines += ["", f"    {name!r}:{' *' if declared.conditional else ''}"]
-            lines += [f"        {line}" for line in declared.argument.description.splitlines()]
-            if declared.argument.default_value is not None:
-                lines.append(f"        (default: {shown(declared.argument.default_value)})")
-        if not self._context.declared:
-            lines += ["", "  No arguments."]
-        if any(declared.conditional for declared in self._context.declared.values()):
-            lines += ["", "* argument(s) which are only used if specific conditions occur"]
-        return "\n".join(lines)
+        return arguments_text(self._context)
 
     def show(self) -> str:
         """The tree, as text."""
@@ -86,5 +78,29 @@ class Launch:
 
         `write` takes the lines that processes write, `on_ready` is called when the file says that it is ready for tests.
         """
-        service = Child(LaunchService, args=(self._plan, write, on_ready), restart=transient, significant=True)
-        return Supervisor("launch", children=[scope_supervisor(self._plan), service], auto_shutdown=any_significant)
+        return launch_tree(self._plan, write, on_ready, Requests())
+
+
+def launch_tree(
+    plan: Scope, write: Callable[[str], None], on_ready: Callable[[], None], requests: Requests
+) -> Supervisor:
+    """The supervisor tree of a plan. Its last child carries it out, and so is the first to stop: it ends what it has started."""
+    launcher = Child(
+        Launcher, args=(plan, write, on_ready, requests), restart=transient, significant=True, stop=math.inf
+    )
+    return Supervisor("launch", children=[scope_supervisor(plan), launcher], auto_shutdown=any_significant)
+
+
+def arguments_text(context: LaunchContext) -> str:
+    """The arguments that were declared in a context, as `ros2 launch --show-args` lists them."""
+    lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
+    for name, declared in context.declared.items():
+        lines += ["", f"    {name!r}:{' *' if declared.conditional else ''}"]
+        lines += [f"        {line}" for line in declared.argument.description.splitlines()]
+        if declared.argument.default_value is not None:
+            lines.append(f"        (default: {shown(declared.argument.default_value)})")
+    if not context.declared:
+        lines += ["", "  No arguments."]
+    if any(declared.conditional for declared in context.declared.values()):
+        lines += ["", "* argument(s) which are only used if specific conditions occur"]
+    return "\n".join(lines)

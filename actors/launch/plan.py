@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
@@ -26,6 +26,7 @@ __all__ = [
     "Process",
     "Scope",
     "Signal",
+    "Starter",
     "Timer",
     "Transitions",
     "Unregister",
@@ -85,8 +86,19 @@ class Process:
     cwd: str | None = None
     shell: bool = False
     output: str = "log"
+    emulate_tty: bool = False
+    """Whether its output is a terminal to it."""
+    log_cmd: bool = False
+    """Whether its command is told when it starts."""
     sigterm_timeout: float = 5.0
     sigkill_timeout: float = 5.0
+
+
+class Starter(Protocol):
+    """An action that starts an executable."""
+
+    process_details: Mapping[str, Any] | None
+    """Name, command, folder, environment and process id of what it has started; None before that."""
 
 
 @dataclass(eq=False)
@@ -97,7 +109,7 @@ class Job:
     """
 
     label: str
-    action: object
+    action: Starter
     node: NodeSpec | None
     process: Process | None
     respawn: bool

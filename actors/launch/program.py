@@ -9,7 +9,7 @@ import signal
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from actors.errors import ActorError
 from actors.launch.parameters import Layer
@@ -20,7 +20,7 @@ from actors.node.node import Node
 if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
 
-__all__ = ["Output", "ProcessDied", "ProgramNode", "ros_arguments"]
+__all__ = ["Output", "ProcessDied", "ProgramNode", "Watcher", "ros_arguments"]
 
 Output = Callable[[bytes, bool], None]
 """Takes a line that a process has written, with its end, and whether it is one of stdout."""
@@ -29,6 +29,14 @@ LAST_WORDS = 1.0
 """Seconds after the end of a process for which the end of its output is waited for: those that it started and left behind hold it open."""
 LINE_LIMIT = 2**20
 """The longest line of a process that is passed on as a whole, in bytes."""
+
+
+class Watcher(Protocol):
+    """Is told of the start and of the end of a process."""
+
+    def started(self, pid: int, /) -> None: ...
+
+    def finished(self, returncode: int, /) -> None: ...
 
 
 class ProcessDied(ActorError):
@@ -40,7 +48,10 @@ class ProcessDied(ActorError):
 
 
 class _Pipe:
-    """A pipe of our own for what a process writes: asyncio's ends with the last one that holds it, and only then tells of the process's end."""
+    """A pipe of our own for what a process writes: asyncio's ends with the last one that holds it, and only then tells of the process's end.
+
+    With `tty` it is a terminal to the process, which then writes line by line and in colour, if it makes that distinction.
+    """
 
     def __init__(self, stream: asyncio.StreamReader, written: int, transport: asyncio.ReadTransport) -> None:
         self.stream = stream
@@ -49,18 +60,33 @@ class _Pipe:
         self._transport = transport
 
     @classmethod
-    async def open(cls) -> _Pipe:
+    async def open(cls, tty: bool) -> _Pipe:
         loop = asyncio.get_running_loop()
         stream = asyncio.StreamReader(limit=LINE_LIMIT)
-        read, written = os.pipe()
-        transport, _ = await loop.connect_read_pipe(
-            lambda: asyncio.StreamReaderProtocol(stream), os.fdopen(read, "rb", 0)
-        )
+        read, written = _terminal() if tty else os.pipe()
+        source = os.fdopen(read, "rb", 0)
+        try:
+            transport, _ = await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(stream), source)
+        except BaseException:
+            source.close()
+            os.close(written)
+            raise
         return cls(stream, written, transport)
 
     def close(self) -> None:
         """Read no more: the stream ends with what has come."""
         self._transport.close()
+
+
+def _terminal() -> tuple[int, int]:
+    """The two ends of a terminal that changes nothing of what is written to it."""
+    import termios  # late: few processes want a terminal, and not every system has them
+
+    ours, theirs = os.openpty()
+    flags = termios.tcgetattr(theirs)
+    flags[1] &= ~termios.OPOST
+    termios.tcsetattr(theirs, termios.TCSANOW, flags)
+    return ours, theirs
 
 
 class ProgramNode(Node):
@@ -73,29 +99,20 @@ class ProgramNode(Node):
 
     no_replay = "runs a program, which no journal carries"
 
-    def __init__(self, process: Process, output: Output, started: Callable[[int], None]) -> None:
+    def __init__(self, process: Process, output: Output, watcher: Watcher) -> None:
         self.process = process
         self.output = output
-        self.started = started
+        self.watcher = watcher
 
     async def on_start(self) -> None:
         process = self.process
         if self.clock.virtual:
             raise RuntimeError(f"{shlex.join(process.cmd)} is a program of its own, which lives in real time only")
-        outputs = [await _Pipe.open(), await _Pipe.open()]
-        options: dict[str, Any] = {
-            "env": dict(process.environment),
-            "cwd": process.cwd,
-            "stdin": asyncio.subprocess.DEVNULL,
-            "stdout": outputs[0].written,
-            "stderr": outputs[1].written,
-            "start_new_session": True,
-        }
+        outputs: list[_Pipe] = []
         try:
-            if process.shell:
-                self.child = await asyncio.create_subprocess_shell(" ".join(process.cmd), **options)
-            else:
-                self.child = await asyncio.create_subprocess_exec(*process.cmd, **options)
+            outputs += [await _Pipe.open(process.emulate_tty)]
+            outputs += [await _Pipe.open(process.emulate_tty)]
+            self.child = await self._spawned(*outputs)
         except BaseException:
             for output in outputs:
                 output.close()
@@ -109,7 +126,21 @@ class ProgramNode(Node):
             asyncio.ensure_future(self._read(output.stream, stdout))
             for output, stdout in zip(outputs, (True, False), strict=True)
         ]
-        self.started(self.pid)
+        self.watcher.started(self.pid)
+
+    async def _spawned(self, stdout: _Pipe, stderr: _Pipe) -> asyncio.subprocess.Process:
+        process = self.process
+        options: dict[str, Any] = {
+            "env": dict(process.environment),
+            "cwd": process.cwd,
+            "stdin": asyncio.subprocess.DEVNULL,
+            "stdout": stdout.written,
+            "stderr": stderr.written,
+            "start_new_session": True,
+        }
+        if process.shell:
+            return await asyncio.create_subprocess_shell(" ".join(process.cmd), **options)
+        return await asyncio.create_subprocess_exec(*process.cmd, **options)
 
     @background
     async def wait(self) -> None:
@@ -151,6 +182,7 @@ class ProgramNode(Node):
         for output in self._outputs:
             output.close()  # which ends the reading, too, where one that has left the group still holds it
         await asyncio.gather(*self._readers)
+        self.watcher.finished(code)
         return code
 
     async def _read(self, stream: asyncio.StreamReader, stdout: bool) -> None:
@@ -159,6 +191,8 @@ class ProgramNode(Node):
                 line = await stream.readline()
             except ValueError:  # longer than the limit; what was read so far is dropped
                 line = b"(a line that is too long)\n"
+            except OSError:  # nobody has the other end of a terminal any more
+                return
             if not line:
                 return
             self.output(line, stdout)

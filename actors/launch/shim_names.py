@@ -107,6 +107,28 @@ _ROS_ACTIONS = {
 _COMPONENTS = _from("actions.composition", "ComposableLifecycleNode", "ComposableNode")
 _ROS_SUBSTITUTIONS = {**_ROS_PATHS, **_from("substitutions.values", "Parameter")}
 
+_TEST_MARKS = _from(
+    "testing.marks", "ReadyAggregator", "parametrize", "post_shutdown_test", "ready_to_test_action_timeout"
+)
+_TEST_RECORDS = {
+    **_from("testing.records", "IoHandler", "ProcInfoHandler"),
+    "ActiveIoHandler": "testing.records:IoHandler",
+    "ActiveProcInfoHandler": "testing.records:ProcInfoHandler",
+}
+_TEST_ASSERTS = {
+    **_from(
+        "testing.asserts",
+        "EXIT_OK", "EXIT_SIGINT", "EXIT_SIGKILL", "EXIT_SIGQUIT", "EXIT_SIGSEGV", "SequentialTextChecker",
+    ),
+    "NO_CMD_ARGS": "testing.matching:NO_CMD_ARGS",
+    "assertDefaultStream": "testing.asserts:assert_default_stream",
+    "assertExitCodes": "testing.asserts:assert_exit_codes",
+    "assertInStderr": "testing.asserts:assert_in_stderr",
+    "assertInStdout": "testing.asserts:assert_in_stdout",
+    "assertInStream": "testing.asserts:assert_in_stream",
+    "assertSequentialStdout": "testing.asserts:assert_sequential_stdout",
+}  # fmt: skip
+
 _AMENT = _from(
     "packages_api",
     "PackageNotFoundError", "get_package_prefix", "get_package_share_directory", "get_package_share_path", "get_packages_with_prefixes",
@@ -121,13 +143,8 @@ NAMES: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
             **_from("events", "Event"),
             **_from("handlers", "EventHandler"),
             **_from("substitution", "Substitution"),
-            **_from(
-                "utilities",
-                "LaunchService",
-                "SomeEntitiesType",
-                "SomeSubstitutionsType",
-                "SomeSubstitutionsType_types_tuple",
-            ),
+            **_from("service", "LaunchService"),
+            **_from("utilities", "SomeEntitiesType", "SomeSubstitutionsType", "SomeSubstitutionsType_types_tuple"),
             "InvalidLaunchFileError": "errors:LaunchError",
             "LaunchDescriptionSource": _SOURCE,
         },
@@ -146,6 +163,7 @@ NAMES: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         "launch.launch_context": _from("context", "LaunchContext"),
         "launch.launch_description": _from("entity", "LaunchDescription"),
         "launch.launch_description_entity": _from("entity", "LaunchDescriptionEntity"),
+        "launch.launch_service": _from("service", "LaunchService"),
         "launch.launch_description_source": {"LaunchDescriptionSource": _SOURCE},
         "launch.launch_description_sources": _SOURCES,
         "launch.logging": _from("utilities", "get_logger"),
@@ -165,8 +183,21 @@ NAMES: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         "launch_ros.events.matchers": _from("events", "matches_node_name"),
         "launch_ros.parameter_descriptions": _PARAMETERS,
         "launch_ros.substitutions": _ROS_SUBSTITUTIONS,
-        "launch_testing": {},
+        "launch_testing": {**_TEST_MARKS, **_TEST_RECORDS},
         "launch_testing.actions": _from("actions.events", "ReadyToTest"),
+        "launch_testing.asserts": _TEST_ASSERTS,
+        "launch_testing.event_handlers": _from("testing.marks", "StdoutReadyListener"),
+        "launch_testing.io_handler": _TEST_RECORDS,
+        "launch_testing.markers": _from("testing.marks", "keep_alive", "retry_on_failure"),
+        "launch_testing.proc_info_handler": _TEST_RECORDS,
+        "launch_testing.tools": {
+            **_from("testing.tools", "ProcessProxy", "basic_output_filter", "expect_output", "launch_process"),
+        },
+        "launch_testing.util": {
+            **_from("testing.matching", "NO_CMD_ARGS", "NoMatchingProcessException"),
+            "KeepAliveProc": "testing.marks:keep_alive_process",
+            "resolveProcesses": "testing.matching:resolve_processes",
+        },
         "launch_xml": {},
         "launch_xml.launch_description_sources": {"XMLLaunchDescriptionSource": _SOURCE},
         "launch_yaml": {},

@@ -9,11 +9,9 @@ from typing import Any, TypeAlias
 
 from actors.launch.context import LaunchContext
 from actors.launch.entity import LaunchDescriptionEntity, listed, one_or_more
-from actors.launch.errors import LaunchError
 from actors.launch.substitution import Substitution, Text, normalized, perform
 
 __all__ = [
-    "LaunchService",
     "SomeEntitiesType",
     "SomeSubstitutionsType",
     "SomeSubstitutionsType_types_tuple",
@@ -48,10 +46,3 @@ def ensure_argument_type(argument: object, types: Any, argument_name: str, calle
 def get_logger(name: str | None = None) -> logging.Logger:
     """A logger of Python for a launch file."""
     return logging.getLogger(name or "launch")
-
-
-class LaunchService:
-    """Not here: a launch file that starts itself is started by the command `launch` instead."""
-
-    def __init__(self, **_: Any) -> None:
-        raise LaunchError("LaunchService is not supported: start the file by the command `launch`")

@@ -149,4 +149,7 @@ def _trees_in(module: ModuleType) -> list[str]:
 
 
 def _called(value: object) -> str:
-    return f"the class {value.__name__}" if isinstance(value, type) else f"{type(value).__name__} {value!r:.60}"
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    kind, text = type(value).__name__, f"{value!r:.60}"
+    return text if text.startswith(kind) else f"{kind} {text}"

@@ -11,7 +11,8 @@ import inspect
 import os
 import warnings
 from collections.abc import AsyncIterator, Callable, Generator, Mapping
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
@@ -39,6 +40,7 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ.setdefault(
         "RMW_IMPLEMENTATION", "in_process"
     )  # no test meets the graph of other processes, unless it means to
+    config.addinivalue_line("markers", "launch_test: this generate_test_description makes the file a launch test")
     config.addinivalue_line("markers", "virtual: run this test on the virtual clock of actors.testing")
 
 
@@ -53,6 +55,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     where = "the folder for the flight records of failed tests that use `rig` (default: pytest's temporary folder)"
     group.addoption("--flight-records", metavar="DIR", help=where)
     parser.addini("flight_records", where, type="paths", default=[])
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Module | None:
+    """Collect a launch test as one."""
+    from actors.testing.launch_files import launch_test_file
+
+    return cast("pytest.Module | None", launch_test_file(module_path, parent))
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -48,7 +48,7 @@ def _print_verbose(options: argparse.Namespace, view: GraphView, topics: dict[st
 async def info(options: argparse.Namespace) -> Exit:
     """A topic's types and the number of its ends, or all that is known of each."""
     name = absolute(options.topic_name)
-    async with look(options) as view:
+    async with look(options, lambda view: name in view.topics()) as view:
         types = view.topics().get(name)
     if types is None:
         raise CommandFailed(unknown("topic", name, view.topics(hidden=False)))
@@ -128,8 +128,9 @@ def endpoint_json(end: Endpoint) -> dict[str, object]:
 
 async def type_of(options: argparse.Namespace) -> Exit:
     """The types of a topic, one a line; 1 and nothing if there is no such topic."""
-    async with look(options) as view:
-        types = view.topics(hidden=True).get(absolute(options.topic_name), [])
+    name = absolute(options.topic_name)
+    async with look(options, lambda view: name in view.topics()) as view:
+        types = view.topics().get(name, [])
     print_types(types, json=options.json)
     return Exit.DONE if types else Exit.FAILED
 

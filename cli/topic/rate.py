@@ -55,10 +55,14 @@ class Window:
 
 
 class Intervals(Window):
-    """The intervals between messages, of which the window needs one less than messages; and how many messages are missing."""
+    """The intervals between messages, of which the window needs one less than messages; and how many messages are missing.
+
+    Invariant: there is a step for each interval, the number of messages that were sent in it.
+    """
 
     def __init__(self, size: int) -> None:
         super().__init__(size)
+        self._steps: deque[int] = deque(maxlen=size)
         self._last: float | None = None
         self._numbers_of: dict[bytes, int] = {}
         self.lost = 0
@@ -66,16 +70,23 @@ class Intervals(Window):
         self.told = 0
         """How many of those have been told of."""
 
-    def arrived(self, now: float) -> None:
+    def arrived(self, now: float, step: int = 1) -> None:
+        """A message has come, the last one of `step` that were sent since the one before."""
         if self._last is not None:
             self.add(now - self._last)
+            self._steps.append(step)
         self._last = now
 
-    def numbered(self, publisher: bytes, number: int) -> None:
-        """A message has this number among those of its publisher."""
+    def step(self, publisher: bytes, number: int) -> int:
+        """How far this number leads among those of its publisher: 1, more if some are missing, and 0 for one that comes late."""
         last = self._numbers_of.get(publisher, number - 1)
         self._numbers_of[publisher] = max(last, number)
-        self.lost += max(0, number - last - 1)
+        self.lost += number - last - 1 if number > last else -min(1, self.lost)
+        return max(0, number - last)
+
+    def rate(self, received: Spread) -> float:
+        """How many messages a second were sent, by their numbers; `received` is the spread of the intervals."""
+        return sum(self._steps) / (received.mean * received.number)
 
 
 class Sizes:
@@ -101,7 +112,7 @@ class Sizes:
 
 
 async def hz(options: argparse.Namespace) -> Exit:
-    """Print every second how often messages come. Intervals are measured where they arrive."""
+    """Print every second how often messages are sent. Intervals are measured where they arrive; the rate counts those that did not."""
     if options.filter:
         return await _filtered_hz(options)
     windows: dict[str, Intervals] = {}
@@ -110,8 +121,7 @@ async def hz(options: argparse.Namespace) -> Exit:
         window = windows[name] = Intervals(options.window)
 
         def take(arrival: Arrival) -> None:
-            window.arrived(time.perf_counter())
-            window.numbered(arrival.publisher, arrival.sequence_number)
+            window.arrived(time.perf_counter(), window.step(arrival.publisher, arrival.sequence_number))
 
         return take
 
@@ -141,23 +151,24 @@ def _print_rates(options: argparse.Namespace, windows: dict[str, Intervals]) -> 
     found = [(name, spread) for name, window in windows.items() if window.fresh and (spread := window.spread())]
     if options.json:
         for name, spread in found:
-            print_json({"topic": name, "rate": 1 / spread.mean, **_json(spread), "lost": windows[name].lost})
+            rates = {"rate": windows[name].rate(spread), "received": 1 / spread.mean}
+            print_json({"topic": name, **rates, **_json(spread), "lost": windows[name].lost})
     elif len(windows) == 1:
-        for _, spread in found:
-            print(f"average rate: {1 / spread.mean:.3f}\n{_line(spread)}")
+        for name, spread in found:
+            print(f"average rate: {windows[name].rate(spread):.3f}\n{_line(spread)}")
     elif found:
         if options.all_topics:
             clear_screen()
         rows = [
-            (name, f"{1 / each.mean:.3f}", f"{each.least:.3f}", f"{each.most:.3f}", f"{each.deviation:.5f}", str(each.number))
+            (name, f"{windows[name].rate(each):.3f}", f"{each.least:.3f}", f"{each.most:.3f}", f"{each.deviation:.5f}", str(each.number))
             for name, each in found
         ]  # fmt: skip
         print(table(("topic", "rate", "min_delta", "max_delta", "std_dev", "window"), rows))
-    for name, window in windows.items():
+    for name, spread in found:
+        window = windows[name]
         if window.lost > window.told and not options.json:
-            complain(
-                f"{name}: {window.lost} messages have not arrived, by the numbers of the publisher: it sends more often"
-            )
+            received = f"{1 / spread.mean:.3f} a second come here"
+            complain(f"{name}: {window.lost} messages have not arrived, by the numbers of the publisher; {received}")
             window.told = window.lost
 
 

@@ -84,7 +84,7 @@ class Options:
 
 def parse(argv: Sequence[str]) -> Options:
     """Raises `UsageError`; `--help` ends in argparse's own way (exit 0)."""
-    given = _parser().parse_args(argv)
+    given = _parser().parse_args(_with_negative_values(argv))
     machines = parse_machines(given.host)
     _check_together(given)
     if given.publish_clock is not None:
@@ -160,6 +160,17 @@ def _check_together(given: argparse.Namespace) -> None:
         raise UsageError("--hang: in one process everything would hang, and nobody be left to see it; add --processes")
     if given.processes and given.push:
         raise UsageError("--push: a body in a process of its own cannot be pushed from here; leave out --processes")
+
+
+def _with_negative_values(argv: Sequence[str]) -> list[str]:
+    """The words with ``--push -30,0@10`` as one: argparse takes a word that begins with a minus for an option, unless it is a number."""
+    words: list[str] = []
+    for word in argv:
+        if words and words[-1] == "--push" and word[:1] == "-" and word[1:2].isdigit():
+            words[-1] += f"={word}"
+        else:
+            words.append(word)
+    return words
 
 
 def _web(given: argparse.Namespace) -> Web | None:

@@ -80,7 +80,7 @@ def _add_ground(add: Any) -> None:
         action="append",
         default=[],
         metavar="FORWARD,LEFT@T",
-        help="push the body by so many newton seconds along its heading at T seconds, such as 0,40@10 or (with =) --push=-30,0@10; may be given several times",
+        help="push the body by so many newton seconds along its heading at T seconds, such as 0,40@10 or -30,0@10; may be given several times",
     )
 
 

@@ -51,6 +51,83 @@ def test_G_02_G_03_a_remapping_and_parameters_of_the_tutorials_launch_files_take
     assert any("PID gains: [1.0, 0.1, 0.01]" in line for line in lines)
 
 
+PROGRAM = """
+import sys
+from launch import LaunchDescription, LaunchService
+from launch_ros.actions import Node
+service = LaunchService(argv=sys.argv[1:])
+service.include_launch_description(LaunchDescription([Node(package='my_robot_pkg', executable='service_clint')]))
+sys.exit(service.run())
+"""
+
+
+def test_a_program_that_starts_its_launch_itself_is_run_but_cannot_be_shown(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = written(tmp_path, "program.py", PROGRAM)
+
+    code, _, err = launched(capsys, str(path), "a:=1")
+    assert code == 1
+    assert f"{path}:6: package 'my_robot_pkg' has no executable 'service_clint'; did you mean 'service_client'?" in err
+    code, lines, err = launched(capsys, str(path), "--show-tree")
+    assert (code, lines) == (1, [])
+    assert "starts its launch itself, so it can only be run" in err
+
+
+LAUNCH_TEST = """
+import unittest
+import launch_testing
+from launch import LaunchDescription
+from launch.actions import *
+from launch_testing.actions import ReadyToTest
+
+@launch_testing.parametrize('number', [1, 2, 3])
+def generate_test_description(number):
+    if number == 2:
+        raise unittest.SkipTest('not two')
+    return LaunchDescription([DeclareLaunchArgument('word', default_value='a'), ReadyToTest(), TimerAction(period=60.0, actions=[])])
+
+class TestActive(unittest.TestCase):
+    def test_number(self, number, test_args):
+        self.assertNotEqual(str(number), test_args['word'])
+"""
+
+
+def checked(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+    code = run_group("launch_test", words)
+    return code, *capsys.readouterr()
+
+
+def test_a_launch_test_is_run_once_for_each_row_and_its_failures_are_listed(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = str(written(tmp_path, "some_launch_test.py", LAUNCH_TEST))
+
+    code, _, err = checked(capsys, path, "word:=3")
+
+    assert code == 1
+    assert "some_launch_test.py[2] is skipped: not two" in err.splitlines()
+    failed = [line for line in err.splitlines() if line.startswith("FAILED some")]
+    assert len(failed) == 1
+    assert failed[0].startswith("FAILED some_launch_test.py[3] ")
+    assert failed[0].endswith("TestActive.test_number: AssertionError: '3' == '3'")
+    assert checked(capsys, path, "word:=4")[0] == 0
+
+
+def test_a_launch_test_shows_its_arguments_and_is_refused_where_it_is_none(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = str(written(tmp_path, "some_launch_test.py", LAUNCH_TEST))
+
+    code, out, _ = checked(capsys, path, "--show-args")
+    assert (code, out.splitlines()[2:]) == (
+        0,
+        ["    'word':", "        no description given", "        (default: 'a')"],
+    )
+    assert checked(capsys, "/no/such.py")[::2] == (1, "there is no file /no/such.py\n")
+    assert "has no function generate_test_description()" in checked(capsys, str(written(tmp_path, "a.py", "")))[2]
+
+
 def test_arguments_are_given_and_the_last_one_counts(capsys: pytest.CaptureFixture[str]) -> None:
     words = ("my_robot_controller", "talkers.launch.yaml", "seconds:=1", "seconds:=3", "--clock", "virtual")
 

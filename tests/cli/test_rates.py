@@ -117,9 +117,27 @@ async def test_bandwidth_and_delay_are_measured(system_of: SystemOf, environment
 
 def test_messages_that_have_not_arrived_are_counted_by_the_numbers_of_each_publisher() -> None:
     window = Intervals(100)
-    for publisher, number in ((b"a", 7), (b"a", 8), (b"b", 1), (b"a", 11), (b"a", 10), (b"b", 2), (b"b", 5)):
-        window.numbered(publisher, number)
+    numbers = ((b"a", 7), (b"a", 8), (b"b", 1), (b"a", 11), (b"b", 2), (b"b", 5))
+    assert [window.step(publisher, number) for publisher, number in numbers] == [1, 1, 1, 3, 1, 3]
     assert window.lost == 2 + 2
+
+
+def test_a_message_that_comes_late_was_not_lost() -> None:
+    window = Intervals(100)
+    assert [window.step(b"a", number) for number in (7, 6, 10, 9, 11)] == [1, 0, 3, 0, 1]
+    assert window.lost == 1
+
+
+def test_the_rate_is_that_of_sending_also_where_half_of_the_messages_do_not_arrive() -> None:
+    """1000 messages a second are sent in bursts, and every second one arrives; the window holds the newest hundred."""
+    window = Intervals(100)
+    for number in range(0, 1000, 2):
+        window.arrived(number // 20 * 0.02, window.step(b"a", number))
+    spread = window.spread()
+    assert spread is not None
+    assert 1 / spread.mean == pytest.approx(500.0)
+    assert window.rate(spread) == pytest.approx(1000.0)
+    assert window.lost == 499
 
 
 RUSH = """

@@ -67,6 +67,24 @@ async def test_a_call_that_fails_is_one_line_with_the_reason_and_ends_with_1(
         assert message.err.startswith("The passed service type is invalid: ")
 
 
+async def test_a_call_of_a_name_that_nobody_serves_says_so_and_names_the_nearest_when_that_has_come(
+    system_of: SystemOf, environment: dict[str, str]
+) -> None:
+    words = ("-m", "robot", "service", "call", "/add_two_int", ADD[3], "{a: 1}")
+    process = await asyncio.create_subprocess_exec(sys.executable, *words, env=environment, stdout=-1, stderr=-1)
+    assert process.stderr is not None
+    async with asyncio.timeout(60):
+        alone = (await process.stderr.readline()).decode()
+        async with system_of(Adder):
+            near = (await process.stderr.readline()).decode()
+        process.send_signal(signal.SIGINT)
+        out, err = await process.communicate()
+
+    assert alone == "nobody serves /add_two_int now\n"
+    assert near.startswith("nobody serves /add_two_int now; did you mean ")
+    assert (out, err, process.returncode) == (b"waiting for service to become available...\n", b"", 130)
+
+
 async def test_calls_can_be_repeated_at_a_rate_until_the_reader_goes(
     system_of: SystemOf, environment: dict[str, str]
 ) -> None:

@@ -79,4 +79,6 @@ async def test_words_that_are_none_are_refused(robot: Command) -> None:
     missing = await robot("static_transform_publisher", "--frame-id", "map")
     assert missing.code == 1 and "needs two frames: --frame-id PARENT" in missing.err
     helped = await robot("static_transform_publisher", "--help")
+    same = await robot("run", "tf2_ros", "static_transform_publisher", "--help")
+    assert (same.code, same.out) == (0, helped.out)
     assert helped.code == 0 and "--child-frame-id CHILD" in helped.out

@@ -68,6 +68,30 @@ async def test_type_and_find_lead_from_a_name_to_its_type_and_back(system_of: Sy
         assert (unknown.code, unknown.err) == (1, "Unknown topic '/chater'; did you mean '/chatter'?\n")
 
 
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (("topic", "info", "/chatter"), "Type: std_msgs/msg/String"),
+        (("topic", "type", "/chatter"), "std_msgs/msg/String"),
+        (("node", "info", "/talker"), "/talker"),
+        (("service", "type", "/talker/get_parameters"), "rcl_interfaces/srv/GetParameters"),
+        (("service", "info", "/talker/get_parameters"), "Type: rcl_interfaces/srv/GetParameters"),
+    ],
+)
+async def test_what_is_asked_for_by_its_name_is_waited_for_a_moment(
+    system_of: SystemOf, command: Command, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], line: str
+) -> None:
+    """A process that has just started, or a busy machine, used to be answered with `Unknown topic`."""
+    monkeypatch.setattr("cli.view.LATE", 20.0)
+    async with system_of(Base):
+        asked = asyncio.ensure_future(command(*words))
+        await asyncio.sleep(0)
+        async with system_of(Talker):
+            found = await asked
+
+    assert (found.code, found.out.splitlines()[0]) == (0, line)
+
+
 async def test_everything_can_be_had_as_json(system_of: SystemOf, command: Command) -> None:
     async with system_of(Talker):
         topics = json.loads((await command("topic", "list", "--json")).out)

@@ -35,6 +35,7 @@ FACES = (
     "actors.interfaces",
     "actors.interfaces.types",
     "actors.launch",
+    "actors.launch.testing",
     "actors.logs",
     "actors.message_filters",
     "actors.nodes",

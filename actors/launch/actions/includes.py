@@ -89,7 +89,9 @@ def include_file(path: Path, context: LaunchContext, scope: Scope) -> None:
 
 
 def _stem(path: Path) -> str:
-    return path.name.partition(".")[0]
+    """The name of the supervisor of a file."""
+    stem = path.name.partition(".")[0]
+    return "launch_file" if stem == "launch" else stem  # `launch` is the node that carries it out
 
 
 def _nearest(path: Path) -> str:

@@ -52,6 +52,7 @@ class ExecuteProcess(Action):
         condition: Condition | None = None,
     ) -> None:
         super().__init__(condition=condition)
+        self.process_details: Mapping[str, Any] | None = None
         self.cmd = [normalized(part) for part in cmd]
         self.name = None if name is None else normalized(name)
         self.prefix = None if prefix is None else normalized(prefix)
@@ -86,6 +87,8 @@ class ExecuteProcess(Action):
             None if self.cwd is None else perform(context, self.cwd),
             self._truth(context, self.shell),
             output,
+            self._truth(context, context.launch_configurations.get("emulate_tty", self.emulate_tty)),
+            self._truth(context, self.log_cmd),
             self._seconds(context, self.sigterm_timeout, "sigterm_timeout"),
             self._seconds(context, self.sigkill_timeout, "sigkill_timeout"),
         )

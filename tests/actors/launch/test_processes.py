@@ -237,6 +237,57 @@ async def test_a_signal_can_be_sent_to_a_process(tmp_path: Path) -> None:
     assert any(f"exit code {-signal.SIGTERM}" in line for line in found.log)
 
 
+TELLS = "import sys; print(sys.stdout.isatty(), sys.stderr.isatty()); print('warned', file=sys.stderr)"
+
+
+@pytest.mark.parametrize(
+    ("option", "arguments", "terminal"),
+    [("", {}, False), (", emulate_tty=True", {}, True), ("", {"emulate_tty": "true"}, True)],
+)
+async def test_a_process_has_a_terminal_where_that_is_asked_for_and_its_lines_are_the_same(
+    tmp_path: Path, option: str, arguments: dict[str, str], terminal: bool
+) -> None:
+    program = written(tmp_path, "tells.py", TELLS)
+    path = python(
+        tmp_path,
+        f"ExecuteProcess(cmd=['{sys.executable}', '{program}'], name='tells', output='screen'{option}), "
+        "RegisterEventHandler(OnProcessIO(on_stdout=lambda event: LogInfo(msg=repr(event.text))))",
+    )
+
+    found = await ran(path, arguments=arguments)
+
+    assert sorted(found.lines) == [f"[tells-1] {terminal} {terminal}", "[tells-1] warned"]
+    assert f"b'{terminal} {terminal}\\n'" in found.log
+    assert any("[tells-1] process has finished cleanly" in line for line in found.log)
+
+
+async def test_the_command_of_a_process_is_told_where_that_is_asked_for(tmp_path: Path) -> None:
+    found = await ran(python(tmp_path, "ExecuteProcess(cmd=['echo', 'a b'], log_cmd=True), ExecuteProcess(cmd=['ls'])"))
+
+    assert [line for line in found.log if "command:" in line] == ["[echo-1] command: echo 'a b'"]
+
+
+@pytest.mark.parametrize(
+    "matcher", ["matches_pid(event.pid)", "matches_executable(event.cmd[0])", "matches_name('wait')"]
+)
+async def test_a_process_is_chosen_by_its_id_its_program_or_its_name(tmp_path: Path, matcher: str) -> None:
+    path = python(
+        tmp_path,
+        f"""
+        RegisterEventHandler(OnProcessIO(target_action=wait, on_stdout=lambda event: EmitEvent(
+            event=SignalProcess(signal_number='9', process_matcher={matcher})))),
+        RegisterEventHandler(OnProcessExit(on_exit=lambda event, context: LogInfo(msg=f'end of {{event.process_name}}: {{event.returncode}}'))),
+        wait, ExecuteProcess(cmd=['sleep', '0.01']),
+        """,
+        before="from launch.events.process import matches_executable, matches_name, matches_pid\n"
+        "wait = ExecuteProcess(cmd=['sh', '-c', 'echo ready; exec sleep 60'], name='wait')",
+    )
+
+    found = await ran(path)
+
+    assert {line for line in found.log if line.startswith("end of")} == {"end of wait-1: -9", "end of sleep-2: 0"}
+
+
 async def test_what_a_process_leaves_behind_does_not_hold_up_its_end(tmp_path: Path) -> None:
     """It used to: a child that was started in the moment of the signal kept the output open, and the launch waited for it."""
     found = await ran(xml(tmp_path, '<executable cmd="sh -c \'sleep 60 &amp; echo $!\'" output="screen"/>'))

@@ -87,15 +87,11 @@ def test_nothing_is_left_in_python_after_a_launch_file_has_failed(tmp_path: Path
         ("x = 1\ndef f(:\n", 2, "invalid syntax: def f(:"),
         ("\n\nraise ValueError('no')", 3, "ValueError: no"),
         ("\ndef generate_launch_description():\n    x = 1\n    return 1 / 0", 4, "ZeroDivisionError: division by zero"),
+        ("from launch import InvalidLaunchFileError as Wrong\nraise Wrong('no')", 2, "no"),
         (
-            "from launch import LaunchService\nLaunchService()",
-            2,
-            "LaunchService is not supported: start the file by the command",
-        ),
-        (
-            "from launch import LaunchService\ndef generate_launch_description():\n    LaunchService()",
+            "from launch import InvalidLaunchFileError as Wrong\ndef generate_launch_description():\n    raise Wrong('no')",
             3,
-            "LaunchService is not supported",
+            "no",
         ),
         (
             "from ament_index_python import get_package_share_directory as g\ng('humanoid_contrl')",

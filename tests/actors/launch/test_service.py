@@ -192,6 +192,12 @@ async def test_the_launch_ends_when_nothing_is_left(rig: Rig, tmp_path: Path) ->
     assert said(rig) == ["first", "[brief-1] process started", "[brief-1] process has finished cleanly", "last"]
 
 
+async def test_a_file_that_is_called_launch_runs_like_any_other(rig: Rig, tmp_path: Path) -> None:
+    await started(rig, xml(tmp_path, '<node pkg="here" exec="steady"/>', "launch.xml"))
+
+    assert names(rig) == ["/launch", "/steady"]
+
+
 async def test_an_empty_launch_ends_at_once(rig: Rig, tmp_path: Path) -> None:
     await started(rig, xml(tmp_path, ""))
 
@@ -311,7 +317,7 @@ async def test_actions_beside_a_shutdown_are_done_before_it(rig: Rig, tmp_path: 
     await rig.advance(2.0)
 
     assert not rig.system.running
-    assert said(rig)[-2:] == ["over", "because done"]
+    assert said(rig)[-3:] == ["over", "because done", "[steady-2] process has finished cleanly"]
 
 
 async def test_an_executable_of_several_nodes_lives_and_dies_as_one(rig: Rig, tmp_path: Path) -> None:

@@ -108,6 +108,7 @@ def test_a_system_in_order_is_left_in_peace(name: str, options: list[str], capfd
         ("no_tree", "what should make a tree made int 5: return a Supervisor, a Child or a node class"),
         ("cannot_be_made", "the tree could not be made: OSError: no configuration (at "),
         ("NOTHING", "is int 5: neither a tree, nor a node class"),
+        ("LATE", "is Topic(Int32, 'late'): neither a tree"),
         ("Holder", "is the class Holder: neither a tree"),
         ("Holder.leaf", "has nothing of the name 'Holder.leaf'; trees that it has: "),
     ],

@@ -69,10 +69,12 @@ def test_floor_load_and_blows_are_taken_in_the_units_of_people() -> None:
             "--push",
             "0,40@5",
             "--push=-20,1.5@7.5",
+            "--push",
+            "-30,0@6",
         ]
     )
     assert options.ground == Ground(0.4, (pytest.approx(0.17633, abs=1e-5), 0.0), 6.0, (0.1, -0.05))  # type: ignore[arg-type]
-    assert options.pushes == (Push(0.0, 40.0, 5.0), Push(-20.0, 1.5, 7.5))
+    assert options.pushes == (Push(0.0, 40.0, 5.0), Push(-20.0, 1.5, 7.5), Push(-30.0, 0.0, 6.0))
     assert parse(["--payload", "14"]).ground == Ground(0.8, (0.0, 0.0), 14.0, (0.0, 0.0))
     assert parse(["--slope", "0", "-4.5"]).ground == Ground(slope=(0.0, pytest.approx(-0.0787, abs=1e-4)))  # type: ignore[arg-type]
 
